@@ -1,4 +1,4 @@
-"""Filters of declared stages against closed forms, over frequency, and decimated."""
+"""Filters of declared stages against closed forms; forces that are no straight lines through mechanics and rig."""
 
 import math
 
@@ -10,7 +10,11 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.finger import MassSpringDamper
+from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.rig import Digitiser, LateralSensor, PiezoSensor, SensorCreep, Tribometer
 from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, response
+from electrovib.solve.mechanics import filters
 from electrovib.solve.mechanics.filters import (
     Filter,
     cascade,
@@ -22,13 +26,22 @@ from electrovib.solve.mechanics.filters import (
     second_order,
     through_pieces,
 )
+from electrovib.solve.mechanics.response import respond_mechanically
+from electrovib.solve.mechanics.rig import finger_filters, measured
 
 SENSOR = 1e-10
 """Largest error of a second-order sensor allowed, of the input: the target of the project."""
 ROUNDING = 2e-12
 """What it really is: some ten roundings times gains of up to 350 near critical damping."""
 DAMPINGS = [0.01, 0.44, 0.999, 1 - 2e-6, 1 - 3e-7, 1.0, 1 + 1e-9, 1 + 8e-7, 1 + 2e-6, 1.5, 50.0]
-FREQUENCY = 4400.0
+NATURAL = 4400.0
+FREQUENCY = np.geomspace(1.0, 1e6, 400)
+STEP = Linear(np.zeros(1), np.zeros(1), np.ones(1))
+RAMP = Linear(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0]))
+
+
+def sensor_of(damping, frequency=NATURAL):
+    return second_order(natural_frequency=frequency, damping_ratio=damping)
 
 
 def from_rest(filter_, part, times):
@@ -43,156 +56,114 @@ def exact(time, damping, *, ramp=False):
     t - 2 zeta/w0 + e^(-zeta x)(2 zeta cosh(r x) + (2 zeta^2 - 1) sinh(r x)/r)/w0.
     """
     with mpmath.workdps(50):
-        zeta, angular = mpmath.mpf(damping), 2 * mpmath.pi * mpmath.mpf(FREQUENCY)
-        x, r = angular * mpmath.mpf(time), mpmath.sqrt(mpmath.mpc(zeta**2 - 1))
+        zeta, angular, time = mpmath.mpf(damping), 2 * mpmath.pi * mpmath.mpf(NATURAL), mpmath.mpf(time)
+        x, r = angular * time, mpmath.sqrt(mpmath.mpc(zeta**2 - 1))
         even, odd = mpmath.cosh(r * x), mpmath.sinh(r * x) / r if r else x
         fade = mpmath.exp(-zeta * x)
         if not ramp:
             return float((1 - fade * (even + zeta * odd)).real)
-        return float(
-            (
-                mpmath.mpf(time) - (2 * zeta - fade * (2 * zeta * even + (2 * zeta**2 - 1) * odd)) / angular
-            ).real
-        )
+        return float((time - (2 * zeta - fade * (2 * zeta * even + (2 * zeta**2 - 1) * odd)) / angular).real)
 
 
 @pytest.mark.parametrize("damping", DAMPINGS)
 @pytest.mark.parametrize("ramp", [False, True])
 def test_second_order_sensor_against_closed_form(damping, ramp):
-    """At even times by `filtered`, at uneven times by `through_pieces`, and decimated."""
-    sensor, step, count = second_order(natural_frequency=FREQUENCY, damping_ratio=damping), 2.0**-20, 1500
+    """At even times by `filtered`, at uneven times by `through_pieces`, and decimated; over frequency."""
+    sensor, step, count = sensor_of(damping), 2.0**-20, 1500
     even = np.arange(count) * step
     wanted = np.array([exact(time, damping, ramp=ramp) for time in even[::7]])
     scale = np.abs(wanted).max()
-    drive = even if ramp else np.ones(count)
-    found = filtered(sensor, drive, step=step, settled=False)
+    found = filtered(sensor, even if ramp else np.ones(count), step=step, settled=False)
     assert np.abs(found[::7] - wanted).max() < ROUNDING * scale < SENSOR * scale
     assert np.abs(found[::7] * (1 + 1e-8) - wanted).max() > SENSOR * scale
 
     random = np.random.default_rng(4)
     uneven = random.permutation(np.cumsum(random.exponential(5e-6, 200)))
-    input_ = Linear(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0]))
-    if not ramp:
-        input_ = Linear(np.zeros(1), np.zeros(1), np.ones(1))
     wanted = np.array([exact(time, damping, ramp=ramp) for time in uneven])
-    found = from_rest(sensor, input_, uneven)
+    found = from_rest(sensor, RAMP if ramp else STEP, uneven)
     assert np.abs(found - wanted).max() < ROUNDING * np.abs(wanted).max()
 
-
-@pytest.mark.parametrize("damping", DAMPINGS)
-def test_second_order_over_frequency(damping):
-    frequency = np.geomspace(1.0, 1e6, 400)
-    formula = Resonance(FREQUENCY, damping).at(frequency)
-    # gains of 350 cancel at high frequency, near critical damping
-    assert (
-        np.abs(second_order(natural_frequency=FREQUENCY, damping_ratio=damping).at(frequency) - formula).max()
-        < ROUNDING * np.abs(formula).max()
-    )
+    formula = Resonance(NATURAL, damping).at(
+        FREQUENCY
+    )  # gains of 350 cancel at high frequency, near critical
+    assert np.abs(sensor.at(FREQUENCY) - formula).max() < ROUNDING * np.abs(formula).max()
 
 
 def test_interpolation_at_critical_damping_keeps_what_it_states(monkeypatch):
     """Error 0.6 CRITICAL^2 (the curvature is largest at w0/sqrt 2, 32/27): seen with a hundredfold CRITICAL."""
-    from electrovib.solve.mechanics import filters
-
-    frequency = np.geomspace(1.0, 1e6, 400)
-    formula = Resonance(FREQUENCY, 1.0).at(frequency)
     monkeypatch.setattr(filters, "CRITICAL", 1e-4)
-    off = np.abs(second_order(natural_frequency=FREQUENCY, damping_ratio=1.0).at(frequency) - formula).max()
+    off = np.abs(sensor_of(1.0).at(FREQUENCY) - Resonance(NATURAL, 1.0).at(FREQUENCY)).max()
     assert off == pytest.approx(16 / 27 * 1e-8, rel=1e-3)
 
 
 STAGES = (
-    Resonance(FREQUENCY, 0.44),
+    Resonance(NATURAL, 0.44),
     Resonance(90.0, 3.0),
     LowPass(6.4e3),
     HighPass(0.7),
     CreepResponse((0.02, -0.01), (3.0, 0.05)),
 )
+CHAIN = of_stages(STAGES)
 
 
-def test_stages_and_their_filter_agree_over_frequency():
+def test_stages_and_their_filter_agree_over_frequency_and_a_rate_is_the_derivative():
     frequency = np.concatenate([[0.0], np.geomspace(1e-3, 1e5, 500)])
-    formula = response(STAGES, frequency)
-    found = of_stages(STAGES).at(frequency)
+    formula, found = response(STAGES, frequency), CHAIN.at(frequency)
     assert np.abs(found - formula).max() < 1e-13 * np.abs(formula).max()
     assert np.abs(found - response(STAGES[:-1], frequency)).max() > 1e-3
     assert of_stages(()).at(3.0) == 1.0
+    sensor = cascade(sensor_of(0.3, 200.0), first_order(900.0))
+    expected = 2j * np.pi * frequency * sensor.at(frequency)
+    assert np.abs(sensor.rate().at(frequency) - expected).max() < 1e-12 * np.abs(expected).max()
 
 
 @settings(deadline=None, max_examples=60)
 @given(st.floats(0.05, 20.0), st.floats(0.0, 5.0), st.integers(0, 2**32 - 1))
 def test_one_after_the_other_is_the_cascade(damping, ratio, seed):
-    """In time: over straight pieces the first output is not straight, so the step is made small."""
-    low = first_order(100.0 * 10**ratio)
+    sensor, low = sensor_of(damping, 1000.0), first_order(100.0 * 10**ratio)
     try:
-        both = cascade(second_order(natural_frequency=1000.0, damping_ratio=damping), low)
+        both = cascade(sensor, low)
     except InputError:
         return
     frequency = 10 ** np.random.default_rng(seed).uniform(0, 6, 50)
-    expected = second_order(natural_frequency=1000.0, damping_ratio=damping).at(frequency) * low.at(frequency)
-    assert np.abs(both.at(frequency) - expected).max() < 1e-9
+    assert np.abs(both.at(frequency) - sensor.at(frequency) * low.at(frequency)).max() < 1e-9
 
 
 def test_settled_is_what_a_long_hold_ends_in():
-    chain = of_stages(STAGES)
-    assert filtered(chain, np.full(100, 3.0), step=1e-4, settled=True) == pytest.approx(
-        3.0 * chain.at_rest(), abs=1e-13
-    )
-    samples = np.concatenate([np.full(1, 3.0), np.random.default_rng(8).normal(size=300)])
-    long = Linear(
-        np.concatenate([[0.0], 1e4 + np.arange(301) * 1e-4]), np.append(0.0, samples), np.append(3.0, samples)
-    )
-    found = from_rest(chain, long, 1e4 + np.arange(301) * 1e-4)
+    found = filtered(CHAIN, np.full(100, 3.0), step=1e-4, settled=True)
+    assert found == pytest.approx(3.0 * CHAIN.at_rest(), abs=1e-13)
+    samples = np.append(3.0, np.random.default_rng(8).normal(size=300))
+    times = 1e4 + np.arange(301) * 1e-4
+    long = Linear(np.append(0.0, times), np.append(0.0, samples), np.append(3.0, samples))
+    found = from_rest(CHAIN, long, times)
     # time stamps near 1e4 s are rounded to 2e-12 s, of slopes of 3e4 per second
-    assert filtered(chain, samples, step=1e-4, settled=True) == pytest.approx(found, abs=1e-6)
-    assert np.abs(filtered(chain, samples, step=1e-4, settled=False) - found).max() > 0.1
-
-
-def test_held_for_a_while():
-    """The state after a hold is that of a step a while ago."""
-    chain = of_stages(STAGES)
-    for held in (0.0, 1e-3, 0.4, 1e3, math.inf):
-        state = chain.state(2.0, held=held)
-        now = chain.direct * 2.0 + np.sum(np.where(chain.poles.imag == 0, 1, 2) * chain.gains * state).real
-        step = Linear(np.zeros(1), np.zeros(1), np.full(1, 2.0))
-        expected = from_rest(chain, step, [min(held, 1e5)])[0]
-        assert now == pytest.approx(expected, abs=1e-12)
-
-
-def test_rate_is_the_derivative():
-    sensor = cascade(second_order(natural_frequency=200.0, damping_ratio=0.3), first_order(900.0))
-    frequency = np.geomspace(0.1, 1e5, 100)
-    expected = 2j * np.pi * frequency * sensor.at(frequency)
-    assert np.abs(sensor.rate().at(frequency) - expected).max() < 1e-12 * np.abs(expected).max()
-    with pytest.raises(InputError, match="rate of a discontinuous output"):
-        high_pass(1.0).rate()
+    assert filtered(CHAIN, samples, step=1e-4, settled=True) == pytest.approx(found, abs=1e-6)
+    assert np.abs(filtered(CHAIN, samples, step=1e-4, settled=False) - found).max() > 0.1
+    for held in (0.0, 1e-3, 0.4, 1e3, math.inf):  # the state after a hold is that of a step a while ago
+        state = CHAIN.state(2.0, held=held)
+        now = CHAIN.direct * 2.0 + np.sum(np.where(CHAIN.poles.imag == 0, 1, 2) * CHAIN.gains * state).real
+        assert now == pytest.approx(2 * from_rest(CHAIN, STEP, [min(held, 1e5)])[0], abs=1e-12)
 
 
 def test_straight_pieces_with_jumps_and_a_period():
     """A square wave, at times that meet its edges and at others; against every edge as a step."""
     lag, period = first_order(50.0), 0.01
-    square = Linear(
-        np.array([0.0, 0.5, 1.0]) * period, np.array([0.0, 1.0, -1.0]), np.array([1.0, -1.0, -1.0]), period
-    )
+    breaks = np.array([0.0, 0.5, 1.0]) * period
+    square = Linear(breaks, np.array([0.0, 1.0, -1.0]), np.array([1.0, -1.0, -1.0]), period)
     times = np.sort(np.concatenate([np.arange(9) * period / 2, np.linspace(0, 4.2 * period, 57)]))
     expected = np.zeros(times.size)
     for edge in range(9):
-        since = times - edge * period / 2
-        height = 1.0 if edge == 0 else 2.0 * (-1) ** edge
-        expected += np.where(since > 0, -height * np.expm1(-2 * np.pi * 50.0 * np.maximum(since, 0)), 0.0)
+        since = np.maximum(times - edge * period / 2, 0)
+        expected -= (1.0 if edge == 0 else 2.0 * (-1) ** edge) * np.expm1(-2 * np.pi * 50.0 * since)
     assert from_rest(lag, square, times) == pytest.approx(expected, abs=1e-12)
 
 
 def test_one_sample_and_no_stage():
-    assert filtered(
-        second_order(natural_frequency=10.0, damping_ratio=0.5), [2.0], step=1e-3, settled=True
-    ).tolist() == pytest.approx([2.0])
-    assert filtered(
-        second_order(natural_frequency=10.0, damping_ratio=0.5), [2.0], step=1e-3, settled=False
-    ).tolist() == [0.0]
-    nothing = cascade()
-    assert filtered(nothing, [2.0, 3.0, 4.0], step=1e-3, settled=True).tolist() == [2.0, 3.0, 4.0]
-    assert from_rest(high_pass(1.0), Linear(np.zeros(1), np.zeros(1), np.ones(1)), [0.0]).tolist() == [1.0]
+    sensor = sensor_of(0.5, 10.0)
+    for settled, output in ((True, 2.0), (False, 0.0)):
+        assert filtered(sensor, [2.0], step=1e-3, settled=settled).tolist() == pytest.approx([output])
+    assert filtered(cascade(), [2.0, 3.0, 4.0], step=1e-3, settled=True).tolist() == [2.0, 3.0, 4.0]
+    assert from_rest(high_pass(1.0), STEP, [0.0]).tolist() == [1.0]
 
 
 @pytest.mark.parametrize(
@@ -202,19 +173,14 @@ def test_one_sample_and_no_stage():
         (lambda: Filter([-1 - 1j], [1.0]), "positive imaginary part"),
         (lambda: Filter([-1.0], [1j]), "gain of a real pole must be real"),
         (lambda: Filter([-1.0], [1.0, 2.0]), "one for each pole"),
-        (lambda: second_order(natural_frequency=10.0, damping_ratio=0.0), "must be positive"),
-        (lambda: second_order(natural_frequency=math.nan, damping_ratio=1.0), "must be positive"),
+        (lambda: sensor_of(0.0), "must be positive"),
+        (lambda: sensor_of(1.0, math.nan), "must be positive"),
         (lambda: cascade(first_order(10.0), first_order(10.0)), "too close to be separated"),
-        (
-            lambda: cascade(
-                second_order(natural_frequency=10.0, damping_ratio=0.1),
-                second_order(natural_frequency=10.0, damping_ratio=0.1),
-            ),
-            "too close to be separated",
-        ),
+        (lambda: cascade(sensor_of(0.1), sensor_of(0.1)), "too close to be separated"),
         (lambda: filtered(first_order(1.0), [0.0, np.nan], step=1.0, settled=True), "sample 1 is nan"),
         (lambda: filtered(first_order(1.0), [], step=1.0, settled=True), "at least one"),
         (lambda: relaxing([0.1], [-1.0]), "real parts must be negative"),
+        (lambda: high_pass(1.0).rate(), "rate of a discontinuous output"),
     ],
 )
 def test_what_is_no_filter_is_refused(make, message):
@@ -224,19 +190,237 @@ def test_what_is_no_filter_is_refused(make, message):
 
 def test_a_release_is_what_the_closed_form_of_the_resonance_says():
     """Two routes to one reading: the declared resonance behind straight pieces, and its closed form."""
-    from electrovib.physics.drive.pieces import Linear
-    from electrovib.physics.resonance import release_seen_by_sensor
-    from electrovib.solve.mechanics.filters import second_order
-
     frequency, quality, start, fall = 390.0, 3.3, 2e-3, 0.5e-3
     stamps = np.concatenate([[0.0], start + np.linspace(0, 20e-3, 40_001)])
-    force = np.where(stamps <= start, 1.0, np.exp(-(stamps - start) / fall))
-    sensor = second_order(natural_frequency=frequency, damping_ratio=1 / (2 * quality))
-    part = Linear(np.append(-1.0, stamps) + 1.0, np.append(1.0, force), np.append(1.0, force))
+    force = np.append(1.0, np.where(stamps <= start, 1.0, np.exp(-(stamps - start) / fall)))
     wanted = np.linspace(0, 20e-3, 301)
-    found = from_rest(sensor, part, wanted + 1.0)
+    found = from_rest(
+        sensor_of(1 / (2 * quality), frequency),
+        Linear(np.append(-1.0, stamps) + 1.0, force, force),
+        wanted + 1.0,
+    )
     expected = release_seen_by_sensor(
         wanted, start=start, fall_time=fall, frequency=frequency, quality=quality
     )
     # one second of 1 before: the beginning is forgotten; pieces of 0.5 us bend by 1e-7
     np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+OMEGA = 2 * np.pi * 120.0
+FILTERS = {
+    "sensor": second_order(natural_frequency=900.0, damping_ratio=0.3),
+    "stiff": second_order(natural_frequency=2e6, damping_ratio=0.7),
+    "lag": cascade(first_order(50.0), high_pass(0.2)),
+    **finger_filters(MassSpringDamper(mass=1.5e-4, stiffness=1e3, damping=1.0)),
+}
+EVEN = np.linspace(0.0, 0.05, 301)
+UNEVEN = np.cumsum(np.random.default_rng(2).exponential(2e-4, 250))
+
+
+def squared(time):
+    """Force of a sine squared: constant and twice the frequency."""
+    return 0.3 * np.sin(OMEGA * time) ** 2
+
+
+def answer(filter_, time, *, since=0.0):
+    """From rest to 0.15 (1 - cos 2wt), mode by mode in closed form."""
+    time = time - since
+    total = filter_.direct * squared(time + since).astype(complex)
+    for pole, gain in zip(filter_.poles, filter_.gains, strict=True):
+        state = np.zeros(len(time), complex)
+        tones = ((0.15, 0.0), (-0.075, 2 * OMEGA), (-0.075, -2 * OMEGA))
+        for height, angular in tones:
+            ratio = -pole / (1j * angular - pole) * np.exp(1j * angular * since)
+            state += height * ratio * (np.exp(1j * angular * time) - np.exp(pole * time))
+        total += gain * state if not pole.imag else 2 * (gain * state).real
+    return total.real
+
+
+@pytest.mark.parametrize("times", [EVEN, UNEVEN], ids=["even", "uneven"])
+def test_error_is_stated_and_kept(times):
+    outputs, error = respond_mechanically(squared, FILTERS, times, held=0.0, shortest=1 / 240)
+    assert 0 < error <= 1e-6
+    assert list(outputs) == list(FILTERS)
+    for name, output in outputs.items():  # nothing before the first time: the force begins with a jump there
+        exact = answer(FILTERS[name], times, since=times[0])
+        off = np.abs(output - exact).max() / np.abs(exact).max()
+        assert off <= error, name
+        assert np.abs(output * 1.0001 - exact).max() / np.abs(exact).max() > 10 * error
+
+
+def test_sixth_order_in_the_step():
+    """A tolerance 10^5 times smaller takes some eight times the pieces, not three hundred."""
+    counts = {}
+    slow = {name: each for name, each in FILTERS.items() if name != "stiff"}
+    for tolerance in (1e-5, 1e-10):
+        pieces = []
+
+        def counted(time, pieces=pieces):
+            pieces.append(len(time) - 1)
+            return np.sin(40 * OMEGA * time)
+
+        _, error = respond_mechanically(counted, slow, EVEN, tolerance=tolerance, held=0.0, shortest=1 / 4800)
+        assert error <= tolerance
+        counts[tolerance] = pieces[-1]
+    assert 2 <= counts[1e-10] / counts[1e-5] <= 8
+    _, error = respond_mechanically(squared, FILTERS, EVEN, tolerance=1e-9, most=20_000)
+    assert 1e-9 < error < 1e-3  # where the pieces do not suffice the error says so
+
+
+def answer_to_a_step(name, since):
+    if name == "pass":
+        return np.where(since >= -1e-12, np.exp(-np.maximum(since, 0) / 0.1), 0.0)
+    shown = np.zeros(len(since))
+    for pole, gain in zip(FILTERS[name].poles, FILTERS[name].gains, strict=True):
+        shown += 2 * (gain * -np.expm1(pole * np.maximum(since, 0))).real
+    return shown
+
+
+@pytest.mark.parametrize(
+    "times", [EVEN, UNEVEN, np.linspace(0.0, 1e-2, 11)], ids=["even", "uneven", "at jumps"]
+)
+def test_jumps_that_are_named_cost_nothing(times):
+    """Between the wanted times, and at them and at the last; a jump is looked at 1e-6 of a piece too early."""
+    jumps = times[1:] if len(times) == 11 else np.array([0.0123])
+
+    def stairs(time):
+        return np.sum(time >= jumps[:, None] - 1e-12, axis=0).astype(float)
+
+    filters = {"sensor": FILTERS["sensor"], "pass": high_pass(0.1)}
+    outputs, error = respond_mechanically(stairs, filters, times, corners=jumps, held=0.0)
+    assert error < 1e-12
+    for name, output in outputs.items():
+        exact = sum(answer_to_a_step(name, times - jump) for jump in jumps)
+        assert output == pytest.approx(exact, abs=1e-9 * len(jumps))
+    if len(jumps) == 1:
+        _, unnamed = respond_mechanically(stairs, filters, times, held=0.0, most=100_000)
+        assert unnamed > 1e-4
+
+
+def test_a_fast_oscillation_is_seen_when_it_is_named():
+    """The first two grids meet it at the same phase: nothing seems to move."""
+
+    def fast(time):
+        return np.sin(2 * np.pi * 120_000 * time + 0.5)
+
+    times = np.linspace(0.0, 0.05, 3001)
+    quiet = {"sensor": first_order(20.0)}
+    blind, error = respond_mechanically(fast, quiet, times)
+    assert error < 1e-9
+    seen, _ = respond_mechanically(fast, quiet, times, shortest=1 / 120_000)
+    assert np.abs(seen["sensor"][-1]) < 0.1 * np.abs(blind["sensor"][-1])
+
+
+def test_held_before_the_first_time():
+    times = np.linspace(1.0, 1.1, 50)
+    for held, expected in ((0.0, 1.0), (0.1, math.exp(-1.0)), (math.inf, 0.0)):
+        outputs, _ = respond_mechanically(np.ones_like, {"pass": high_pass(0.1)}, times, held=held)
+        exact = expected * np.exp(-(times - 1.0) / 0.1)
+        assert outputs["pass"] == pytest.approx(exact, abs=1e-12)
+    outputs, error = respond_mechanically(lambda time: 2.0 + 0 * time, FILTERS, [0.3])  # one time
+    assert error == 0.0
+    assert outputs["sensor"].tolist() == pytest.approx([2.0])
+
+
+def test_skin_in_the_steady_state_of_a_sine():
+    """Amplitude and phase of displacement and speed are those of the declared compliance."""
+    finger = MassSpringDamper(mass=2e-4, stiffness=800.0, damping=0.5)
+    times = np.linspace(0.2, 0.21, 100)  # long after the beginning, 5 ms a time constant
+    all_times = np.concatenate([np.linspace(0.0, 0.19, 20), times])
+    outputs, _ = respond_mechanically(lambda time: np.cos(OMEGA * time), finger_filters(finger), all_times)
+    wave = finger.compliance(120.0) * np.exp(1j * OMEGA * times)
+    for name, expected in (("skin_displacement", wave.real), ("skin_speed", (1j * OMEGA * wave).real)):
+        assert outputs[name][20:] == pytest.approx(expected, abs=2e-6 * np.abs(expected).max())
+
+
+QUIET = LateralSensor(natural_frequency=500.0, damping_ratio=0.1)
+CREEP = SensorCreep(share=-0.05, time=0.02)
+SENSORS = {
+    "normal": PiezoSensor(natural_frequency=2e3, damping_ratio=0.2, time_constant=0.5),
+    "lateral": QUIET.replace({"bandwidth": 5e3, "creep": CREEP}),
+}
+RIG = Tribometer(**SENSORS)
+OF_RIG = (("normal", RIG.normal_stages()), ("lateral", RIG.lateral_stages()))
+
+
+def digitised(**changes):
+    content = {"sampling_rate": 1e4, "bits": 16, "normal_range": 2.0, "lateral_range": 1.0, "seed": 7}
+    return Digitiser(**(content | changes))
+
+
+def test_rig_without_digitiser_is_its_filters_and_samples_are_followed_exactly():
+    found = measured(RIG, EVEN, squared, squared, held=0.0, shortest=1 / 240)
+    assert set(found.signals) == {"normal_force_measured", "lateral_force_measured"}
+    assert found.diagnostics == []
+    assert 0 < found.error <= 1e-6
+    for name, stages in OF_RIG:
+        exact = answer(of_stages(stages), EVEN)
+        assert np.abs(found.signals[f"{name}_force_measured"] - exact).max() <= 1e-6 * np.abs(exact).max()
+    samples = np.random.default_rng(5).normal(size=EVEN.size)
+    for held in (0.0, math.inf):
+        found = measured(RIG, EVEN, samples, samples, held=held)
+        assert found.error == 0.0
+        for name, stages in OF_RIG:
+            expected = filtered(of_stages(stages), samples, step=EVEN[1], settled=math.isinf(held))
+            assert found.signals[f"{name}_force_measured"] == pytest.approx(expected, abs=1e-11)
+
+
+def test_readings_are_held_rounded_and_clipped():
+    rig = Tribometer(**SENSORS, digitiser=digitised(sampling_rate=1e3, bits=8, lateral_range=0.1))
+    found = measured(rig, EVEN, squared, squared, held=0.0)
+    moments = np.arange(51) * 1e-3
+    exact = answer(of_stages(rig.normal_stages()), moments)
+    expected = np.round(exact * 64) / 64
+    place = np.floor(EVEN * 1e3 + 1e-6).astype(int)
+    assert np.abs(found.signals["normal_force_measured"] - expected[place]).max() <= 1 / 64
+    assert np.mean(found.signals["normal_force_measured"] != expected[place]) < 0.05  # but for a tie
+    lateral = found.signals["lateral_force_measured"]
+    assert lateral.max() == 0.1 * 127 / 128
+    diagnostics = {diagnostic.name: diagnostic for diagnostic in found.diagnostics}
+    assert diagnostics["normal range"].state == "ok"
+    assert diagnostics["lateral range"].state == "warning"
+    beyond = int(diagnostics["lateral range"].text.split(" of ")[0])
+    exact = answer(of_stages(rig.lateral_stages()), moments)
+    assert beyond == np.count_nonzero(np.round(exact * 1280) > 127)
+
+
+def test_noise_is_as_declared_and_repeats():
+    sensors = {
+        "normal": SENSORS["normal"].replace({"noise": 2e-3}),
+        "lateral": QUIET.replace({"noise": 5e-3}),
+    }
+    times, force = np.arange(20_000) * 1e-4, np.full(20_000, 0.2)
+    one, same, other = (
+        measured(Tribometer(**sensors, digitiser=digitised(seed=seed)), times, force, force).signals
+        for seed in (7, 7, 8)
+    )
+    normal, lateral = one["normal_force_measured"], one["lateral_force_measured"] - 0.2
+    # 20 000 readings give a deviation to 0.5 %; levels of 30 to 60 uN add nothing to 2 mN
+    assert np.std(normal) == pytest.approx(2e-3, rel=0.02)
+    assert np.std(lateral) == pytest.approx(5e-3, rel=0.02)
+    assert abs(np.mean(lateral)) < 5 * 5e-3 / math.sqrt(20_000)
+    assert abs(np.corrcoef(normal, lateral)[0, 1]) < 5 / math.sqrt(20_000)
+    assert all(np.array_equal(one[name], same[name]) for name in one)
+    assert not np.array_equal(one["lateral_force_measured"], other["lateral_force_measured"])
+
+
+FAST = Tribometer(**SENSORS, digitiser=digitised(sampling_rate=1e9))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: respond_mechanically(squared, FILTERS, [0.0, 0.0]), "times that increase"),
+        (lambda: respond_mechanically(squared, FILTERS, []), "at least one"),
+        (
+            lambda: respond_mechanically(squared, FILTERS, EVEN, most=500),
+            "Choose a shorter time.duration, fewer",
+        ),
+        (lambda: respond_mechanically(lambda time: time + np.nan, FILTERS, EVEN), "is nan"),
+        (lambda: measured(RIG, EVEN, np.ones(4), np.ones(4)), "normal_force: 4 samples for 301 times"),
+        (lambda: measured(FAST, EVEN, squared, squared), "Lower the rate"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()

@@ -1,7 +1,5 @@
 """Numbers that answer a question, by their names."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -28,21 +26,20 @@ from electrovib.solve.simulate import simulate
 
 LAYERS = ("insulator", "stratum_corneum")
 PERIODIC = {"time.initial_state": {"model": "PeriodicState"}}
-GAP = load("vezzoli_2014/fig2")
-FILM = load("vezzoli_2014/fig6")
+GAP, FILM = load("vezzoli_2014/fig2"), load("vezzoli_2014/fig6")
+SQUARE = {"model": "Square", "high": 100, "frequency": 50}
+SINE = {"model": "Sine", "amplitude": 100.0, "frequency": 125.0}
+MEAN = "mean electrostatic_force"
 
 
-def asked(scenario, *names):
+def asked(scenario, *names, solution=None):
     layers = tuple(scenario.stack.layers)
-    return answer(solved(scenario), [read_name(name, layers) for name in names])
+    return answer(solution or solved(scenario), [read_name(name, layers) for name in names])
 
 
-def sine(scenario, frequency=125.0, amplitude=100.0):
-    drive = {"model": "Sine", "amplitude": amplitude, "frequency": frequency}
-    return scenario.replace({"drive": drive} | PERIODIC)
-
-
-# names
+def of_signal(found):
+    """Values by what was taken of the signal."""
+    return {name.split()[0]: value for name, value in found.values.items()}
 
 
 def test_names():
@@ -66,20 +63,13 @@ def test_names():
         ("peak field", "'peak field in insulator'"),
         ("peak field in gap", "Known: insulator, stratum_corneum"),
         ("peak current in insulator", "omit 'in insulator'"),
+        ("peak skin_displacement", "has no signal 'skin_displacement'"),
     ],
 )
 def test_an_unknown_name_answers_with_the_nearest(name, words):
     with pytest.raises(InputError) as error:
-        read_name(name, LAYERS)
+        asked(FILM, name)
     assert words in str(error.value)
-
-
-def test_a_signal_that_the_scenario_does_not_have_is_told():
-    with pytest.raises(InputError, match="has no signal 'skin_displacement'"):
-        asked(FILM, "peak skin_displacement")
-
-
-# polynomials
 
 
 def test_numbers_of_polynomials_are_exact():
@@ -98,12 +88,17 @@ def test_numbers_of_polynomials_are_exact():
     assert last_value(series) == pytest.approx(exact(4.0), rel=1e-12)
     assert np.all(tails(series) < 1e-13)
     np.testing.assert_array_equal(mesh.halved(np.array([False, True])).edges, [0, 1, 2.5, 4])
+    values = time.copy()
+    values[3] = np.nan  # nothing is known of a signal with a gap
+    unknown = mesh.series(values)
+    assert all(
+        math.isnan(each) for each in (mean(mesh, unknown), mean_square(mesh, unknown), *extremes(unknown))
+    )
 
 
 def test_an_extreme_between_the_places_looked_at_is_found():
     mesh = Mesh(np.linspace(0.0, 1.0, 5), 16)
-    values = np.sin(11.0 * mesh.times() + 0.3) + 0.1
-    low, high = extremes(mesh.series(values))
+    low, high = extremes(mesh.series(np.sin(11.0 * mesh.times() + 0.3) + 0.1))
     assert (low, high) == (pytest.approx(-0.9, rel=1e-11), pytest.approx(1.1, rel=1e-11))
 
 
@@ -115,51 +110,38 @@ def test_tails_are_relative_to_the_largest_value_of_each_case():
     np.testing.assert_allclose(relative_tails(series), expected, rtol=1e-12)
 
 
-def test_nothing_is_known_of_a_signal_with_a_gap():
-    mesh = Mesh(np.array([0.0, 1.0, 2.0]), 8)
-    values = mesh.times().copy()
-    values[3] = np.nan
-    series = mesh.series(values)
-    assert math.isnan(mean(mesh, series))
-    assert math.isnan(mean_square(mesh, series))
-    assert all(math.isnan(value) for value in extremes(series))
-
-
-# numbers of solutions, against formulas
-
-
 def test_numbers_of_one_sine_are_those_of_its_formula():
-    """Without dispersion the displacement is one sine, and the force its square."""
-    scenario = sine(GAP)
+    """Without dispersion the displacement is one sine, and the force its square; it is looked at once."""
+    scenario = GAP.replace(
+        {"drive": SINE, "frequency": {"low": 125.0, "high": 250.0, "samples": 2}} | PERIODIC
+    )
     found = asked(
         scenario, *(f"{taken} electrostatic_force" for taken in ("mean", "peak", "swing", "rms", "minimum"))
     )
-    mean_force = simulate(
-        scenario.replace({"frequency": {"low": 125.0, "high": 250.0, "samples": 2}})
-    ).mean_force[0]
-    mean_force = float(mean_force)
-    values = {name.split()[0]: value for name, value in found.values.items()}
-    assert values["mean"] == pytest.approx(mean_force, rel=1e-12)
-    assert values["peak"] == pytest.approx(2 * mean_force, rel=1e-12)
-    assert values["swing"] == pytest.approx(2 * mean_force, rel=1e-12)
-    assert values["rms"] == pytest.approx(mean_force * math.sqrt(1.5), rel=1e-12)
-    assert values["minimum"] == pytest.approx(0.0, abs=1e-12 * mean_force)
+    level = float(simulate(scenario).mean_force[0])
+    expected = {
+        "mean": level,
+        "peak": 2 * level,
+        "swing": 2 * level,
+        "rms": level * math.sqrt(1.5),
+        "minimum": 0.0,
+    }
+    assert of_signal(found) == pytest.approx(expected, rel=1e-12, abs=1e-12 * level)
     assert max(found.errors.values()) < 1e-10
+    solution = Expanded(FILM.replace({"drive": SINE} | PERIODIC))
+    assert len(resolve(solution, [("electrostatic_force", "")]).record.times) < 100
 
 
 def test_a_drive_and_its_voltage():
-    scenario = FILM.replace(
-        {"drive": {"model": "Trapezium", "low": -10, "high": 40, "rise": 0.01, "hold": 0.02, "fall": 0.03}}
-    )
-    names = ("peak", "maximum", "minimum", "swing", "mean", "rms", "final")
-    found = asked(scenario, *(f"{taken} drive_voltage" for taken in names)).values
+    drive = {"model": "Trapezium", "low": -10, "high": 40, "rise": 0.01, "hold": 0.02, "fall": 0.03}
+    scenario = FILM.replace({"drive": drive})
     assert window(scenario) == (pytest.approx(0.08), "the whole time")
     ramps = (40**2 - 40 * 10 + 10**2) / 3
     expected = {"peak": 40, "maximum": 40, "minimum": -10, "swing": 50, "final": -10}
     expected["mean"] = (15 * 0.04 + 40 * 0.02 - 10 * 0.02) / 0.08
     expected["rms"] = math.sqrt((ramps * 0.04 + 1600 * 0.02 + 100 * 0.02) / 0.08)
-    for taken, value in expected.items():
-        assert found[f"{taken} drive_voltage"] == pytest.approx(value, rel=1e-12), taken
+    found = asked(scenario, *(f"{taken} drive_voltage" for taken in expected))
+    assert of_signal(found) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("scenario", [FILM, GAP], ids=["film", "gap"])
@@ -167,47 +149,33 @@ def test_a_drive_and_its_voltage():
 def test_stiff_edges_agree_with_a_record_as_fine_as_it_gets(scenario, state):
     drive = {"model": "Square", "high": 100, "low": -50, "frequency": 100, "edge": 1e-5}
     case = scenario.replace({"drive": drive, "time": {"initial_state": {"model": state}}})
-    found = asked(
-        case, "mean electrostatic_force", "rms electrostatic_force", "peak current", "final lateral_force"
-    )
+    found = asked(case, MEAN, "rms electrostatic_force", "peak current", "final lateral_force")
     end = window(case)[0]
     time = np.unique(np.concatenate([np.linspace(0, end, 400_001), np.linspace(0, 1e-5, 2001)]))
     record = simulate(case, time=time)
-    force, current = record.electrostatic_force.values, record.current.values
-    assert found.values["mean electrostatic_force"] == pytest.approx(of_record("mean", time, force), rel=1e-6)
-    assert found.values["rms electrostatic_force"] == pytest.approx(of_record("rms", time, force), rel=1e-6)
-    assert found.values["peak current"] == pytest.approx(np.max(np.abs(current)), rel=1e-5)
+    for taken in ("mean", "rms"):
+        expected = of_record(taken, time, record.electrostatic_force.values)
+        assert found.values[f"{taken} electrostatic_force"] == pytest.approx(expected, rel=1e-6)
+    assert found.values["peak current"] == pytest.approx(np.max(np.abs(record.current.values)), rel=1e-5)
     before_the_end = simulate(case, time=np.array([end * (1 - 1e-12)])).lateral_force.values[0]
     assert found.values["final lateral_force"] == pytest.approx(before_the_end, rel=1e-8)
     assert max(found.errors.values()) < 1e-8
 
 
-def test_the_output_grid_does_not_enter():
-    few = FILM.replace({"time": {"samples": 3}})
-    names = ("mean electrostatic_force", "swing lateral_force", "rms current")
-    assert asked(few, *names).values == asked(FILM, *names).values
-
-
-def test_a_duration_is_the_time_that_numbers_are_taken_over():
+def test_a_duration_is_the_time_that_numbers_are_taken_over_and_the_output_grid_does_not_enter():
     short = FILM.replace({"time": {"duration": 0.036}})
     assert window(short) == (0.036, "the whole time")
-    assert asked(short, "final drive_voltage").values["final drive_voltage"] == pytest.approx(
-        1000.0, rel=1e-9
-    )
-    square = {"model": "Square", "high": 1, "frequency": 50}
-    assert window(FILM.replace({"drive": square}))[1] == "the whole time from rest"
-    settled = FILM.replace({"drive": square, "time.duration": 0.5} | PERIODIC)
+    assert of_signal(asked(short, "final drive_voltage")) == {"final": pytest.approx(1000.0, rel=1e-9)}
+    assert window(FILM.replace({"drive": SQUARE}))[1] == "the whole time from rest"
+    settled = FILM.replace({"drive": SQUARE, "time.duration": 0.5} | PERIODIC)
     assert window(settled) == (0.02, "one period of the periodic state")
+    names = (MEAN, "swing lateral_force", "rms current")
+    assert asked(FILM.replace({"time": {"samples": 3}}), *names).values == asked(FILM, *names).values
 
 
 def test_a_march_is_asked_too_and_its_error_is_stated():
-    lag = FILM.replace(
-        {
-            "drive": {"model": "Square", "high": 100, "frequency": 50, "edge": 1e-3},
-            "motion.speed": 0.05,
-            "finger": {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 1.0},
-        }
-    )
+    finger = {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 1.0}
+    lag = FILM.replace({"drive": SQUARE | {"edge": 1e-3}, "motion.speed": 0.05, "finger": finger})
     found = asked(lag, "swing skin_displacement", "mean lateral_force")
     record = simulate(lag, time=np.linspace(0, 0.1, 20_001))
     swing = float(record.skin_displacement.max() - record.skin_displacement.min())
@@ -217,64 +185,75 @@ def test_a_march_is_asked_too_and_its_error_is_stated():
 
 def test_what_a_digitiser_reads_is_taken_at_its_readings():
     read = FILM.replace({"rig": {"model": "Tribometer"} | dict(Tribometer.example)})
-    found = asked(read, "mean lateral_force_measured", "peak lateral_force_measured", "mean lateral_force")
-    rate = read.rig.digitiser.sampling_rate
+    names = ["mean lateral_force_measured", "peak lateral_force_measured", "mean lateral_force"]
+    found, rate = asked(read, *names).values, read.rig.digitiser.sampling_rate
     time = np.arange(int(read.drive.duration * rate * (1 + 1e-12)) + 1) / rate
     readings = simulate(read, time=time).lateral_force_measured.values
-    assert found.values["mean lateral_force_measured"] == of_record("mean", time, readings)
-    assert found.values["peak lateral_force_measured"] == np.max(np.abs(readings))
-    assert list(found.values) == [
-        "mean lateral_force_measured",
-        "peak lateral_force_measured",
-        "mean lateral_force",
-    ]
+    assert list(found) == names
+    assert found[names[0]] == of_record("mean", time, readings)
+    assert found[names[1]] == np.max(np.abs(readings))
+
+
+def followed(monkeypatch, change):
+    """Have every record changed."""
+    ask = Expanded.at
+
+    def at(self, times, *, wanted=None):
+        record = ask(self, times, wanted=wanted)
+        change(record, times)
+        return record
+
+    monkeypatch.setattr(Expanded, "at", at)
 
 
 def test_a_number_that_is_not_known_is_told(monkeypatch):
-    solution, ask = Expanded(FILM), Expanded.at
+    solution = Expanded(FILM)
 
-    def partly(self, times, *, wanted=None):
-        record = ask(self, times, wanted=wanted)
+    def partly(record, times):
         record.signals["lateral_force"][1][times > 0.1] = np.nan
-        return record
 
-    monkeypatch.setattr(Expanded, "at", partly)
-    found = answer(
-        solution, [read_name(name, LAYERS) for name in ("mean lateral_force", "mean electrostatic_force")]
-    )
+    followed(monkeypatch, partly)
+    found = asked(FILM, "mean lateral_force", MEAN, solution=solution)
     assert math.isnan(found.values["mean lateral_force"])
-    assert found.values["mean electrostatic_force"] > 0
+    assert found.values[MEAN] > 0
     (diagnostic,) = [diagnostic for diagnostic in found.diagnostics if diagnostic.name == "quantities"]
     assert diagnostic.state == "unknown"
     assert diagnostic.text.startswith("mean lateral_force: not known")
 
 
+def test_what_bends_where_nothing_says_so_is_halved_until_it_is_followed(monkeypatch):
+    """A friction that bends at times of its own: corners of no drive. What is resolved is not halved."""
+
+    def bent(record, times):
+        values = np.abs(np.sin(40 * times)) + np.exp(-((times - 0.1) ** 2) / 2e-6)
+        record.signals["lateral_force"] = (("time",), values)
+
+    followed(monkeypatch, bent)
+    found = asked(FILM, "mean lateral_force", "maximum lateral_force")
+    end = window(FILM)[0]
+    half_turns, rest = divmod(40 * end, np.pi)
+    exact = (2 * half_turns + 1 - math.cos(rest)) / (40 * end) + math.sqrt(2e-6 * np.pi) / end
+    assert found.values["mean lateral_force"] == pytest.approx(exact, rel=1e-8)
+    assert found.errors["mean lateral_force"] < 1e-8
+    assert found.values["maximum lateral_force"] > 1.7
+    once = resolve(Expanded(FILM), [("drive_voltage", "")])
+    assert len(once.record.times) == len(first_mesh(Expanded(FILM)).times())
+
+
 def test_a_signal_that_cannot_be_followed_is_told(monkeypatch):
     monkeypatch.setattr("electrovib.solve.quantities.resolve.MOST_VALUES", 1000)
     drive = {"model": "AmplitudeModulation", "amplitude": 100, "carrier": 50e3, "modulation": 10, "depth": 1}
-    fast = GAP.replace({"drive": drive} | PERIODIC)
-    found = asked(fast, "mean electrostatic_force")
+    found = asked(GAP.replace({"drive": drive} | PERIODIC), MEAN)
     (diagnostic,) = [diagnostic for diagnostic in found.diagnostics if diagnostic.name == "resolution"]
     assert diagnostic.state == "warning"
-    assert diagnostic.value == found.errors["mean electrostatic_force"] > diagnostic.limit
-
-
-def test_one_sine_in_its_steady_state_is_looked_at_once():
-    solution = Expanded(sine(FILM))
-    assert len(resolve(solution, [("electrostatic_force", "")]).record.times) < 100
-
-
-# numbers of records
+    assert diagnostic.value == found.errors[MEAN] > diagnostic.limit
 
 
 def test_numbers_of_a_record_are_those_of_the_straight_lines_between_its_samples():
     time, values = np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, -4.0])
-    assert of_record("mean", time, values) == pytest.approx((1.0 - 2.0) / 3)
-    assert of_record("rms", time, values) == pytest.approx(math.sqrt((4 / 3 + 2 * (4 - 8 + 16) / 3) / 3))
-    assert of_record("peak", time, values) == 4.0
-    assert of_record("swing", time, values) == 6.0
-    assert (of_record("maximum", time, values), of_record("minimum", time, values)) == (2.0, -4.0)
-    assert of_record("final", time, values) == -4.0
+    expected = {"mean": (1.0 - 2.0) / 3, "rms": math.sqrt((4 / 3 + 2 * (4 - 8 + 16) / 3) / 3), "peak": 4.0}
+    expected |= {"swing": 6.0, "maximum": 2.0, "minimum": -4.0, "final": -4.0}
+    assert {taken: of_record(taken, time, values) for taken in expected} == pytest.approx(expected)
     assert math.isnan(of_record("peak", time, np.array([0.0, np.nan, 1.0])))
     one = np.array([1.0]), np.array([-3.0])
     assert [of_record(taken, *one) for taken in ("peak", "mean", "rms", "swing")] == [3.0, -3.0, 3.0, 0.0]
@@ -283,7 +262,8 @@ def test_numbers_of_a_record_are_those_of_the_straight_lines_between_its_samples
 def test_a_record_of_many_samples_is_followed_with_few_nodes():
     """Pieces between 60 000 stamps get 4 nodes; the square of a straight line needs 3."""
     time = np.linspace(0, 0.6, 60_001)
-    drive = {"model": "Sampled", "time_samples": time, "voltage_samples": np.sin(2 * np.pi * 100 * time)}
+    samples = np.sin(2 * np.pi * 100 * time)
+    drive = {"model": "Sampled", "time_samples": time, "voltage_samples": samples}
     skin = {
         "model": "Constant",
         "permittivity": 1560,
@@ -291,62 +271,27 @@ def test_a_record_of_many_samples_is_followed_with_few_nodes():
     plain = GAP.replace({"drive": drive, "time": {}, "stack.stratum_corneum.material": skin})
     solution = Expanded(plain)
     assert resolve(solution, [("electrostatic_force", "")]).mesh.nodes == 4
-    found = answer(
-        solution, [read_name(f"{t} electrostatic_force", tuple(plain.stack.layers)) for t in ("mean", "peak")]
-    )
+    found = asked(plain, MEAN, "peak electrostatic_force", solution=solution)
     mean_force, peak = found.values.values()
-    samples = np.sin(2 * np.pi * 100 * time)
     squares = np.mean(samples[1:] ** 2 + samples[1:] * samples[:-1] + samples[:-1] ** 2) / 3
     assert mean_force / peak == pytest.approx(
         squares, rel=2e-4
-    )  # a series resistance of 2 kohm and a skin pole are left
-    assert found.errors["mean electrostatic_force"] < 1e-7
+    )  # resistance of 2 kohm and a skin pole are left
+    assert found.errors[MEAN] < 1e-7
     assert not [diagnostic for diagnostic in found.diagnostics if diagnostic.name == "resolution"]
 
 
-def test_what_bends_where_nothing_says_so_is_halved_until_it_is_followed(monkeypatch):
-    """A friction that bends at times of its own: corners of no drive."""
-    ask = Expanded.at
-
-    def bent(self, times, *, wanted=None):
-        record = ask(self, times, wanted=wanted)
-        record.signals["lateral_force"] = (
-            ("time",),
-            np.abs(np.sin(40 * times)) + np.exp(-((times - 0.1) ** 2) / 2e-6),
-        )
-        return record
-
-    monkeypatch.setattr(Expanded, "at", bent)
-    found = asked(FILM, "mean lateral_force", "maximum lateral_force")
-    end = window(FILM)[0]
-    half_turns, rest = divmod(40 * end, np.pi)
-    exact = (2 * half_turns + 1 - math.cos(rest)) / (40 * end) + math.sqrt(2e-6 * np.pi) / end
-    assert found.values["mean lateral_force"] == pytest.approx(exact, rel=1e-8)
-    assert found.errors["mean lateral_force"] < 1e-8
-    assert found.values["maximum lateral_force"] > 1.7
-
-
-def test_of_two_pieces_only_what_is_not_resolved_is_halved():
-    solution = Expanded(FILM)
-    once = resolve(solution, [("drive_voltage", "")])
-    assert len(once.record.times) == len(first_mesh(solution).times())
-
-
 @pytest.mark.parametrize(
-    ("amplifier", "signal", "bound"),
+    ("limits", "signal", "bound"),
     [
-        ({"saturation": 90.0, "bandwidth": 2000.0}, "plate_voltage", 90.0),
-        (
-            {"source_current": 2e-7, "bandwidth": 2000.0, "stray_capacitance": 1e-11},
-            "amplifier_current",
-            2e-7,
-        ),
+        ({"saturation": 90.0}, "plate_voltage", 90.0),
+        ({"source_current": 2e-7, "stray_capacitance": 1e-11}, "amplifier_current", 2e-7),
     ],
     ids=["voltage", "current"],
 )
-def test_a_signal_behind_a_limit_is_taken_piecewise_between_the_kinks(amplifier, signal, bound):
+def test_a_signal_behind_a_limit_is_taken_piecewise_between_the_kinks(limits, signal, bound):
     """A polynomial through the time at which a limit is reached would lie above the limit."""
     drive = {"model": "Trapezium", "high": 300.0, "rise": 3e-3, "hold": 5e-3, "fall": 2e-3, "delay": 2e-3}
-    scenario = load("vezzoli_2014/fig6_gap").replace({"drive": drive, "circuit.amplifier": amplifier})
-    name = f"maximum {signal}"
-    assert asked(scenario, name).values[name] == pytest.approx(bound, rel=1e-9)
+    changes = {"drive": drive, "circuit.amplifier": {"bandwidth": 2000.0} | limits}
+    found = asked(load("vezzoli_2014/fig6_gap", changes=changes), f"maximum {signal}")
+    assert of_signal(found) == {"maximum": pytest.approx(bound, rel=1e-9)}

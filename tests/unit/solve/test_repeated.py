@@ -1,7 +1,5 @@
 """Signals at many points with the same output times: those of the validated path, in closed form where there is one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,9 +7,11 @@ import electrovib as ev
 from electrovib.core.discovery import find_members, papers
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at
+from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.closed_form import repeated as closed_form
 from electrovib.solve.closed_form.repeated import Repeated
+from electrovib.solve.electrics.straight import SharedModes, periodic_state
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.prepare import Prepared
 
@@ -23,57 +23,29 @@ SHIPPED = [
     (paper, name) for paper, module in papers().items() for name in getattr(module, "scenarios", dict)()
 ]
 ROOTS = {"drive", "stack", "contact", "friction", "circuit", "load", "motion", "finger", "rig", "force"}
-RIG = {
-    "model": "Tribometer",
-    "lateral": {"model": "LateralSensor", "natural_frequency": "400 Hz", "damping_ratio": 0.1},
-    "normal": {
-        "model": "PiezoSensor",
-        "natural_frequency": "2 kHz",
-        "damping_ratio": 0.02,
-        "time_constant": "10 s",
-    },
-}
-FINGER = {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 0.1}
+LATERAL = {"model": "LateralSensor", "natural_frequency": "400 Hz", "damping_ratio": 0.1}
+NORMAL = LATERAL | {"model": "PiezoSensor", "damping_ratio": 0.02, "time_constant": "10 s"}
 PULSE = {"model": "Trapezium", "high": "100 V", "rise": "100 us", "hold": "4 ms", "fall": "100 us"}
-DEBYE = {
-    "model": "Debye",
-    "permittivity_high": 100.0,
-    "strength": 2000.0,
-    "relaxation_time": "50 us",
-    "conductivity": "1 uS/m",
+SQUARE = {"model": "Square", "low": "-50 V", "high": "70 V"}
+GIVEN = {
+    "drive": PULSE,
+    "time": {"model": "TimeGrid", "duration": "10 ms"},
+    "stack.gap.material.conductivity": "2e-9 S/m",
+    "rig": {"model": "Tribometer", "lateral": LATERAL, "normal": NORMAL},
+    "finger": {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 0.1},
 }
-CREEP = {
-    "model": "Creep",
-    "steady": {"model": "Coulomb", "coefficient": 0.5},
-    "relaxations": [{"share": 0.2, "time": "4 ms"}, {"share": 0.1, "time": "70 ms"}],
-}
-FREE = (
-    "friction.coefficient",
-    "contact.area",
-    "stack.stratum_corneum.thickness",
-    "rig.lateral.natural_frequency",
-    "finger.mass",
-)
-NAMES = (
-    "electrostatic_force",
-    "current",
-    "stack_voltage",
-    "lateral_force",
-    "skin_speed",
-    closed_form.READING,
-)
+DEBYE = {"model": "Debye", "permittivity_high": 100.0, "strength": 2000.0, "relaxation_time": "50 us"}
+RELAXATIONS = [{"share": 0.2, "time": "4 ms"}, {"share": 0.1, "time": "70 ms"}]
+CREEP = {"model": "Creep", "steady": {"model": "Coulomb", "coefficient": 0.5}, "relaxations": RELAXATIONS}
+FREE = ("friction.coefficient", "contact.area", "stack.stratum_corneum.thickness")
+FREE += ("rig.lateral.natural_frequency", "finger.mass")
+NAMES = ("electrostatic_force", "current", "stack_voltage", "lateral_force", "skin_speed")
+NAMES += (closed_form.READING,)
 
 
 def chain(**changes):
     """Return a pulse on three layers, with friction, a fingertip and a sensor behind the attraction."""
-    given = {
-        "drive": PULSE,
-        "time": {"model": "TimeGrid", "duration": "10 ms"},
-        "stack.gap.material.conductivity": "2e-9 S/m",
-        "rig": RIG,
-        "finger": FINGER,
-    }
-    return ev.load("bau_2010/sine").replace(given | changes)
+    return ev.load("bau_2010/sine").replace(GIVEN | changes)
 
 
 def validated(scenario, point, names, times):
@@ -130,9 +102,7 @@ def agree(off):
 def test_a_shipped_scenario_gives_the_signals_of_the_validated_path(paper, name):
     scenario = papers()[paper].scenarios()[name]
     rng = np.random.default_rng(len(name))
-    offered = [
-        path for path, value, _ in scenario.parameters() if value and path.split(".", maxsplit=1)[0] in ROOTS
-    ]
+    offered = [path for path, value, _ in scenario.parameters() if value and path.split(".")[0] in ROOTS]
     paths = sorted(rng.choice(offered, min(4, len(offered)), replace=False).tolist())
     end = scenario.time.duration or scenario.drive.duration
     times = np.unique(np.append(0.0, rng.uniform(0, end, 12)))
@@ -146,7 +116,7 @@ def test_a_shipped_scenario_gives_the_signals_of_the_validated_path(paper, name)
     [
         {},
         {"drive": {"model": "Step", "level": "80 V"}},
-        {"drive": {"model": "Square", "low": "-50 V", "high": "70 V", "frequency": "300 Hz"}},
+        {"drive": SQUARE | {"frequency": "300 Hz"}},
         {"drive": PULSE | {"rise": "0 s", "delay": "1 ms"}},
         {"circuit.return_path.resistance": "0 ohm"},
         {"circuit.return_path": {"model": "SecondElectrode", "area": "2 cm2"}},
@@ -158,7 +128,7 @@ def test_a_shipped_scenario_gives_the_signals_of_the_validated_path(paper, name)
         {"force": {"model": "MaxwellStressInStratumCorneum"}},
         {"force": {"model": "EffectiveMedium"}},
         {"friction": CREEP},
-        {"stack.stratum_corneum.material": DEBYE},
+        {"stack.stratum_corneum.material": DEBYE | {"conductivity": "1 uS/m"}},
     ],
     ids=str,
 )
@@ -194,16 +164,55 @@ def test_the_last_points_are_kept_and_friction_needs_no_other_electrics(monkeypa
     names = ("electrostatic_force", "lateral_force")
     first = prepared.signals({}, names=names, time=times)
     monkeypatch.setattr(closed_form.ClosedElectrics, "of", None)  # nothing electrical is computed again
-    again = prepared.signals(
-        {"friction.coefficient": 2 * prepared.begin["friction.coefficient"]}, names=names, time=times
-    )
+    doubled = {"friction.coefficient": 2 * prepared.begin["friction.coefficient"]}
+    again = prepared.signals(doubled, names=names, time=times)
     np.testing.assert_array_equal(again["electrostatic_force"], first["electrostatic_force"])
     np.testing.assert_allclose(again["lateral_force"], 2 * first["lateral_force"], rtol=1e-12)
 
 
 def test_a_drive_of_many_pieces_is_not_evaluated_piece_by_piece(monkeypatch):
-    fast = chain(drive={"model": "Square", "low": "-50 V", "high": "70 V", "frequency": "5 kHz"})
+    fast = chain(drive=SQUARE | {"frequency": "5 kHz"})
     monkeypatch.setattr(closed_form.Pieces, "of", None)
     assert fast.drive.count_corners(10e-3) > closed_form.MOST_PIECES
     found = Prepared(fast, free=["contact.area"]).signals({}, time=np.linspace(0, 10e-3, 11))
     assert np.all(np.isfinite(found["electrostatic_force"]))
+
+
+def straight(part, rates, gains, times, state, *, lag=False):
+    """The modes x, or their lags x - v."""
+    modes = SharedModes(rates, gains, np.zeros(len(gains)), np.full(len(gains), lag))
+    return np.array(modes.straight(part, times, state))
+
+
+@pytest.mark.parametrize("lag", [False, True])
+@pytest.mark.parametrize("seed", range(12))
+def test_a_period_at_a_time_is_what_all_pieces_say(lag, seed):
+    """To rounding: a phase of 40 periods is known to 40 eps, which a mode of 1e4/period turns into 1e-10."""
+    rng = np.random.default_rng(seed)
+    period, inside = 10 ** rng.uniform(-6, 0), rng.integers(1, 5)
+    breaks = np.concatenate([[0], np.sort(rng.uniform(0, period, inside)), [period]])
+    before, after = rng.normal(size=(2, len(breaks)))
+    if seed % 3 == 0:
+        before = after.copy()
+    before[0], after[-1] = 0.0, after[0]
+    part = Linear(breaks, before, after, period)
+    end = period * rng.uniform(0.2, 40)
+    starts = np.arange(0, end / period) * period
+    times = np.concatenate([rng.uniform(0, end, 50), (starts[:, None] + breaks[:-1]).ravel(), [0.0, end]])
+    times = np.unique(times[times <= end])
+    rates, gains = 10 ** rng.uniform(-3, 4, 6) / period, rng.normal(size=(2, 6))
+    state = rng.normal(size=6) * (seed % 2)
+    written_out = straight(part.until(end), rates, gains, times, state, lag=lag)
+    found = straight(part, rates, gains, times, state, lag=lag)
+    assert found == pytest.approx(written_out, abs=2e-10)
+    assert part.count_breaks(end) == len(part.until(end).times)
+
+
+def test_a_late_period_of_a_fast_square_wave_is_its_periodic_state():
+    """100 kHz for 2000 s, 4e8 corners: the beginning is forgotten to 2e-9; the time is rounded to 2e-13 s, 2e-7 of 1/rate."""
+    part = chain(drive={"model": "Square", "high": 100, "low": -60, "frequency": 1e5}).drive.parts()[0]
+    rates, gains = np.array([1e-2, 1e2, 1e6]), np.eye(3)
+    phases = np.linspace(0, 0.95e-5, 20)
+    late = straight(part, rates, gains, 2000.0 + phases, np.zeros(3))
+    settled = straight(part, rates, gains, phases, periodic_state(part, rates))
+    assert late == pytest.approx(settled, abs=1e-4)

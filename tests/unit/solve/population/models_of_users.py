@@ -1,11 +1,9 @@
-"""Own copies of every shipped material, law and friction; `test_together` runs this file in a process of its own."""
+"""Own copies of every shipped material, law and friction, and laws of users; `test_together` runs this file by itself."""
 
 import __future__
 
-import importlib.util
 import inspect
 import sys
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -22,11 +20,6 @@ from electrovib.physics.material import Material
 from electrovib.solve.one_by_one import value_of
 from electrovib.solve.population import population
 from electrovib.solve.simulate import simulate
-
-_SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
-fingers_of = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(fingers_of)
-draw = fingers_of.draw
 
 OWN = ModuleType("own_models_of_a_user")
 sys.modules[OWN.__name__] = OWN
@@ -50,10 +43,7 @@ SHIPPED = {
     if kind.__module__.startswith("electrovib.")
 }
 COPIES = {key: own_copy(kind) for key, kind in SHIPPED.items()}
-ON = {
-    "Persson2018RoughGap": "persson_2018/coating",
-    "Vezzoli2014PerFrequency": "vezzoli_2014/fig7",
-}
+ON = {"Persson2018RoughGap": "persson_2018/coating", "Vezzoli2014PerFrequency": "vezzoli_2014/fig7"}
 WHERE = {Material: "stack.stratum_corneum.material", ForceLaw: "force", Friction: "friction"}
 SIGNALS = {Material: "electrostatic_force", ForceLaw: "electrostatic_force", Friction: "lateral_force"}
 
@@ -89,7 +79,7 @@ def free_paths(scenario, where):
     return [*own, "stack.insulator.thickness"]
 
 
-def answered(scenario, path, signal):
+def answered(draw, scenario, path, signal):
     """How fingers are computed, and what they answer."""
     frequency = not scenario.force.causal
     names = ["mean_force"] if frequency else [signal]
@@ -99,10 +89,12 @@ def answered(scenario, path, signal):
 
 
 @pytest.mark.parametrize(("family", "name"), SHIPPED, ids=[name for _, name in SHIPPED])
-def test_an_own_copy_takes_the_same_way_with_the_same_numbers(family, name):
+def test_an_own_copy_takes_the_same_way_with_the_same_numbers(fingers, family, name):
     one, two, where = both(family, name)
     for path in free_paths(one, where):
-        ways, rows = zip(*(answered(each, path, SIGNALS[family]) for each in (one, two)), strict=True)
+        ways, rows = zip(
+            *(answered(fingers.draw, each, path, SIGNALS[family]) for each in (one, two)), strict=True
+        )
         assert ways[1].replace(f"Own{name}", name) == ways[0], path
         np.testing.assert_array_equal(rows[1], rows[0], err_msg=path)
     if one.force.causal:
@@ -114,21 +106,46 @@ def test_an_own_copy_takes_the_same_way_with_the_same_numbers(family, name):
 
 
 @pytest.mark.parametrize("name", ["Constant", "Debye", "Prony"])
-def test_sums_of_relaxations_are_computed_in_arrays(name):
+def test_sums_of_relaxations_are_computed_in_arrays(fingers, name):
     _, two, where = both(Material, name)
     for path in free_paths(two, where):
-        assert answered(two, path, "electrostatic_force")[0].startswith("together"), path
+        assert answered(fingers.draw, two, path, "electrostatic_force")[0].startswith("together"), path
 
 
-def test_what_a_model_refuses_together_is_refused_in_arrays():
-    for name in ("HavriliakNegami", "OwnHavriliakNegami"):
-        table = dict(SHIPPED[Material, "HavriliakNegami"].example)
-        scenario = ev.load("vezzoli_2014/fig6").replace(
-            {"stack.stratum_corneum.material": {"model": name, **table}}
-        )
-        path = "stack.stratum_corneum.material.skewness"
-        many = population(scenario, [path], ["mean_force"])
-        assert many.method.startswith("together")
-        many.signals({path: [0.5, 0.7, 1.2]})
-        with pytest.raises(InputError, match=r"broadness \* skewness is 1.6.*finger 2 of the call"):
-            many.signals({path: [0.5, 0.7, 2.0]})
+@pytest.mark.parametrize("name", ["HavriliakNegami", "OwnHavriliakNegami"])
+def test_what_a_model_refuses_together_is_refused_in_arrays(name):
+    where, table = WHERE[Material], dict(SHIPPED[Material, "HavriliakNegami"].example)
+    scenario = ev.load("vezzoli_2014/fig6").replace({where: {"model": name, **table}})
+    many = population(scenario, [f"{where}.skewness"], ["mean_force"])
+    assert many.method.startswith("together")
+    many.signals({f"{where}.skewness": [0.5, 0.7, 1.2]})
+    with pytest.raises(InputError, match=r"broadness \* skewness is 1.6.*finger 2 of the call"):
+        many.signals({f"{where}.skewness": [0.5, 0.7, 2.0]})
+
+
+class MixesFingers(ForceLaw):
+    """A law whose formula takes the largest of all fields, which in arrays is that of another finger."""
+
+    evaluation_surface = "gap"
+
+    def pressure(self, E):
+        return 1e-12 * E**2 / (1 + 1e-14 * np.max(np.abs(E)) ** 2)
+
+
+class ThresholdLaw(ForceLaw):
+    """A law that is quadratic up to a field that is not reached before."""
+
+    evaluation_surface = "gap"
+
+    def pressure(self, E):
+        return np.where(np.abs(E) < 3e8, 4e-12 * E**2, 0.0)
+
+
+def test_a_law_that_would_mix_fingers_or_is_quadratic_up_to_a_limit_is_found_out(fingers):
+    member, free = ev.load("vezzoli_2014/fig6_gap"), ["stack.gap.thickness"]
+    mixing = member.replace({"force": {"model": "MixesFingers"}})
+    found, method = fingers.difference(mixing, free, ["electrostatic_force"])
+    assert "differs from that of one finger" in method
+    assert found == {"electrostatic_force": 0}
+    limited = member.replace({"force": {"model": "ThresholdLaw"}})
+    assert max(fingers.difference(limited, free)[0].values()) < 1e-12
