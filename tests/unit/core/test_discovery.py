@@ -12,6 +12,7 @@ from electrovib.core import discovery
 from electrovib.core.discovery import ENTRY_POINT_GROUP, find_members, paper, paper_names, papers
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import Model, read_model
+from electrovib.physics.drive.base import Drive
 
 MODULE = '''
 """A. Example, "A contributed paper", 2099. Claims: nothing. Does not claim: anything."""
@@ -51,22 +52,19 @@ def fresh():
 def installed(tmp_path, monkeypatch, fresh):
     """Put a package on the path as an installer would, with its entry points in a dist-info folder."""
 
-    def install(name, text, *, module="contributed_example", dist="contributed"):
-        (tmp_path / f"{module}.py").write_text(text, encoding="utf-8")
-        info = tmp_path / f"{dist}-1.0.dist-info"
+    def install(name, text):
+        info = tmp_path / "contributed-1.0.dist-info"
         info.mkdir()
-        (info / "METADATA").write_text(
-            f"Metadata-Version: 2.1\nName: {dist}\nVersion: 1.0\n", encoding="utf-8"
-        )
-        (info / "entry_points.txt").write_text(
-            f"[{ENTRY_POINT_GROUP}]\n{name} = {module}\n", encoding="utf-8"
-        )
+        for file, content in {
+            tmp_path / "contributed_example.py": text,
+            info / "METADATA": "Metadata-Version: 2.1\nName: contributed\nVersion: 1.0\n",
+            info / "entry_points.txt": f"[{ENTRY_POINT_GROUP}]\n{name} = contributed_example\n",
+        }.items():
+            file.write_text(content, encoding="utf-8")
         monkeypatch.syspath_prepend(str(tmp_path))
-        return module
 
     yield install
-    for module in ("contributed_example", "contributed_other"):
-        sys.modules.pop(module, None)
+    sys.modules.pop("contributed_example", None)
 
 
 def test_our_papers_are_found_without_importing_them():
@@ -75,30 +73,32 @@ def test_our_papers_are_found_without_importing_them():
     assert set(paper_names()) <= set(papers())
 
 
-def test_a_contributed_paper_is_found(installed):
+def test_a_contributed_paper_is_found_and_has_a_near_name(installed):
     installed("example_2099", MODULE)
     assert "example_2099" in papers()
     module = paper("example_2099")
     assert module.CITATION.startswith("A. Example")
     assert set(find_members(module.Shade)) == {"Dark"}
     assert read_model(module.Shade, {"model": "Dark"}).depth == 0.5
+    for name, words in (
+        ("exampel_2099", "Did you mean 'example_2099'"),
+        ("vezoli_2014", "Did you mean 'vezzoli_2014'"),
+        ("nothing", "is neither a file nor a paper"),
+    ):
+        with pytest.raises(InputError, match=words):
+            paper(name)
 
 
-def test_a_contributed_paper_has_a_near_name(installed):
-    installed("example_2099", MODULE)
-    with pytest.raises(InputError, match="Did you mean 'example_2099'"):
-        paper("exampel_2099")
-
-
-def test_two_papers_of_one_name_are_refused(installed):
-    installed("vezzoli_2014", MODULE)
-    with pytest.raises(ElectrovibError, match="two papers are called 'vezzoli_2014'"):
-        papers()
-
-
-def test_a_paper_that_cannot_be_imported_says_which(installed):
-    installed("broken_2099", "import no_such_module_anywhere")
-    with pytest.raises(ElectrovibError, match=r"'broken_2099' of another package.*no_such_module_anywhere"):
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("vezzoli_2014", MODULE, "two papers are called 'vezzoli_2014'"),
+        ("broken_2099", "import no_such", "'broken_2099' of another package.*no_such"),
+    ],
+)
+def test_a_contribution_that_cannot_be_taken_is_named(installed, name, text, words):
+    installed(name, text)
+    with pytest.raises(ElectrovibError, match=words):
         papers()
 
 
@@ -109,30 +109,21 @@ def test_a_contribution_has_to_be_a_module(monkeypatch, fresh):
         papers()
 
 
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [("vezoli_2014", "Did you mean 'vezzoli_2014'"), ("nothing", "is neither a file nor a paper")],
-)
-def test_unknown_papers_are_refused(name, sentence):
-    with pytest.raises(InputError, match=sentence):
-        paper(name)
-
-
-def test_members_of_families_within_families_are_found():
+def test_members_of_families_within_families_are_found_and_two_of_one_name_are_refused():
     class Outer(Model, family=True):
         """Of this test."""
 
     class Inner(Outer, family=True):
         """Of this test."""
 
-    class One(Outer):
-        """Of this test."""
-
-    class Two(Inner):
-        """Of this test."""
-
-    assert find_members(Outer) == {"One": One, "Two": Two}
-    assert find_members(Inner) == {"Two": Two}
+    one = type("One", (Outer,), {"__module__": "one", "__doc__": "First."})
+    two = type("Two", (Inner,), {"__module__": "two", "__doc__": "Second."})
+    assert find_members(Outer) == {"One": one, "Two": two}
+    assert find_members(Inner) == {"Two": two}
+    same = type("One", (Inner,), {"__module__": "two", "__doc__": "Third."})
+    with pytest.raises(ElectrovibError, match=r"two models are called One: (one and two|two and one)"):
+        find_members(Outer)
+    assert same is not one
 
 
 def test_a_member_is_found_wherever_in_the_room_of_its_family_it_is():
@@ -146,23 +137,7 @@ def test_a_member_is_found_wherever_in_the_room_of_its_family_it_is():
     assert said == "True False\n"
 
 
-def test_two_models_of_one_name_are_refused():
-    class Family(Model, family=True):
-        """Of this test."""
-
-    class Within(Family, family=True):
-        """Of this test."""
-
-    first = type("Same", (Family,), {"__module__": "one", "__doc__": "First."})
-    second = type("Same", (Within,), {"__module__": "two", "__doc__": "Second."})
-    with pytest.raises(ElectrovibError, match=r"two models are called Same: (one and two|two and one)"):
-        find_members(Family)
-    assert first is not second
-
-
 def test_a_paper_is_imported_only_when_its_name_is_wanted(monkeypatch, fresh):
-    from electrovib.physics.drive.base import Drive
-
     def refuse():
         raise AssertionError("papers were imported")
 

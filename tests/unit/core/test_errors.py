@@ -18,38 +18,30 @@ from electrovib.core.errors import (
 )
 
 
-def test_several_problems_are_one_error():
+def test_every_error_lists_its_problems_and_all_are_of_one_family():
     error = InputError(["one", "two"])
-    assert error.problems == ("one", "two")
-    assert str(error) == "one\ntwo"
-    assert InputError("alone").problems == ("alone",)
-
-
-def test_all_are_of_one_family():
-    assert issubclass(InputError, ElectrovibError)
+    assert (error.problems, str(error)) == (("one", "two"), "one\ntwo")
+    assert NotCausalError("it is not causal").problems == ("it is not causal",)
+    missing = NoColumnError("there is none", path="a.csv", column="time")
+    assert (missing.column, str(missing)) == ("time", "a.csv: there is none")
     assert issubclass(DataFileError, InputError)
+    assert issubclass(InputError, ElectrovibError)
     assert issubclass(NotCausalError, ElectrovibError)
 
 
 @pytest.mark.parametrize(
-    ("word", "known", "sentence"),
+    ("word", "known", "close", "sentence"),
     [
-        ("thicknes", ["thickness", "material"], " Did you mean 'thickness'?"),
-        ("SINE", ["Sine", "Square"], " Did you mean 'Sine'?"),
-        ("zzz", ["b", "a"], " Known: a, b."),
-        ("zzz", [], ""),
+        ("thicknes", ["thickness", "material"], "thickness", " Did you mean 'thickness'?"),
+        ("SINE", ["Sine", "Square"], "Sine", " Did you mean 'Sine'?"),
+        ("zzz", ["b", "a"], None, " Known: a, b."),
+        ("zzz", [], None, ""),
     ],
 )
-def test_nearest(word, known, sentence):
+def test_the_nearest_name(word, known, close, sentence):
     assert nearest(word, known) == sentence
-
-
-def test_closest_gives_the_name_itself():
-    assert closest("thicknes", ["thickness", "material"]) == "thickness"
-    assert closest("SINE", ["Sine", "Square"]) == "Sine"
-    assert closest("zzz", ["b", "a"]) is None
-    assert suggestion("zzz", ["b", "a"]) == ""
-    assert suggestion("SINE", ["Sine"]) == " Did you mean 'Sine'?"
+    assert closest(word, known) == close
+    assert suggestion(word, known) == (sentence if close else "")
 
 
 @pytest.mark.parametrize(
@@ -65,8 +57,12 @@ def test_a_problem_is_its_sentence_and_knows_its_parts(path, value, sentence):
     problem = Problem("expected a voltage", path=path, value=value)
     assert problem == sentence
     assert (problem.path, problem.value, problem.reason) == (path, value, "expected a voltage")
-    (again,) = InputError([problem]).problems
-    assert again is problem
+    found = []
+    with gathered(found):
+        raise InputError([problem])
+    assert found[0] is problem
+    (again,) = InputError("expected a voltage", path=path, value=value).problems
+    assert (again, again.path, again.value) == (problem, path, value)
 
 
 @pytest.mark.parametrize(
@@ -87,28 +83,11 @@ def test_a_sentence_that_is_written_as_all_are_is_taken_for_what_it_says(sentenc
 
 
 def test_problems_of_a_part_belong_to_the_whole():
-    assert Problem("too large", path="threshold", value="2").within("perception") == (
-        "perception.threshold = 2: too large"
-    )
+    problem = Problem("too large", path="threshold", value="2")
+    assert problem.within("perception") == "perception.threshold = 2: too large"
     assert Problem("no table", value="3").within("perception") == "perception = 3: no table"
-    assert Problem("too large", path="a").followed_by(" (at b = 2)") == "a: too large (at b = 2)"
-    assert Problem("too large", path="a").followed_by(" (at b = 2)").path == "a"
-
-
-def test_every_error_lists_its_problems():
-    assert NotCausalError("it is not causal").problems == ("it is not causal",)
-    error = InputError("is too large", path="load.normal_force", value="3")
-    assert str(error) == "load.normal_force = 3: is too large"
-    assert error.problems[0].path == "load.normal_force"
-    missing = NoColumnError("there is none", path="a.csv", column="time")
-    assert (missing.column, str(missing)) == ("time", "a.csv: there is none")
-
-
-def test_gathered_problems_keep_their_parts():
-    found = []
-    with gathered(found):
-        raise InputError("is too large", path="load.normal_force", value="3")
-    assert found[0].path == "load.normal_force"
+    more = problem.followed_by(" (at b = 2)")
+    assert (more, more.path) == ("threshold = 2: too large (at b = 2)", "threshold")
 
 
 def test_what_is_quoted_is_printable_and_short():
