@@ -23,17 +23,6 @@ EXACT = 2e-13
 """Of the amplitude, against long arithmetic; measured 3e-14."""
 
 
-def long_chirp():
-    drive = {"model": "Chirp", "amplitude": 100, "first": 1, "last": 1e4, "length": 100}
-    return ev.load("vezzoli_2014/fig7").replace(
-        {
-            "drive": drive,
-            "force": {"model": "Vezzoli2014Causal"},
-            "time.initial_state": {"model": "AtRest"},
-        }
-    )
-
-
 def each(part, rates, time, *, lag=False):
     return chirp_response(part, rates, np.eye(len(rates)), time, lag=lag)
 
@@ -51,8 +40,7 @@ def test_the_march(first, last, length, even):
     crossed = np.sqrt(2 * GONE * np.pi * max(abs(part.sweep), 1e-3))
     rates = np.concatenate([[1e-30], np.geomspace(1e-2, 1e7, 10), crossed * np.array([0.3, 0.99, 1.01, 3.0])])
     time = np.unique(np.append(np.linspace(0, 1.3 * length, 300), length))
-    marched = smooth_states(part, rates, time)
-    states = each(part, rates, time)
+    marched, states = smooth_states(part, rates, time), each(part, rates, time)
     assert np.max(np.abs(states - marched)) < MARCHED
     np.testing.assert_allclose(states[0], marched[0], rtol=0, atol=1e-9 * np.max(np.abs(marched[0])))
     assert np.max(np.abs(each(part, rates, time, lag=True) - (marched - part.value(time)))) < MARCHED
@@ -66,36 +54,32 @@ def test_long_arithmetic(first, last):
     found, lags = each(part, rates, time), each(part, rates, time, lag=True)
     with mpmath.workdps(30):
         a, b = mpmath.pi * mpmath.mpf(part.sweep), 2 * mpmath.pi * mpmath.mpf(first)
-        for row, lag, rate in zip(found, lags, rates.tolist(), strict=True):
-            for value, behind, end in zip(row, lag, time.tolist(), strict=True):
-                begin = max(0.0, end - 80 / rate)
-                parts = mpmath.linspace(begin, end, 40)
-                expected = rate * mpmath.quad(
-                    lambda u, r=rate, e=end: (
-                        mpmath.exp(-r * (mpmath.mpf(e) - u)) * mpmath.sin(b * u + a * u * u)
-                    ),
-                    parts,
-                )
-                now = mpmath.sin(b * mpmath.mpf(end) + a * mpmath.mpf(end) ** 2)
-                assert abs(value - expected) < EXACT
-                assert abs(behind - (expected - now)) < EXACT
+        for (row, column), value in np.ndenumerate(found):
+            rate, end = float(rates[row]), mpmath.mpf(float(time[column]))
+
+            def fading(u, rate=rate, end=end):
+                return mpmath.exp(-rate * (end - u)) * mpmath.sin(b * u + a * u * u)
+
+            expected = rate * mpmath.quad(fading, mpmath.linspace(max(0.0, end - 80 / rate), end, 40))
+            assert abs(value - expected) < EXACT
+            assert abs(lags[row, column] - (expected - mpmath.sin(b * end + a * end**2))) < EXACT
     assert np.max(np.abs(lags[-1])) > 1e4 * EXACT  # a fast mode lags by w over its rate
 
 
-def test_many_times_read_what_few_do():
+@pytest.mark.parametrize("lag", [False, True])
+def test_many_times_read_what_few_do(lag):
     """Polynomials through the envelope: the same at a million times as at some of them, without and with lag."""
-    part = Chirped.between(1.0, 1.0, 1e4, 100.0)
-    rates = np.geomspace(1e-3, 1e9, 60)
+    part, rates, time = (
+        Chirped.between(1.0, 1.0, 1e4, 100.0),
+        np.geomspace(1e-3, 1e9, 60),
+        np.linspace(0, 101, 200_001),
+    )
     gains = np.array([np.ones(60), np.where(np.arange(60) % 2, 1.0, -1.0)])
-    time = np.linspace(0, 101.0, 200_001)
     some = np.unique(np.concatenate([np.arange(40), np.arange(0, 200_001, 4999), [198_018, 198_020]]))
-    for lag in (False, True):
-        many = chirp_response(part, rates, gains, time, lag=lag)
-        few = np.concatenate(
-            [chirp_response(part, rates, gains, time[[place]], lag=lag) for place in some], axis=1
-        )
-        assert np.max(np.abs(many[:, some] - few)) < 1e-12
-        assert np.max(np.abs(few)) > 1
+    many = chirp_response(part, rates, gains, time, lag=lag)[:, some]
+    few = np.hstack([chirp_response(part, rates, gains, time[[place]], lag=lag) for place in some])
+    assert np.max(np.abs(many - few)) < 1e-12
+    assert np.max(np.abs(few)) > 1
 
 
 def test_off_and_at_its_end():
@@ -113,44 +97,35 @@ def test_a_chirp_as_a_current_and_an_unknown_formula():
     """A divided chirp stays one; the same as a formula that says nothing of itself gives the same."""
     table = {"model": "Chirp", "amplitude": 3.0, "first": 200.0, "last": 10.0, "length": 0.05}
     drive = read_model(Drive, {"model": "CurrentAmplifier", "command": table, "sense_resistance": 1e3})
-    (part,) = drive.parts()
+    (part,), (plain,) = drive.parts(), read_model(Drive, table).parts()
     assert isinstance(part, Chirped)
     assert part.bound() == pytest.approx(3e-3)
-    time = np.linspace(0, 0.06, 41)
-    wanted = {
-        "x": Transfer(rates=np.array([5.0, 700.0]), gains=np.array([1.0, -0.3]), direct=0.2, slope=1e-4)
-    }
-    (plain,) = read_model(Drive, table).parts()
+    rates, gains, time = np.array([5.0, 700.0]), np.array([1.0, -0.3]), np.linspace(0, 0.06, 41)
+    wanted = Transfer(rates=rates, gains=gains, direct=0.2, slope=1e-4)
     unknown = Smooth(plain.formula, plain.derivative, plain.start, plain.stop, plain.highest_frequency)
-    marched = wanted["x"].gains @ smooth_states(unknown, wanted["x"].rates, time)
-    marched += 0.2 * plain.value(time) + 1e-4 * plain.slope(time)
-    np.testing.assert_allclose(transient(wanted, drive, time)["x"], marched / 1e3, atol=1e-12)
+    marched = gains @ smooth_states(unknown, rates, time) + 0.2 * plain.value(time) + 1e-4 * plain.slope(time)
+    np.testing.assert_allclose(transient({"x": wanted}, drive, time)["x"], marched / 1e3, atol=1e-12)
 
 
 def test_a_long_chirp_is_answered_without_its_cycles(monkeypatch):
     """5e5 cycles on a skin with a memory: nothing marches, and no array is as long as the chirp has cycles."""
-    scenario = long_chirp()
-    monkeypatch.setattr("electrovib.solve.electrics.transient.smooth_states", None)
+    drive = {"model": "Chirp", "amplitude": 100, "first": 1, "last": 1e4, "length": 100}
+    causal = {"force": {"model": "Vezzoli2014Causal"}, "time.initial_state": {"model": "AtRest"}}
+    scenario = ev.load("vezzoli_2014/fig7", changes={"drive": drive} | causal)
     longest = []
-    answer = chirp_response
 
     def counted(part, rates, gains, time, *, lag=False):
         longest.append(len(time))
-        return answer(part, rates, gains, time, lag=lag)
+        return chirp_response(part, rates, gains, time, lag=lag)
 
+    monkeypatch.setattr("electrovib.solve.electrics.transient.smooth_states", None)
     monkeypatch.setattr("electrovib.solve.electrics.transient.chirp_response", counted)
     trace = ev.simulate(scenario)
     assert max(longest) < 50_000
-    sure = ev.simulate(scenario, time=np.array([0.0, *trace.time.values[[700, 1999]]]))
+    sure = ev.simulate(scenario, time=np.array([0.0, *trace.time.values[[700, 1999]]])).electrostatic_force
     force = trace.electrostatic_force.values
-    np.testing.assert_allclose(
-        sure.electrostatic_force.values[1:], force[[700, 1999]], rtol=1e-3, atol=1e-4 * force.max()
-    )
-
-
-def test_the_attraction_of_a_long_chirp_at_many_times():
-    solution = Expanded(long_chirp())
-    time = np.linspace(0, 100, 20_001)
-    many = solution.at(time).solution.force
-    few = solution.at(time[::1000]).solution.force
-    np.testing.assert_allclose(many[::1000], few, rtol=1e-9, atol=1e-10 * few.max())
+    np.testing.assert_allclose(sure[1:], force[[700, 1999]], rtol=1e-3, atol=1e-4 * force.max())
+    expanded, time = Expanded(scenario), np.linspace(0, 100, 20_001)
+    few = expanded.at(time[::1000]).solution.force
+    many = expanded.at(time).solution.force[::1000]
+    np.testing.assert_allclose(many, few, rtol=1e-9, atol=1e-10 * few.max())
