@@ -177,18 +177,6 @@ def test_against_an_ode(one, corners):
     assert np.max(np.abs(one_of(slow, one, time) - expected)) < 1e-9 * 100
 
 
-def test_burst_begins_as_a_sine_and_fades():
-    time = np.linspace(0, 0.03, 301)
-    found = transient(BOTH, BURST, time)["first"]
-    assert np.all(found[time < 2e-3] == 0)
-    on, after = (time >= 2e-3) & (time < 14e-3), time > 14e-3 + 1e-9
-    sine = drive("Sine", amplitude=100, frequency=250)
-    assert close(found[on], transient(BOTH, sine, time[on] - 2e-3)["first"])
-    slow = Transfer(rates=RATES, gains=np.eye(5)[0] * 1.0)
-    end = one_of(slow, BURST, np.array([14e-3]))
-    assert close(one_of(slow, BURST, time[after]), end * np.exp(-RATES[0] * (time[after] - 14e-3)))
-
-
 def test_a_record_with_jitter():
     random = np.random.default_rng(11)
     stamps, volts = np.cumsum(random.uniform(0.2e-3, 1.8e-3, 200)), random.uniform(-100, 100, 200)

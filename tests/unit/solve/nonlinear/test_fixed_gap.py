@@ -21,7 +21,6 @@ from electrovib.solve.electrics.leaks import leaky_response
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.electrics import Electrics
 from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
-from electrovib.solve.nonlinear.integrate import System, integrate
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.layer_states import stack_states
 
@@ -196,52 +195,11 @@ def test_a_stack_only_stores_and_loses(drawn, name, drive):
     assert np.all(np.diff(lost) >= -1e-3 * np.max(stored))
 
 
-class Beside(System):
-    """The electrics and one state that lags behind the attraction."""
-
-    def __init__(self, electrics):
-        self.electrics = electrics
-
-    @property
-    def scale(self):
-        return np.append(self.electrics.scale, 1.0)
-
-    def breaks(self, end):
-        return self.electrics.breaks(end)
-
-    def jump(self, state, *, time):
-        return np.append(self.electrics.jump(state[:-1], time=time), state[-1])
-
-    def rate(self, state, mode, *, time):
-        lag = (self.electrics.attraction(state[:-1], mode, time=time) - state[-1]) / 1e-3
-        return np.concatenate([self.electrics.rate(state[:-1], mode, time=time), [lag]])
-
-    def switches(self, state, mode, *, time):
-        return self.electrics.switches(state[:-1], mode, time=time)
-
-    def following(self, index, state, mode, *, time):
-        return self.electrics.following(index, state[:-1], mode, time=time)
-
-
-@pytest.mark.slow
-def test_states_stand_beside_others(finger, drive, worst):
-    """Another system may keep the electrics in a slice of its own state and mode."""
-    space, times = finger("body").space, np.linspace(0, END, 31)
-    system = Beside(Electrics(space, drive("square"), end=END))
-    state, mode = system.electrics.begin()
-    solved = integrate(system, np.append(state, 0.0), mode, times)
-    alone = follow_finger(space, drive("square"), times)
-    found = system.electrics.signals(times, solved.states[:-1], gap=None, closing=0.0)
-    assert worst(alone.found, found) < 1e-8
-    assert 0 < solved.states[-1, -1] < 4.4271e-12 * np.max(alone.found[FieldOf("gap")] ** 2)
-
-
-CURRENTS = {"source_current": 12e-6, "sink_current": 8e-6}
 ALL = {"bandwidth": 1500.0, "saturation": 70.0, "source_current": 12e-6, "stray_capacitance": 3e-11}
 AMPLIFIERS = {
     "voltage": Amplifier(gain=2.0, saturation=70.0),
     "voltage and pole": Amplifier(gain=2.0, bandwidth=800.0, saturation=45.0),
-    "current": Amplifier(**CURRENTS),
+    "current": Amplifier(source_current=12e-6, sink_current=8e-6),
     "all": Amplifier(gain=1.8, **ALL),
 }
 

@@ -125,15 +125,6 @@ def test_a_suspended_finger_keeps_its_force_and_loses_it_by_a_leak(held_finger, 
     assert np.mean(found[GAP][late] ** 2) > 0.9 * np.mean(found[GAP][~late] ** 2)
 
 
-def test_from_far_to_touch_and_back_without_leak(held_finger, drive):
-    """The force comes back along its own path: nothing is left behind."""
-    motion = TouchAndLift(far=1e-3, near=1e-6, approach=10e-3, touch=5e-3, lift=10e-3)
-    times = np.linspace(0, 25e-3, 251)
-    field = move_gap(held_finger(skin=DRY_SKIN).space, drive("held"), times, motion=motion).found[GAP]
-    np.testing.assert_allclose(field, field[::-1], rtol=1e-9)
-    assert field[125] > 30 * field[0]
-
-
 def test_refusals(held_finger, drive):
     times, held, source = np.linspace(0, END, 3), held_finger(), Amplifier(source_current=1e-6)
     still = held_finger(moving=None)
