@@ -160,29 +160,24 @@ for text in texts:
 
 
 @pytest.mark.parametrize(
-    ("value", "unit", "text", "digits"),
+    ("unit", "digits", "texts"),
     [
-        (9e-05, "m", "90 um", None),
-        (1e-4, "m2", "1 cm2", None),
-        (1000.0, "V", "1 kV", None),
-        (0.0, "V", "0 V", None),
-        (-0.0, "V", "0 V", None),
-        (-0.0, "1", "0", None),
-        (-3.3e-4, "C/m2", "-330 uC/m2", None),
-        (0.5, "1", "0.5", None),
-        (1e-30, "V", "1e-30 V", None),
-        (1e20, "V", "1e+20 V", None),
-        (math.inf, "V", "inf V", None),
-        (56.55e-3, "N", "56.55 mN", None),
+        ("m", 4, {9e-05: "90 um"}),
+        ("m2", 4, {1e-4: "1 cm2"}),
+        ("V", 4, {1000.0: "1 kV", -0.0: "0 V", 1e-30: "1e-30 V", 1e20: "1e+20 V", math.inf: "inf V"}),
+        ("C/m2", 4, {-3.3e-4: "-330 uC/m2"}),
+        ("1", 4, {0.5: "0.5", -0.0: "0"}),
+        ("N", 4, {56.55e-3: "56.55 mN"}),
         # a number that rounds up takes the next prefix
-        (999.9996, "V", "1 kV", 3),
-        (9.999999977e8, "V/m", "1 GV/m", 3),
-        (-0.99999, "A", "-1 A", 3),
-        (999.4, "V", "999 V", 3),
+        ("V", 3, {999.9996: "1 kV", 999.4: "999 V"}),
+        ("V/m", 3, {9.999999977e8: "1 GV/m"}),
+        ("A", 3, {-0.99999: "-1 A"}),
     ],
 )
-def test_numbers_are_shown_with_prefixes(value, unit, text, digits):
-    assert format_quantity(value, unit, **({} if digits is None else {"digits": digits})) == text
+def test_numbers_are_shown_with_prefixes(unit, digits, texts):
+    assert {value: format_quantity(value, unit, digits=digits) for value in texts} == texts
+    if digits == 4:
+        assert {value: format_quantity(value, unit) for value in texts} == texts
 
 
 def test_prefixes_shown_are_prefixes_read():
