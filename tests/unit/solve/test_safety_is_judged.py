@@ -134,11 +134,17 @@ STACKS = {
     "moving gap": {"motion.distance": TREMBLE},
     "general reference": LEAK | {"stack.insulator.leak": polarity(1e-9, 1e-9)},
 }
+QUICK = {"closed form": DRIVES, "behind an amplifier": ("pulse", "two"), "leak": ("pulse", "sine")}
+QUICK |= {
+    "moving gap": ("pulse", "square"),
+    "amplifier with limits": ("pulse",),
+    "general reference": ("pulse",),
+}
 CASES = [
-    (stack, drive)
-    for stack in STACKS
+    pytest.param(stack, drive, marks=() if drive in drives else pytest.mark.slow)
+    for stack, drives in QUICK.items()
     for drive in DRIVES
-    if stack not in ("amplifier with limits", "general reference") or drive == "pulse"
+    if drive == "pulse" or stack not in ("amplifier with limits", "general reference")
 ]
 LIMITS = {"voltage": 100, "current": 1e-4, "charge": 1e-9, "stored_energy": 1e-6, "body_current": 1e-4}
 
