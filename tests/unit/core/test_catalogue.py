@@ -15,31 +15,15 @@ from electrovib.core.citation import Citation, bibtex_of, cited
 from electrovib.core.discovery import ENTRY_POINT_GROUP, find_members, paper, paper_names, papers
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import Model, read_model
-from electrovib.core.search import (
-    ALIAS,
-    LAST,
-    NAME,
-    PREFIX,
-    SPELLING,
-    WORDS,
-    Searchable,
-    as_question,
-    closest_entries,
-    search,
-    suggestions,
-)
+from electrovib.core.search import STAGES, Searchable, as_question, closest_entries, search, suggestions
 from electrovib.physics.drive.base import Drive
 from electrovib.study import catalogue
 
+NAME, LAST, ALIAS, _, PREFIX, WORDS, SPELLING = STAGES
 MODULE = '''
-"""A. Example, "A contributed paper", 2099. Claims: nothing. Does not claim: anything."""
-
-from typing import Annotated
-
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity
 
-CITATION, STATUS, CHECKS = "A. Example (2099), doi:10.0000/x", "derived", ()
+CITATION, STATUS, CHECKS, scenarios = "A. Example (2099), doi:10.0000/x", "derived", (), dict
 
 
 class Shade(Model, family=True):
@@ -49,11 +33,7 @@ class Shade(Model, family=True):
 class Dark(Shade):
     """A member of it."""
 
-    depth: Annotated[Number, Quantity("1", 0, 1, "how dark")] = 0.5
-
-
-def scenarios():
-    return {}
+    depth: int = 5
 '''
 
 
@@ -96,12 +76,9 @@ def test_a_contributed_paper_is_found_and_has_a_near_name(installed):
     module = paper("example_2099")
     assert module.CITATION.startswith("A. Example")
     assert set(find_members(module.Shade)) == {"Dark"}
-    assert read_model(module.Shade, {"model": "Dark"}).depth == 0.5
-    for name, words in (
-        ("exampel_2099", "Did you mean 'example_2099'"),
-        ("vezoli_2014", "Did you mean 'vezzoli_2014'"),
-        ("nothing", "is neither a file nor a paper"),
-    ):
+    assert read_model(module.Shade, {"model": "Dark"}).depth == 5
+    near = {"exampel_2099": "'example_2099'", "vezoli_2014": "'vezzoli_2014'"}
+    for name, words in (near | {"nothing": "is neither a file nor a paper"}).items():
         with pytest.raises(InputError, match=words):
             paper(name)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from decimal import Decimal
 
 import pytest
 from hypothesis import given
@@ -14,7 +13,6 @@ from hypothesis import strategies as st
 from electrovib.core.units import (
     KINDS,
     PREFIXES,
-    SHOWN_PREFIXES,
     digits_of_interval,
     exact_text,
     expected,
@@ -178,11 +176,6 @@ def test_numbers_are_shown_with_prefixes(unit, digits, texts):
     assert {value: format_quantity(value, unit, digits=digits) for value in texts} == texts
     if digits == 4:
         assert {value: format_quantity(value, unit) for value in texts} == texts
-
-
-def test_prefixes_shown_are_prefixes_read():
-    assert set(SHOWN_PREFIXES) <= set(PREFIXES)
-    assert all(Decimal(10).scaleb(PREFIXES[prefix]) > 0 for prefix in SHOWN_PREFIXES)
 
 
 @pytest.mark.parametrize("width", [1.0, 1e-2, 1e-5, 1e-9])

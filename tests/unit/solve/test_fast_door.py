@@ -10,7 +10,6 @@ from plain_recursion import march_loop
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.samples import Samples
 from electrovib.physics.drive.parts import circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.diagnostics import memory, peaks
@@ -194,19 +193,6 @@ def test_chosen_signals_are_those_of_the_whole_trace():
     ):
         with pytest.raises(InputError, match=words):
             ev.simulate(scenario, signals=[name])
-
-
-@settings(max_examples=60, deadline=None)
-@given(
-    whole=st.lists(st.integers(-(10**9), 10**9), min_size=1, max_size=50),
-    places=st.integers(0, 9),
-    minus=st.booleans(),
-)
-def test_decimal_numbers_travel_without_loss(whole, places, minus):
-    values = np.array([float(f"{each}e-{places}") for each in whole])
-    samples = Samples(-values if minus else values)
-    assert samples.packed().startswith("decimals+zlib+base64:")
-    assert Samples.read(samples.packed()) == samples
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -209,10 +209,8 @@ def test_stiff_linear_systems(fast, slow, turn):
 
 @pytest.mark.parametrize("unit", [1e-9, 1e6])
 def test_nothing_depends_on_the_unit(unit):
-    matrix = np.array([[0.0, 1.0], [-40.0, -0.3]])
-    times, start = np.linspace(0, 3, 31), np.array([1.0, 0.0])
-    one = integrate(linear(matrix), start, (), times)
-    other = integrate(linear(matrix, unit), unit * start, (), times)
+    matrix, times, start = np.array([[0.0, 1.0], [-40.0, -0.3]]), np.linspace(0, 3, 31), np.array([1.0, 0.0])
+    one, other = (integrate(linear(matrix, scale), scale * start, (), times) for scale in (1.0, unit))
     assert abs(one.steps - other.steps) <= 1
     np.testing.assert_allclose(other.states / unit, one.states, rtol=0, atol=1e-8)
     exact = np.transpose([expm(matrix * time) @ start for time in times.tolist()])

@@ -16,8 +16,7 @@ from electrovib.physics.motion import TouchAndLift, TremblingDistance
 from electrovib.solve.electrics import steps
 from electrovib.solve.electrics.moving_gap import move_gap
 from electrovib.solve.electrics.transient import transient
-from electrovib.solve.nonlinear.electrics import Electrics
-from electrovib.solve.nonlinear.finger import FingerOnSurface, Yielding, follow_finger
+from electrovib.solve.nonlinear.finger import Yielding, follow_finger
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 EPS0 = 8.8541878128e-12
@@ -163,24 +162,6 @@ def test_a_gap_that_yields_ends_in_equilibrium(mass, held_finger, drive):
     push = Spring().pressure(gap) - load - EPS0 * field**2 / 2
     assert abs(push) < (1e-6 if mass == 0.0 else 1e-3) * load
     assert gap < 8e-6 - 1e-9
-
-
-@pytest.mark.parametrize("mass", [0.0, 1.0])
-@pytest.mark.parametrize("together", [None, lambda time, pull: 1e3 * (1 + time) + pull**2 / 1e3])
-def test_several_times_of_a_gap_that_yields_are_one_after_the_other(mass, together, held_finger, drive):
-    more = {"damping": 2e5, "mass": mass, "together": together}
-    motion = Yielding(surface=Spring(), load=lambda time: 1e3 + 1e5 * time, start=8e-6, **more)
-    system = FingerOnSurface(Electrics(held_finger(skin=DRY_SKIN).space, drive("held"), end=END), motion)
-    state, mode = system.begin()
-    state, times = system.jump(state, time=0.0), np.array([1e-3, 2e-3, 5e-3])
-    states = state[:, None] + np.outer(system.scale, [0.0, 0.01, -0.02])
-    for asked in (system.rate, system.switches):
-        one = [asked(now, mode, time=time) for now, time in zip(states.T, times.tolist(), strict=True)]
-        found = asked(states, mode, time=times)
-        np.testing.assert_allclose(found, np.transpose(one), rtol=1e-12, atol=0)
-        assert np.all(np.ptp(found[-1:], axis=1) > 0)
-    if mass:
-        np.testing.assert_array_equal(system.rate(states, mode, time=times)[-2], states[-1])
 
 
 def test_a_gap_that_only_creeps_follows_its_closed_form(held_finger, drive):
