@@ -76,11 +76,7 @@ class Column(Model):
 
 @pytest.mark.parametrize(
     ("kind", "units", "others"),
-    [
-        ("s", ["us", "µs"], ["V", "", "3 us", 5]),
-        ("1", ["1", "-", "%"], ["V"]),
-        ("V/m", ["kV/mm"], ["V"]),
-    ],
+    [("s", ["us", "µs"], ["V", "", "3 us", 5]), ("1", ["1", "-", "%"], ["V"]), ("V/m", ["kV/mm"], ["V"])],
 )
 def test_the_unit_of_a_files_column(kind, units, others):
     assert all(is_unit_of(kind, text) for text in units)

@@ -54,11 +54,8 @@ def test_a_trapezium_of_current_fills_in_parabolas(samples):
 
 @pytest.mark.parametrize("phase", [0.0, np.pi / 2, 1.0])
 def test_a_sine_from_rest_leaves_what_it_began_with(phase):
-    drive, time, angular = (
-        sine(amplitude=2.0, frequency=50, phase=phase),
-        np.linspace(0, 0.1, 1001),
-        100 * np.pi,
-    )
+    drive, time = sine(amplitude=2.0, frequency=50, phase=phase), np.linspace(0, 0.1, 1001)
+    angular = 100 * np.pi
     periodic = -2 / angular * np.cos(angular * time + phase)
     assert close(charge(drive, time), 2 / angular * np.cos(phase) + periodic)
     assert close(charge(drive, time, settled=True), periodic)

@@ -168,12 +168,8 @@ def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
 def test_an_output_that_is_a_multiple_of_another_is_that_multiple():
     modes = {"rates": np.array([1.0, 1e3]), "gains": np.array([0.5, -0.2])}
     one, less = Transfer(**modes, direct=0.1), Transfer(**modes, direct=0.2)
-    transfers = {
-        "one": one,
-        "other": one * 3.0,
-        "less": less,
-        "lag": Transfer(**modes, direct=0.1, static=0.1),
-    }
+    lagging = Transfer(**modes, direct=0.1, static=0.1)
+    transfers = {"one": one, "other": one * 3.0, "less": less, "lag": lagging}
     drive = measured(np.arange(12_000) * 1e-6).drive
     found = transient(transfers, drive, drive.time_stamps)
     np.testing.assert_allclose(found["other"], 3 * found["one"], rtol=1e-15)

@@ -19,27 +19,22 @@ from electrovib.solve.stack.expand import modes
 AREA, FILM, SKIN = 1e-4, 90e-6 / 3.35, 200e-6 / 1560
 CAPACITANCE = eps0 * AREA / (FILM + SKIN)
 RAMP = {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
+HELD = {"model": "Step", "level": 100.0}
 BARE = {"circuit.return_path.resistance": 0.0}
 IN_GAP = {"force": {"model": "MaxwellStressInGap"}}
 PERIODIC = {"time.initial_state": {"model": "PeriodicState"}}
 
 
 def told(scenario, changes=None, **how):
-    return {
-        found.name: found for found in diagnostics_of(ev.simulate(scenario.replace(changes or {}), **how))
-    }
+    return {each.name: each for each in diagnostics_of(ev.simulate(scenario.replace(changes or {}), **how))}
 
 
 def second_electrode(area):
     return {"circuit.return_path": {"model": "SecondElectrode", "area": area, "resistance": 0.0}}
 
 
-def polarity(positive, negative):
-    return {
-        "model": "PolarityConduction",
-        "conductivity_positive": positive,
-        "conductivity_negative": negative,
-    }
+def polarity(up, down):
+    return {"model": "PolarityConduction", "conductivity_positive": up, "conductivity_negative": down}
 
 
 @pytest.fixture(scope="module")
@@ -86,11 +81,8 @@ def test_every_layer_of_the_plate_and_of_the_finger_is_judged(vezzoli):
     """Two films and two layers of finger, of other names; the declared strength of one comes before its kind's."""
 
     def layer(role, thickness, permittivity, **more):
-        return {
-            "role": role,
-            "thickness": thickness,
-            "material": {"model": "Constant", "permittivity": permittivity},
-        } | more
+        material = {"model": "Constant", "permittivity": permittivity}
+        return {"role": role, "thickness": thickness, "material": material} | more
 
     stack = {
         "lower": layer("plate", "45 um", 3.35, breakdown_field="10 MV/m"),
@@ -157,10 +149,7 @@ def test_checks_do_not_depend_on_the_output_times(with_gap, stack, drive):
     skin = {"stack.stratum_corneum.material.conductivity": 2e-6, "circuit.return_path.resistance": 1e4}
     one = with_gap.replace(skin | {"limits": LIMITS} | STACKS[stack] | {"drive": DRIVES[drive]})
     end = 4e-3
-    few, trace = (
-        told(one, time=np.array([0.9 * end, end])),
-        ev.simulate(one, time=np.linspace(0.0, end, 4001)),
-    )
+    few, trace = told(one, time=[0.9 * end, end]), ev.simulate(one, time=np.linspace(0.0, end, 4001))
     shares, others = (
         {
             each.name: each.value / each.limit
@@ -311,11 +300,7 @@ def test_a_current_that_is_largest_just_before_a_corner(vezzoli):
 def test_equilibrium_judges_too(with_gap):
     spring = {"model": "LinearSpring", "stiffness": "1 GPa/m", "free_gap": "40 um"}
     floating = {"model": "Floating", "capacitance": "100 pF"}
-    held = {
-        "drive": {"model": "Step", "level": "1 kV"},
-        "contact.surface": spring,
-        "circuit.return_path": floating,
-    }
+    held = {"drive": HELD | {"level": 1e3}, "contact.surface": spring, "circuit.return_path": floating}
     limits = {"voltage": "500 V", "charge": "1 nC", "stored_energy": "1 nJ", "current": "1 A"}
     conducts = {"stack.stratum_corneum.material.conductivity": 1e-6, "load.normal_force": 0.5}
     scenario = with_gap.replace(held | conducts | IN_GAP | {"limits": limits, "contact.area": AREA})
@@ -368,16 +353,7 @@ def test_export_refuses_what_breaks_a_limit_and_what_run_refuses(vezzoli, tmp_pa
     assert place.exists()
 
 
-PULSE = {
-    "model": "Trapezium",
-    "high": 100.0,
-    "rise": 0.0,
-    "hold": 8e-6,
-    "fall": 0.0,
-    "delay": 20.03e-3,
-    "repeat": 0.1,
-}
-HELD = {"model": "Step", "level": "100 V"}
+PULSE = RAMP | {"rise": 0.0, "hold": 8e-6, "fall": 0.0, "delay": 20.03e-3, "repeat": 0.1}
 
 
 @pytest.mark.parametrize(
@@ -388,11 +364,8 @@ HELD = {"model": "Step", "level": "100 V"}
 def test_a_short_pulse_counts_everywhere(short, held):
     """8 us at 20.03 ms fall between any even times; it is held against the same voltage for ever."""
     spring = {"model": "LinearSpring", "stiffness": "1 TPa/m", "free_gap": "2 um"}
-    stack = {
-        "stack.insulator.thickness": 1e-6,
-        "stack.gap.thickness": 2e-6,
-        "stack.gap.material.conductivity": 0.0,
-    }
+    layers = {"stack.insulator.thickness": 1e-6, "stack.gap.thickness": 2e-6}
+    stack = layers | {"stack.gap.material.conductivity": 0.0}
     scenario = ev.load("vezzoli_2014/fig6_gap", changes=stack | {"contact.surface": spring})
     one, other = (scenario.replace({"drive": drive}) for drive in (short, held))
     assert ev.equilibrium(one).voltage == ev.equilibrium(other).voltage
@@ -463,11 +436,10 @@ def test_the_largest_current_is_that_at_which_the_amplifier_saturates(drive, slo
 
 def test_a_sweep_states_the_largest_current_of_a_skin_that_conducts():
     """The current grows up to the end of the ramp, where it jumps: 38 % more would come from a parabola through both sides."""
-    amplifier = {
-        "circuit.amplifier": {"saturation": 2e3, "stray_capacitance": CABLE},
-        "limits": {"current": 1.0},
-    }
+    amplifier = {"saturation": 2e3, "stray_capacitance": CABLE}
     ramps = {"drive.rise": 10e-3, "drive.hold": 10e-3, "drive.fall": 6e-3, "time.duration": 30e-3}
-    scenario = ev.load("vezzoli_2014/fig6", changes=amplifier | ramps)
+    scenario = ev.load(
+        "vezzoli_2014/fig6", changes={"circuit.amplifier": amplifier, "limits.current": 1.0} | ramps
+    )
     trace = ev.simulate(scenario, time=np.linspace(0, 30e-3, 30001))
     check_largest_current(scenario, float(np.max(np.abs(trace.amplifier_current))), 1e-6)

@@ -121,9 +121,8 @@ def test_answer_does_not_depend_on_the_grid(name, settled):
     """Any subset of the times gets the same numbers; 40 001 samples go through the block scan."""
     many = np.linspace(0, 0.02, 2 * MANY_SAMPLES + 1)
     chosen = np.unique(np.random.default_rng(3).integers(0, len(many), 60))
-    found, few, last = (
-        transient(BOTH, EVERY[name], times, settled=settled) for times in (many, many[chosen], many[-1:])
-    )
+    grids = many, many[chosen], many[-1:]
+    found, few, last = (transient(BOTH, EVERY[name], times, settled=settled) for times in grids)
     # interpolation of a chirp depends on the samples between which it is refined
     tolerance = 3e-9 if name == "chirp" else PRECISION * 100
     for quantity in BOTH:
@@ -159,10 +158,8 @@ EDGES = st.just(0.0) | st.floats(1e-12, 0.01)
 def test_later_drive_later_answer(shift, rise, hold, fall, times):
     early = drive("Trapezium", high=100, rise=rise, hold=hold, fall=fall)
     time = np.sort(np.array(times))
-    found, moved = (
-        transient(BOTH, early, time),
-        transient(BOTH, early.replace({"delay": shift}), time + shift),
-    )
+    late = early.replace({"delay": shift})
+    found, moved = transient(BOTH, early, time), transient(BOTH, late, time + shift)
     away = np.all(np.abs(time[:, None] - early.parts()[0].times) >= 1e-12, axis=1)
     # shifting rounds the times: 1e-17 s of 7e6/s and of slopes up to 100 V in the shortest edge
     steepest = 100 / min([each for each in (rise, fall) if each > 0], default=1.0)
@@ -349,11 +346,8 @@ def test_long_arithmetic(first, last):
 @pytest.mark.parametrize("lag", [False, True])
 def test_many_times_read_what_few_do(lag):
     """Polynomials through the envelope: the same at a million times as at some of them, without and with lag."""
-    part, rates, time = (
-        Chirped.between(1.0, 1.0, 1e4, 100.0),
-        np.geomspace(1e-3, 1e9, 60),
-        np.linspace(0, 101, 200_001),
-    )
+    part, time = Chirped.between(1.0, 1.0, 1e4, 100.0), np.linspace(0, 101, 200_001)
+    rates = np.geomspace(1e-3, 1e9, 60)
     gains = np.array([np.ones(60), np.where(np.arange(60) % 2, 1.0, -1.0)])
     some = np.unique(np.concatenate([np.arange(40), np.arange(0, 200_001, 4999), [198_018, 198_020]]))
     many = chirp_response(part, rates, gains, time, lag=lag)[:, some]

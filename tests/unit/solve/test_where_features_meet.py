@@ -118,21 +118,19 @@ RECTIFYING = {"model": "PolarityConduction", "conductivity_positive": 4e-9, "con
 @pytest.mark.parametrize("limit", [{}, {"saturation": 1e5}], ids=["gain", "limit"])
 def test_an_amplifier_before_a_single_leak_counts(founding, limit):
     """A gain of 2 before a leak, and twice the drive without an amplifier."""
-    leaking = {
-        "stack.gap.leak": RECTIFYING,
-        "drive": {"model": "Sine", "amplitude": 50.0, "frequency": 100.0},
-    }
-    scenario, time = founding.replace(leaking), np.linspace(0, 10e-3, 21)
+    sine = {"model": "Sine", "amplitude": 50.0, "frequency": 100.0}
+    scenario, time = (
+        founding.replace({"stack.gap.leak": RECTIFYING, "drive": sine}),
+        np.linspace(0, 10e-3, 21),
+    )
     amplified = simulate(scenario.replace({"circuit.amplifier": {"gain": 2.0} | limit}), time=time)
     doubled = simulate(scenario.replace({"drive.amplitude": 100.0}), time=time)
     assert ("an amplifier with limits before a leak" in amplified.attrs["solver_reason"]) == bool(limit)
     assert_same(amplified, doubled, ("stack_voltage", "current", "electrostatic_force"), 5e-5)
 
 
-LEAKS = {
-    "rectifying": RECTIFYING,
-    "growing": {"model": "FieldConduction", "conductivity": 1e-9, "onset_field": 2e6},
-}
+GROWING = {"model": "FieldConduction", "conductivity": 1e-9, "onset_field": 2e6}
+LEAKS = {"rectifying": RECTIFYING, "growing": GROWING}
 DRIVES = {
     "sine": {"model": "Sine", "amplitude": 50.0, "frequency": 100.0},
     "square": {"model": "Square", "high": 60.0, "low": -20.0, "frequency": 100.0},
@@ -160,14 +158,8 @@ def test_gain_and_pole_before_a_leak_are_those_of_the_general_solver(
     wanted = functools.partial(linear_quantities, scenario)
     question = Question(scenario=scenario, section=prepared.section, times=time, wanted=wanted)
     assert solution.method is LEAK
-    names = [
-        "plate_voltage",
-        "current",
-        "amplifier_current",
-        "stack_voltage",
-        FieldOf("gap"),
-        FieldOf("insulator"),
-    ]
+    fields = map(FieldOf, ("gap", "insulator"))
+    names = ["plate_voltage", "current", "amplifier_current", "stack_voltage", *fields]
     assert_same(solution.found, follow_all(question).found, names, 5e-5)
 
 
@@ -240,10 +232,8 @@ def test_what_nothing_would_follow_is_refused(founding):
 def test_a_press_has_no_periodic_state_behind_a_memory(founding):
     """Without memory it is exact: the attraction repeats, the load does not."""
     sine = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 50.0}, "load.time_profile": PRESS}
-    settled, time = (
-        founding.replace(sine | {"time.initial_state": {"model": "PeriodicState"}}),
-        np.linspace(0, 0.2, 201),
-    )
+    settled = founding.replace(sine | {"time.initial_state": {"model": "PeriodicState"}})
+    time = np.linspace(0, 0.2, 201)
     np.testing.assert_allclose(simulate(settled, time=time).normal_force.values[-1], 0.5)
     lag = {"friction": {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 100.0}}
     with pytest.raises(InputError, match=r"load\.time_profile = Press occurs once"):
@@ -330,10 +320,8 @@ def test_a_periodic_state_that_takes_hours_to_reach_is_marked(offset, changes, m
     found = settled_charge(offset.replace(changes))
     assert bool(found) == bool(mean)
     for each in found:
-        assert (each.state, each.value) == (
-            "warning",
-            pytest.approx(3.35 * eps0 / changes[CONDUCTIVITY], rel=1e-9),
-        )
+        relaxes = 3.35 * eps0 / changes[CONDUCTIVITY]
+        assert (each.state, each.value) == ("warning", pytest.approx(relaxes, rel=1e-9))
         assert f"the mean of {mean} has been held" in each.text
         assert "stack.insulator.material.conductivity = 0" in each.text
 

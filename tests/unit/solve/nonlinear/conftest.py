@@ -52,9 +52,8 @@ class Finger:
 
     @cached_property
     def debye(self):
-        reduced = {
-            name: reduce_material(layer.material, low=1.0, high=1e4) for name, layer in self.layers.items()
-        }
+        layers = self.layers.items()
+        reduced = {name: reduce_material(layer.material, low=1.0, high=1e4) for name, layer in layers}
         return {name: found.debye for name, found in reduced.items()}
 
     @cached_property

@@ -38,11 +38,8 @@ LIMITED = {
 ELEMENTS = ("bare", "body", "floating")
 STRAIGHT = ("trapezium", "square")
 FAST = [("sine", "current and pole", "body"), ("sine", "everything", "body")]
-SLOW = [
-    case
-    for case in product((*STRAIGHT, "sine", "burst", "chirp", "both"), LIMITED, ELEMENTS)
-    if case not in FAST
-]
+OSCILLATING = ("sine", "burst", "chirp", "both")
+SLOW = [case for case in product(STRAIGHT + OSCILLATING, LIMITED, ELEMENTS) if case not in FAST]
 
 
 @pytest.fixture

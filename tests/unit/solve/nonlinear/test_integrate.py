@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -219,9 +218,7 @@ def test_nothing_depends_on_the_unit(unit):
 
 def test_a_landing_within_the_rounding_of_a_time_is_a_landing():
     """From 1 s to the next number: there is no earlier time to take the slope from."""
-    falling = SimpleNamespace(
-        scale=np.ones(1), switches=lambda state, mode, **_: np.array([state[0] if not mode else 0.0])
-    )
+    falling = Plain(switch=lambda state, mode: np.array([state[0] if not mode else 0.0]))
     given_ = {"start": 1.0, "scale": np.ones(1), "tolerance": 1e-9, "step": None}
     march = functools.partial(
         integrator._steps, lambda _, states: -np.ones_like(states), np.zeros(1), **given_

@@ -212,9 +212,8 @@ def test_the_stated_error_bounds_the_error(name, element, answers, drive, monkey
     driven, leaking, exact = answers(element)
     time, given_ = np.linspace(0, 30e-3, 7), {"leak": OHMIC, "control": CONTROL}
     found = leaky_response({CONTROL: driven}, {CONTROL: leaking}, drive(name), time, **given_)
-    expected, whole = (
-        transient({"E": exact}, drive(name), times)["E"] for times in (time, np.linspace(0, 30e-3, 3001))
-    )
+    times = time, np.linspace(0, 30e-3, 3001)
+    expected, whole = (transient({"E": exact}, drive(name), each)["E"] for each in times)
     stated = found.errors["step_error"]
     assert stated < leaks.TOLERANCE
     assert np.max(np.abs(found.found[CONTROL] - expected)) < 2 * stated * np.max(np.abs(whole))
