@@ -35,12 +35,7 @@ def test_what_is_allowed_holds_within_the_block_and_the_thread():
 
 @pytest.mark.parametrize(
     ("text", "time", "memory"),
-    [
-        ("2 h, 16 GB", 7200.0, 16e9),
-        ("500 MB,30 min", 1800.0, 5e8),
-        ("90 s", 90.0, None),
-        ("1.5 TB", None, 1.5e12),
-    ],
+    [("2 h, 16 GB", 7200, 16e9), ("500 MB,30 min", 1800, 5e8), ("90 s", 90, None), ("1.5 TB", None, 1.5e12)],
 )
 def test_a_text_names_time_and_memory_in_any_order(text, time, memory):
     expected = {"time": time, "memory": memory}

@@ -351,9 +351,6 @@ def test_the_citation_file_names_vezzoli_2014_as_the_paper_module_does():
     names = re.findall(r"family-names: (\S+)\n\s+given-names: (\S+)", references)
     assert tuple(f"{given} {family}" for family, given in names) == paper.authors
     assert f"year: {paper.year}" in references
-    for key, value in (
-        ("title", paper.title),
-        ("collection-title", paper.booktitle),
-        ("notes", paper.archive),
-    ):
+    lines = {"title": paper.title, "collection-title": paper.booktitle, "notes": paper.archive}
+    for key, value in lines.items():
         assert f'{key}: "{value}"' in references

@@ -191,18 +191,12 @@ LONG = f"thickness = '{'x' * 34} ... {'x' * 19}': {NO_NUMBER}"
     [
         ({"thickness": math.nan}, "thickness = nan: must be a finite number; expected a length"),
         ({"thickness": True}, f"thickness = True: {NO_NUMBER}"),
-        (
-            {"thickness": -1},
-            "a number without a unit is in SI, so this is -1 m; must lie between 1 nm and 1 m",
-        ),
+        ({"thickness": -1}, "a number without a unit is in SI, so this is -1 m; must lie between 1 nm and"),
         ({"thickness": "9**9**9"}, f"thickness = '9**9**9': {NO_NUMBER}"),
         ({"thickness": "x" * 500}, LONG),
         ({"thickness": 1, "count": 13}, "the file = {...}: 13 slabs {never} hold"),
         ({"thickness": 1, "count": 2.5}, "count = 2.5: Input should be a valid integer, got a number with a"),
-        (
-            {"thickness": 1, "filling": {}},
-            'filling = {...}: needs a name, for instance model = "...", one of:',
-        ),
+        ({"thickness": 1, "filling": {}}, 'filling = {...}: needs a name, for instance model = "...", one'),
         ({"thickness": 1, "filling": {"model": 1}}, "filling = {model = 1, ...}: needs a name"),
         ({"thickness": 1, "filling": {"model": "PLAIN"}}, "Did you mean 'Plain' ("),
         ({"thickness": 1, "filling": "plain"}, "{ model = \"...\" }. Did you mean 'Plain' ("),
@@ -378,11 +372,8 @@ def packed(raw):
 
 @pytest.mark.parametrize(
     ("given", "words"),
-    [
-        (given, None)
-        for given in ("1, 2", f"{MARK}???", f"{MARK}AAAA", 3.0, None, {}, ["x"], [[1], [2]], [1, [2]])
-    ]
-    + [(packed(bytes(40_000_000)), "would unpack to more than 33"), ([10**400], "not numbers")]
+    [(given, None) for given in ("1, 2", f"{MARK}???", f"{MARK}AAAA", 3.0, {}, ["x"], [[1], [2]], [1, [2]])]
+    + [(packed(bytes(40_000_000)), "would unpack to more than 33"), ([10**400], "not numbers"), (None, None)]
     + [(given, "incomplete") for given in (MARK, packed(np.arange(100.0).tobytes())[:-8])],
 )
 def test_what_is_no_list_of_numbers_is_refused_with_the_reason(given, words):

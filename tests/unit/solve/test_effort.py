@@ -105,6 +105,7 @@ def test_a_march_ends_when_its_budget_is_spent_or_would_be(monkeypatch, changes,
 
 BRISTLES = {"model": "Dahl", "steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 500.0}
 SETTLED = {"time.initial_state": {"model": "PeriodicState"}, "drive": SQUARE | {"frequency": 60}}
+CURRENT = {"drive": SINE | {"model": "CurrentSine", "amplitude": 1e-3}}
 TREMOR = {"model": "TremblingDistance", "mean": 1e-4, "amplitude": 1e-5, "frequency": 8}
 SENSORS = {
     "normal": {"natural_frequency": 2000.0, "damping_ratio": 0.02, "time_constant": 10.0},
@@ -121,15 +122,10 @@ DIGITISER = {"sampling_rate": 1e9, "bits": 12, "normal_range": 10, "lateral_rang
         ({"time.initial_state": {"model": "PeriodicState"}}, "Trapezium does not repeat"),
         (SETTLED | LEAK, "layer 'insulator' leaks by FieldConduction"),
         (SETTLED | AMPLIFIED, "behind an amplifier with limits the periodic state is not known"),
-        (
-            {"drive": SINE | {"model": "CurrentSine", "amplitude": 1e-3}} | AMPLIFIED,
-            "CurrentSine prescribes the current itself",
-        ),
+        (CURRENT | AMPLIFIED, "CurrentSine prescribes the current itself"),
+        (CURRENT | LEAK | {"circuit.amplifier": {"gain": 2.0}}, "CurrentSine prescribes the current itself"),
         ({"motion.distance": TREMOR}, "gap"),
-        (
-            {"rig": {"model": "Tribometer", "digitiser": DIGITISER} | SENSORS},
-            "readings are more than half of",
-        ),
+        ({"rig": {"model": "Tribometer", "digitiser": DIGITISER} | SENSORS}, "readings are more than half"),
         ({"force": {"model": "Vezzoli2014PerFrequency"}}, "not causal"),
     ],
 )

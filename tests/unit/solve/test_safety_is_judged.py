@@ -322,9 +322,8 @@ def test_equilibrium_judges_too(with_gap):
     assert judged["voltage"].state == "warning"
     assert "current" not in judged
     thin = {"thickness": "1 um", "material": {"model": "Constant", "permittivity": 5}}
-    near = ev.equilibrium(
-        scenario.replace({"stack.insulator": thin, "circuit.return_path": {"model": "Grounded"}})
-    )
+    grounded = {"circuit.return_path": {"model": "Grounded"}}
+    near = ev.equilibrium(scenario.replace({"stack.insulator": thin} | grounded))
     states = {diagnostic.name: diagnostic.state for diagnostic in near.diagnostics}
     assert len(near.states) == 3
     # Paschen's law of the open state; of the closed one it says nothing
@@ -401,10 +400,8 @@ def slope_where_it_saturates(saturation):
 def check_largest_current(scenario, expected, rel):
     """Of the plate and the stray capacitance, as a run and a sweep state it."""
     swept = {"circuit.amplifier.saturation": [scenario.circuit.amplifier.saturation]}
-    for result in (
-        ev.simulate(scenario),
-        ev.sweep(scenario, over=swept, quantities=["peak electrostatic_force"]),
-    ):
+    states = [ev.simulate(scenario), ev.sweep(scenario, over=swept, quantities=["peak electrostatic_force"])]
+    for result in states:
         found = next(each.value for each in diagnostics_of(result) if each.name == "current")
         assert found == pytest.approx(expected, rel=rel)
 
@@ -438,8 +435,7 @@ def test_a_sweep_states_the_largest_current_of_a_skin_that_conducts():
     """The current grows up to the end of the ramp, where it jumps: 38 % more would come from a parabola through both sides."""
     amplifier = {"saturation": 2e3, "stray_capacitance": CABLE}
     ramps = {"drive.rise": 10e-3, "drive.hold": 10e-3, "drive.fall": 6e-3, "time.duration": 30e-3}
-    scenario = ev.load(
-        "vezzoli_2014/fig6", changes={"circuit.amplifier": amplifier, "limits.current": 1.0} | ramps
-    )
+    changes = {"circuit.amplifier": amplifier, "limits.current": 1.0} | ramps
+    scenario = ev.load("vezzoli_2014/fig6", changes=changes)
     trace = ev.simulate(scenario, time=np.linspace(0, 30e-3, 30001))
     check_largest_current(scenario, float(np.max(np.abs(trace.amplifier_current))), 1e-6)

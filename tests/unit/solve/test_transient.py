@@ -114,9 +114,10 @@ def test_jump_almost_on_an_even_grid(shift):
     assert close(one_of(OTHER, almost, EVEN)[away], expected[away])
 
 
-@pytest.mark.parametrize(
-    ("name", "settled"), [(name, False) for name in EVERY] + [("square", True), ("sine", True)]
-)
+ON_GRIDS = [(name, False) for name in EVERY] + [("square", True), ("sine", True)]
+
+
+@pytest.mark.parametrize(("name", "settled"), ON_GRIDS)
 def test_answer_does_not_depend_on_the_grid(name, settled):
     """Any subset of the times gets the same numbers; 40 001 samples go through the block scan."""
     many = np.linspace(0, 0.02, 2 * MANY_SAMPLES + 1)

@@ -154,13 +154,9 @@ def powers(low, high):
     return st.floats(low, high).map(lambda power: 10.0**power)
 
 
-leaks = st.one_of(
-    st.none(),
-    st.builds(
-        PolarityConduction, conductivity_positive=powers(-10, -4), conductivity_negative=powers(-10, -4)
-    ),
-    st.builds(FieldConduction, conductivity=powers(-10, -5), onset_field=powers(4, 6)),
-)
+kinks = {"conductivity_positive": powers(-10, -4), "conductivity_negative": powers(-10, -4)}
+growing = st.builds(FieldConduction, conductivity=powers(-10, -5), onset_field=powers(4, 6))
+leaks = st.one_of(st.none(), st.builds(PolarityConduction, **kinks), growing)
 air = st.builds(Constant, permittivity=st.just(1.0), conductivity=st.just(0.0) | powers(-9, -4))
 layer = st.builds(Layer, thickness=powers(-6, -3.5), role=st.just("plate"), material=air, leak=leaks)
 terms = st.tuples(powers(0, 3), powers(-1, 3), powers(-5, -1))

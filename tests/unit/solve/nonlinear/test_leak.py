@@ -160,11 +160,9 @@ def answers(finger):
 
     def fields(element="bare"):
         skin = Debye(permittivity_high=300, strength=1200, relaxation_time=2e-3, conductivity=0.0)
+        names = ["insulator", "stratum_corneum"]
         blocking, conducting = (
-            finger(
-                element, names=["insulator", "stratum_corneum"], skin=skin.replace({"conductivity": value})
-            )
-            for value in (0.0, 3e-6)
+            finger(element, names=names, skin=skin.replace({"conductivity": value})) for value in (0.0, 3e-6)
         )
         leaking = blocking.leaking("stratum_corneum")["stratum_corneum"].field
         return blocking.wanted[CONTROL], leaking, conducting.wanted[CONTROL]
