@@ -14,37 +14,29 @@ def kinked(time):
 
 
 def test_it_is_the_force_to_its_stated_error():
-    between = Between(kinked, np.array([0.0, 1.0]), np.array([0.3, 0.5]))
-    time = np.linspace(0, 1, 7919)
+    between, time = Between(kinked, np.array([0.0, 1.0]), np.array([0.3, 0.5])), np.linspace(0, 1, 7919)
     off = np.abs(between(time) - kinked(time))[np.abs(time - 0.3) > 2e-9]
     assert np.max(off) < 2e-8  # the value 1e-9 s before a corner stands for that just before it
     assert between.error() < 1e-8
     assert between(0.3) == pytest.approx(kinked(np.array(0.3)), abs=1e-9)
     assert between(0.3 - 1e-6) == pytest.approx(kinked(np.array(0.3 - 1e-6)), abs=1e-8)
     assert isinstance(between(0.25), float)
+    # a corner that is not named is seen in the error
+    assert Between(kinked, np.array([0.0, 1.0]), np.array([]), once=True).error() > 1e-3
 
 
 def test_a_cubic_is_its_own_interpolation():
-    knots = np.array([0.0, 0.3, 1.0])
+    knots, time = np.array([0.0, 0.3, 1.0]), np.linspace(0, 0.999, 50)
     pieces = Cubics(knots, 2 * knots**3 - knots**2 + 1, 6 * knots**2 - 2 * knots)
-    time = np.linspace(0, 0.999, 50)
     found = pieces.at(np.searchsorted(knots, time, side="right") - 1, time)
     np.testing.assert_allclose(found, 2 * time**3 - time**2 + 1, rtol=1e-14)
 
 
-def test_a_corner_that_is_not_named_is_seen_in_the_error():
-    unnamed = Between(kinked, np.array([0.0, 1.0]), np.array([]), once=True)
-    assert unnamed.error() > 1e-3
-
-
 def test_it_asks_once():
     asked = []
-
-    def force(time):
-        asked.append(len(time))
-        return np.cos(time)
-
-    between = Between(force, np.linspace(0, 2, 11), np.array([0.7]), once=True)
+    between = Between(
+        lambda time: asked.append(1) or np.cos(time), np.linspace(0, 2, 11), np.array([0.7]), once=True
+    )
     between(np.linspace(0, 2, 100))
     between.error()
     assert len(asked) == 1
@@ -61,5 +53,5 @@ def test_pulses_shorter_than_a_billionth_of_the_whole_time():
     between = Between(pulses, np.array([0.0, 1000.0]), np.concatenate([begins, begins + 1e-6]))
     for share in (0.0, 0.25, 0.9):
         assert between(begins + share * 1e-6) == pytest.approx(2 - share, abs=1e-4)
-    assert between(begins + 2e-6) == pytest.approx(0.0, abs=1e-12)
-    assert between(begins - 1e-6) == pytest.approx(0.0, abs=1e-12)
+    for beside in (-1e-6, 2e-6):
+        assert between(begins + beside) == pytest.approx(0.0, abs=1e-12)
