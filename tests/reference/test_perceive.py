@@ -38,7 +38,7 @@ ONE_VOLT = {"sine": sine(1.0, 100.0)}
 
 
 def db(ratio):
-    return db(ratio)
+    return 20 * math.log10(ratio)
 
 
 def interval(found):

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from unittest.mock import MagicMock
 
@@ -43,33 +43,34 @@ def reproduction(size: int, seed: int) -> Reproduction:
 
 def write(name: str, size: int, seed: int) -> None:
     """Write one version of an output; each seed makes another."""
-    changes = {"drive.high": float(seed + 1)}
     if name == "out":
         reproduce._write(reproduction(size, seed), Path("out"))
     elif name == "a.html":
         ev.report(trace(5, seed), name, title=str(seed) * size)
     elif name == "a.cir":
-        ev.export("vezzoli_2014/fig6", name, set=changes)
+        ev.export("vezzoli_2014/fig6", name, set={"drive.high": float(seed + 1)})
     elif name == "a.toml":
-        ev.init(ev.load("vezzoli_2014/fig6").replace(changes), output=name)
+        ev.init(ev.load("vezzoli_2014/fig6").replace({"drive.high": float(seed + 1)}), output=name)
     else:
         ev.save(trace(size, seed), name)
 
 
 @pytest.fixture(autouse=True)
-def here(monkeypatch, tmp_path):
-    """A folder of its own. Drawing takes the time, and is not the point here."""
-    monkeypatch.chdir(tmp_path)
+def without_figures(monkeypatch):
+    """Drawing takes the time, and is not the point here."""
     monkeypatch.setattr(report, "figures", lambda *_: [])
     monkeypatch.setattr(svg, "to_png", lambda *_, **__: b"PNG" * 2000)
     monkeypatch.setattr(svg, "to_svg", lambda *_, **__: f"<svg>{'line' * 2000}</svg>")
     monkeypatch.setattr(reproduce, "drawn", MagicMock())
 
 
-def visible() -> dict[str, bytes]:
-    """What a person sees in this folder."""
-    files = [path for path in sorted(Path().rglob("*")) if path.is_file() and path.suffix != ".partial"]
-    return {str(path): path.read_bytes() for path in files}
+def visible(folder: Path) -> dict[str, bytes]:
+    """What a person sees in a folder."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not path.name.endswith(".partial")
+    }
 
 
 @pytest.fixture
@@ -77,61 +78,62 @@ def small_disk(tmp_path):
     """A disk of 256 kB."""
     place = tmp_path / "disk"
     place.mkdir()
-    command = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(place)]
-    if subprocess.run(command, check=False, capture_output=True).returncode:
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(place)], check=False, capture_output=True
+    )
+    if mounted.returncode:
         pytest.skip("no permission to mount a small disk: not a device that can be filled")
     yield place
-    os.chdir(tmp_path)
     subprocess.run(["umount", str(place)], check=True)
 
 
-def fill_the_disk():
-    ballast = Path("ballast")
+@pytest.mark.parametrize("name", NAMES)
+def test_a_full_disk_is_told_and_the_next_save_works(name, small_disk, monkeypatch):
+    monkeypatch.chdir(small_disk)
+    write(name, 50, 1)
+    ballast = small_disk / "ballast"
     with ballast.open("wb", buffering=0) as file:
         try:
             while file.write(b"x" * 4096):
                 pass
         except OSError:
             pass
-    return ballast.unlink
-
-
-def limit_the_size():
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (700, limits[1]))
-    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-
-
-HINDRANCES = {"No space left on device": fill_the_disk, "File too large": limit_the_size}
+    before = visible(small_disk)
+    with pytest.raises(InputError, match="cannot be written: No space left on device") as caught:
+        write(name, 50, 2)
+    assert len(caught.value.problems) == 1
+    assert visible(small_disk) == before
+    assert not list(small_disk.rglob("*.partial"))
+    ballast.unlink()
+    write(name, 50, 2)
+    assert visible(small_disk) != before
+    monkeypatch.undo()
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("words", HINDRANCES)
-def test_what_hinders_writing_is_told_and_the_next_save_works(words, name, request):
-    if words.startswith("No space"):
-        os.chdir(request.getfixturevalue("small_disk"))
+def test_a_limit_of_file_size_is_told_and_the_next_save_works(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     write(name, 50, 1)
-    lift = HINDRANCES[words]()
-    before = visible()
+    before = visible(tmp_path)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (700, hard))
     try:
-        with pytest.raises(InputError, match=f"cannot be written: {words}") as caught:
+        with pytest.raises(InputError, match="cannot be written: File too large"):
             write(name, 50, 2)
     finally:
-        after = visible()
-        lift()
-    assert len(caught.value.problems) == 1
-    assert after == before
-    assert not list(Path().rglob("*.partial"))
-    before = visible()
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert visible(tmp_path) == before
+    assert not list(tmp_path.rglob("*.partial"))
     write(name, 50, 2)
-    assert visible() != before
+    assert visible(tmp_path) != before
 
 
-def test_a_full_disk_on_the_command_line_is_one_line(small_disk):
+def test_a_full_disk_on_the_command_line_is_one_line(small_disk, tmp_path):
     """The crash of the HDF5 library came at the end of the interpreter, so a whole process is looked at."""
-    command = ["run", "--set", "time.samples=20000", "-o", str(small_disk / "a.nc")]
-    run = [sys.executable, "-m", "electrovib", *command]
-    done = subprocess.run(run, capture_output=True, text=True, check=False)
+    arguments = ["run", "--set", "time.samples=20000", "-o", str(small_disk / "a.nc")]
+    done = subprocess.run(
+        [sys.executable, "-m", "electrovib", *arguments], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 2
     assert done.stderr == f"electrovib: {small_disk / 'a.nc'}: cannot be written: No space left on device.\n"
     assert list(small_disk.iterdir()) == []
@@ -163,15 +165,10 @@ def killed_while_writing(name: str, moments: Iterable[float]) -> int:
     return caught
 
 
-def touching(do: Callable[[], object]) -> Callable[..., None]:
-    """Do something before a file is begun."""
-    touch = Path.touch
-    return lambda self, **more: (do(), touch(self, **more))
-
-
 def write_and_tell(name: str, seed: int, tell: int) -> None:
     """Write, and say when the first file is opened; then wait to be killed."""
-    Path.touch = touching(lambda: os.write(tell, b"x"))
+    touch = Path.touch
+    Path.touch = lambda self, **more: (os.write(tell, b"x"), touch(self, **more))
     write(name, 2000, seed)
     time.sleep(60)
 
@@ -180,7 +177,10 @@ def time_of_writing(name: str) -> float:
     """Seconds from the first temporary file to the end."""
     begun: list[float] = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Path, "touch", touching(lambda: begun.append(time.monotonic())))
+        touch = Path.touch
+        patch.setattr(
+            Path, "touch", lambda self, **more: (begun.append(time.monotonic()), touch(self, **more))
+        )
         write(name, 2000, 1)
     return time.monotonic() - begun[0]
 
@@ -195,70 +195,59 @@ def check_whole(name: str) -> None:
         names = {"fig1.svg", "fig1.png", "fig1.csv", "numbers.json", "report.html"}
         assert {path.name for path in Path("out").iterdir() if path.suffix != ".partial"} == names
     else:
-        is_version(name, size=2000)
-
-
-def is_version(path, *, size, seed=None) -> None:
-    """A Trace holds the numbers of one version: of its own, or of a seed."""
-    found = ev.open_trace(path)
-    expected = trace(size, found.attrs["seed"] if seed is None else seed)
-    xarray.testing.assert_identical(found, expected)
+        found = ev.open_trace(name)
+        expected = trace(2000, found.attrs["seed"])
+        np.testing.assert_array_equal(found.drive_voltage, expected.drive_voltage)
+        np.testing.assert_array_equal(found.impedance, expected.impedance)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_kill_leaves_a_whole_file(name):
+def test_a_kill_leaves_a_whole_file(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     killed_while_writing(name, (0.2, 0.9))
 
 
 @pytest.mark.slow
-def test_kills_at_a_hundred_random_moments_leave_whole_files():
+def test_kills_at_a_hundred_random_moments_leave_whole_files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     moments = np.random.default_rng(8).uniform(0, 1.2, (len(NAMES), 100))
     caught = {name: killed_while_writing(name, own) for name, own in zip(NAMES, moments, strict=True)}
     print(caught)
     assert sum(caught.values()) > 20
 
 
-def ended_in_a_child(do: Callable[[], None]) -> None:
+POINTS = ("touch", "half", "before fsync", "after fsync", "between", "after")
+
+
+@pytest.mark.parametrize("point", POINTS)
+def test_a_kill_at_a_chosen_moment_leaves_older_or_newer(point, tmp_path):
     """In a child of this process, which ends at once at the moment that is named."""
+    files = [tmp_path / "a", tmp_path / "b"]
+    for file in files:
+        file.write_text("older")
     child = os.fork()
     if child == 0:
-        do()
+        end_at(point, files)
         os._exit(3)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    there = [file.read_text() for file in files]
+    expected = {"between": ["newer", "older"], "after": ["newer", "newer"]}
+    assert there == expected.get(point, ["older", "older"])
 
 
-def end(*_, **__):
-    os._exit(7)
+def end_at(point: str, files: list[Path]) -> None:
+    def end(*_, **__):
+        os._exit(7)
 
-
-def end_after_replacing(wanted: Callable[[Path, int], bool]) -> None:
-    """End after a file has taken its place: which one, by its path and its number."""
     replace, calls = Path.replace, []
 
     def counted(self, target):
         replace(self, target)
         calls.append(target)
-        if wanted(Path(target), len(calls)):
+        if len(calls) == {"between": 1, "after": 2}.get(point):
             end()
 
     Path.replace = counted
-
-
-POINTS = ("touch", "half", "before fsync", "after fsync", "between", "after")
-
-
-@pytest.mark.parametrize("point", POINTS)
-def test_a_kill_at_a_chosen_moment_leaves_older_or_newer(point):
-    files = [Path("a"), Path("b")]
-    for file in files:
-        file.write_text("older")
-    ended_in_a_child(lambda: write_until(point, files))
-    expected = {"between": ["newer", "older"], "after": ["newer", "newer"]}
-    assert [file.read_text() for file in files] == expected.get(point, ["older", "older"])
-
-
-def write_until(point: str, files: list[Path]) -> None:
-    end_after_replacing(lambda _, count: count == {"between": 1, "after": 2}.get(point))
     if point == "touch":
         Path.touch = end
     fsync = os.fsync
@@ -276,42 +265,49 @@ def write_until(point: str, files: list[Path]) -> None:
                 file.write("er")
 
 
-def test_a_kill_between_the_two_files_of_a_trace_leaves_the_newer_one():
+def test_a_kill_between_the_two_files_of_a_trace_leaves_the_newer_one(tmp_path):
     """The main file comes first; what belongs to it is found where the killed process left it."""
-    write("a.csv", 50, 1)
-
-    def second():
-        end_after_replacing(lambda _, count: count == 1)
-        write("a.csv", 50, 2)
-
-    ended_in_a_child(second)
-    is_version("a.csv", size=50, seed=2)
-    for left in Path().glob(".*"):
+    path = tmp_path / "a.csv"
+    ev.save(trace(50, 1), path)
+    child = os.fork()
+    if child == 0:
+        replace = Path.replace
+        Path.replace = lambda self, target: (replace(self, target), os._exit(7))
+        ev.save(trace(50, 2), path)
+        os._exit(3)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    xarray.testing.assert_identical(ev.open_trace(path), trace(50, 2))
+    for left in tmp_path.glob(".*"):
         left.write_text("half")
     with pytest.raises(InputError, match=r"a\.frequency\.csv: is of another save"):
-        ev.open_trace("a.csv")
-    write("a.csv", 50, 3)
-    is_version("a.csv", size=50, seed=3)
+        ev.open_trace(path)
+    ev.save(trace(50, 3), path)
+    xarray.testing.assert_identical(ev.open_trace(path), trace(50, 3))
 
 
-def test_a_reproduction_that_was_killed_between_its_files_is_replaced_by_the_next():
+def test_a_reproduction_that_was_killed_between_its_files_is_replaced_by_the_next(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     write("out", 50, 1)
-
-    def second():
-        end_after_replacing(lambda target, _: target.name == "fig1.csv")
+    child = os.fork()
+    if child == 0:
+        replace = Path.replace
+        Path.replace = lambda self, target: (
+            replace(self, target),
+            os._exit(7) if target.name == "fig1.csv" else 0,
+        )
         write("out", 50, 2)
-
-    ended_in_a_child(second)
+        os._exit(3)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
     write("out", 50, 3)
-    Path("out/fig1.csv").write_text("mine")
+    (tmp_path / "out" / "fig1.csv").write_text("mine")
     with pytest.raises(InputError, match=r"fig1\.csv: exists already"):
         write("out", 50, 4)
 
 
 @pytest.mark.parametrize("at", [1, 2, 3])
-def test_an_interrupt_between_two_files_of_one_save_waits(at, monkeypatch):
+def test_an_interrupt_between_two_files_of_one_save_waits(at, tmp_path, monkeypatch):
     """Ctrl-C never leaves one file of the older save beside one of the newer."""
-    write("a.csv", 50, 1)
+    ev.save(trace(50, 1), tmp_path / "a.csv")
     replace, calls = Path.replace, []
 
     def interrupted(self, target):
@@ -320,12 +316,14 @@ def test_an_interrupt_between_two_files_of_one_save_waits(at, monkeypatch):
             raise KeyboardInterrupt
         return replace(self, target)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "replace", interrupted)
-        if at < 3:
-            with pytest.raises(KeyboardInterrupt):
-                write("a.csv", 50, 2)
-        else:
-            write("a.csv", 50, 2)
-    is_version("a.csv", size=50, seed=2)
-    assert not list(Path().glob(".*"))
+    monkeypatch.setattr(Path, "replace", interrupted)
+    if at < 3:
+        with pytest.raises(KeyboardInterrupt):
+            ev.save(trace(50, 2), tmp_path / "a.csv")
+    else:
+        ev.save(trace(50, 2), tmp_path / "a.csv")
+    monkeypatch.undo()
+    found = ev.open_trace(tmp_path / "a.csv")
+    np.testing.assert_array_equal(found.drive_voltage, trace(50, 2).drive_voltage)
+    np.testing.assert_array_equal(found.impedance, trace(50, 2).impedance)
+    assert not list(tmp_path.glob(".*"))
