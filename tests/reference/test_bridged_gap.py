@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scenario_parts import AREA, EPS0, constant, grounded, layer, model, step
 
 from electrovib.physics.bridged_air import BridgedAir
 from electrovib.physics.force import MaxwellStressInGap
@@ -12,25 +13,19 @@ from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
 
-EPS0 = 8.8541878128e-12
-AREA, VOLTAGE = 1e-4, 300.0
+VOLTAGE = 300.0
 FILM, FILM_PERMITTIVITY, GAP = 90e-6, 3.35, 5e-6
 CASES = [(1e-3, 1e-6), (0.05, 2e-8), (0.4, 1e-7)]
+"""Share of the area that is bridged, and conductivity of the bridges; those that insulate take their share only."""
 
 
 def bridged(share, conductivity, **changes):
-    material = {"model": "BridgedAir", "bridged_share": share, "spot_conductivity": conductivity}
+    material = model("BridgedAir", bridged_share=share, spot_conductivity=conductivity)
     content = dict(Scenario.example) | {
-        "drive": {"model": "Step", "level": VOLTAGE},
-        "contact": {"model": "FixedArea", "area": AREA},
-        "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
-        "stack": {
-            "insulator": {
-                "thickness": FILM,
-                "material": {"model": "Constant", "permittivity": FILM_PERMITTIVITY},
-            },
-            "gap": {"thickness": GAP, "material": material},
-        },
+        "drive": step(VOLTAGE),
+        "contact": model("FixedArea", area=AREA),
+        "circuit": {"return_path": grounded()},
+        "stack": {"insulator": layer(FILM, constant(FILM_PERMITTIVITY)), "gap": layer(GAP, material)},
     }
     return Scenario.model_validate(content).replace(changes)
 
@@ -50,15 +45,11 @@ def test_force_decays_through_the_bridges(share, conductivity):
     trace = simulate(bridged(share, conductivity, **{"time.duration": 4 * decay, "time.samples": 401}))
     expected = closed_form(share, conductivity, trace.time.values)
     np.testing.assert_allclose(trace.electrostatic_force, expected, rtol=1e-10, atol=1e-12 * expected[0])
+    insulated = simulate(bridged(share, 0.0))
+    expected = closed_form(share, 0.0, insulated.time.values)
+    np.testing.assert_allclose(insulated.electrostatic_force, expected, rtol=1e-12)
     # by whichever of the two the share is left out, it shows
     assert abs(expected[0] / (1 - share) / float(trace.electrostatic_force[0]) - 1) > 0.9 * share
-
-
-def test_bridges_that_insulate_only_take_their_share():
-    trace = simulate(bridged(0.25, 0.0))
-    np.testing.assert_allclose(
-        trace.electrostatic_force, closed_form(0.25, 0.0, trace.time.values), rtol=1e-12
-    )
 
 
 @pytest.mark.parametrize(("share", "conductivity"), CASES)
@@ -79,10 +70,8 @@ def test_a_sine_sees_admittances_in_parallel(share, conductivity):
 def test_a_homogeneous_leak_is_another_medium():
     """The same conductance everywhere pulls on all of the area, and its capacitance is larger: another force, another time."""
     share, conductivity = 0.4, 1e-7
-    homogeneous = bridged(
-        share, conductivity, **{"stack.gap.material": {"model": "Constant", "permittivity": 1.0,
-                                                      "conductivity": share * conductivity}}
-    )  # fmt: skip
+    same = {"stack.gap.material": constant(1.0, share * conductivity)}
+    homogeneous = bridged(share, conductivity, **same)
     time = {"time.duration": 1e-4, "time.samples": 11}
     mixed = simulate(bridged(share, conductivity).replace(time)).electrostatic_force
     alone = simulate(homogeneous.replace(time)).electrostatic_force

@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scenario_parts import AREA, EPS0, floating, grounded, largest, layer, model, prony, step
 
-from electrovib.core.model import read_model
-from electrovib.physics.material import Prony
 from electrovib.solve.stack.expand import modes, phasors, reduce_material
 from electrovib.solve.stack.modes import stack_modes
 
-EPS0 = 8.8541878128e-12
-AREA = 1e-4
 FREQUENCY = np.geomspace(1, 1e6, 61)
 PRECISION = (
     1e-10  # demanded, of the largest value in the band; fields reach 3e-11 where they nearly vanish in it
 )
 TIGHT = 1e-12  # the same for the stacks of a finger
 OF_THE_DRIVE = 1e-13  # voltage of a layer over that of the drive: roundings of up to 25 modes
-
-
-def largest(values):
-    return np.max(np.abs(values))
 
 
 def by_impedance(slabs, element, second, frequency):
@@ -57,10 +50,10 @@ def test_random_stacks(finger, seed):
 
 
 SURROUNDINGS = {
-    "nothing": {"return_path": {"model": "Grounded", "resistance": 0}},
-    "grounded": {"return_path": {"model": "Grounded", "resistance": 1000}},
-    "floating": {"return_path": {"model": "Floating", "capacitance": 150e-12, "leak": 1e9}},
-    "second": {"return_path": {"model": "SecondElectrode", "area": 0.5e-4}, "source_resistance": 1e5},
+    "nothing": {"return_path": grounded()},
+    "grounded": {"return_path": grounded(1000)},
+    "floating": {"return_path": floating(leak=1e9)},
+    "second": {"return_path": model("SecondElectrode", area=0.5e-4), "source_resistance": 1e5},
 }
 
 
@@ -68,21 +61,10 @@ SURROUNDINGS = {
 @pytest.mark.parametrize("gap", [0, 1e-10, 1e-3], ids=["no gap", "dry gap", "wet gap"])
 def test_stacks_of_a_finger(finger, paper_skin, gap, surroundings):
     """The stack of Vezzoli et al. 2014 with every skin, also with a gap full of sweat."""
-    debye = reduce_material(paper_skin).debye
-    terms = [
-        {"strength": s, "relaxation_time": t}
-        for s, t in zip(debye.strengths, debye.relaxation_times, strict=True)
-    ]
-    exact = read_model(
-        Prony, {"permittivity_high": debye.high, "terms": terms, "conductivity": paper_skin.conductivity}
-    )
-    layers = {"insulator": finger.film()}
-    if gap:
-        layers["gap"] = finger.gap(1e-6, gap)
-    layers["stratum_corneum"] = {"thickness": 200e-6, "material": exact}
-    scenario = finger.build(
-        drive={"model": "Step", "level": 1}, stack=layers, circuit=SURROUNDINGS[surroundings]
-    )
+    exact = prony(reduce_material(paper_skin).debye, paper_skin.conductivity)
+    layers = {"insulator": finger.film()} | ({"gap": finger.gap(1e-6, gap)} if gap else {})
+    layers["stratum_corneum"] = layer(200e-6, exact)
+    scenario = finger.build(drive=step(1), stack=layers, circuit=SURROUNDINGS[surroundings])
     section, _ = modes(scenario)
     truth = phasors(scenario, FREQUENCY)
     for name in section.names:
@@ -92,8 +74,8 @@ def test_stacks_of_a_finger(finger, paper_skin, gap, surroundings):
     assert largest(section.voltage.at(FREQUENCY) - truth.voltage) < OF_THE_DRIVE
     flow = section.current_density.at(FREQUENCY)
     assert largest(flow / truth.current_density - 1) < OF_THE_DRIVE
-    element, second = scenario.circuit.element(), scenario.circuit.return_path.second_contact(AREA)
-    outside = AREA * element.impedance(FREQUENCY)
+    outside = AREA * scenario.circuit.element().impedance(FREQUENCY)
+    second = scenario.circuit.return_path.second_contact(AREA)
     drop = section.voltage.at(FREQUENCY) * (1 + second) + outside * flow
     assert largest(drop - 1) < OF_THE_DRIVE
 
@@ -101,7 +83,7 @@ def test_stacks_of_a_finger(finger, paper_skin, gap, surroundings):
 def test_a_wrong_field_is_refused(finger):
     """The comparison sees a conductivity that is off by 1e-9."""
     layers = {"insulator": finger.film(), "stratum_corneum": finger.skin(conductivity=1e-6)}
-    scenario = finger.build(drive={"model": "Step", "level": 1}, stack=layers)
+    scenario = finger.build(drive=step(1), stack=layers)
     wrong = scenario.replace({"stack.stratum_corneum.material.conductivity": 1e-6 * (1 + 1e-9)})
     section, _ = modes(wrong)
     truth = phasors(scenario, FREQUENCY)["stratum_corneum"].field

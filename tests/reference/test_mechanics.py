@@ -6,19 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.rig import LateralSensor, PiezoSensor, SensorCreep, Tribometer
 from electrovib.physics.stages import response
-from electrovib.solve.mechanics.filters import (
-    filtered,
-    first_order,
-    high_pass,
-    of_stages,
-    second_order,
-    through_pieces,
-)
+from electrovib.solve.mechanics.filters import filtered, high_pass, of_stages, second_order, through_pieces
 from electrovib.solve.mechanics.response import respond_mechanically
 from electrovib.solve.mechanics.rig import finger_filters, measured
 
@@ -43,9 +37,8 @@ CORNERS = [0.036, 0.136, 0.172]
 
 def test_the_closed_form_is_the_founding_drive():
     """The same v_e from the package's own trapezoidal pulse and its exact filter."""
-    drive = Trapezium(low=0.0, high=1000.0, rise=0.036, hold=0.1, fall=0.036)
     times = np.linspace(0.0, 0.2, 401)
-    (part,) = drive.parts()
+    (part,) = Trapezium(low=0.0, high=1000.0, rise=0.036, hold=0.1, fall=0.036).parts()
     skin = high_pass(FOUNDING_TIME)
     voltage = through_pieces(skin, part, times, skin.state(0.0))
     assert STATIC * voltage**2 == pytest.approx(effective_force(times), abs=1e-12)
@@ -54,8 +47,6 @@ def test_the_closed_form_is_the_founding_drive():
 
 def integrated(stages, force, times, corners):
     """Reading by scipy's adaptive integrator on equations written without poles, restarted at every corner."""
-    from scipy.integrate import solve_ivp
-
     mass, lag, creep = stages
     angular = 2 * np.pi * mass.natural_frequency
 
@@ -77,19 +68,13 @@ def integrated(stages, force, times, corners):
 
 
 def test_lateral_sensor_under_the_founding_force_against_an_adaptive_integrator():
-    sensor = LateralSensor(
-        natural_frequency=500.0, damping_ratio=0.05, bandwidth=2e3, creep=SensorCreep(share=-0.05, time=0.05)
-    )
+    creep = SensorCreep(share=-0.05, time=0.05)
+    sensor = LateralSensor(natural_frequency=500.0, damping_ratio=0.05, bandwidth=2e3, creep=creep)
     times = np.unique(np.concatenate([np.linspace(0.0, 0.2, 200), CORNERS]))
     expected = integrated(sensor.stages(), effective_force, times, CORNERS)
-    outputs, error = respond_mechanically(
-        effective_force,
-        {"reading": of_stages(sensor.stages())},
-        times,
-        corners=CORNERS,
-        held=0.0,
-        tolerance=1e-8,
-    )
+    filters = {"reading": of_stages(sensor.stages())}
+    given = {"corners": CORNERS, "held": 0.0, "tolerance": 1e-8}
+    outputs, error = respond_mechanically(effective_force, filters, times, **given)
     scale = np.abs(expected).max()
     assert error <= 1e-8
     assert np.abs(outputs["reading"] - expected).max() < 3e-8 * scale  # the integrator's own 1e-11 a step
@@ -119,43 +104,35 @@ def test_relaxation_of_the_sensor_makes_falling_edges_smaller():
     assert 0.95 * rising < falling < 0.99 * rising
 
 
-@pytest.mark.parametrize("frequency", [7.0, 130.0, 2900.0])
-def test_a_sine_in_its_steady_state_is_the_frequency_response(frequency):
+def test_a_sine_in_its_steady_state_is_the_frequency_response():
     """Time against frequency domain for every stage at once; 0.2 s after the beginning, 30 time constants of the slowest."""
-    rig_stages = LateralSensor(natural_frequency=500.0, damping_ratio=0.05, bandwidth=2e3).stages()
+    stages = LateralSensor(natural_frequency=500.0, damping_ratio=0.05, bandwidth=2e3).stages()
     finger = MassSpringDamper(mass=1.5e-4, stiffness=1e3, damping=1.0)
-    filters = {"lateral": of_stages(rig_stages), **finger_filters(finger)}
-    times = np.arange(0.0, 0.2 + 3 / frequency, 1 / (24 * frequency))
-    late = times > 0.2
-    angular = 2 * np.pi * frequency
-    found, error = respond_mechanically(
-        lambda time: np.sin(angular * time), filters, times, shortest=1 / frequency, tolerance=1e-5
-    )
-    expected = {
-        "lateral": response(rig_stages, frequency),
-        "skin_displacement": finger.compliance(frequency),
-        "skin_speed": 1j * angular * finger.compliance(frequency),
-    }
-    assert error <= 1e-5
-    for name, gain in expected.items():
-        wave = (gain * np.exp(1j * angular * times[late])).imag
-        assert np.abs(found[name][late] - wave).max() < 1e-5 * np.abs(gain), name
+    filters = {"lateral": of_stages(stages), **finger_filters(finger)}
+    for frequency in (7.0, 130.0, 2900.0):
+        times = np.arange(0.0, 0.2 + 3 / frequency, 1 / (24 * frequency))
+        late, turn = times > 0.2, 2 * np.pi * frequency
 
+        def wave(time, turn=turn):
+            return np.sin(turn * time)
 
-def test_friction_that_lags_is_a_filter_of_the_force():
-    """First-order friction response to a step of attraction: 1 - e^(-2 pi f_c t)."""
-    cut_off, mu = 300.0, 0.4
-    times = np.linspace(0.0, 5e-3, 101)
-    found = filtered(mu * first_order(cut_off), np.ones(101), step=times[1], settled=False)
-    assert found == pytest.approx(mu * -np.expm1(-2 * np.pi * cut_off * times), abs=1e-14)
+        found, error = respond_mechanically(wave, filters, times, shortest=1 / frequency, tolerance=1e-5)
+        assert error <= 1e-5
+        moved = finger.compliance(frequency)
+        gains = {
+            "lateral": response(stages, frequency),
+            "skin_displacement": moved,
+            "skin_speed": 1j * turn * moved,
+        }
+        for name, gain in gains.items():
+            expected = (gain * np.exp(1j * turn * times[late])).imag
+            assert np.abs(found[name][late] - expected).max() < 1e-5 * np.abs(gain), name
 
 
 def test_sensor_of_the_published_closed_loop_rig():
     """4400 Hz at 0.44 (public code of Grigorii and Colgate): overshoot e^(-pi zeta/sqrt(1 - zeta^2)) = 21.4 %."""
-    step = 1e-7
-    found = filtered(
-        second_order(natural_frequency=4400.0, damping_ratio=0.44), np.ones(5000), step=step, settled=False
-    )
+    step, rig = 1e-7, second_order(natural_frequency=4400.0, damping_ratio=0.44)
+    found = filtered(rig, np.ones(5000), step=step, settled=False)
     damped = 4400.0 * np.sqrt(1 - 0.44**2)
     assert found.max() - 1 == pytest.approx(np.exp(-np.pi * 0.44 / np.sqrt(1 - 0.44**2)), rel=1e-5)
     assert np.argmax(found) * step == pytest.approx(1 / (2 * damped), abs=step)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scenario_parts import layer, step
+from scipy.optimize import brentq
 
 from electrovib.core.discovery import find_members
+from electrovib.papers.palmar_1995 import MEN, palmar
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors, reduce_material, reductions
@@ -16,25 +19,39 @@ FREQUENCY = np.geomspace(1, 1e6, 997)  # not the grid of the fit, nor of its own
 INSULATORS = {"film": (90e-6, 3.35), "coating": (1e-6, 3.9)}
 
 
+def stack(finger, skin, insulator="film", *, gap=False, resistance=1000.0, **more):
+    between = {"gap": finger.gap(1e-6, 1e-9)} if gap else {}
+    layers = {
+        "insulator": finger.film(*INSULATORS[insulator]),
+        **between,
+        "stratum_corneum": layer(200e-6, skin),
+    }
+    return finger.build(drive=step(1), stack=layers, resistance=resistance, **more)
+
+
+def missed(debye, skin):
+    return np.max(np.abs(debye.permittivity(FREQUENCY) / skin.bound_permittivity(FREQUENCY) - 1))
+
+
 def test_polarisation(paper_skin):
     reduction = reduce_material(paper_skin)
-    error = np.max(
-        np.abs(reduction.debye.permittivity(FREQUENCY) / paper_skin.bound_permittivity(FREQUENCY) - 1)
-    )
+    error = missed(reduction.debye, paper_skin)
     assert error < ALLOWED
     assert error <= reduction.largest_error * 1.05 + 1e-14  # what is reported is what is found elsewhere
     assert len(reduction.debye.strengths) <= 20  # three a decade and two
     assert min(reduction.debye.strengths, default=0.0) >= 0
 
 
+def test_fewer_terms_cost_more():
+    """The comparison sees a reduction that is too short."""
+    skin = palmar(exponent=MEN, conductance=2e-6)
+    assert missed(reduce_material(skin, terms=7).debye, skin) > ALLOWED
+
+
 @pytest.mark.parametrize("insulator", INSULATORS)
 def test_factors_of_the_founding_force_keep_clear_of_each_other(finger, paper_skin, insulator):
     """The product of K^(-1/2) and the voltage loses digits where two rates meet."""
-    layers = {
-        "insulator": finger.film(*INSULATORS[insulator]),
-        "stratum_corneum": {"thickness": 200e-6, "material": paper_skin},
-    }
-    section, _ = modes(finger.build(drive={"model": "Step", "level": 1}, stack=layers, resistance=1000))
+    section, _ = modes(stack(finger, paper_skin, insulator))
     root = section.inverse_root_thickness(["insulator", "stratum_corneum"])
     residues = root.gains * root.rates / root.direct
     apart = np.abs(root.rates[:, None] - section.modes.rates) / residues[:, None]
@@ -45,17 +62,10 @@ def test_factors_of_the_founding_force_keep_clear_of_each_other(finger, paper_sk
 
 def test_factors_with_a_rate_in_common_are_moved_apart(finger):
     """A source resistance that puts a rate of the stack exactly on a node of the expansion of K^(-1/2)."""
-    from scipy.optimize import brentq
-
-    from electrovib.papers.palmar_1995 import MEN, palmar
-
-    skin = {"thickness": 200e-6, "material": palmar(exponent=MEN, conductance=2e-6)}
-    layers = {"insulator": finger.film(1e-6, 3.9), "stratum_corneum": skin}
+    skin = palmar(exponent=MEN, conductance=2e-6)
 
     def section(resistance):
-        return modes(finger.build(drive={"model": "Step", "level": 1}, stack=layers, resistance=resistance))[
-            0
-        ]
+        return modes(stack(finger, skin, "coating", resistance=resistance))[0]
 
     names = ["insulator", "stratum_corneum"]
     plain = inverse_root_thickness([(section(1e3)[n].thickness, section(1e3).debye[n]) for n in names])
@@ -72,12 +82,8 @@ def test_factors_with_a_rate_in_common_are_moved_apart(finger):
 
 @pytest.mark.parametrize("insulator", INSULATORS)
 def test_transfer(finger, paper_skin, insulator):
-    layers = {
-        "insulator": finger.film(*INSULATORS[insulator]),
-        "gap": finger.gap(1e-6, 1e-9),
-        "stratum_corneum": {"thickness": 200e-6, "material": paper_skin},
-    }
-    scenario = finger.build(drive={"model": "Step", "level": 1}, stack=layers, resistance=1000)
+    scenario = stack(finger, paper_skin, insulator, gap=True)
+    layers = scenario.stack.layers
     section, _ = modes(scenario)
     truth = phasors(scenario, FREQUENCY)
     for name, kind in find_members(ForceLaw).items():
@@ -91,19 +97,8 @@ def test_transfer(finger, paper_skin, insulator):
 
 
 def test_the_trace_tells_both_errors(finger, paper_skin):
-    layers = {"insulator": finger.film(), "stratum_corneum": {"thickness": 200e-6, "material": paper_skin}}
-    scenario = finger.build(drive={"model": "Step", "level": 1}, stack=layers, force="Vezzoli2014Causal")
+    scenario = stack(finger, paper_skin, resistance=0.0, force="Vezzoli2014Causal")
     trace = simulate(scenario)
     assert trace.attrs["reduction_error"] == reductions(scenario)["stratum_corneum"].largest_error
-    assert (
-        0 <= trace.attrs["transfer_error"] < 10 * ALLOWED
-    )  # of the value at each time, down to 1e-4 of the peak
-
-
-def test_fewer_terms_cost_more(finger):
-    """The comparison sees a reduction that is too short."""
-    from electrovib.papers.palmar_1995 import MEN, palmar
-
-    skin = palmar(exponent=MEN, conductance=2e-6)
-    coarse = reduce_material(skin, terms=7).debye
-    assert np.max(np.abs(coarse.permittivity(FREQUENCY) / skin.bound_permittivity(FREQUENCY) - 1)) > ALLOWED
+    # of the value at each time, down to 1e-4 of the peak
+    assert 0 <= trace.attrs["transfer_error"] < 10 * ALLOWED

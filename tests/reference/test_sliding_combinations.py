@@ -7,59 +7,65 @@ import json
 
 import numpy as np
 import pytest
+from scenario_parts import (
+    COULOMB,
+    FINGER,
+    SETTLED,
+    constant,
+    creep,
+    lag,
+    lugre,
+    model,
+    sine,
+    step,
+    swipe,
+    tribometer,
+)
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 
-COULOMB = {"model": "Coulomb", "coefficient": 0.5}
-BRISTLES = {"model": "LuGre", "steady": COULOMB, "static_ratio": 1.5, "stribeck_speed": 5e-3}
 FRICTIONS = (
     COULOMB,
-    {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.206},
-    {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 500.0},
-    {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 500.0, "renewal_length": 72.5e-6},
-    {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": 0.3, "time": 5e-3}]},
-    {"model": "Dahl", "steady": COULOMB, "stiffness": 500.0},
-    {"model": "Dahl", "steady": COULOMB, "stiffness": 5e4, "exponent": 0.6},
-    {"model": "Dahl", "steady": COULOMB, "stiffness": 5e3, "exponent": 2.0},
-    BRISTLES | {"stiffness": 1e5, "bristle_damping": 0.5, "viscous_damping": 0.1},
-    BRISTLES | {"stiffness": 500.0},
+    model("PowerLaw", coefficient=0.6, at_force=1.0, exponent=-0.206),
+    lag(500.0),
+    lag(500.0, renewal_length=72.5e-6),
+    creep(0.3, 5e-3),
+    model("Dahl", steady=COULOMB, stiffness=500.0),
+    model("Dahl", steady=COULOMB, stiffness=5e4, exponent=0.6),
+    model("Dahl", steady=COULOMB, stiffness=5e3, exponent=2.0),
+    lugre(1e5, bristle_damping=0.5, viscous_damping=0.1),
+    lugre(500.0),
 )
-FINGER = {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 1.0}
 FINGERS = (
     {},
     {"finger": FINGER},
     {"finger": FINGER | {"damping": 0.02}},
     {"finger": FINGER | {"mass": 1.5e-3, "growth": {"known_at": 0.05}}},
 )
-SENSORS = {
-    "normal": {"natural_frequency": 2e3, "damping_ratio": 0.5, "time_constant": 1e4},
-    "lateral": {"natural_frequency": 500.0, "damping_ratio": 0.5, "bandwidth": 1e3},
-}
-RIGS = ({}, {"rig": {"model": "Tribometer"} | SENSORS})
-SWIPE = {"model": "Swipe", "begin": 5e-3, "rise": 5e-3, "hold": 0.01, "fall": 5e-3}
-TOUCH = {"model": "TouchAndLift", "far": 1e-3, "near": 1e-6, "approach": 0.01, "touch": 0.01, "lift": 5e-3}
+RIGS = ({}, {"rig": tribometer({"natural_frequency": 500.0, "damping_ratio": 0.5, "bandwidth": 1e3})})
+TOUCH = model("TouchAndLift", far=1e-3, near=1e-6, approach=0.01, touch=0.01, lift=5e-3)
 MOTIONS = (
     {},
     {"speed": 0.05},
     {"speed": 1e-3},
-    {"speed": 0.05, "time_profile": SWIPE},
+    {"speed": 0.05, "time_profile": swipe(5e-3, 5e-3, 0.01, 5e-3)},
     {"speed": 0.05, "distance": TOUCH},
 )
 DRIVES = (
-    {"model": "Sine", "amplitude": 500.0, "frequency": 1000.0},
-    {"model": "Chirp", "amplitude": 300.0, "first": 10.0, "last": 2000.0, "length": 0.03},
-    {"model": "PulseTrain", "high": 300.0, "width": 1e-6, "frequency": 200.0},
-    {"model": "Burst", "amplitude": 300.0, "frequency": 1e4, "cycles": 20, "delay": 0.01},
-    {"model": "Step", "level": 500.0},
+    sine(500.0, 1000.0),
+    model("Chirp", amplitude=300.0, first=10.0, last=2000.0, length=0.03),
+    model("PulseTrain", high=300.0, width=1e-6, frequency=200.0),
+    model("Burst", amplitude=300.0, frequency=1e4, cycles=20, delay=0.01),
+    step(500.0),
 )
 LOADS = (
     {},
-    {"load.time_profile": {"model": "Press", "begin": 5e-3, "rise": 5e-3}},
-    {"load.time_profile": {"model": "LiftOff", "begin": 0.02, "fall": 5e-3}},
+    {"load.time_profile": model("Press", begin=5e-3, rise=5e-3)},
+    {"load.time_profile": model("LiftOff", begin=0.02, fall=5e-3)},
 )
-STATES = ({}, {"time.initial_state": {"model": "PeriodicState"}})
+STATES = ({}, SETTLED)
 EVERY = (FRICTIONS, FINGERS, RIGS, MOTIONS, DRIVES, LOADS, STATES)
 REFUSALS = (
     "occurs once",
@@ -77,7 +83,7 @@ def bases():
     """The film of Vezzoli et al. 2014; and the same beneath a gap that is moved."""
     vezzoli = load("vezzoli_2014/fig6").replace({"force.model": "MaxwellStressInGap", "time.duration": 0.03})
     layers = vezzoli.stack.to_dict()
-    gap = {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 1.0}}
+    gap = {"thickness": 1e-6, "material": constant(1.0)}
     stack = {"insulator": layers["insulator"], "gap": gap, "stratum_corneum": layers["stratum_corneum"]}
     return vezzoli, vezzoli.replace({"stack": stack})
 
@@ -116,10 +122,8 @@ def check(bases, combinations):
     return answered
 
 
-def test_a_few(bases):
-    assert check(bases, drawn(3, 12)) >= 4
-
-
-@pytest.mark.slow
-def test_many(bases):
-    assert check(bases, drawn(8, 150)) >= 60
+@pytest.mark.parametrize(
+    ("seed", "count", "least"), [(3, 12, 4), pytest.param(8, 150, 60, marks=pytest.mark.slow)]
+)
+def test_combinations(bases, seed, count, least):
+    assert check(bases, drawn(seed, count)) >= least
