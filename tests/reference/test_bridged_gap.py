@@ -7,11 +7,8 @@ import pytest
 from scenario_parts import AREA, EPS0, constant, grounded, layer, model, step
 
 from electrovib.physics.bridged_air import BridgedAir
-from electrovib.physics.force import MaxwellStressInGap
 from electrovib.scenario import Scenario
-from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import modes, phasors
 
 VOLTAGE = 300.0
 FILM, FILM_PERMITTIVITY, GAP = 90e-6, 3.35, 5e-6
@@ -50,21 +47,6 @@ def test_force_decays_through_the_bridges(share, conductivity):
     np.testing.assert_allclose(insulated.electrostatic_force, expected, rtol=1e-12)
     # by whichever of the two the share is left out, it shows
     assert abs(expected[0] / (1 - share) / float(trace.electrostatic_force[0]) - 1) > 0.9 * share
-
-
-@pytest.mark.parametrize(("share", "conductivity"), CASES)
-def test_a_sine_sees_admittances_in_parallel(share, conductivity):
-    scenario, frequency = bridged(share, conductivity), np.geomspace(1e-2, 1e6, 25)
-    axis = 2j * np.pi * frequency
-    gap = axis * EPS0 / GAP * (1 - share) + share * conductivity / GAP
-    film = axis * EPS0 * FILM_PERMITTIVITY / FILM
-    field = VOLTAGE * film / (film + gap) / GAP
-    expected = (1 - share) * AREA * EPS0 * np.abs(field) ** 2 / 4
-    found = mean_force(scenario, phasors(scenario, frequency), amplitude=VOLTAGE)
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
-    section, _ = modes(scenario)
-    amplitude = MaxwellStressInGap().amplitudes(section)["E"].at(frequency)
-    np.testing.assert_allclose(AREA * EPS0 * np.abs(amplitude * VOLTAGE) ** 2 / 4, expected, rtol=1e-10)
 
 
 def test_a_homogeneous_leak_is_another_medium():

@@ -4,19 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenario_parts import (
-    AREA,
-    EPS0,
-    constant,
-    debye,
-    diagnostics,
-    floating,
-    grounded,
-    layer,
-    square,
-    step,
-    trapezium,
-)
+import scenario_parts as parts
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
@@ -28,8 +16,8 @@ from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import FieldOf
 from electrovib.solve.stack.layer_states import stack_states
 
-LEAKY = layer(5e-6, constant(5.0, 20e-9))
-SKIN = layer(200e-6, constant(1560.0, 1.79e-6))
+LEAKY = parts.layer(5e-6, parts.constant(5.0, 20e-9))
+SKIN = parts.layer(200e-6, parts.constant(1560.0, 1.79e-6))
 LAYERS = {"insulator": LEAKY, "stratum_corneum": SKIN}
 LATE = np.array([0.0, 9e-3])
 EXTRAPOLATION = 5e-3
@@ -45,7 +33,7 @@ ROUNDING = 1e-9
 def stack(finger, film, gap=None, skin=SKIN, level=50.0, **more):
     between = {} if gap is None else {"gap": {"thickness": gap}}
     layers = {"insulator": film, **between, "stratum_corneum": skin}
-    return finger.build(drive=step(level), stack=layers, **more)
+    return finger.build(drive=parts.step(level), stack=layers, **more)
 
 
 def test_over_a_plate_that_conducts_the_limit_is_that_of_small_gaps(finger):
@@ -65,7 +53,7 @@ LAWS = ["MaxwellStressInInsulator", "MaxwellStressInStratumCorneum", "EffectiveM
 )
 def test_a_layer_is_what_its_role_says(preset, law):
     """The same layers under other names give the same digits; without a role a name is refused."""
-    changes = {"drive": step(1000.0)} if preset == "fig6_gap" else {}
+    changes = {"drive": parts.step(1000.0)} if preset == "fig6_gap" else {}
     tables = load(f"vezzoli_2014/{preset}").replace(changes | {"force": {"model": law}}).to_dict()
     layers = tables["stack"]
     renamed = {f"my_{name}": given | {"role": ROLES[name]} for name, given in layers.items()}
@@ -98,7 +86,7 @@ WRONG = [
 @pytest.mark.parametrize(("layers", "words"), WRONG)
 def test_a_role_that_cannot_be_is_refused(finger, layers, words):
     with pytest.raises(InputError, match=words):
-        finger.build(drive=step(1), stack=layers)
+        finger.build(drive=parts.step(1), stack=layers)
 
 
 def random_case(random, finger):
@@ -111,10 +99,10 @@ def random_case(random, finger):
         return 0.0 if random.random() < 0.4 else power(-12, -6)
 
     def drawn(thickness, conductivity):
-        material = constant(power(0.3, 3.2), conductivity)
+        material = parts.constant(power(0.3, 3.2), conductivity)
         if random.random() < 0.4:
-            material = debye(power(0.3, 2), power(0, 3), power(-5, -1), conductivity)
-        return layer(thickness, material)
+            material = parts.debye(power(0.3, 2), power(0, 3), power(-5, -1), conductivity)
+        return parts.layer(thickness, material)
 
     stack = {"insulator": drawn(power(-6, -4), conductivity())}
     if random.random() < 0.3:
@@ -122,9 +110,9 @@ def random_case(random, finger):
     if random.random() < 0.4:
         stack["insulator"]["initial_charge"] = float(random.uniform(-3e-5, 3e-5))
     stack["stratum_corneum"] = drawn(200e-6, power(-9, -5))
-    path = grounded(float(random.choice([0.0, 1e3, 1e6])))
+    path = parts.grounded(float(random.choice([0.0, 1e3, 1e6])))
     if random.random() < 0.3:
-        path = floating(leak=1e9 if random.random() < 0.5 else None)
+        path = parts.floating(leak=1e9 if random.random() < 0.5 else None)
     return stack, path
 
 
@@ -142,7 +130,7 @@ def check_limit(seed, finger):
     level = 100.0
 
     def found(stack):
-        scenario = finger.build(drive=step(level), stack=stack, return_path=path)
+        scenario = finger.build(drive=parts.step(level), stack=stack, return_path=path)
         trace = simulate(scenario, time=time)
         assert trace.attrs["solver"] == "transient"
         return trace.interface_field.values, gap_field(phasors(scenario, frequency))
@@ -182,7 +170,7 @@ def check_against_states(scenario):
     """Charge passed up to the interface, by states that know no modes."""
     stack, circuit = scenario.stack.layers, scenario.circuit
     debye_sums = {name: given.material.debye() for name, given in stack.items()}
-    space = stack_states(stack, debye_sums, area=AREA, element=circuit.element())
+    space = stack_states(stack, debye_sums, area=parts.AREA, element=circuit.element())
     time = np.linspace(0, 9e-3, 19)
     behind = {"amplifier": circuit.amplifier} if circuit.amplifier else {}
     followed = follow_finger(space, scenario.drive, time, tolerance=1e-10, **behind)
@@ -192,21 +180,25 @@ def check_against_states(scenario):
     assert np.max(np.abs(expected)) > 0
 
 
-PATHS = {"grounded": grounded(1e3), "floating": floating(), "charged body": floating(charge=2e-9, leak=1e8)}
+PATHS = {
+    "grounded": parts.grounded(1e3),
+    "floating": parts.floating(),
+    "charged body": parts.floating(charge=2e-9, leak=1e8),
+}
 
 
 @pytest.mark.parametrize("path", PATHS)
 @pytest.mark.parametrize("seed", range(6))
 def test_the_general_solver_has_the_same_limit(seed, path, finger):
     layers, _ = random_case(np.random.default_rng(seed), finger)
-    drive = trapezium(100.0, 1e-3, 5e-3, 1e-3)
+    drive = parts.trapezium(100.0, 1e-3, 5e-3, 1e-3)
     check_against_states(finger.build(drive=drive, stack=layers, return_path=PATHS[path]))
 
 
 def test_charge_reaches_the_interface_behind_an_amplifier_too(finger):
     """A pole and a gain before a plate that conducts: the integral of the current keeps its digits."""
     amplifier = {"gain": 2.0, "bandwidth": 500.0, "stray_capacitance": 1e-10}
-    circuit = {"return_path": grounded(1e3), "amplifier": amplifier}
+    circuit = {"return_path": parts.grounded(1e3), "amplifier": amplifier}
     check_against_states(stack(finger, LEAKY, level=25.0).replace({"circuit": circuit}))
 
 
@@ -214,12 +206,12 @@ def test_charge_reaches_the_interface_behind_an_amplifier_too(finger):
 def test_a_charge_on_the_film_leaves_its_share_in_the_gap(thickness, permittivity, share, finger):
     """The rest of its lines end on the skin's electrode: (T_i/eps_i)/K of the charge is in the gap at 0 V."""
     film = finger.film(thickness, permittivity) | {"initial_charge": 1e-5}
-    skin = layer(200e-6, constant(1560.0, 1.79e-6 if permittivity == 3.35 else 1e-9))
+    skin = parts.layer(200e-6, parts.constant(1560.0, 1.79e-6 if permittivity == 3.35 else 1e-9))
     trace = simulate(stack(finger, film, skin=skin, level=0.0), time=np.array([0.0, 1e-9]))
     electrical = thickness / permittivity
     expected = electrical / (electrical + 200e-6 / 1560)
     assert expected == pytest.approx(share, abs=5e-4)
-    assert trace.interface_field.values * EPS0 / 1e-5 == pytest.approx(expected, rel=1e-6)
+    assert trace.interface_field.values * parts.EPS0 / 1e-5 == pytest.approx(expected, rel=1e-6)
     assert trace.current.values == pytest.approx(0.0, abs=1e-9)  # the plate holds the image before time 0
 
 
@@ -228,15 +220,15 @@ def test_a_neutral_body_that_floats_begins_neutral(finger):
     layers = {"insulator": finger.film() | {"initial_charge": 1e-5}, "stratum_corneum": SKIN}
 
     def at_last(path):
-        scenario = finger.build(drive=step(0.0), stack=layers, return_path=path)
+        scenario = finger.build(drive=parts.step(0.0), stack=layers, return_path=path)
         return simulate(scenario, time=np.array([0.0, 1.0])).stack_voltage.values[-1]
 
-    film = EPS0 * 3.35 * AREA / 90e-6
-    assert -at_last(floating()) == pytest.approx(1e-5 * AREA / (film + 150e-12), rel=1e-9)
-    assert abs(at_last(floating(charge=-1e-5 * AREA))) < 1e-9
+    film = parts.EPS0 * 3.35 * parts.AREA / 90e-6
+    assert -at_last(parts.floating()) == pytest.approx(1e-5 * parts.AREA / (film + 150e-12), rel=1e-9)
+    assert abs(at_last(parts.floating(charge=-1e-5 * parts.AREA))) < 1e-9
 
 
-PERIODIC = square(50.0, 100.0, low=-50.0, edge=1e-4)
+PERIODIC = parts.square(50.0, 100.0, low=-50.0, edge=1e-4)
 
 
 def test_in_the_periodic_state_the_charge_at_the_interface_repeats(finger):
@@ -263,29 +255,29 @@ def test_a_periodic_state_with_a_mean_current_into_a_vanishing_gap_is_refused(fi
 def test_a_diagnostic_says_when_no_real_gap_is_small_enough(finger):
     time = np.linspace(0, 0.1, 101)
     trace = simulate(stack(finger, LEAKY), time=time)
-    diagnostic = diagnostics(trace)["vanishing gap"]
+    diagnostic = parts.diagnostics(trace)["vanishing gap"]
     share = trace.interface_field.values * 1e-9 / 50.0
     first = time[np.flatnonzero(share > 0.01)[0]]
     assert diagnostic["state"] == "warning"
     assert f"from {1e3 * first:.3g} ms on" in diagnostic["text"]
     assert diagnostic["value"] == pytest.approx(np.max(share), rel=1e-2)
-    blocking = diagnostics(simulate(stack(finger, finger.film()), time=time))["vanishing gap"]
+    blocking = parts.diagnostics(simulate(stack(finger, finger.film()), time=time))["vanishing gap"]
     assert blocking["state"] == "ok"
-    pulse = trapezium(50.0, 1e-3, 1e-3, 1e-3)
+    pulse = parts.trapezium(50.0, 1e-3, 1e-3, 1e-3)
     ended = simulate(finger.build(drive=pulse, stack=LAYERS, resistance=1e3), time=np.linspace(0, 5e-3, 51))
     assert 0 < abs(ended.stack_voltage.values[-1]) < 0.1  # the share is that of the largest voltage so far
-    assert diagnostics(ended)["vanishing gap"]["state"] == "ok"
+    assert parts.diagnostics(ended)["vanishing gap"]["state"] == "ok"
 
 
 def test_a_negative_attraction_says_why(finger):
     """After a discharge the slow part of the skin's polarisation keeps the sign that its field has lost."""
-    skin = layer(200e-6, debye(100.0, 1500.0, 1e-3, 1e-9))
+    skin = parts.layer(200e-6, parts.debye(100.0, 1500.0, 1e-3, 1e-9))
     layers = {"insulator": finger.film(1e-6, 3.9), "stratum_corneum": skin}
-    drive = trapezium(100.0, 1e-5, 2e-2, 1e-5)
+    drive = parts.trapezium(100.0, 1e-5, 2e-2, 1e-5)
     scenario = finger.build(drive=drive, stack=layers, force="MaxwellStressInStratumCorneum")
     trace = simulate(scenario, time=np.linspace(0, 0.03, 301))
     assert trace.electrostatic_force.values.min() < 0
-    said = diagnostics(trace)["negative attraction"]["text"]
+    said = parts.diagnostics(trace)["negative attraction"]["text"]
     assert "convention of evaluating the stress inside a layer" in said
     gap = simulate(scenario.replace({"force": {"model": "MaxwellStressInGap"}}))
-    assert "negative attraction" not in diagnostics(gap)
+    assert "negative attraction" not in parts.diagnostics(gap)

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from harmonic_response import periodic
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenario_parts import EPS0, apart, largest, model, sine, square, trapezium
-from scipy.integrate import solve_ivp
+from scenario_parts import EPS0, largest
 
-from electrovib.core.model import read_model
 from electrovib.papers import kim_2015
-from electrovib.physics.drive.base import Drive
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import modes, phasors
+from electrovib.solve.stack.expand import phasors
 
 EXACT = 1e-9
 """Independence asked for; measured 3e-16."""
@@ -79,62 +75,6 @@ def test_a_gap_that_leaks_pulls_less():
     assert share > 1
 
 
-MODULATED = model("AmplitudeModulation", amplitude=1, carrier=3000, modulation=100, depth=0.8)
-DRIVES = {
-    "two sines": model("Sum", drives=[sine(1.0, 200), sine(0.5, 700, phase=1.0)]),
-    "modulated": MODULATED,
-    "square": square(1, 300, low=-1),
-}
-
-
-def controlled(command):
-    return model("CurrentAmplifier", sense_resistance=1e4, command=command)
-
-
-@pytest.mark.parametrize("name", DRIVES)
-def test_the_periodic_state_is_the_sum_of_its_harmonics(name):
-    """Integrators and relaxing layers in time, against impedances over frequency."""
-    drive = controlled(DRIVES[name])
-    scenario = kim_2015.scenarios()["current"].replace({"drive": drive})
-    drive_model = read_model(Drive, drive)
-    time = np.linspace(0, drive_model.period, 201)[:-1]
-    trace = simulate(scenario, time=time)
-    # harmonics of a square over (j w) fall as 1/n^2: 4096 of them leave 1e-4 of the peak
-    bound = 3e-4 if name == "square" else 1e-11
-    for layer in trace.layer.values:
-        field = trace.field.sel(layer=layer).values
-
-        def gain(frequency, layer=layer):
-            return phasors(scenario, frequency)[layer].field
-
-        assert apart(field, periodic(gain, drive_model, time, static=0.0)) < bound
-
-
-CURRENTS = [
-    model("CurrentSine", amplitude=1e-4, frequency=300, phase=0.7),
-    controlled(trapezium(1, 1e-3, 2e-3, 1e-3)),
-]
-
-
-@pytest.mark.parametrize("drive", CURRENTS, ids=["sine", "trapezium"])
-def test_from_rest_every_layer_obeys_its_own_equation(drive):
-    """eps0 eps dE/dt + sigma E = I/A in each layer, by an adaptive integrator."""
-    scenario = kim_2015.scenarios()["current"].replace({"drive": drive, "time.initial_state.model": "AtRest"})
-    drive_model = read_model(Drive, drive)
-    time = np.linspace(0, 6e-3, 61)
-    trace = simulate(scenario, time=time)
-    for name, layer in scenario.stack.layers.items():
-        material = layer.material
-
-        def rate(now, field, material=material):
-            density = drive_model.voltage(now) / 1e-4 - material.conductivity * field
-            return density / (EPS0 * material.permittivity)
-
-        part = solve_ivp(rate, (0, 6e-3), [0.0], t_eval=time, rtol=1e-10, atol=1e-3, max_step=1e-5)
-        found = trace.field.sel(layer=name).values
-        assert apart(part.y[0], found) < 1e-7
-
-
 def test_what_is_prescribed_and_what_results():
     scenario = kim_2015.scenarios()["current"].replace({"limits.current": "250 uA"})
     trace = simulate(scenario, time=one_period(25e3))
@@ -147,10 +87,3 @@ def test_what_is_prescribed_and_what_results():
     diagnostics = trace.attrs["validity"]
     assert "the force is proportional to 1/area" in diagnostics
     assert "above 250 uA" in diagnostics  # what Vezzoli et al. 2014's limiter allows
-
-
-def test_the_modes_are_those_of_the_layers_alone():
-    section, _ = modes(kim_2015.scenarios()["current"])
-    skin = kim_2015.scenarios()["current"].stack.layers["stratum_corneum"].material
-    rate = skin.conductivity / (EPS0 * skin.permittivity)
-    assert section.modes.rates[section.modes.rates > 1e-20] == pytest.approx([rate], rel=1e-14)

@@ -9,7 +9,6 @@ from scipy.linalg import expm
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
-from electrovib.solve.population import population
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
 
@@ -123,20 +122,3 @@ def test_a_dispersive_layer_of_the_plate_is_refused_by_its_own_name(law):
         simulate(on(law, drive=sine(VOLTAGE, 50.0), **more))
     with pytest.raises(InputError, match=r"EffectiveMedium needs a layer 'stack.stratum_corneum'"):
         load("strong_1970/display").replace({"force": {"model": "EffectiveMedium"}})
-
-
-def test_fingers_in_arrays_have_the_law_of_one_finger():
-    scenario = on("Vezzoli2014Causal")
-    draws = {
-        "stack.outer.thickness": np.array([30e-6, 40e-6, 60e-6]),
-        "stack.film.thickness": np.array([60e-6, 80e-6, 50e-6]),
-        "stack.coating.material.permittivity": np.array([12.0, 4.0, 9.0]),
-        "stack.inner.material.conductivity": np.array([5e-6, 2e-6, 9e-6]),
-    }
-    time = np.linspace(0.0, 20e-3, 21)
-    many = population(scenario, free=tuple(draws), signals=("electrostatic_force",), time=time)
-    assert many.method.startswith("together")
-    found = many.signals(draws)["electrostatic_force"]
-    for index, row in enumerate(found):
-        one = scenario.replace({path: float(values[index]) for path, values in draws.items()})
-        np.testing.assert_allclose(row, simulate(one, time=time).electrostatic_force.values, rtol=1e-9)

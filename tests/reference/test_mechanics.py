@@ -9,12 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from electrovib.physics.drive.edges import Trapezium
-from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.rig import LateralSensor, PiezoSensor, SensorCreep, Tribometer
-from electrovib.physics.stages import response
-from electrovib.solve.mechanics.filters import filtered, high_pass, of_stages, second_order, through_pieces
+from electrovib.solve.mechanics.filters import high_pass, of_stages, through_pieces
 from electrovib.solve.mechanics.response import respond_mechanically
-from electrovib.solve.mechanics.rig import finger_filters, measured
+from electrovib.solve.mechanics.rig import measured
 
 FOUNDING_TIME = 7.7e-3
 """Time constant of Vezzoli et al. 2014 [s]: v_e is the drive through a high-pass."""
@@ -102,37 +100,3 @@ def test_relaxation_of_the_sensor_makes_falling_edges_smaller():
     assert falling == pytest.approx(rising, rel=1e-3)  # the law of Vezzoli et al. 2014 itself: equal edges
     rising, falling = peaks(SensorCreep(share=-0.3, time=0.1))
     assert 0.95 * rising < falling < 0.99 * rising
-
-
-def test_a_sine_in_its_steady_state_is_the_frequency_response():
-    """Time against frequency domain for every stage at once; 0.2 s after the beginning, 30 time constants of the slowest."""
-    stages = LateralSensor(natural_frequency=500.0, damping_ratio=0.05, bandwidth=2e3).stages()
-    finger = MassSpringDamper(mass=1.5e-4, stiffness=1e3, damping=1.0)
-    filters = {"lateral": of_stages(stages), **finger_filters(finger)}
-    for frequency in (7.0, 130.0, 2900.0):
-        times = np.arange(0.0, 0.2 + 3 / frequency, 1 / (24 * frequency))
-        late, turn = times > 0.2, 2 * np.pi * frequency
-
-        def wave(time, turn=turn):
-            return np.sin(turn * time)
-
-        found, error = respond_mechanically(wave, filters, times, shortest=1 / frequency, tolerance=1e-5)
-        assert error <= 1e-5
-        moved = finger.compliance(frequency)
-        gains = {
-            "lateral": response(stages, frequency),
-            "skin_displacement": moved,
-            "skin_speed": 1j * turn * moved,
-        }
-        for name, gain in gains.items():
-            expected = (gain * np.exp(1j * turn * times[late])).imag
-            assert np.abs(found[name][late] - expected).max() < 1e-5 * np.abs(gain), name
-
-
-def test_sensor_of_the_published_closed_loop_rig():
-    """4400 Hz at 0.44 (public code of Grigorii and Colgate): overshoot e^(-pi zeta/sqrt(1 - zeta^2)) = 21.4 %."""
-    step, rig = 1e-7, second_order(natural_frequency=4400.0, damping_ratio=0.44)
-    found = filtered(rig, np.ones(5000), step=step, settled=False)
-    damped = 4400.0 * np.sqrt(1 - 0.44**2)
-    assert found.max() - 1 == pytest.approx(np.exp(-np.pi * 0.44 / np.sqrt(1 - 0.44**2)), rel=1e-5)
-    assert np.argmax(found) * step == pytest.approx(1 / (2 * damped), abs=step)

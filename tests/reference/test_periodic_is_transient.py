@@ -4,21 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scenario_parts as parts
 from harmonic_response import periodic
-from scenario_parts import (
-    EPS0,
-    apart,
-    constant,
-    debye,
-    floating,
-    grounded,
-    layer,
-    model,
-    sine,
-    square,
-    step,
-    trapezium,
-)
 
 from electrovib.core.model import read_model
 from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal
@@ -31,29 +18,29 @@ from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 MODULATED = {"amplitude": 100, "modulation": 100, "depth": 0.8, "carrier": 3000}
 TONES = {
-    "sine": sine(100, 125, phase=0.4),
-    "offset": model("Offset", level=60, drive=sine(50, 40)),
-    "amplitude modulation": model("AmplitudeModulation", **MODULATED),
-    "overmodulation": model("AmplitudeModulation", amplitude=100, carrier=100, modulation=250, depth=1),
-    "square root modulation": model("SquareRootModulation", **MODULATED),
-    "sum": model("Sum", drives=[sine(50, 100), sine(20, 250), step(30)]),
+    "sine": parts.sine(100, 125, phase=0.4),
+    "offset": parts.model("Offset", level=60, drive=parts.sine(50, 40)),
+    "amplitude modulation": parts.model("AmplitudeModulation", **MODULATED),
+    "overmodulation": parts.model("AmplitudeModulation", amplitude=100, carrier=100, modulation=250, depth=1),
+    "square root modulation": parts.model("SquareRootModulation", **MODULATED),
+    "sum": parts.model("Sum", drives=[parts.sine(50, 100), parts.sine(20, 250), parts.step(30)]),
 }
-SLOW, FAST = square(100, 60, edge=1e-3), trapezium(10, 1e-3, 1e-3, 2e-3, repeat=1 / 120)
+SLOW, FAST = parts.square(100, 60, edge=1e-3), parts.trapezium(10, 1e-3, 1e-3, 2e-3, repeat=1 / 120)
 EDGES = {
-    "square": square(100, 60, low=-40),
-    "square with edges": square(100, 60, edge=2e-3),
-    "pulses": model("PulseTrain", high=100, low=-10, width=1e-3, frequency=60),
-    "pulses with edges": model("PulseTrain", high=100, width=3e-3, frequency=60, edge=1e-3),
-    "trapezium": trapezium(100, 2e-3, 4e-3, 1e-3, low=20, delay=1e-3, repeat=1 / 60),
-    "trapezium and square": model("Sum", drives=[SLOW, FAST]),
+    "square": parts.square(100, 60, low=-40),
+    "square with edges": parts.square(100, 60, edge=2e-3),
+    "pulses": parts.model("PulseTrain", high=100, low=-10, width=1e-3, frequency=60),
+    "pulses with edges": parts.model("PulseTrain", high=100, width=3e-3, frequency=60, edge=1e-3),
+    "trapezium": parts.trapezium(100, 2e-3, 4e-3, 1e-3, low=20, delay=1e-3, repeat=1 / 60),
+    "trapezium and square": parts.model("Sum", drives=[SLOW, FAST]),
 }
 SURROUNDINGS = {
-    "nothing": {"return_path": grounded()},
-    "grounded": {"return_path": grounded(1000)},
-    "floating": {"return_path": floating()},
-    "leaking": {"return_path": floating(leak=1e8)},
-    "source": {"return_path": grounded(1000), "source_resistance": 1e6},
-    "second": {"return_path": model("SecondElectrode", area=0.5e-4)},
+    "nothing": {"return_path": parts.grounded()},
+    "grounded": {"return_path": parts.grounded(1000)},
+    "floating": {"return_path": parts.floating()},
+    "leaking": {"return_path": parts.floating(leak=1e8)},
+    "source": {"return_path": parts.grounded(1000), "source_resistance": 1e6},
+    "second": {"return_path": parts.model("SecondElectrode", area=0.5e-4)},
 }
 PRECISION = 1e-9  # demanded of drives with a closed form; measured 2e-11 for fields that nearly cancel
 TIME = np.concatenate([np.linspace(0, 0.05, 211), [0.0501, 0.11, 0.7, 3.0]])
@@ -63,10 +50,10 @@ def film_on(finger, material, surroundings, drive=None):
     layers = {
         "insulator": finger.film(),
         "gap": finger.gap(1e-6, 1e-9),
-        "stratum_corneum": layer(200e-6, material),
+        "stratum_corneum": parts.layer(200e-6, material),
     }
     return finger.build(
-        drive=drive or step(1), stack=layers, settled=True, circuit=SURROUNDINGS[surroundings]
+        drive=drive or parts.step(1), stack=layers, settled=True, circuit=SURROUNDINGS[surroundings]
     )
 
 
@@ -92,7 +79,7 @@ def check_steady_state(section, drive, time, exact=None):
 
         static = float(transfer.at(0.0).real)
         steady = periodic(response, drive, time, static=static)
-        assert apart(marched[name], steady) < PRECISION, name
+        assert parts.apart(marched[name], steady) < PRECISION, name
 
 
 @pytest.mark.parametrize("drive", TONES.values(), ids=TONES)
@@ -158,21 +145,21 @@ def test_edges_to_the_stated_truncation(finger, shipped_material, drive, harmoni
 
 def test_simulate_takes_the_periodic_state(finger):
     """A whole Trace, laws included, from the harmonics of the declared material alone."""
-    scenario = film_on(finger, debye(60, 4e3, 2e-3, 1e-6), "floating", drive=TONES["offset"])
+    scenario = film_on(finger, parts.debye(60, 4e3, 2e-3, 1e-6), "floating", drive=TONES["offset"])
     trace = simulate(scenario, time=TIME)
 
     def gap_field(frequency):
         return phasors(scenario, frequency)["gap"].field
 
     steady = periodic(gap_field, scenario.drive, TIME, static=0.0)  # the film blocks, and the gap leaks
-    force = EPS0 * finger.AREA * steady**2 / 2
-    assert apart(trace["electrostatic_force"].values, force) < PRECISION
+    force = parts.EPS0 * finger.AREA * steady**2 / 2
+    assert parts.apart(trace["electrostatic_force"].values, force) < PRECISION
     assert trace.attrs["solver"] == "periodic"
 
 
 def test_periodic_state_is_where_rest_ends_up(finger):
     """From rest, after many of the slowest decays, the same as from the periodic state."""
-    section, _ = modes(film_on(finger, constant(1560, 1e-6), "source"))
+    section, _ = modes(film_on(finger, parts.constant(1560, 1e-6), "source"))
     time = 7 + np.linspace(0, 0.05, 101)
     assert section.modes.rates.min() * 7 > 40
     for content in (TONES["sum"], EDGES["square"], EDGES["trapezium and square"]):
@@ -180,4 +167,4 @@ def test_periodic_state_is_where_rest_ends_up(finger):
         rest = transient(quantities(section), drive, time)
         settled = transient(quantities(section), drive, time, settled=True)
         for name, values in settled.items():
-            assert apart(rest[name], values) < 1e-12, name
+            assert parts.apart(rest[name], values) < 1e-12, name

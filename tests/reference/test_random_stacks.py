@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scenario_parts import AREA, EPS0
+from scenario_parts import AREA, EPS0, largest
 
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
@@ -183,3 +183,42 @@ def check_charges(slabs, element, charges):
     found = np.array(found) * [slab.thickness for slab in slabs]
     scale = np.max(np.abs(held)) * np.max(elastance) if total else 0.0
     assert np.max(np.abs(found - final)) <= 1e-12 * scale
+
+
+FREQUENCY = np.geomspace(1, 1e6, 61)
+PRECISION = (
+    1e-10  # demanded, of the largest value in the band; fields reach 3e-11 where they nearly vanish in it
+)
+OF_THE_DRIVE = 1e-13  # voltage of a layer over that of the drive: roundings of up to 25 modes
+
+
+def by_impedance(slabs, element, second, frequency):
+    """Give field and displacement of each layer, current density and voltage of the rest, per volt."""
+    s = 2j * np.pi * frequency
+    permittivity = np.array([slab.debye.permittivity(frequency) for slab in slabs])
+    conductivity, thickness = np.array([[slab.conductivity, slab.thickness] for slab in slabs]).T[:, :, None]
+    drops = thickness / (s * EPS0 * permittivity + conductivity)
+    outside = AREA * element.impedance(frequency)
+    current = 1 / (drops.sum(axis=0) * (1 + second) + outside)
+    fields = drops * current / thickness
+    return fields, EPS0 * permittivity * fields, current, outside
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_fields_displacements_and_current_out_of_modes_are_those_of_impedances(finger, seed):
+    random = np.random.default_rng(1000 + seed)
+    for _ in range(75):
+        slabs, element = finger.random_stack(random), finger.random_element(random)
+        second = 0.0 if random.random() < 0.7 else float(random.uniform(0.2, 3))
+        found = stack_modes(slabs, area=AREA, element=element, second=second)
+        fields, displacements, current, outside = by_impedance(slabs, element, second, FREQUENCY)
+        across = 0
+        for k, slab in enumerate(slabs):
+            field, displacement = found.fields[k].at(FREQUENCY), found.displacements[k].at(FREQUENCY)
+            assert largest(field - fields[k]) * slab.thickness < OF_THE_DRIVE
+            assert largest(field - fields[k]) < PRECISION * largest(fields[k])
+            assert largest(displacement - displacements[k]) < PRECISION * largest(displacements[k])
+            across = across + field * slab.thickness * (1 + second)
+        flow = found.current_density.at(FREQUENCY)
+        assert largest(flow / current - 1) < OF_THE_DRIVE  # of itself at every frequency
+        assert largest(across + outside * flow - 1) < OF_THE_DRIVE

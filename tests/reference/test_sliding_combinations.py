@@ -7,65 +7,52 @@ import json
 
 import numpy as np
 import pytest
-from scenario_parts import (
-    COULOMB,
-    FINGER,
-    SETTLED,
-    constant,
-    creep,
-    lag,
-    lugre,
-    model,
-    sine,
-    step,
-    swipe,
-    tribometer,
-)
+import scenario_parts as parts
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 
 FRICTIONS = (
-    COULOMB,
-    model("PowerLaw", coefficient=0.6, at_force=1.0, exponent=-0.206),
-    lag(500.0),
-    lag(500.0, renewal_length=72.5e-6),
-    creep(0.3, 5e-3),
-    model("Dahl", steady=COULOMB, stiffness=500.0),
-    model("Dahl", steady=COULOMB, stiffness=5e4, exponent=0.6),
-    model("Dahl", steady=COULOMB, stiffness=5e3, exponent=2.0),
-    lugre(1e5, bristle_damping=0.5, viscous_damping=0.1),
-    lugre(500.0),
+    parts.COULOMB,
+    parts.model("PowerLaw", coefficient=0.6, at_force=1.0, exponent=-0.206),
+    parts.lag(500.0),
+    parts.lag(500.0, renewal_length=72.5e-6),
+    parts.creep(0.3, 5e-3),
+    parts.model("Dahl", steady=parts.COULOMB, stiffness=500.0),
+    parts.model("Dahl", steady=parts.COULOMB, stiffness=5e4, exponent=0.6),
+    parts.model("Dahl", steady=parts.COULOMB, stiffness=5e3, exponent=2.0),
+    parts.lugre(1e5, bristle_damping=0.5, viscous_damping=0.1),
+    parts.lugre(500.0),
 )
 FINGERS = (
     {},
-    {"finger": FINGER},
-    {"finger": FINGER | {"damping": 0.02}},
-    {"finger": FINGER | {"mass": 1.5e-3, "growth": {"known_at": 0.05}}},
+    {"finger": parts.FINGER},
+    {"finger": parts.FINGER | {"damping": 0.02}},
+    {"finger": parts.FINGER | {"mass": 1.5e-3, "growth": {"known_at": 0.05}}},
 )
-RIGS = ({}, {"rig": tribometer({"natural_frequency": 500.0, "damping_ratio": 0.5, "bandwidth": 1e3})})
-TOUCH = model("TouchAndLift", far=1e-3, near=1e-6, approach=0.01, touch=0.01, lift=5e-3)
+RIGS = ({}, {"rig": parts.tribometer({"natural_frequency": 500.0, "damping_ratio": 0.5, "bandwidth": 1e3})})
+TOUCH = parts.model("TouchAndLift", far=1e-3, near=1e-6, approach=0.01, touch=0.01, lift=5e-3)
 MOTIONS = (
     {},
     {"speed": 0.05},
     {"speed": 1e-3},
-    {"speed": 0.05, "time_profile": swipe(5e-3, 5e-3, 0.01, 5e-3)},
+    {"speed": 0.05, "time_profile": parts.swipe(5e-3, 5e-3, 0.01, 5e-3)},
     {"speed": 0.05, "distance": TOUCH},
 )
 DRIVES = (
-    sine(500.0, 1000.0),
-    model("Chirp", amplitude=300.0, first=10.0, last=2000.0, length=0.03),
-    model("PulseTrain", high=300.0, width=1e-6, frequency=200.0),
-    model("Burst", amplitude=300.0, frequency=1e4, cycles=20, delay=0.01),
-    step(500.0),
+    parts.sine(500.0, 1000.0),
+    parts.model("Chirp", amplitude=300.0, first=10.0, last=2000.0, length=0.03),
+    parts.model("PulseTrain", high=300.0, width=1e-6, frequency=200.0),
+    parts.model("Burst", amplitude=300.0, frequency=1e4, cycles=20, delay=0.01),
+    parts.step(500.0),
 )
 LOADS = (
     {},
-    {"load.time_profile": model("Press", begin=5e-3, rise=5e-3)},
-    {"load.time_profile": model("LiftOff", begin=0.02, fall=5e-3)},
+    {"load.time_profile": parts.model("Press", begin=5e-3, rise=5e-3)},
+    {"load.time_profile": parts.model("LiftOff", begin=0.02, fall=5e-3)},
 )
-STATES = ({}, SETTLED)
+STATES = ({}, parts.SETTLED)
 EVERY = (FRICTIONS, FINGERS, RIGS, MOTIONS, DRIVES, LOADS, STATES)
 REFUSALS = (
     "occurs once",
@@ -83,7 +70,7 @@ def bases():
     """The film of Vezzoli et al. 2014; and the same beneath a gap that is moved."""
     vezzoli = load("vezzoli_2014/fig6").replace({"force.model": "MaxwellStressInGap", "time.duration": 0.03})
     layers = vezzoli.stack.to_dict()
-    gap = {"thickness": 1e-6, "material": constant(1.0)}
+    gap = {"thickness": 1e-6, "material": parts.constant(1.0)}
     stack = {"insulator": layers["insulator"], "gap": gap, "stratum_corneum": layers["stratum_corneum"]}
     return vezzoli, vezzoli.replace({"stack": stack})
 

@@ -4,22 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scenario_parts as parts
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenario_parts import (
-    EPS0,
-    apart,
-    constant,
-    debye,
-    diagnostics,
-    layer,
-    model,
-    prony,
-    sine,
-    square,
-    step,
-    trapezium,
-)
 
 from electrovib.core.errors import NotCausalError
 from electrovib.core.model import read_model
@@ -33,7 +20,7 @@ from electrovib.solve.stack.expand import modes, phasors, reduce_material
 from electrovib.solve.stack.section import modal_section, phasor_section
 
 VOLTAGE = 1000.0
-CONDUCTIVITY = EPS0 * 1560 / 7.7e-3
+CONDUCTIVITY = parts.EPS0 * 1560 / 7.7e-3
 PRECISION = 1e-12  # of the peak: exp and the modes lose a few roundings, sums over breaks a few more
 FREQUENCY = np.geomspace(1e-2, 1e9, 45)
 
@@ -45,7 +32,7 @@ def founding(finger, drive, *, conductivity=CONDUCTIVITY, settled=False, law="Ve
 
 def time_constant(conductivity=CONDUCTIVITY):
     """Give (C_i + C_s) R_s."""
-    film, skin = EPS0 * 3.35 / 90e-6, EPS0 * 1560 / 200e-6
+    film, skin = parts.EPS0 * 3.35 / 90e-6, parts.EPS0 * 1560 / 200e-6
     return (film + skin) * 200e-6 / conductivity
 
 
@@ -59,13 +46,13 @@ def effective(scenario, time):
     trace = simulate(scenario, time=time)
     electrical = (90e-6 / 3.35 + 200e-6 / 1560) * 290e-6
     voltage = trace["effective_voltage"].values
-    force = EPS0 * scenario.contact.gross_area() * voltage**2 / (2 * electrical)
-    assert apart(trace["electrostatic_force"].values, force) < PRECISION
+    force = parts.EPS0 * scenario.contact.gross_area() * voltage**2 / (2 * electrical)
+    assert parts.apart(trace["electrostatic_force"].values, force) < PRECISION
     return voltage
 
 
 def on_film(finger, skin, drive, **more):
-    layers = {"insulator": finger.film(), "stratum_corneum": layer(200e-6, skin)}
+    layers = {"insulator": finger.film(), "stratum_corneum": parts.layer(200e-6, skin)}
     return finger.build(drive=drive, stack=layers, **more)
 
 
@@ -75,10 +62,10 @@ def time(request):
 
 
 def test_step(finger, time):
-    voltage = effective(founding(finger, step(VOLTAGE)), time)
+    voltage = effective(founding(finger, parts.step(VOLTAGE)), time)
     expected = VOLTAGE * np.exp(-time / time_constant())
-    assert apart(voltage, expected) < PRECISION
-    assert apart(voltage, VOLTAGE * np.exp(-time / (time_constant() * (1 + 1e-11)))) > PRECISION
+    assert parts.apart(voltage, expected) < PRECISION
+    assert parts.apart(voltage, VOLTAGE * np.exp(-time / (time_constant() * (1 + 1e-11)))) > PRECISION
 
 
 @pytest.mark.parametrize("conductivity", [CONDUCTIVITY, 100 * CONDUCTIVITY, 0.01 * CONDUCTIVITY])
@@ -86,7 +73,7 @@ def test_step(finger, time):
     ("rise", "hold", "fall"), [(36e-3, 0.1, 25e-3), (0.3, 0, 0)], ids=["trapezium", "ramp"]
 )
 def test_straight_pieces(finger, time, rise, hold, fall, conductivity):
-    drive = trapezium(VOLTAGE, rise, hold, fall)
+    drive = parts.trapezium(VOLTAGE, rise, hold, fall)
     voltage = effective(founding(finger, drive, conductivity=conductivity), time)
     tau = time_constant(conductivity)
     expected = VOLTAGE * (ramp(time, tau) - ramp(time - rise, tau)) / rise
@@ -95,12 +82,12 @@ def test_straight_pieces(finger, time, rise, hold, fall, conductivity):
         expected -= VOLTAGE * down / fall
     else:
         expected[-1] -= VOLTAGE  # the jump back, at the last sample
-    assert apart(voltage, expected) < PRECISION
+    assert parts.apart(voltage, expected) < PRECISION
 
 
 def test_falling_edge_of_a_single_trapezium(finger):
     """Force ratio falling over rising is (1 - exp(-(hold + ramp)/tau))^2 for one time constant."""
-    drive, time = trapezium(VOLTAGE, 20e-3, 18e-3, 20e-3), np.array([20e-3, 58e-3])
+    drive, time = parts.trapezium(VOLTAGE, 20e-3, 18e-3, 20e-3), np.array([20e-3, 58e-3])
     rising, falling = simulate(founding(finger, drive), time=time)["electrostatic_force"].values
     ratio = np.expm1(-38e-3 / time_constant()) ** 2
     assert falling / rising == pytest.approx(ratio, rel=1e-11)
@@ -109,7 +96,7 @@ def test_falling_edge_of_a_single_trapezium(finger):
 
 def test_repeated_trapezium_of_half_duty_gives_equal_pulses(finger, conducting_paper_skin):
     """H(0) = 0: v(t + T/2) = constant - v(t), so both pulses are the same whatever the dispersion."""
-    drive = trapezium(VOLTAGE, 5e-3, 20e-3, 5e-3, repeat=50e-3)
+    drive = parts.trapezium(VOLTAGE, 5e-3, 20e-3, 5e-3, repeat=50e-3)
     scenario = on_film(finger, conducting_paper_skin, drive, force="Vezzoli2014Causal", settled=True)
     time = np.linspace(0, 50e-3, 801)
     force = simulate(scenario, time=time)["electrostatic_force"].values
@@ -118,7 +105,7 @@ def test_repeated_trapezium_of_half_duty_gives_equal_pulses(finger, conducting_p
 
 
 def test_readings_agree_without_dispersion(finger):
-    section = phasors(founding(finger, step(1)), FREQUENCY)
+    section = phasors(founding(finger, parts.step(1)), FREQUENCY)
     causal = Vezzoli2014Causal().effective_voltage(section)
     literal = Vezzoli2014PerFrequency().effective_voltage(section)
     assert np.max(np.abs(causal - literal)) < PRECISION
@@ -126,7 +113,7 @@ def test_readings_agree_without_dispersion(finger):
     law = time_constant() * s / (1 + time_constant() * s)
     assert np.max(np.abs(causal - law)) < PRECISION
     assert np.max(np.abs(causal / law - 1)) < 1e-9  # relative, where the voltage is 5e-4 of the drive
-    modal = Vezzoli2014Causal().effective_voltage(modes(founding(finger, step(1)))[0])
+    modal = Vezzoli2014Causal().effective_voltage(modes(founding(finger, parts.step(1)))[0])
     assert np.max(np.abs(modal.at(FREQUENCY) - law)) < PRECISION
 
 
@@ -134,7 +121,7 @@ def test_readings_of_the_shipped_skins_differ_by_less_than_a_tenth_up_to_10_kilo
     finger, conducting_paper_skin
 ):
     """Of these skins, and no further: see below for what a Trace says of others."""
-    section = phasors(on_film(finger, conducting_paper_skin, step(1)), np.geomspace(10, 1e4, 61))
+    section = phasors(on_film(finger, conducting_paper_skin, parts.step(1)), np.geomspace(10, 1e4, 61))
     causal = abs(Vezzoli2014Causal().effective_voltage(section))
     literal = abs(Vezzoli2014PerFrequency().effective_voltage(section))
     assert np.max(np.abs(literal / causal - 1)) < 0.1
@@ -143,10 +130,10 @@ def test_readings_of_the_shipped_skins_differ_by_less_than_a_tenth_up_to_10_kilo
 @pytest.mark.parametrize(
     ("drive", "settled"),
     [
-        (trapezium(1, 1, 1, 1), False),
-        (sine(1, 50), False),
-        (square(1, 50), True),
-        (model("Offset", level=1, drive=sine(1, 50)), True),
+        (parts.trapezium(1, 1, 1, 1), False),
+        (parts.sine(1, 50), False),
+        (parts.square(1, 50), True),
+        (parts.model("Offset", level=1, drive=parts.sine(1, 50)), True),
     ],
 )
 def test_the_literal_reading_answers_one_sine_only(finger, drive, settled):
@@ -158,8 +145,8 @@ def test_the_literal_reading_answers_one_sine_only(finger, drive, settled):
 def causal_voltage(thickness, permittivity, debye_sum, conductivity):
     """Give the effective voltage on an insulator and a skin of Debye terms, nothing in series."""
     layers = {
-        "insulator": read_model(Layer, layer(thickness, constant(permittivity))),
-        "stratum_corneum": read_model(Layer, layer(200e-6, prony(debye_sum, conductivity))),
+        "insulator": read_model(Layer, parts.layer(thickness, parts.constant(permittivity))),
+        "stratum_corneum": read_model(Layer, parts.layer(200e-6, parts.prony(debye_sum, conductivity))),
     }
     sums = {name: given.material.debye() for name, given in layers.items()}
     around = {"area": 1e-4, "element": SeriesElement(), "second": 0.0}
@@ -210,7 +197,7 @@ def test_step_response_falls_for_random_skins(thickness, permittivity, high, ter
 
 def difference_of_readings(scenario):
     """Find the diagnostic that compares both readings of the law in a Trace, or None."""
-    return diagnostics(simulate(scenario, time=np.array([0.0, 1e-3]))).get("readings of the law")
+    return parts.diagnostics(simulate(scenario, time=np.array([0.0, 1e-3]))).get("readings of the law")
 
 
 def peak_loss(*, high, strength):
@@ -227,9 +214,9 @@ def peak_loss(*, high, strength):
     ("strength", "state"), [(1300.0, "warning"), (180.0, "warning"), (150.0, "ok"), (20.0, "ok")]
 )
 def test_a_trace_says_by_how_much_both_readings_differ(finger, strength, state):
-    skin = debye(100.0, strength, 3e-4, 1e-14)
+    skin = parts.debye(100.0, strength, 3e-4, 1e-14)
     changes = {"stack.stratum_corneum.material": skin, "frequency.samples": 4001}
-    scenario = founding(finger, step(100.0)).replace(changes)
+    scenario = founding(finger, parts.step(100.0)).replace(changes)
     found = difference_of_readings(scenario)
     ratio = peak_loss(high=100.0, strength=strength)
     assert found["value"] == pytest.approx(1 - ratio, rel=1e-3)
@@ -243,7 +230,7 @@ def test_a_trace_says_by_how_much_both_readings_differ(finger, strength, state):
 
 def test_both_readings_of_the_shipped_wet_skin_and_over_a_band_of_ones_own(finger):
     """-58 % at 1 MHz, 3.2 % below 10 kHz: what is said follows the frequencies of the scenario."""
-    wet = founding(finger, step(100.0)).replace({"stack.stratum_corneum.material": gabriel_1996.WET})
+    wet = founding(finger, parts.step(100.0)).replace({"stack.stratum_corneum.material": gabriel_1996.WET})
     found = difference_of_readings(wet)
     assert (found["state"], found["value"]) == ("warning", pytest.approx(0.58, abs=5e-3))
     assert "-58 % at 1 MHz" in found["text"]
@@ -251,5 +238,5 @@ def test_both_readings_of_the_shipped_wet_skin_and_over_a_band_of_ones_own(finge
     assert (narrow["state"], narrow["value"]) == ("ok", pytest.approx(0.031, abs=1e-3))
     assert "from 100 Hz to 10 kHz" in narrow["text"]
     # without dispersion there is one reading, and no promise stands in its docstring
-    assert difference_of_readings(founding(finger, step(100.0))) is None
+    assert difference_of_readings(founding(finger, parts.step(100.0))) is None
     assert "%" not in (Vezzoli2014Causal.__doc__ or "")

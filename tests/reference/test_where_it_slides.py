@@ -7,23 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from scenario_parts import (
-    COULOMB,
-    FINGER,
-    SETTLED,
-    creep,
-    diagnostics,
-    lag,
-    largest,
-    lugre,
-    model,
-    sine,
-    square,
-    step,
-    swipe,
-    trapezium,
-    tribometer,
-)
+import scenario_parts as parts
 from scipy.integrate import solve_ivp
 
 from electrovib.core.errors import InputError
@@ -33,22 +17,22 @@ from electrovib.solve.mechanics.filters import filtered, first_order, second_ord
 from electrovib.solve.mechanics.lateral import not_known, resting
 from electrovib.solve.simulate import simulate
 
-LAG, CREEP = lag(100.0), creep(0.3, 5e-3)
-RISING = lag(100.0, renewal_length=1 / 13.8e3)
-LUGRE = lugre(1e5, static_ratio=1.0, viscous_damping=0.5)
+LAG, CREEP = parts.lag(100.0), parts.creep(0.3, 5e-3)
+RISING = parts.lag(100.0, renewal_length=1 / 13.8e3)
+LUGRE = parts.lugre(1e5, static_ratio=1.0, viscous_damping=0.5)
 FRICTIONS = {
-    "Coulomb": COULOMB,
-    "PowerLaw": model("PowerLaw", coefficient=0.6, at_force=1.0, exponent=-0.206),
+    "Coulomb": parts.COULOMB,
+    "PowerLaw": parts.model("PowerLaw", coefficient=0.6, at_force=1.0, exponent=-0.206),
     "FirstOrderLag": LAG,
     "a corner that rises": RISING,
     "Creep": CREEP,
     "LuGre": LUGRE,
-    "Dahl": model("Dahl", steady=COULOMB, stiffness=1e5),
+    "Dahl": parts.model("Dahl", steady=parts.COULOMB, stiffness=1e5),
 }
 BRISTLES = ("LuGre", "Dahl")
-SWIPE = swipe(0.02, 0.01, 0.08, 0.01)
-TOUCH = model("TouchAndLift", far=1e-3, near=1e-6, begin=0.0, approach=0.05, touch=0.08, lift=0.05)
-TREMOR = model("TremblingDistance", mean=1e-4, amplitude=1e-5, frequency=8.0)
+SWIPE = parts.swipe(0.02, 0.01, 0.08, 0.01)
+TOUCH = parts.model("TouchAndLift", far=1e-3, near=1e-6, begin=0.0, approach=0.05, touch=0.08, lift=0.05)
+TREMOR = parts.model("TremblingDistance", mean=1e-4, amplitude=1e-5, frequency=8.0)
 SPEED = {"speed": 0.03}
 SWIPED = SPEED | {"time_profile": SWIPE}
 MOTIONS = {
@@ -57,17 +41,17 @@ MOTIONS = {
     "speed 0": {"speed": 0.0},
     "a swipe that stops": SWIPED,
     "trembling": SPEED | {"distance": TREMOR},
-    "held off": SPEED | {"distance": model("HeldOff")},
+    "held off": SPEED | {"distance": parts.model("HeldOff")},
     "touch and lift": SPEED | {"distance": TOUCH},
 }
-RIG = tribometer({"natural_frequency": 500.0, "damping_ratio": 0.5})
+RIG = parts.tribometer({"natural_frequency": 500.0, "damping_ratio": 0.5})
 TIME = np.linspace(0, 0.2, 201)
 
 
 @pytest.fixture(scope="module")
 def dry():
     """A gap that holds its field: 565 mN at 1000 V."""
-    changes = {"stack.gap.material.conductivity": 0.0, "drive": trapezium(1000.0, 0.005, 0.15, 0.005)}
+    changes = {"stack.gap.material.conductivity": 0.0, "drive": parts.trapezium(1000.0, 0.005, 0.15, 0.005)}
     return load("vezzoli_2014/fig6_gap").replace(changes)
 
 
@@ -75,7 +59,7 @@ def strength_of(trace):
     return 0.5 * (0.5 + trace.electrostatic_force.values)
 
 
-@pytest.mark.parametrize("finger", [None, FINGER], ids=["rigid", "finger"])
+@pytest.mark.parametrize("finger", [None, parts.FINGER], ids=["rigid", "finger"])
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.slow
@@ -107,7 +91,7 @@ def test_every_friction_with_every_motion(dry, friction, motion, finger):
         whole = 0.5 + trace.electrostatic_force.values
         steady = scenario.friction.without_memory().lateral_force(whole, 0 * whole, np.nan * whole)
         assert 0.2 < np.max(lateral[known]) < np.max(steady) + 0.02
-    said = diagnostics(trace)
+    said = parts.diagnostics(trace)
     state = said.get("friction at rest", {"state": None})["state"]
     assert state == (None if not np.any(rests) else "ok" if told else "unknown")
     if "distance" in MOTIONS[motion]:
@@ -123,12 +107,14 @@ def test_a_finger_held_off_has_no_friction():
     assert np.all(trace.lateral_force.values == 0)
     assert trace.attrs["solver"] == "transient"  # the gap does not move
     with pytest.raises(InputError, match=r"HeldOff.*\[stack\.gap\]"):
-        load("vezzoli_2014/fig6").replace({"motion.distance": model("HeldOff")})
+        load("vezzoli_2014/fig6").replace({"motion.distance": parts.model("HeldOff")})
 
 
 def test_attraction_counts_while_a_finger_touches(dry):
     """mu (load + attraction) in touch, 0.42 N where it was 0.25, and nothing before and after."""
-    trace = simulate(dry.replace({"motion.distance": TOUCH, "drive": step(772.0), "rig": RIG}), time=TIME)
+    trace = simulate(
+        dry.replace({"motion.distance": TOUCH, "drive": parts.step(772.0), "rig": RIG}), time=TIME
+    )
     in_touch = (TIME > 0.0495) & (TIME < 0.1295)
     lateral, pull = trace.lateral_force.values, trace.electrostatic_force.values
     np.testing.assert_allclose(lateral[in_touch], strength_of(trace)[in_touch], rtol=1e-12)
@@ -143,7 +129,7 @@ def test_attraction_counts_while_a_finger_touches(dry):
 
 def test_a_contact_that_begins_remembers_nothing(dry, monkeypatch):
     """Behind a lag the friction of a new touch rises from 0 with its corner; and so after a first one, see below."""
-    held = dry.replace({"motion.distance": TOUCH, "friction": LAG, "drive": step(0.0)})
+    held = dry.replace({"motion.distance": TOUCH, "friction": LAG, "drive": parts.step(0.0)})
     trace = simulate(held, time=np.linspace(0, 0.2, 2001))
     time = trace.time.values
     expected = np.where(held.motion.touches(time), 0.25 * -np.expm1(-2 * np.pi * 100 * (time - 0.05)), 0.0)
@@ -153,7 +139,7 @@ def test_a_contact_that_begins_remembers_nothing(dry, monkeypatch):
     monkeypatch.setattr(
         TouchAndLift, "touches", lambda _, time: (np.asarray(time) < 0.02) | (np.asarray(time) >= 0.05)
     )
-    twice = held.replace({"friction": creep(0.4, 100.0)})
+    twice = held.replace({"friction": parts.creep(0.4, 100.0)})
     lateral = simulate(twice, time=np.array([0.0, 0.01, 0.03, 0.06])).lateral_force.values
     np.testing.assert_allclose(lateral, [0.25, 0.25, 0.0, 0.6 * 0.25 + 0.1 * 1e-4], atol=1e-6)
 
@@ -163,7 +149,7 @@ def test_at_a_jump_at_the_last_time_the_prompt_share_follows_at_once(dry, count)
     """A creep of 30 % in 5 ms, against the sum over a fine record of what it follows; the record ends with a jump to 1 kV."""
     changes = {
         "friction": CREEP,
-        "drive": square(1000.0, 50.0, low=0.0),
+        "drive": parts.square(1000.0, 50.0, low=0.0),
         "circuit.return_path.resistance": 0.0,
     }
     scenario = dry.replace(changes)
@@ -180,9 +166,9 @@ def test_at_a_jump_at_the_last_time_the_prompt_share_follows_at_once(dry, count)
 def test_where_a_motion_slides_and_where_it_rests(dry):
     sliding, still = (simulate(dry.replace({"motion": motion}), time=TIME) for motion in ({}, {"speed": 0.0}))
     assert float(sliding.lateral_force.max()) > 0.25
-    assert "friction at rest" not in diagnostics(sliding)
+    assert "friction at rest" not in parts.diagnostics(sliding)
     assert np.all(np.isnan(still.lateral_force.values))
-    said = diagnostics(still)["friction at rest"]
+    said = parts.diagnostics(still)["friction at rest"]
     assert said["state"] == "unknown"
     assert "motion.speed = 0" in said["text"]
     # the moment of a stop is rest, and that of setting out is not
@@ -191,7 +177,7 @@ def test_where_a_motion_slides_and_where_it_rests(dry):
     np.testing.assert_array_equal(motion.slides(times), [False, False, True, True, False, False])
     assert resting(motion) == ((-np.inf, 0.02), (0.12, np.inf))
     assert resting(Motion(speed=0.0)) == ((-np.inf, np.inf),)
-    assert resting(Motion()) == resting(Motion(speed=0.0, distance=model("HeldOff"))) == ()
+    assert resting(Motion()) == resting(Motion(speed=0.0, distance=parts.model("HeldOff"))) == ()
 
 
 @pytest.mark.parametrize("friction", [LAG, RISING, CREEP], ids=["lag", "rising", "creep"])
@@ -215,7 +201,7 @@ def test_behind_a_memory_nothing_is_known_until_it_has_forgotten(dry, friction):
     assert np.all(np.isfinite(lateral[known]))
     assert np.all(np.isnan(lateral[hidden]))
     if friction is not RISING:
-        steady = simulate(scenario.replace({"motion.time_profile": model("Steady")}), time=time)
+        steady = simulate(scenario.replace({"motion.time_profile": parts.model("Steady")}), time=time)
         np.testing.assert_allclose(lateral[known], steady.lateral_force.values[known], rtol=2e-6)
 
 
@@ -236,15 +222,15 @@ def test_a_sensor_is_not_known_until_it_has_forgotten(dry):
     digitiser = {"sampling_rate": 1e4, "bits": 16, "normal_range": 10.0, "lateral_range": 10.0, "seed": 1}
     trace = simulate(dry.replace({"motion": SWIPED, "rig": RIG | {"digitiser": digitiser}}), time=TIME)
     assert np.isnan(trace.lateral_force_measured.values).sum() > 100
-    said = diagnostics(trace)["lateral range"]
+    said = parts.diagnostics(trace)["lateral range"]
     assert said["state"] == "ok"
     assert said["text"].startswith("no lateral reading")
 
 
 STOPS = {
-    "motion": SPEED | {"time_profile": swipe(0.01, 0.01, 0.03, 0.01)},
-    "finger": FINGER,
-    "drive": trapezium(1000.0, 0.01, 0.06, 0.04),
+    "motion": SPEED | {"time_profile": parts.swipe(0.01, 0.01, 0.03, 0.01)},
+    "finger": parts.FINGER,
+    "drive": parts.trapezium(1000.0, 0.01, 0.06, 0.04),
 }
 
 
@@ -263,16 +249,16 @@ def test_the_spring_of_the_skin_tells_the_friction_at_rest(dry):
     held = np.minimum(np.minimum.accumulate(strength[stopped]), strength[~stopped][-1])
     np.testing.assert_allclose(lateral[stopped], held, rtol=1e-5)
     assert lateral[-1] == pytest.approx(0.25, rel=1e-5)
-    assert diagnostics(trace)["friction at rest"]["state"] == "ok"
+    assert parts.diagnostics(trace)["friction at rest"]["state"] == "ok"
     assert float(trace.skin_displacement[-1]) == pytest.approx(0.25e-3, rel=1e-3)
 
 
 def test_sliding_resumes_from_the_force_that_the_skin_has_held(dry):
     """By hand: the spring keeps 0.25 N of the stop while the voltage rises, and the way of the bone adds to it."""
     points = ((0.0, 1.0), (0.03, 1.0), (0.04, 0.0), (0.07, 0.0), (0.08, 1.0))
-    profile = model("Corners", points=[{"time": time, "share": share} for time, share in points])
-    drive = trapezium(1000.0, 0.01, 0.1, 0.01, delay=0.045)
-    changes = {"motion": SPEED | {"time_profile": profile}, "finger": FINGER, "drive": drive}
+    profile = parts.model("Corners", points=[{"time": time, "share": share} for time, share in points])
+    drive = parts.trapezium(1000.0, 0.01, 0.1, 0.01, delay=0.045)
+    changes = {"motion": SPEED | {"time_profile": profile}, "finger": parts.FINGER, "drive": drive}
     time = np.linspace(0, 0.12, 1201)
     trace = simulate(dry.replace(changes), time=time)
     strength, ramp = strength_of(trace), np.clip(time - 0.07, 0.0, 0.01)
@@ -287,7 +273,9 @@ def test_sliding_resumes_from_the_force_that_the_skin_has_held(dry):
 def test_a_skin_that_stops_against_its_equation(dry):
     """A second route: scipy's Radau on m w' = k x + c x' - S(t) tanh(w/1 um/s), x' = u - w, of a light skin."""
     time = np.linspace(0, 0.14, 281)
-    trace = simulate(dry.replace(STOPS | {"finger": FINGER | {"mass": 1e-6, "damping": 1e-2}}), time=time)
+    trace = simulate(
+        dry.replace(STOPS | {"finger": parts.FINGER | {"mass": 1e-6, "damping": 1e-2}}), time=time
+    )
     strength = strength_of(trace)
 
     def friction(t, over_plate):
@@ -303,21 +291,21 @@ def test_a_skin_that_stops_against_its_equation(dry):
     solved = solve_ivp(rate, (0, 0.14), [0.0, 0.0], method="Radau", t_eval=time, **bounds)
     expected = friction(time, solved.y[1])
     # the damper adds 0.3 mN while it sticks, and the regularised friction creeps by less than 1 um/s
-    assert largest(trace.lateral_force.values - expected) < 0.005 * np.max(expected)
+    assert parts.largest(trace.lateral_force.values - expected) < 0.005 * np.max(expected)
 
 
 def test_a_viscous_friction_ends_with_the_contact(dry):
     """LuGre's viscous part off the plate would hold the skin back by 0.5 N s/m times 30 mm/s over 1 kN/m."""
-    held = dry.replace({"motion": SPEED | {"distance": TOUCH}, "friction": LUGRE, "finger": FINGER})
+    held = dry.replace({"motion": SPEED | {"distance": TOUCH}, "friction": LUGRE, "finger": parts.FINGER})
     trace = simulate(held, time=TIME)
     off = ~held.motion.touches(TIME)
     assert np.all(trace.lateral_force.values[off] == 0)
-    assert largest(trace.skin_displacement.values[off & (TIME < 0.05)]) < 1e-12
+    assert parts.largest(trace.skin_displacement.values[off & (TIME < 0.05)]) < 1e-12
     assert trace.attrs["energy_residual"] < 1e-6
 
 
 def test_what_happens_once_has_no_periodic_state_behind_a_skin(dry):
-    settled = dry.replace({"drive": sine(100.0, 50.0), "finger": FINGER} | SETTLED)
+    settled = dry.replace({"drive": parts.sine(100.0, 50.0), "finger": parts.FINGER} | parts.SETTLED)
     assert np.all(simulate(settled.replace({"motion.speed": 0.0}), time=TIME).lateral_force.values == 0)
     with pytest.raises(InputError, match=r"motion\.time_profile = Swipe occurs once"):
         simulate(settled.replace({"motion": SWIPED}))
