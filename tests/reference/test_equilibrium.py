@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections import Counter
 from itertools import pairwise
 
 import mpmath
@@ -132,66 +133,47 @@ def difference_of(skin, attraction, pressure, gap):
 
 
 @pytest.mark.slow
-def test_a_rough_skins_states_are_those_of_a_dense_scan():
-    random, counts = np.random.default_rng(2), {}
-    for _ in range(SETS):
+@pytest.mark.parametrize(("spots", "sets"), [(None, SETS), (PullingSpots(), 25), (IdleSpots(), 25)])
+def test_states_of_a_rough_skin_are_those_of_a_dense_scan(spots, sets):
+    """Under plates at one gap, and under an attraction averaged over the gaps."""
+    random, counts = np.random.default_rng(3 if spots else 2), Counter()
+    for _ in range(sets):
         skin = random_skin(random)
-        pressure = float(skin.pressure(np.asarray(0.0))) * log_uniform(random, 1e-6, 0.5)
+        softest = skin.modulus * 1e-3 if spots else float(skin.pressure(np.asarray(0.0)))
+        pressure = softest * log_uniform(random, 1e-2 if spots else 1e-6, 10 if spots else 0.5)
         free = float(skin.gap(np.asarray(pressure)))
-        thickness = free * log_uniform(random, 1e-3, 3)
+        thickness = free * log_uniform(random, 1e-3, 1 if spots else 3)
+        attracted = functools.partial(PlateAttraction, electrical_thickness=thickness)
+        if spots:
+            averaged = {"electrical_thickness": thickness, "surface": skin, "spots": spots}
+            attracted = functools.partial(RoughAttraction, **averaged)
+        low = attracted(voltage=1.0).smallest_gap if spots else 0.0
+        if low >= 0.8 * free:
+            continue
         # a voltage that balances at some gap, then a little more or less
-        somewhere = random.uniform(0.0, free)
+        somewhere = random.uniform(low, free)
         missing = difference_of(skin, PlateAttraction(0.0, thickness), pressure, somewhere)
-        nearby = random.choice([1, random.uniform(0.8, 1.2)])
-        voltage = float(np.sqrt(2 * missing / EPS0) * (thickness + somewhere) * nearby)
-        attraction = PlateAttraction(voltage, thickness)
+        nearby = 1 if spots else random.choice([1, random.uniform(0.8, 1.2)])
+        voltage = float(np.sqrt(missing / attracted(voltage=1.0).pressure(somewhere)) * nearby)
+        attraction = attracted(voltage=voltage)
         difference = functools.partial(difference_of, skin, attraction, pressure)
-        expected = by_scan(difference, 0.0, free * (1 + 1e-6), 200)
-        states = states_of(skin, pressure, thickness, voltage)
+        expected = by_scan(difference, low, free * (1 + 1e-6), 150 if spots else 200)
+        states = balance(skin, attraction, pressure=pressure)
         found = [state for state in states if not state.touching]
-        counts[len(expected)] = counts.get(len(expected), 0) + 1
+        counts[len(expected)] += 1
         assert len(found) == len(expected)
         # near folds both waver
         np.testing.assert_allclose([state.gap for state in found], expected, rtol=1e-7)
         assert all(abs(state.residual) <= 1e-12 * state.repulsion for state in found)
         for state in found:
+            # self-consistent: the surface topography bears the load and the average over the gaps that it then has
+            assert state.repulsion == pytest.approx(pressure + attraction.pressure(state.gap), rel=1e-12)
             nudge = 1e-5 * min([state.gap, *(abs(o.gap - state.gap) for o in states if o is not state)])
             pushed_back = difference(state.gap - nudge) > 0 > difference(state.gap + nudge)
             assert state.stable == pushed_back
-    assert counts[1] > 100
-    assert counts[2] > 100
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("spots", [PullingSpots(), IdleSpots()])
-def test_states_of_an_averaged_attraction_are_those_of_a_dense_scan(spots):
-    random, several = np.random.default_rng(3), 0
-    for _ in range(25):
-        skin = random_skin(random)
-        pressure = skin.modulus * log_uniform(random, 1e-5, 1e-2)
-        free = float(skin.gap(np.asarray(pressure)))
-        thickness = free * log_uniform(random, 1e-3, 1)
-        averaged = functools.partial(
-            RoughAttraction, electrical_thickness=thickness, surface=skin, spots=spots
-        )
-        one_volt = averaged(voltage=1.0)
-        low = one_volt.smallest_gap
-        if low >= 0.8 * free:
-            continue
-        somewhere = random.uniform(low, free)
-        missing = difference_of(skin, PlateAttraction(0.0, thickness), pressure, somewhere)
-        voltage = float(np.sqrt(missing / one_volt.pressure(somewhere)))
-        attraction = averaged(voltage=voltage)
-        difference = functools.partial(difference_of, skin, attraction, pressure)
-        expected = by_scan(difference, low, free * (1 + 1e-6), 150)
-        found = balance(skin, attraction, pressure=pressure)
-        assert len(found) == len(expected)
-        np.testing.assert_allclose([state.gap for state in found], expected, rtol=1e-7)
-        several += len(found) > 1
-        # self-consistent: the surface topography bears the load and the average over the gaps that it then has
-        for state in found:
-            assert state.repulsion == pytest.approx(pressure + attraction.pressure(state.gap), rel=1e-12)
-    assert several > 0
+    if spots is None:
+        assert min(counts[1], counts[2]) > 100
+    assert sum(number for roots, number in counts.items() if roots > 1) > 0
 
 
 def snaps_at(spring, pressure, thickness, around):

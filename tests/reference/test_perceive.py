@@ -11,17 +11,9 @@ import pytest
 from scenario_parts import FINGER, constant, model, polarity, sine, square, step
 
 from electrovib.core.errors import InputError, NotCausalError
-from electrovib.core.status import UNVERIFIED
 from electrovib.core.trace import make_trace
 from electrovib.papers import vardar_2017
-from electrovib.physics.perception import (
-    COMPLIANCES,
-    ElasticSkin,
-    ElasticViscousSkin,
-    NonPacinian,
-    Pacinian,
-    Perception,
-)
+from electrovib.physics.perception import ElasticSkin, ElasticViscousSkin, Pacinian, Perception
 from electrovib.scenario import load
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
@@ -163,12 +155,6 @@ def test_a_sine_that_is_just_felt_is_at_an_end(given):
         for end, amplitude in enumerate(just_felt(line, Perception(), given, np.array([frequency]))):
             felt = sensation_of(replace(line, amplitude=amplitude), Perception(), given)
             assert (felt.high, felt.low)[end] == pytest.approx(0.0, abs=1e-9)
-
-
-def test_no_value_that_is_assumed_was_cited_from_memory():
-    published = [each for channel in (Pacinian(), NonPacinian()) for each in channel.published]
-    assert all(each.status != UNVERIFIED for each in (*published, *COMPLIANCES))
-    assert all(each.source for each in COMPLIANCES)
 
 
 def test_just_noticeable_is_in_decibels_of_the_voltage():

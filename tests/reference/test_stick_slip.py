@@ -127,13 +127,6 @@ def critical_speed(law, finger):
     return brentq(lambda speed: growth(law, speed, finger), law.stribeck_speed, 5 * law.stribeck_speed)
 
 
-def test_the_criterion_is_the_textbook_one_for_stiff_bristles():
-    """damping + dF/du = 0."""
-    stiff = STICKY.model_copy(update={"stiffness": 1e7})
-    ratio = critical_speed(stiff, SOFT) / stiff.stribeck_speed
-    assert STRENGTH * ratio / stiff.stribeck_speed * np.exp(-(ratio**2)) == pytest.approx(3.0, rel=1e-3)
-
-
 @pytest.mark.parametrize(("share", "grows"), [(0.9, True), (1.1, False)])
 def test_small_ripples_grow_below_the_critical_speed_only(share, grows):
     """Rate of growth and frequency are the eigenvalue's: two terms of linear prediction from the skin's speed."""
