@@ -1,4 +1,4 @@
-"""Two and three leaky layers in series: the classic closed forms, Johnsen and Rahbek's rise, and what a blocking film ends.
+"""Leaky layers in series and bridges in parallel: the classic closed forms, Johnsen and Rahbek's rise, and what ends it.
 
 The published pressures and time constants are checks of nakamura_2017 and shultz_2015, which tests/contract runs.
 """
@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scenario_parts import EPS0, apart, step
+from scenario_parts import AREA, EPS0, apart, constant, grounded, layer, model, step
 
 from electrovib.papers import nakamura_2017 as nakamura
 from electrovib.papers import shultz_2015 as shultz
+from electrovib.physics.bridged_air import BridgedAir
+from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes
 
@@ -170,3 +172,53 @@ def test_founding_law_comes_back_with_the_gaps_time_constant(finger, gap):
     assert errors[0] < 1.1 * (200e-6 / 1560) / (90e-6 / 3.35)  # C_i/C_s of the paper: 0.5 %
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.1)
     assert errors[1] / errors[2] == pytest.approx(10, rel=0.02)
+
+
+# ------------------------------------------------------------------ a gap bridged in places
+
+
+VOLTAGE = 300.0
+FILM, FILM_PERMITTIVITY, GAP = 90e-6, 3.35, 5e-6
+CASES = [(1e-3, 1e-6), (0.05, 2e-8), (0.4, 1e-7)]
+"""Share of the area that is bridged, and conductivity of the bridges; those that insulate take their share only."""
+
+
+def bridged(share, conductivity, **changes):
+    material = model("BridgedAir", bridged_share=share, spot_conductivity=conductivity)
+    content = dict(Scenario.example) | {
+        "drive": step(VOLTAGE),
+        "contact": model("FixedArea", area=AREA),
+        "circuit": {"return_path": grounded()},
+        "stack": {"insulator": layer(FILM, constant(FILM_PERMITTIVITY)), "gap": layer(GAP, material)},
+    }
+    return Scenario.model_validate(content).replace(changes)
+
+
+def closed_form(share, conductivity, time):
+    """Charge on the open part's capacitor beside the bridges, in series with the film; the pull on the open part."""
+    film, air = EPS0 * FILM_PERMITTIVITY / FILM, EPS0 / GAP * (1 - share)
+    bridge = share * conductivity / GAP
+    voltage = VOLTAGE * film / (film + air) * np.exp(-time * bridge / (film + air))
+    return (1 - share) * AREA * EPS0 * (voltage / GAP) ** 2 / 2
+
+
+@pytest.mark.parametrize(("share", "conductivity"), CASES)
+def test_force_decays_through_the_bridges(share, conductivity):
+    film, air = EPS0 * FILM_PERMITTIVITY / FILM, EPS0 / GAP * (1 - share)
+    decay = (film + air) / (share * conductivity / GAP)
+    trace = simulate(bridged(share, conductivity, **{"time.duration": 4 * decay, "time.samples": 401}))
+    expected = closed_form(share, conductivity, trace.time.values)
+    np.testing.assert_allclose(trace.electrostatic_force, expected, rtol=1e-10, atol=1e-12 * expected[0])
+    insulated = simulate(bridged(share, 0.0))
+    expected = closed_form(share, 0.0, insulated.time.values)
+    np.testing.assert_allclose(insulated.electrostatic_force, expected, rtol=1e-12)
+    # by whichever of the two the share is left out, it shows
+    assert abs(expected[0] / (1 - share) / float(trace.electrostatic_force[0]) - 1) > 0.9 * share
+
+
+def test_a_leak_on_bridges_is_kept():
+    air = BridgedAir(bridged_share=0.1, spot_conductivity=1e-6)
+    more = air.conducting(3e-7)
+    assert air.conductivity == pytest.approx(1e-7, rel=1e-15)
+    assert more.conductivity == pytest.approx(3e-7, rel=1e-15)
+    assert more.pulling_share == air.pulling_share == 0.9

@@ -155,16 +155,3 @@ def test_simulate_takes_the_periodic_state(finger):
     force = parts.EPS0 * finger.AREA * steady**2 / 2
     assert parts.apart(trace["electrostatic_force"].values, force) < PRECISION
     assert trace.attrs["solver"] == "periodic"
-
-
-def test_periodic_state_is_where_rest_ends_up(finger):
-    """From rest, after many of the slowest decays, the same as from the periodic state."""
-    section, _ = modes(film_on(finger, parts.constant(1560, 1e-6), "source"))
-    time = 7 + np.linspace(0, 0.05, 101)
-    assert section.modes.rates.min() * 7 > 40
-    for content in (TONES["sum"], EDGES["square"], EDGES["trapezium and square"]):
-        drive = read_model(Drive, content)
-        rest = transient(quantities(section), drive, time)
-        settled = transient(quantities(section), drive, time, settled=True)
-        for name, values in settled.items():
-            assert parts.apart(rest[name], values) < 1e-12, name

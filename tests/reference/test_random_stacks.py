@@ -1,4 +1,4 @@
-"""Random stacks of passive dispersive layers against long arithmetic and against phasors."""
+"""Modes of random stacks against long arithmetic and phasors, and what reducing the shipped skins to Debye terms costs."""
 
 from __future__ import annotations
 
@@ -7,11 +7,18 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scenario_parts import AREA, EPS0, largest
+from scenario_parts import AREA, EPS0, largest, layer, step
+from scipy.optimize import brentq
 
+from electrovib.core.discovery import find_members
+from electrovib.papers.palmar_1995 import MEN, palmar
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
+from electrovib.physics.force import ForceLaw
+from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import modes, phasors, reduce_material, reductions
 from electrovib.solve.stack.modes import Slab, slab_impedance, stack_modes
+from electrovib.solve.stack.section import inverse_root_thickness
 
 DIGITS = 80  # residues of layers 1e-12 to 10 s apart multiply: 50 digits and room for what cancels
 
@@ -116,7 +123,7 @@ def exponents(low, high):
     return st.floats(low, high).map(lambda power: 10.0**power)
 
 
-layer = st.builds(
+any_slab = st.builds(
     lambda thickness, high, terms, conductivity: Slab(
         thickness, DebyeSum(high, tuple(s for s, _ in terms), tuple(t for _, t in terms)), conductivity
     ),
@@ -140,7 +147,7 @@ def apart(numbers):
 
 @pytest.mark.slow
 @settings(max_examples=100, deadline=None)
-@given(slabs=st.lists(layer, min_size=1, max_size=5), element=surroundings)
+@given(slabs=st.lists(any_slab, min_size=1, max_size=5), element=surroundings)
 def test_rates_of_any_stack(slabs, element):
     """The same for stacks that a search puts together, corners of every range among them."""
     nodes = np.concatenate([slab_impedance(slab)[0] for slab in slabs] + [[element.rate]])
@@ -152,7 +159,7 @@ def test_rates_of_any_stack(slabs, element):
 
 @settings(max_examples=100, deadline=None)
 @given(
-    slabs=st.lists(layer, min_size=1, max_size=5),
+    slabs=st.lists(any_slab, min_size=1, max_size=5),
     element=surroundings,
     charges=st.lists(st.floats(-1e-3, 1e-3), min_size=4, max_size=4),
 )
@@ -222,3 +229,96 @@ def test_fields_displacements_and_current_out_of_modes_are_those_of_impedances(f
         flow = found.current_density.at(FREQUENCY)
         assert largest(flow / current - 1) < OF_THE_DRIVE  # of itself at every frequency
         assert largest(across + outside * flow - 1) < OF_THE_DRIVE
+
+
+# ------------------------------------------------------------------ skins of papers, reduced
+
+
+ALLOWED = 1e-3  # stated: below 0.1 % of eps_pol and of the transfer over 1 Hz to 1 MHz
+BAND = np.geomspace(1, 1e6, 997)  # not the grid of the fit, nor of its own check
+INSULATORS = {"film": (90e-6, 3.35), "coating": (1e-6, 3.9)}
+
+
+def stack(finger, skin, insulator="film", *, gap=False, resistance=1000.0, **more):
+    between = {"gap": finger.gap(1e-6, 1e-9)} if gap else {}
+    layers = {
+        "insulator": finger.film(*INSULATORS[insulator]),
+        **between,
+        "stratum_corneum": layer(200e-6, skin),
+    }
+    return finger.build(drive=step(1), stack=layers, resistance=resistance, **more)
+
+
+def missed(debye, skin):
+    return np.max(np.abs(debye.permittivity(BAND) / skin.bound_permittivity(BAND) - 1))
+
+
+def test_polarisation(paper_skin):
+    reduction = reduce_material(paper_skin)
+    error = missed(reduction.debye, paper_skin)
+    assert error < ALLOWED
+    assert error <= reduction.largest_error * 1.05 + 1e-14  # what is reported is what is found elsewhere
+    assert len(reduction.debye.strengths) <= 20  # three a decade and two
+    assert min(reduction.debye.strengths, default=0.0) >= 0
+
+
+def test_fewer_terms_cost_more():
+    """The comparison sees a reduction that is too short."""
+    skin = palmar(exponent=MEN, conductance=2e-6)
+    assert missed(reduce_material(skin, terms=7).debye, skin) > ALLOWED
+
+
+@pytest.mark.parametrize("insulator", INSULATORS)
+def test_factors_of_the_founding_force_keep_clear_of_each_other(finger, paper_skin, insulator):
+    """The product of K^(-1/2) and the voltage loses digits where two rates meet."""
+    section, _ = modes(stack(finger, paper_skin, insulator))
+    root = section.inverse_root_thickness(["insulator", "stratum_corneum"])
+    residues = root.gains * root.rates / root.direct
+    apart = np.abs(root.rates[:, None] - section.modes.rates) / residues[:, None]
+    assert np.min(apart, initial=1.0) > 1e-2  # the digits lost are those of its inverse: two
+    product, expected = root * section.voltage, root.at(BAND) * section.voltage.at(BAND)
+    assert np.max(np.abs(product.at(BAND) - expected)) < 1e-12 * np.max(np.abs(expected))
+
+
+def test_factors_with_a_rate_in_common_are_moved_apart(finger):
+    """A source resistance that puts a rate of the stack exactly on a node of the expansion of K^(-1/2)."""
+    skin = palmar(exponent=MEN, conductance=2e-6)
+
+    def section(resistance):
+        return modes(stack(finger, skin, "coating", resistance=resistance))[0]
+
+    names = ["insulator", "stratum_corneum"]
+    plain = inverse_root_thickness([(section(1e3)[n].thickness, section(1e3).debye[n]) for n in names])
+    slow, fast = (section(resistance).modes.rates for resistance in (1e9, 1.0))
+    crossing = np.argwhere((plain.rates[:, None] > slow) & (plain.rates[:, None] < fast))
+    node, mode = crossing[len(crossing) // 2]  # this rate passes this node as the resistance changes
+    power = brentq(lambda x: np.log(section(10.0**x).modes.rates[mode] / plain.rates[node]), 0, 9, xtol=1e-14)
+    meeting = section(10.0**power)
+    assert np.min(np.abs(plain.rates[:, None] / meeting.modes.rates - 1)) < 1e-12
+    product = meeting.inverse_root_thickness(names) * meeting.voltage
+    expected = plain.at(BAND) * meeting.voltage.at(BAND)
+    assert np.max(np.abs(product.at(BAND) - expected)) < 1e-11 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("insulator", INSULATORS)
+def test_transfer(finger, paper_skin, insulator):
+    scenario = stack(finger, paper_skin, insulator, gap=True)
+    layers = scenario.stack.layers
+    section, _ = modes(scenario)
+    truth = phasors(scenario, BAND)
+    for name, kind in find_members(ForceLaw).items():
+        law = kind.model_validate(dict(kind.example))
+        if not law.causal or set(getattr(kind, "replaces", ())) & set(layers):
+            continue
+        reduced, declared = law.amplitudes(section), law.amplitudes(truth)
+        for quantity, exact in declared.items():
+            error = np.max(np.abs(reduced[quantity].at(BAND) - exact)) / np.max(np.abs(exact))
+            assert error < ALLOWED, (name, quantity)
+
+
+def test_the_trace_tells_both_errors(finger, paper_skin):
+    scenario = stack(finger, paper_skin, resistance=0.0, force="Vezzoli2014Causal")
+    trace = simulate(scenario)
+    assert trace.attrs["reduction_error"] == reductions(scenario)["stratum_corneum"].largest_error
+    # of the value at each time, down to 1e-4 of the peak
+    assert 0 <= trace.attrs["transfer_error"] < 10 * ALLOWED

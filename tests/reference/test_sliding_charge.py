@@ -88,17 +88,6 @@ def test_a_slow_finger_is_one_at_rest_and_a_speed_without_renewal_changes_nothin
     np.testing.assert_array_equal(moving.electrostatic_force.values, rest)
 
 
-def test_fresh_film_brings_its_charge():
-    """Film that enters with the charge that cancels the voltage brings no effective voltage with it."""
-    cancel = -FOUNDING.direct * 1.0
-    transfer = Transfer(rates=FOUNDING.rates, gains=FOUNDING.gains, direct=1.0, free=np.array([cancel]))
-    renewal = Renewal.over(LENGTH)
-    moving = Motion(speed=0.1, renews_film=True)
-    time = np.array([0.0, 1e-3, 10e-3, 0.1, 1.0])  # while places are left that were there before, and after
-    answer = renewed({"e": transfer}, Step(level=1.0), time, motion=moving, renewal=renewal)["e"]
-    assert np.max(np.abs(answer)) < 1e-12
-
-
 @settings(max_examples=60, deadline=None)
 @given(
     corners=st.lists(st.tuples(st.floats(1e-3, 0.2), st.floats(0, 1)), min_size=1, max_size=6),

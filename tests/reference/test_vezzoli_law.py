@@ -85,25 +85,6 @@ def test_straight_pieces(finger, time, rise, hold, fall, conductivity):
     assert parts.apart(voltage, expected) < PRECISION
 
 
-def test_falling_edge_of_a_single_trapezium(finger):
-    """Force ratio falling over rising is (1 - exp(-(hold + ramp)/tau))^2 for one time constant."""
-    drive, time = parts.trapezium(VOLTAGE, 20e-3, 18e-3, 20e-3), np.array([20e-3, 58e-3])
-    rising, falling = simulate(founding(finger, drive), time=time)["electrostatic_force"].values
-    ratio = np.expm1(-38e-3 / time_constant()) ** 2
-    assert falling / rising == pytest.approx(ratio, rel=1e-11)
-    assert np.expm1(-38 / 7.7) ** 2 == pytest.approx(0.986, abs=5e-4)  # the paper's 7.7 ms, without C_i
-
-
-def test_repeated_trapezium_of_half_duty_gives_equal_pulses(finger, conducting_paper_skin):
-    """H(0) = 0: v(t + T/2) = constant - v(t), so both pulses are the same whatever the dispersion."""
-    drive = parts.trapezium(VOLTAGE, 5e-3, 20e-3, 5e-3, repeat=50e-3)
-    scenario = on_film(finger, conducting_paper_skin, drive, force="Vezzoli2014Causal", settled=True)
-    time = np.linspace(0, 50e-3, 801)
-    force = simulate(scenario, time=time)["electrostatic_force"].values
-    # squares of differences of two large parts: a few roundings of the force of the whole drive
-    assert np.max(np.abs(force[:400] - force[400:800])) < 1e-12 * 60e-3
-
-
 def test_readings_agree_without_dispersion(finger):
     section = phasors(founding(finger, parts.step(1)), FREQUENCY)
     causal = Vezzoli2014Causal().effective_voltage(section)
