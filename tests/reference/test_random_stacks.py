@@ -16,7 +16,7 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import modes, phasors, reduce_material, reductions
+from electrovib.solve.stack.expand import modes, phasors, reductions
 from electrovib.solve.stack.modes import Slab, slab_impedance, stack_modes
 from electrovib.solve.stack.section import inverse_root_thickness
 
@@ -247,37 +247,6 @@ def stack(finger, skin, insulator="film", *, gap=False, resistance=1000.0, **mor
         "stratum_corneum": layer(200e-6, skin),
     }
     return finger.build(drive=step(1), stack=layers, resistance=resistance, **more)
-
-
-def missed(debye, skin):
-    return np.max(np.abs(debye.permittivity(BAND) / skin.bound_permittivity(BAND) - 1))
-
-
-def test_polarisation(paper_skin):
-    reduction = reduce_material(paper_skin)
-    error = missed(reduction.debye, paper_skin)
-    assert error < ALLOWED
-    assert error <= reduction.largest_error * 1.05 + 1e-14  # what is reported is what is found elsewhere
-    assert len(reduction.debye.strengths) <= 20  # three a decade and two
-    assert min(reduction.debye.strengths, default=0.0) >= 0
-
-
-def test_fewer_terms_cost_more():
-    """The comparison sees a reduction that is too short."""
-    skin = palmar(exponent=MEN, conductance=2e-6)
-    assert missed(reduce_material(skin, terms=7).debye, skin) > ALLOWED
-
-
-@pytest.mark.parametrize("insulator", INSULATORS)
-def test_factors_of_the_founding_force_keep_clear_of_each_other(finger, paper_skin, insulator):
-    """The product of K^(-1/2) and the voltage loses digits where two rates meet."""
-    section, _ = modes(stack(finger, paper_skin, insulator))
-    root = section.inverse_root_thickness(["insulator", "stratum_corneum"])
-    residues = root.gains * root.rates / root.direct
-    apart = np.abs(root.rates[:, None] - section.modes.rates) / residues[:, None]
-    assert np.min(apart, initial=1.0) > 1e-2  # the digits lost are those of its inverse: two
-    product, expected = root * section.voltage, root.at(BAND) * section.voltage.at(BAND)
-    assert np.max(np.abs(product.at(BAND) - expected)) < 1e-12 * np.max(np.abs(expected))
 
 
 def test_factors_with_a_rate_in_common_are_moved_apart(finger):
