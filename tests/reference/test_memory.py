@@ -37,16 +37,14 @@ def inverse_laplace(transforms, time):
     """Fixed Talbot contour of Abate and Valko, Int. J. Numer. Meth. Engng 60, 979 (2004), of several at once."""
     time = mpmath.mpf(time)
     radius = mpmath.mpf(2 * NODES) / (5 * time)
-    totals = [mpmath.exp(radius * time) * value / 2 for value in transforms(radius)]
+    rows = [[mpmath.exp(radius * time) * value / 2 for value in transforms(radius)]]
     for node in range(1, NODES):
         angle = node * mpmath.pi / NODES
         cotangent = mpmath.cot(angle)
         s = radius * angle * mpmath.mpc(cotangent, 1)
         weight = mpmath.exp(s * time) * mpmath.mpc(1, angle + (angle * cotangent - 1) * cotangent)
-        totals = [
-            total + mpmath.re(weight * value) for total, value in zip(totals, transforms(s), strict=True)
-        ]
-    return [mpmath.re(total) * radius / NODES for total in totals]
+        rows.append([mpmath.re(weight * value) for value in transforms(s)])
+    return [mpmath.re(sum(column)) * radius / NODES for column in zip(*rows, strict=True)]
 
 
 def bound_permittivity(skin, s):
@@ -102,9 +100,8 @@ def exact(skin, film, resistance, drive, times):
 def laplace(transform, times):
     """One transform at several times."""
     with mpmath.workdps(DIGITS):
-        return np.array(
-            [float(inverse_laplace(lambda s: [transform(s)], time)[0]) for time in times.tolist()]
-        )
+        values = [inverse_laplace(lambda s: [transform(s)], time)[0] for time in times.tolist()]
+    return np.array(values, dtype=float)
 
 
 def on(film, skin, drive, *, resistance=1000.0, force="Vezzoli2014Causal", settled=False):
