@@ -124,30 +124,6 @@ def found_in(trace, quantity):
     return trace.displacement.sel(layer="insulator").values / eps0  # as MaxwellStressInGap without a gap
 
 
-def mittag_leffler(order, x):
-    """E_order(-x), 0 < order < 1, as its integral of exponentials."""
-    with mpmath.workdps(DIGITS):
-        time, a = mpmath.mpf(x) ** (1 / mpmath.mpf(order)), mpmath.mpf(order)
-
-        def density(u):
-            rate = mpmath.exp(u)
-            weight = mpmath.exp(2 * a * u) + 2 * mpmath.exp(a * u) * mpmath.cos(mpmath.pi * a) + 1
-            return mpmath.exp(a * u - rate * time) / weight
-
-        ends = [-150, -80, -40, -20, -10, 0, 10, 20, 60]
-        return float(mpmath.sin(mpmath.pi * a) / mpmath.pi * mpmath.quad(density, ends))
-
-
-def test_the_reference_is_a_mittag_leffler_function():
-    order = 1 - BLOCKING.exponent
-    scale = FILM[0] / FILM[1] / SKIN * BLOCKING.permittivity
-    scale *= (2 * np.pi * BLOCKING.reference_frequency) ** order / np.cos(order * np.pi / 2)
-    times = np.array([1e-3, 1.0, 100.0])
-    expected = [mittag_leffler(order, scale * time**order) for time in times]
-    response = exact(BLOCKING, FILM, 0.0, step(1.0), times)
-    np.testing.assert_allclose(response[QUANTITIES.index("skin")], expected, rtol=1e-11)
-
-
 @pytest.mark.parametrize(
     ("skin", "drive", "times", "quantity", "expected"),
     [
