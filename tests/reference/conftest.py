@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from types import SimpleNamespace
 
 import pytest
 from scenario_parts import AREA, COULOMB, constant, grounded, layer, model
@@ -65,21 +66,11 @@ def random_element(random) -> SeriesElement:
     return SeriesElement(resistance=resistance, elastance=float(10 ** random.uniform(8, 11)), rate=leak)
 
 
-class Finger:
-    """Layers and scenarios of Vezzoli et al. 2014's finger, by name."""
-
-    AREA = AREA
-    film = staticmethod(film)
-    skin = staticmethod(constant_skin)
-    gap = staticmethod(gap)
-    build = staticmethod(build)
-    random_stack = staticmethod(random_stack)
-    random_element = staticmethod(random_element)
-
-
 @pytest.fixture(scope="session")
 def finger():
-    return Finger()
+    """Layers and scenarios of Vezzoli et al. 2014's finger, by name."""
+    parts = {"film": film, "skin": constant_skin, "gap": gap, "build": build}
+    return SimpleNamespace(AREA=AREA, **parts, random_stack=random_stack, random_element=random_element)
 
 
 @functools.cache

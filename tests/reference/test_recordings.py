@@ -116,18 +116,10 @@ def test_a_release_determines_a_delay_and_only_an_upper_bound_of_its_fall(name):
     assert 0.1e-3 < found.fall_time_interval[1] < 0.2e-3
     assert any("The time constant of the fall is not determined" in word for word in found.words)
     assert not any("pause" in word or "holds through" in word for word in found.words)
-
-
-def test_the_clutch_pulls_alike_while_the_read_back_is_high_and_low():
-    """The reason why the read-back is one of two electrodes: a pull that paused with it would be half as large."""
-    record = read_columns(
-        shared("clutch/square_300V_10Hz.npy"), {"t": (0, "us"), "f": (1, "N"), "v": (3, "V")}
-    )
-    on = (record["t"] > 3) & (record["t"] < 4.9)
-    high = record["v"] > 150
-    off = float(np.mean(record["f"][record["t"] < 1.9]))
-    pulls = [float(np.mean(record["f"][on & part])) - off for part in (high, ~high)]
-    assert pulls[1] > 0.75 * pulls[0]
+    if name.endswith("10Hz"):  # it rings too
+        assert found.misfit < 0.2
+        assert found.misfit_without > 4 * found.misfit
+        assert 310 < found.late.frequency.value < found.early.frequency.value < 390
 
 
 def test_the_frequency_of_the_oscillation_falls():
@@ -145,10 +137,3 @@ def test_the_frequency_of_the_oscillation_falls():
     for later, low, high in ((0.0, 344, 365), (2e-3, 313, 322)):
         decay = damped_sine(stamps, table["f"], start=start + later, end=start + later + 10e-3)
         assert low * 0.97 < decay.frequency.value < high * 1.03
-
-
-def test_the_other_clutch_record_rings_too():
-    found = clutch("square_300V_10Hz")
-    assert found.misfit < 0.2
-    assert found.misfit_without > 4 * found.misfit
-    assert 310 < found.late.frequency.value < found.early.frequency.value < 390
