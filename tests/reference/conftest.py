@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+from types import SimpleNamespace
 
 import pytest
+from scenario_parts import AREA, COULOMB, constant, grounded, layer, model
 
 from electrovib.core.discovery import find_members, papers
 from electrovib.core.model import read_model
@@ -14,23 +16,17 @@ from electrovib.physics.material import Material
 from electrovib.scenario import Scenario
 from electrovib.solve.stack.modes import Slab
 
-AREA = 1e-4
-
 
 def film(thickness=90e-6, permittivity=3.35):
-    return {"thickness": thickness, "material": {"model": "Constant", "permittivity": permittivity}}
+    return layer(thickness, constant(permittivity))
 
 
 def constant_skin(permittivity=1560.0, conductivity=0.0, thickness=200e-6):
-    material = {"model": "Constant", "permittivity": permittivity, "conductivity": conductivity}
-    return {"thickness": thickness, "material": material}
+    return layer(thickness, constant(permittivity, conductivity))
 
 
 def gap(thickness, conductivity=0.0):
-    return {
-        "thickness": thickness,
-        "material": {"model": "Constant", "permittivity": 1.0, "conductivity": conductivity},
-    }
+    return layer(thickness, constant(1.0, conductivity))
 
 
 def build(
@@ -38,13 +34,13 @@ def build(
 ):
     content = {
         "drive": drive,
-        "force": {"model": force},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
-        "contact": {"model": "FixedArea", "area": AREA},
+        "force": model(force),
+        "friction": COULOMB,
+        "contact": model("FixedArea", area=AREA),
         "load": {"normal_force": 0.5},
-        "circuit": {"return_path": return_path or {"model": "Grounded", "resistance": resistance}},
+        "circuit": {"return_path": return_path or grounded(resistance)},
         "stack": stack,
-        "time": {"initial_state": {"model": "PeriodicState" if settled else "AtRest"}},
+        "time": {"initial_state": model("PeriodicState" if settled else "AtRest")},
     }
     return read_model(Scenario, content | more)
 
@@ -70,21 +66,11 @@ def random_element(random) -> SeriesElement:
     return SeriesElement(resistance=resistance, elastance=float(10 ** random.uniform(8, 11)), rate=leak)
 
 
-class Finger:
-    """Layers and scenarios of Vezzoli et al. 2014's finger, by name."""
-
-    AREA = AREA
-    film = staticmethod(film)
-    skin = staticmethod(constant_skin)
-    gap = staticmethod(gap)
-    build = staticmethod(build)
-    random_stack = staticmethod(random_stack)
-    random_element = staticmethod(random_element)
-
-
 @pytest.fixture(scope="session")
 def finger():
-    return Finger()
+    """Layers and scenarios of Vezzoli et al. 2014's finger, by name."""
+    parts = {"film": film, "skin": constant_skin, "gap": gap, "build": build}
+    return SimpleNamespace(AREA=AREA, **parts, random_stack=random_stack, random_element=random_element)
 
 
 @functools.cache
@@ -102,10 +88,7 @@ def pytest_generate_tests(metafunc):
     kinds = {name: one for name, one in materials().items() if " " not in name}
     skins = {name.replace(" ", "-"): one for name, one in materials().items() if " " in name}
     conducting = {name: one for name, one in skins.items() if one.conductivity > 0}
-    for wanted, found in (
-        ("shipped_material", kinds),
-        ("paper_skin", skins),
-        ("conducting_paper_skin", conducting),
-    ):
+    asked = {"shipped_material": kinds, "paper_skin": skins, "conducting_paper_skin": conducting}
+    for wanted, found in asked.items():
         if wanted in metafunc.fixturenames:
             metafunc.parametrize(wanted, found.values(), ids=found)

@@ -30,10 +30,6 @@ def skins():
     return {skin.name: skin.material for module in modules for skin in module.skins().values()}
 
 
-def named(name):
-    return skins()[name]
-
-
 def disperses(material):
     exact = material.debye()
     return exact is None or any(exact.strengths)
@@ -60,17 +56,13 @@ def test_corner_with_every_skin_that_conducts(leak):
             edge = rises_to(chain(gap_resistivity=leak, skin=material), share=0.5)
             ratio = edge / corner(gap=GAP, gap_resistivity=leak)
             assert (0.95 if leak == 1e9 else 0.9) < ratio < (1.0 if leak == 1e9 else 1.8), name
-
-
-def test_corner_holds_over_three_decades_where_the_skin_is_thin_electrically():
-    for leak in LEAKS:
-        edge = rises_to(chain(gap_resistivity=leak, skin=named("Gabriel wet"), resistance=0.0), share=0.5)
-        assert edge == pytest.approx(corner(gap=GAP, gap_resistivity=leak), rel=2.5e-2)
+    bare = rises_to(chain(gap_resistivity=leak, skin=skins()["Gabriel wet"], resistance=0.0), share=0.5)
+    assert bare == pytest.approx(corner(gap=GAP, gap_resistivity=leak), rel=2.5e-2)  # thin electrically
 
 
 @pytest.mark.parametrize(("name", "expected"), MAXIMA.items(), ids=MAXIMA)
 def test_maxima_against_numbers_computed_apart(name, expected):
-    skin = named(name)
+    skin = skins()[name]
     found = [maximum_of(gap_resistivity=leak, skin=skin) for leak in LEAKS]
     # two digits, on a maximum that is flat
     assert found == pytest.approx(expected, rel=2.5e-2)
@@ -89,10 +81,13 @@ def test_dispersive_skins_have_an_interior_maximum(leak, resistance):
 
 
 def test_skin_without_dispersion_has_none_but_by_the_body_or_its_own_relaxation():
-    skin = named("paper point")
+    skin = skins()["paper point"]
     assert not disperses(skin)
     for leak in (2e7, 1e6):
         assert maximum(chain(gap_resistivity=leak, skin=skin, resistance=0.0)) is None
+    capacitor = skin.model_copy(update={"conductivity": 0.0})
+    for leak in LEAKS:
+        assert maximum(chain(gap_resistivity=leak, skin=capacitor, resistance=0.0)) is None
     by_body = maximum(chain(gap_resistivity=2e7, skin=skin, resistance=1500.0))
     assert by_body == pytest.approx(6600.0, rel=1e-2)
     # a leak slower than the skin's 21 Hz: below that the skin is a short and the gap has a little more
@@ -102,15 +97,9 @@ def test_skin_without_dispersion_has_none_but_by_the_body_or_its_own_relaxation(
     assert 1.0 < force[0] / force[1] < 1.08
 
 
-@pytest.mark.parametrize("leak", LEAKS)
-def test_skin_that_is_a_capacitor_has_no_maximum(leak):
-    skin = named("paper point").model_copy(update={"conductivity": 0.0})
-    assert maximum(chain(gap_resistivity=leak, skin=skin, resistance=0.0)) is None
-
-
 def test_place_of_the_maximum_is_ill_conditioned_and_its_edge_is_not():
     """The 1963 set, 2e7 ohm m: above nine tenths from 300 Hz to 50 kHz, two decades and more."""
-    scenario = chain(gap_resistivity=2e7, skin=named("1963 impedance"), resistance=0.0)
+    scenario = chain(gap_resistivity=2e7, skin=skins()["1963 impedance"], resistance=0.0)
     frequency = np.geomspace(1, 1e6, 4001)
     force = mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
     flat = frequency[force > 0.9 * force.max()]
@@ -122,6 +111,6 @@ def test_maximum_goes_with_the_leak_and_hardly_with_the_skin():
     """Three decades of leak move it 970 times, ten times the sweat 1.5 times: 250 Hz is a fit of the leak."""
     sweat = [palmar(exponent=MEN, conductance=conductance) for conductance in (2e-6, 20e-6)]
     by_skin = [maximum_of(gap_resistivity=2e7, skin=skin) for skin in sweat]
-    by_leak = [maximum_of(gap_resistivity=leak, skin=named("1963 impedance")) for leak in LEAKS]
+    by_leak = [maximum_of(gap_resistivity=leak, skin=skins()["1963 impedance"]) for leak in LEAKS]
     assert by_leak[2] / by_leak[0] == pytest.approx(1000.0, rel=0.05)
     assert by_skin[0] / by_skin[1] == pytest.approx(1.46, rel=2e-2)

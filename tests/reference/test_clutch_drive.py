@@ -6,40 +6,28 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenario_parts import AREA, EPS0, constant, grounded, layer, model
 
 import electrovib as ev
-from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 
 CLUTCH = Path(__file__).parents[3] / "shared" / "data" / "clutch"
-PERMITTIVITY, FILM, GAP, CONDUCTIVITY, AREA = 3.35, 90e-6, 5e-6, 2e-9, 1e-4
-SCENARIO = """schema = 1
-force = { model = "MaxwellStressInGap" }
-friction = { model = "Coulomb", coefficient = 0.5 }
-contact = { model = "FixedArea", area = "1 cm2" }
-load = { normal_force = "0.5 N" }
-[circuit]
-return_path = { model = "Grounded", resistance = "0 ohm" }
-[stack.insulator]
-thickness = "90 um"
-material = { model = "Constant", permittivity = 3.35 }
-[stack.gap]
-thickness = "5 um"
-material = { model = "Constant", permittivity = 1, conductivity = "2 nS/m" }
-[drive]
-model = "Sampled"
-"""
-# A file of MATLAB's or NumPy's kind has no headings: columns by number, time in microseconds.
-NUMBERED = "time_column = 0\ntime_unit = 'us'\nvoltage_column = 3\n"
-
-
+PERMITTIVITY, FILM, GAP, CONDUCTIVITY = 3.35, 90e-6, 5e-6, 2e-9
 # The clutch has two electrodes driven in antiphase, and the column holds one of them.
-ANTIPHASE = "readback = { model = 'OneOfTwoInAntiphase' }\n"
+ANTIPHASE = {"readback": model("OneOfTwoInAntiphase")}
 
 
-def load(folder, drive, *, scenario=SCENARIO, **options):
-    (folder / "scenario.toml").write_text(scenario + drive, encoding="utf-8")
-    return ev.load(folder / "scenario.toml", **options)
+def load(file, *, conductivity=CONDUCTIVITY, changes=None, **more):
+    """A file of MATLAB's or NumPy's kind has no headings: columns by number, time in microseconds."""
+    columns = {"time_column": 0, "time_unit": "us", "voltage_column": 3}
+    stack = {"insulator": layer(FILM, constant(PERMITTIVITY)), "gap": layer(GAP, constant(1.0, conductivity))}
+    own = {
+        "drive": model("Sampled", file=str(file), **columns, **more),
+        "force": model("MaxwellStressInGap"),
+        "circuit.return_path": grounded(),
+        "stack": stack,
+    }
+    return ev.load("vezzoli_2014/fig6", changes=own | (changes or {}))
 
 
 def record(count=90_000, seed=7):
@@ -52,7 +40,7 @@ def record(count=90_000, seed=7):
 
 def gap_force(time, voltage):
     """March one pole through straight pieces: film over a leaky gap, two formulas of a textbook."""
-    film, gap = VACUUM_PERMITTIVITY * PERMITTIVITY / FILM, VACUUM_PERMITTIVITY / GAP
+    film, gap = EPS0 * PERMITTIVITY / FILM, EPS0 / GAP
     share, constant = film / (film + gap), (film + gap) * GAP / CONDUCTIVITY
     held = share * voltage[0]
     across = [held]
@@ -60,7 +48,7 @@ def gap_force(time, voltage):
         lost = -np.expm1(-step / constant)
         held = held * (1 - lost) + share * rise / step * constant * lost
         across.append(held)
-    return AREA * VACUUM_PERMITTIVITY * (np.array(across) / GAP) ** 2 / 2
+    return AREA * EPS0 * (np.array(across) / GAP) ** 2 / 2
 
 
 def agrees(trace, time, voltage):
@@ -83,20 +71,24 @@ def shared(name):
 
 def test_jittered_record_matches_the_plain_loop(tmp_path):
     stamps, voltage = record()
-    np.save(tmp_path / "drive.npy", np.column_stack([stamps, stamps * 0, stamps * 0, voltage]))
-    trace = ev.simulate(load(tmp_path, "file = 'drive.npy'\n" + NUMBERED))
+    for name, factor in (("drive.npy", 1.0), ("other.npy", 0.5)):
+        np.save(tmp_path / name, np.column_stack([stamps, stamps * 0, stamps * 0, voltage * factor]))
+    trace = ev.simulate(load(tmp_path / "drive.npy"))
     assert trace.sizes["time"] == len(stamps)
     assert trace.attrs["dropped_samples"] == 0
     assert np.array_equal(trace["drive_voltage"], voltage)
     agrees(trace, (stamps - stamps[0]) * 1e-6, voltage)
+    # another file in its place is read anew, and another parameter leaves the samples as they are
+    other = load(tmp_path / "drive.npy", changes={"drive.file": str(tmp_path / "other.npy")})
+    assert np.array_equal(other.drive.voltage_samples.values * 2, voltage)
+    same = other.replace({"load.normal_force": "1 N"})
+    assert same.drive == other.drive
 
 
 @pytest.mark.parametrize("name", ["square_300V_10Hz.npy", "square_300V_1kHz.npy"])
-def test_clutch_recording_matches_the_plain_loop(tmp_path, name):
-    path = shared(name)
-    table = np.load(path)
-    scenario = load(tmp_path, f"file = {str(path)!r}\n" + NUMBERED + ANTIPHASE)
-    trace = ev.simulate(scenario)
+def test_clutch_recording_matches_the_plain_loop(name):
+    table = np.load(shared(name))
+    trace = ev.simulate(load(shared(name), **ANTIPHASE))
     time = (table[:, 0] - table[0, 0]) * 1e-6
     steps = np.diff(trace["time"])
     assert (steps.min(), steps.max()) == pytest.approx((77e-6, 79e-6), abs=1e-12)
@@ -119,48 +111,17 @@ def between_the_electrodes(table):
     ("name", "one_electrode", "both"),
     [("square_300V_10Hz.npy", 18.998e-3, 37.419e-3), ("square_300V_1kHz.npy", 20.369e-3, 36.889e-3)],
 )
-def test_one_electrode_taken_for_the_drive_halves_the_mean_pull(tmp_path, name, one_electrode, both):
+def test_one_electrode_taken_for_the_drive_halves_the_mean_pull(name, one_electrode, both):
     """Without a leak, where a held voltage keeps its pull; at 1 kHz a little less, as edges take their time."""
-    blocking = SCENARIO.replace(', conductivity = "2 nS/m"', "")
-    drive = f"file = {str(shared(name))!r}\n" + NUMBERED
     means = []
-    for readback in ("", ANTIPHASE):
-        trace = ev.simulate(load(tmp_path, drive + readback, scenario=blocking))
+    for readback in ({}, ANTIPHASE):
+        trace = ev.simulate(load(shared(name), conductivity=0.0, **readback))
         means.append(float(trace.electrostatic_force.sel(time=slice(2.0, 4.999)).mean()))
     assert means == pytest.approx([one_electrode, both], rel=1e-3)
     # by hand, from the levels alone: the square of 295.15 - 2.06 V or of 297.22 - 2.06 V across film and gap
     held = 295.152 - 2.064 if "10Hz" in name else 297.216 - 2.064
-    pull = AREA * VACUUM_PERMITTIVITY / 2 * (held / (FILM / PERMITTIVITY + GAP)) ** 2
+    pull = AREA * EPS0 / 2 * (held / (FILM / PERMITTIVITY + GAP)) ** 2
     assert means[1] == pytest.approx(pull, rel=3e-3 if "10Hz" in name else 0.04)
-
-
-def test_clutch_recording_from_csv_and_netcdf(tmp_path):
-    import xarray
-
-    table = np.load(shared("square_300V_10Hz.npy"))[26_000:40_000]
-    np.save(tmp_path / "drive.npy", table)
-    np.savetxt(
-        tmp_path / "drive.csv",
-        table,
-        delimiter=",",
-        header="time [us],load [N],moving,voltage [V]",
-        comments="",
-        fmt="%.17g",
-    )
-    variables = {
-        "stamp": ("sample", table[:, 0], {"units": "us"}),
-        "level": ("sample", table[:, 3], {"units": "V"}),
-    }
-    xarray.Dataset(variables).to_netcdf(tmp_path / "drive.nc", engine="h5netcdf")
-    drives = {
-        "npy": "file = 'drive.npy'\n" + NUMBERED,
-        "csv": "file = 'drive.csv'\n",
-        "nc": "file = 'drive.nc'\ntime_column = 'stamp'\nvoltage_column = 'level'\n",
-    }
-    forces = {name: ev.simulate(load(tmp_path, drive)).electrostatic_force for name, drive in drives.items()}
-    assert float(forces["npy"].max()) > 1e-3
-    for name in ("csv", "nc"):
-        assert np.array_equal(forces[name].values, forces["npy"].values)
 
 
 def test_repeated_and_decreasing_stamps(tmp_path):
@@ -171,15 +132,14 @@ def test_repeated_and_decreasing_stamps(tmp_path):
     faulty[1000] = faulty[999]
     faulty[2000:2002] = faulty[1990:1992]
     np.save(tmp_path / "drive.npy", np.column_stack([faulty, faulty, faulty, voltage]))
-    drive = "file = 'drive.npy'\n" + NUMBERED
     with pytest.raises(InputError) as caught:
-        load(tmp_path, drive)
+        load(tmp_path / "drive.npy")
     assert len(caught.value.problems) == 1
     assert caught.value.problems[0].startswith("drive = ")
     # Two samples: the one that repeats and the first that goes back; its follower rises again after it.
     assert "2 of 5000 time stamps do not: sample 1000" in str(caught.value)
     assert 'stamps = { model = "KeepIncreasing" }' in str(caught.value)
-    trace = ev.simulate(load(tmp_path, drive + 'stamps = { model = "KeepIncreasing" }\n'))
+    trace = ev.simulate(load(tmp_path / "drive.npy", stamps=model("KeepIncreasing")))
     assert trace.attrs["dropped_samples"] == 3
     time, measured = (stamps - stamps[0])[kept] * 1e-6, voltage[kept]
     # Only the time over which two samples in a row are dropped is longer than a 2000th of the record: it is halved.
@@ -192,67 +152,9 @@ def test_repeated_and_decreasing_stamps(tmp_path):
     agrees(trace, time, measured)
 
 
-def test_trace_gives_back_a_scenario_that_needs_no_file(tmp_path):
-    stamps, voltage = record(2000)
-    np.save(tmp_path / "drive.npy", np.column_stack([stamps, stamps, stamps, voltage]))
-    scenario = load(tmp_path, "file = 'drive.npy'\n" + NUMBERED)
-    trace = ev.simulate(scenario)
-    (tmp_path / "drive.npy").unlink()
-    again = ev.scenario_of(trace)
-    assert again == scenario
-    assert again.digest() == trace.attrs["scenario_hash"]
-    assert np.array_equal(ev.simulate(again).electrostatic_force, trace.electrostatic_force)
-
-
-def test_another_file_on_the_command_line_is_read_anew(tmp_path):
-    stamps, voltage = record(2000)
-    for name, factor in (("drive.npy", 1.0), ("other.npy", 0.5)):
-        np.save(tmp_path / name, np.column_stack([stamps, stamps, stamps, voltage * factor]))
-    drive = "file = 'drive.npy'\n" + NUMBERED
-    first = load(tmp_path, drive)
-    other = load(tmp_path, drive, changes={"drive.file": str(tmp_path / "other.npy")})
-    assert np.array_equal(other.drive.voltage_samples.values * 2, first.drive.voltage_samples.values)
-    assert other.digest() != first.digest()
-    unchanged = load(tmp_path, drive, changes={"load.normal_force": "1 N"})
-    assert unchanged.drive == first.drive
-
-
-@pytest.mark.parametrize(
-    ("file", "text", "words"),
-    [
-        ("none.csv", None, "there is no such file"),
-        ("text.csv", "time,voltage\n0,0\n1,high\n2,0\n", "line 3, column 'voltage': 'high' is not a number"),
-        ("one.csv", "time,voltage\n0,0\n", "only one row"),
-        (
-            "nan.csv",
-            "time,voltage\n0,0\n1,nan\n2,0\n",
-            "line 3, column 'voltage': nan is not a finite number",
-        ),
-    ],
-)
-def test_bad_drive_file_is_one_line_under_drive(tmp_path, file, text, words):
-    if text is not None:
-        (tmp_path / file).write_text(text, encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        load(tmp_path, f"file = '{file}'\n")
-    (line,) = caught.value.problems
-    assert line.startswith("drive = ")
-    assert words in line
-    assert "\n" not in line
-
-
-def test_nan_of_a_numeric_file_is_named_by_its_row(tmp_path):
+def test_a_number_that_is_not_finite_is_named_by_its_place(tmp_path):
     stamps, voltage = record(100)
     voltage[42] = np.nan
     np.save(tmp_path / "drive.npy", np.column_stack([stamps, stamps, stamps, voltage]))
     with pytest.raises(InputError, match=r"drive = .*row 42 \(first is 0\), column 3: nan is not a finite"):
-        load(tmp_path, "file = 'drive.npy'\n" + NUMBERED)
-
-
-def test_mistakes_elsewhere_are_told_beside_that_of_the_drive(tmp_path):
-    wrong = SCENARIO.replace('"90 um"', '"90 uV"').replace('"0.5 N"', '"0.5 V"')
-    (tmp_path / "scenario.toml").write_text(wrong + "file = 'none.csv'\n", encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        ev.load(tmp_path / "scenario.toml")
-    paths = sorted(line.split(" = ")[0] for line in caught.value.problems)
-    assert paths == ["drive", "load.normal_force", "stack.insulator.thickness"]
+        load(tmp_path / "drive.npy")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
+from collections import Counter
 from itertools import pairwise
 
 import mpmath
 import numpy as np
 import pytest
 from parallel_plates import equilibria
+from scenario_parts import EPS0
 from scipy.optimize import brentq, minimize_scalar
 
 from electrovib.papers.ciavarella_2020 import BearingArea
@@ -23,7 +25,6 @@ from electrovib.physics.roughness import IdleSpots, PullingSpots
 from electrovib.solve.equilibrium import hysteresis
 from electrovib.solve.equilibrium.states import NOISE, balance, follow
 
-EPS0 = 8.8541878128e-12
 SETS = 1000
 
 
@@ -42,6 +43,15 @@ def random_spring(random):
     return spring, pressure, thickness, float(scale * random.uniform(0.2, 1.3))
 
 
+def states_of(spring, pressure, thickness, voltage):
+    return equilibria(surface=spring, pressure=pressure, voltage=voltage, electrical_thickness=thickness)
+
+
+def snap_of(spring, pressure, thickness):
+    given = {"stiffness": spring.stiffness, "free_gap": spring.free_gap, "pressure": pressure}
+    return pull_in_voltage(**given, electrical_thickness=thickness)
+
+
 def by_polynomial(spring, pressure, thickness, voltage):
     """Real roots of the cubic between closed and free, to 40 digits, in units of the free gap."""
     with mpmath.workdps(40):
@@ -50,13 +60,13 @@ def by_polynomial(spring, pressure, thickness, voltage):
         left = 1 - mpmath.mpf(pressure) / k
         stress = mpmath.mpf(EPS0) * mpmath.mpf(voltage) ** 2 / 2 / unit**2 / k
         # (left - u) (electrical + u)^2 - stress
-        cubic = [
+        powers = [
             left * electrical**2 - stress,
             2 * electrical * left - electrical**2,
             left - 2 * electrical,
             -1,
         ]
-        roots = mpmath.polyroots(cubic, asc=True, maxsteps=500, extraprec=200)
+        roots = mpmath.polyroots(powers, asc=True, maxsteps=500, extraprec=200)
         real = [mpmath.re(r) for r in roots if abs(mpmath.im(r)) < mpmath.mpf(10) ** -25 * (1 + abs(r))]
         return sorted(float(r * unit) for r in real if 0 <= r <= left)
 
@@ -66,9 +76,7 @@ def test_a_springs_states_are_the_roots_of_its_cubic():
     for _ in range(SETS):
         spring, pressure, thickness, voltage = random_spring(random)
         expected = by_polynomial(spring, pressure, thickness, voltage)
-        states = equilibria(
-            surface=spring, pressure=pressure, voltage=voltage, electrical_thickness=thickness
-        )
+        states = states_of(spring, pressure, thickness, voltage)
         open_ones = [state for state in states if not state.touching]
         assert len(open_ones) == len(expected)
         counts[len(expected)] += 1
@@ -84,9 +92,8 @@ def test_a_springs_states_are_the_roots_of_its_cubic():
         if closed:
             assert states[0].gap == 0
             assert states[0].stable
-            assert states[0].repulsion + states[0].stop == pytest.approx(
-                pressure + states[0].attraction, rel=1e-12
-            )
+            borne = states[0].repulsion + states[0].stop
+            assert borne == pytest.approx(pressure + states[0].attraction, rel=1e-12)
         # stable and unstable take turns, the ends are stable: two stable states are a hysteresis
         assert [state.stable for state in states] == [index % 2 == 0 for index in range(len(states))]
     assert min(counts.values()) > 50  # every case was tried
@@ -94,47 +101,31 @@ def test_a_springs_states_are_the_roots_of_its_cubic():
 
 def by_scan(difference, low, high, points):
     """Changes of sign over a dense grid, closer where the difference turns without one, each solved apart."""
-    grid = np.unique(
-        np.concatenate([np.linspace(low, high, points), np.geomspace(high * 1e-6, high, points)])
-    )
+    grid = np.unique(np.append(np.linspace(low, high, points), np.geomspace(high * 1e-6, high, points)))
     grid = grid[grid >= low]
     values = np.array([difference(gap) for gap in grid])
     for k in range(1, len(grid) - 1):  # a pair of roots between three points
         if values[k - 1] * values[k] > 0 and abs(values[k]) < min(abs(values[k - 1]), abs(values[k + 1])):
             sign = np.sign(values[k])
-            turn = minimize_scalar(
-                lambda x, sign=sign: sign * difference(x),
-                bounds=(grid[k - 1], grid[k + 1]),
-                method="bounded",
-                options={"xatol": 1e-12 * grid[k]},
-            ).x
+            around, close = (grid[k - 1], grid[k + 1]), {"xatol": 1e-12 * grid[k]}
+            towards = functools.partial(lambda x, sign: sign * difference(x), sign=sign)
+            turn = minimize_scalar(towards, bounds=around, method="bounded", options=close).x
             grid = np.append(grid, turn)
     grid = np.sort(grid)
     values = np.array([difference(gap) for gap in grid])
-    return [
-        brentq(difference, a, b, xtol=1e-20, rtol=1e-14)
-        for (a, b), (at_a, at_b) in zip(pairwise(grid), pairwise(values), strict=True)
-        if at_a * at_b < 0
-    ]
+    pairs = zip(pairwise(grid), pairwise(values), strict=True)
+    found = [between for between, (at_a, at_b) in pairs if at_a * at_b < 0]
+    return [brentq(difference, a, b, xtol=1e-20, rtol=1e-14) for a, b in found]
 
 
 def random_skin(random):
     modulus, rms = log_uniform(random, 1e5, 1e9), log_uniform(random, 1e-6, 5e-5)
     if random.integers(2):
-        return PerssonSurface(
-            modulus=modulus,
-            rms_slope=1.0,
-            rms_gap=rms,
-            pressure_factor=random.uniform(0.1, 1),
-            decay_factor=random.uniform(0.3, 1),
-        )
-    return BearingArea(
-        prefactor=random.uniform(0.5, 1.5),
-        modulus=modulus,
-        rms_height=rms,
-        rms_slope=1.0,
-        longest_wavelength=rms * random.uniform(10, 100),
-    )
+        factors = {"pressure_factor": random.uniform(0.1, 1), "decay_factor": random.uniform(0.3, 1)}
+        return PerssonSurface(modulus=modulus, rms_slope=1.0, rms_gap=rms, **factors)
+    prefactor, longest = random.uniform(0.5, 1.5), rms * random.uniform(10, 100)
+    heights = {"rms_height": rms, "rms_slope": 1.0, "longest_wavelength": longest}
+    return BearingArea(prefactor=prefactor, modulus=modulus, **heights)
 
 
 def difference_of(skin, attraction, pressure, gap):
@@ -142,78 +133,54 @@ def difference_of(skin, attraction, pressure, gap):
 
 
 @pytest.mark.slow
-def test_a_rough_skins_states_are_those_of_a_dense_scan():
-    random, counts = np.random.default_rng(2), {}
-    for _ in range(SETS):
+@pytest.mark.parametrize(("spots", "sets"), [(None, SETS), (PullingSpots(), 25), (IdleSpots(), 25)])
+def test_states_of_a_rough_skin_are_those_of_a_dense_scan(spots, sets):
+    """Under plates at one gap, and under an attraction averaged over the gaps."""
+    random, counts = np.random.default_rng(3 if spots else 2), Counter()
+    for _ in range(sets):
         skin = random_skin(random)
-        pressure = float(skin.pressure(np.asarray(0.0))) * log_uniform(random, 1e-6, 0.5)
+        softest = skin.modulus * 1e-3 if spots else float(skin.pressure(np.asarray(0.0)))
+        pressure = softest * log_uniform(random, 1e-2 if spots else 1e-6, 10 if spots else 0.5)
         free = float(skin.gap(np.asarray(pressure)))
-        thickness = free * log_uniform(random, 1e-3, 3)
+        thickness = free * log_uniform(random, 1e-3, 1 if spots else 3)
+        attracted = functools.partial(PlateAttraction, electrical_thickness=thickness)
+        if spots:
+            averaged = {"electrical_thickness": thickness, "surface": skin, "spots": spots}
+            attracted = functools.partial(RoughAttraction, **averaged)
+        low = attracted(voltage=1.0).smallest_gap if spots else 0.0
+        if low >= 0.8 * free:
+            continue
         # a voltage that balances at some gap, then a little more or less
-        somewhere = random.uniform(0.0, free)
+        somewhere = random.uniform(low, free)
         missing = difference_of(skin, PlateAttraction(0.0, thickness), pressure, somewhere)
-        voltage = float(
-            np.sqrt(2 * missing / EPS0)
-            * (thickness + somewhere)
-            * random.choice([1, random.uniform(0.8, 1.2)])
-        )
-        attraction = PlateAttraction(voltage, thickness)
+        nearby = 1 if spots else random.choice([1, random.uniform(0.8, 1.2)])
+        voltage = float(np.sqrt(missing / attracted(voltage=1.0).pressure(somewhere)) * nearby)
+        attraction = attracted(voltage=voltage)
         difference = functools.partial(difference_of, skin, attraction, pressure)
-        expected = by_scan(difference, 0.0, free * (1 + 1e-6), 200)
-        states = equilibria(surface=skin, pressure=pressure, voltage=voltage, electrical_thickness=thickness)
+        expected = by_scan(difference, low, free * (1 + 1e-6), 150 if spots else 200)
+        states = balance(skin, attraction, pressure=pressure)
         found = [state for state in states if not state.touching]
-        counts[len(expected)] = counts.get(len(expected), 0) + 1
+        counts[len(expected)] += 1
         assert len(found) == len(expected)
-        np.testing.assert_allclose(
-            [state.gap for state in found], expected, rtol=1e-7
-        )  # near folds both waver
+        # near folds both waver
+        np.testing.assert_allclose([state.gap for state in found], expected, rtol=1e-7)
         assert all(abs(state.residual) <= 1e-12 * state.repulsion for state in found)
         for state in found:
+            # self-consistent: the surface topography bears the load and the average over the gaps that it then has
+            assert state.repulsion == pytest.approx(pressure + attraction.pressure(state.gap), rel=1e-12)
             nudge = 1e-5 * min([state.gap, *(abs(o.gap - state.gap) for o in states if o is not state)])
             pushed_back = difference(state.gap - nudge) > 0 > difference(state.gap + nudge)
             assert state.stable == pushed_back
-    assert counts[1] > 100
-    assert counts[2] > 100
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("spots", [PullingSpots(), IdleSpots()])
-def test_states_of_an_averaged_attraction_are_those_of_a_dense_scan(spots):
-    random, several = np.random.default_rng(3), 0
-    for _ in range(25):
-        skin = random_skin(random)
-        pressure = skin.modulus * log_uniform(random, 1e-5, 1e-2)
-        free = float(skin.gap(np.asarray(pressure)))
-        thickness = free * log_uniform(random, 1e-3, 1)
-        one_volt = RoughAttraction(voltage=1.0, electrical_thickness=thickness, surface=skin, spots=spots)
-        low = one_volt.smallest_gap
-        if low >= 0.8 * free:
-            continue
-        somewhere = random.uniform(low, free)
-        missing = difference_of(skin, PlateAttraction(0.0, thickness), pressure, somewhere)
-        voltage = float(np.sqrt(missing / one_volt.pressure(somewhere)))
-        attraction = RoughAttraction(
-            voltage=voltage, electrical_thickness=thickness, surface=skin, spots=spots
-        )
-        difference = functools.partial(difference_of, skin, attraction, pressure)
-        expected = by_scan(difference, low, free * (1 + 1e-6), 150)
-        found = balance(skin, attraction, pressure=pressure)
-        assert len(found) == len(expected)
-        np.testing.assert_allclose([state.gap for state in found], expected, rtol=1e-7)
-        several += len(found) > 1
-        # self-consistent: the surface topography bears the load and the average over the gaps that it then has
-        for state in found:
-            assert state.repulsion == pytest.approx(pressure + attraction.pressure(state.gap), rel=1e-12)
-    assert several > 0
+    if spots is None:
+        assert min(counts[1], counts[2]) > 100
+    assert sum(number for roots, number in counts.items() if roots > 1) > 0
 
 
 def snaps_at(spring, pressure, thickness, around):
     """Voltage between those with and without an open stable state, by halving."""
 
     def is_open(voltage):
-        states = equilibria(
-            surface=spring, pressure=pressure, voltage=voltage, electrical_thickness=thickness
-        )
+        states = states_of(spring, pressure, thickness, voltage)
         return any(state.stable and not state.touching for state in states)
 
     low, high = 0.99 * around, 1.01 * around
@@ -229,12 +196,7 @@ def test_pull_in_is_where_the_formula_says():
     random, tried = np.random.default_rng(4), 0
     for _ in range(200):
         spring, pressure, thickness, _ = random_spring(random)
-        expected = pull_in_voltage(
-            stiffness=spring.stiffness,
-            free_gap=spring.free_gap,
-            electrical_thickness=thickness,
-            pressure=pressure,
-        )
+        expected = snap_of(spring, pressure, thickness)
         left = spring.free_gap - pressure / spring.stiffness
         assert (expected is None) == (left <= thickness / 2)
         # the fold lies at g = (2 g0 - K)/3: so near the stop halving tells closed from open otherwise
@@ -258,7 +220,7 @@ def test_without_room_for_it_there_is_no_pull_in():
         closes = thickness * np.sqrt(2 * spring.stiffness * spring.free_gap / EPS0)
         voltages = closes * np.array([0.01, 0.5, 0.9, 0.99, 0.9999, 0.999999, 1.000001, 1.1, 3])
         for voltage in voltages:
-            states = equilibria(surface=spring, pressure=0.0, voltage=voltage, electrical_thickness=thickness)
+            states = states_of(spring, 0.0, thickness, voltage)
             assert len(states) == 1
             assert states[0].stable
             assert states[0].touching == (voltage > closes)
@@ -268,16 +230,17 @@ def test_without_room_for_it_there_is_no_pull_in():
         np.testing.assert_allclose(loop.up.gap, loop.down.gap[::-1], rtol=1e-7, atol=1e-9 * spring.free_gap)
 
 
+def check_jumps(loop, snap, release):
+    (up,), (down,) = np.flatnonzero(loop.up.jump), np.flatnonzero(loop.down.jump)
+    assert loop.up.voltage[up - 1] <= snap <= loop.up.voltage[up]
+    assert loop.down.voltage[down] <= release <= loop.down.voltage[down - 1]
+
+
 def test_a_spring_snaps_in_and_lets_go_at_its_two_voltages():
     random = np.random.default_rng(6)
     for _ in range(25):
         spring, pressure, thickness, _ = random_spring(random)
-        snap = pull_in_voltage(
-            stiffness=spring.stiffness,
-            free_gap=spring.free_gap,
-            electrical_thickness=thickness,
-            pressure=pressure,
-        )
+        snap = snap_of(spring, pressure, thickness)
         left = spring.free_gap - pressure / spring.stiffness
         if snap is None or left < 0.7 * thickness:
             continue
@@ -285,12 +248,10 @@ def test_a_spring_snaps_in_and_lets_go_at_its_two_voltages():
         assert release < snap
         course = snap * np.linspace(0.02, 1.2, 119)
         loop = hysteresis(course, surface=spring, pressure=pressure, electrical_thickness=thickness)
-        (up,), (down,) = np.flatnonzero(loop.up.jump), np.flatnonzero(loop.down.jump)
-        assert loop.up.voltage[up - 1] <= snap <= loop.up.voltage[up]
-        assert loop.down.voltage[down] <= release <= loop.down.voltage[down - 1]
+        check_jumps(loop, snap, release)
         # between them two stable states at one voltage, neither of them a failure
         middle = (release + snap) / 2
-        states = equilibria(surface=spring, pressure=pressure, voltage=middle, electrical_thickness=thickness)
+        states = states_of(spring, pressure, thickness, middle)
         assert [state.stable for state in states] == [True, False, True]
 
 
@@ -303,9 +264,7 @@ def test_a_rough_skin_has_its_loop_between_the_turns_of_its_curve():
     snap, release = np.sqrt(squared.max()), np.sqrt(squared[0])
     course = snap * np.linspace(0.01, 1.1, 110)
     loop = hysteresis(course, surface=skin, pressure=pressure, electrical_thickness=thickness)
-    (up,), (down,) = np.flatnonzero(loop.up.jump), np.flatnonzero(loop.down.jump)
-    assert course[up - 1] <= snap <= course[up]
-    assert loop.down.voltage[down] <= release <= loop.down.voltage[down - 1]
+    check_jumps(loop, snap, release)
 
 
 def test_a_rough_average_is_followed_too():
@@ -316,10 +275,6 @@ def test_a_rough_average_is_followed_too():
     np.testing.assert_allclose(loop.up.gap, loop.down.gap[::-1], rtol=1e-9)
     assert np.all(np.diff(loop.up.gap) < 0)
     # the average pulls many times harder than one gap for all, as the share in contact carries it
-    alone = follow(
-        course,
-        functools.partial(PlateAttraction, electrical_thickness=0.378e-6),
-        surface=skin,
-        pressure=5e3,
-    )
+    plates = functools.partial(PlateAttraction, electrical_thickness=0.378e-6)
+    alone = follow(course, plates, surface=skin, pressure=5e3)
     assert np.all(loop.up.attraction > 10 * alone.attraction)

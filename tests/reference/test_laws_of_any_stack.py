@@ -4,36 +4,30 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scenario_parts import AREA, EPS0, SETTLED, constant, debye, grounded, layer, model, sine, step
 from scipy.linalg import expm
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
-from electrovib.solve.population import population
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
 
-EPS0, AREA, VOLTAGE = 8.8541878128e-12, 1e-4, 100.0
+VOLTAGE = 100.0
 PLATE = {"film": (60e-6, 3.35), "coating": (5e-6, 12.0)}
 FINGER = {"outer": (40e-6, 900.0, 2e-6), "inner": (160e-6, 1700.0, 5e-6)}
 """Thickness [m], permittivity, and conductivity [S/m] of the layers."""
 
 
-def layer(thickness, permittivity, conductivity=0.0, *, role):
-    material = {"model": "Constant", "permittivity": permittivity, "conductivity": conductivity}
-    return {"thickness": thickness, "role": role, "material": material}
-
-
 def on(law, *, conducts=True, gap=0.0, drive=None, **more):
-    stack = {name: layer(*numbers, role="plate") for name, numbers in PLATE.items()}
-    if gap:
-        stack["gap"] = {"thickness": gap}
-    for name, (thickness, permittivity, conductivity) in FINGER.items():
-        stack[name] = layer(thickness, permittivity, conductivity * conducts, role="finger")
+    stack = {name: layer(thick, constant(eps), role="plate") for name, (thick, eps) in PLATE.items()}
+    stack |= {"gap": {"thickness": gap}} if gap else {}
+    for name, (thick, eps, conductivity) in FINGER.items():
+        stack[name] = layer(thick, constant(eps, conductivity * conducts), role="finger")
     changes = {
         "stack": stack,
         "force": {"model": law},
-        "drive": drive or {"model": "Step", "level": VOLTAGE},
-        "circuit.return_path": {"model": "Grounded", "resistance": 0.0},
+        "drive": drive or step(VOLTAGE),
+        "circuit.return_path": grounded(),
         "contact.area": AREA,
     }
     return load("vezzoli_2014/fig6").replace(changes | more)
@@ -81,8 +75,7 @@ def test_the_charge_lost_to_the_insulator_is_that_between_plate_and_finger():
 
 
 def test_the_law_per_frequency_takes_the_layers_of_a_side_in_series():
-    sine = {"model": "Sine", "amplitude": VOLTAGE, "frequency": 50.0}
-    scenario = on("Vezzoli2014PerFrequency", drive=sine, **{"time.initial_state": {"model": "PeriodicState"}})
+    scenario = on("Vezzoli2014PerFrequency", drive=sine(VOLTAGE, 50.0), **SETTLED)
     trace = simulate(scenario)
     angular = 2 * np.pi * trace.frequency.values
     film = 1 / sum(t / (EPS0 * e) for t, e in PLATE.values())
@@ -95,18 +88,11 @@ def test_the_law_per_frequency_takes_the_layers_of_a_side_in_series():
     np.testing.assert_allclose(trace.mean_force.values, force, rtol=1e-9)
 
 
+TERMS = [{"strength": 700.0, "relaxation_time": 3e-3}, {"strength": 80.0, "relaxation_time": 2e-6}]
 DISPERSIVE = {
-    "stack.outer.material": {
-        "model": "Debye", "permittivity_high": 40.0, "strength": 900.0, "relaxation_time": 1e-4, "conductivity": 1e-6,
-    },
-    "stack.inner.material": {
-        "model": "Prony", "permittivity_high": 90.0, "conductivity": 3e-6,
-        "terms": [
-            {"strength": 700.0, "relaxation_time": 3e-3},
-            {"strength": 80.0, "relaxation_time": 2e-6},
-        ],
-    },
-}  # fmt: skip
+    "stack.outer.material": debye(40.0, 900.0, 1e-4, 1e-6),
+    "stack.inner.material": model("Prony", permittivity_high=90.0, conductivity=3e-6, terms=TERMS),
+}
 
 
 @pytest.mark.parametrize("law", ["EffectiveMedium", "Vezzoli2014Causal"])
@@ -131,31 +117,8 @@ def test_the_root_of_several_dispersive_layers_is_the_same_in_time_and_over_freq
 
 @pytest.mark.parametrize("law", ["Vezzoli2014Causal", "Vezzoli2014PerFrequency"])
 def test_a_dispersive_layer_of_the_plate_is_refused_by_its_own_name(law):
-    film = {"model": "Debye", "permittivity_high": 3.0, "strength": 1.0, "relaxation_time": 1e-3}
-    film |= {"conductivity": 0.0}
-    sine = {"model": "Sine", "amplitude": VOLTAGE, "frequency": 50.0}
-    more = {"stack.coating.material": film, "time.initial_state": {"model": "PeriodicState"}}
+    more = {"stack.coating.material": debye(3.0, 1.0, 1e-3)} | SETTLED
     with pytest.raises(InputError, match=r"stack\.coating\.material = Debye: .* MaxwellStressInGap"):
-        simulate(on(law, drive=sine, **more))
-
-
-def test_a_law_of_both_sides_needs_a_layer_of_each():
+        simulate(on(law, drive=sine(VOLTAGE, 50.0), **more))
     with pytest.raises(InputError, match=r"EffectiveMedium needs a layer 'stack.stratum_corneum'"):
         load("strong_1970/display").replace({"force": {"model": "EffectiveMedium"}})
-
-
-def test_fingers_in_arrays_have_the_law_of_one_finger():
-    scenario = on("Vezzoli2014Causal")
-    draws = {
-        "stack.outer.thickness": np.array([30e-6, 40e-6, 60e-6]),
-        "stack.film.thickness": np.array([60e-6, 80e-6, 50e-6]),
-        "stack.coating.material.permittivity": np.array([12.0, 4.0, 9.0]),
-        "stack.inner.material.conductivity": np.array([5e-6, 2e-6, 9e-6]),
-    }
-    time = np.linspace(0.0, 20e-3, 21)
-    many = population(scenario, free=tuple(draws), signals=("electrostatic_force",), time=time)
-    assert many.method.startswith("together")
-    found = many.signals(draws)["electrostatic_force"]
-    for index, row in enumerate(found):
-        one = scenario.replace({path: float(values[index]) for path, values in draws.items()})
-        np.testing.assert_allclose(row, simulate(one, time=time).electrostatic_force.values, rtol=1e-9)

@@ -80,15 +80,14 @@ def test_run_report_and_notebook_state_quantities_and_not_those_of_the_output_ti
     time, force = expected
     mean, peak = simpson(force, time) / time[-1], force.max()
     few = ev.simulate(ev.load(driven), time=np.array([0, 5, 40, 45, 80]) * 1e-3)
+    told = {"electrostatic force": peak, "lateral force": COEFFICIENT * (LOAD + peak)}
     for trace in (driven, few):
         numbers = key_numbers(trace)
         assert quantity(numbers["mean electrostatic force"]) == pytest.approx(mean, rel=PRINTED)
         assert quantity(numbers["largest electrostatic force"]) == pytest.approx(peak, rel=PRINTED)
-        lines = summary(trace, None, None)
-        told = next(line for line in lines if line.startswith("electrostatic force"))
-        assert quantity(told) == pytest.approx(peak, rel=PRINTED)
-        told = next(line for line in lines if line.startswith("lateral force"))
-        assert quantity(told) == pytest.approx(COEFFICIENT * (LOAD + peak), rel=PRINTED)
+        for name, expected_ in told.items():
+            line = next(line for line in summary(trace, None, None) if line.startswith(name))
+            assert quantity(line) == pytest.approx(expected_, rel=PRINTED)
         page = page_of({"driven": trace})
         assert numbers["mean electrostatic force"] in page
         assert f"Largest electrostatic force: {numbers['largest electrostatic force']}" in page
@@ -166,10 +165,8 @@ def test_the_forces_that_the_tutorial_prints():
     quarter = float(re.search(r"a quarter of the attraction, ([\d.]+) mN", text)[1]) * 1e-3
     assert quarter == pytest.approx(peak / 4, abs=5e-6)
     for high, wanted in ((1000, peak), (500, peak / 4)):
-        trace = ev.run("vezzoli_2014/fig6", set={"drive.high": high})
-        assert quantity(key_numbers(trace)["largest electrostatic force"]) == pytest.approx(
-            wanted, rel=PRINTED
-        )
+        numbers = key_numbers(ev.run("vezzoli_2014/fig6", set={"drive.high": high}))
+        assert quantity(numbers["largest electrostatic force"]) == pytest.approx(wanted, rel=PRINTED)
 
 
 def test_the_fit_that_the_tutorial_prints():
@@ -177,11 +174,11 @@ def test_the_fit_that_the_tutorial_prints():
     time = np.arange(0, 0.3, 0.5e-3)
     noise = 0.05 * np.random.default_rng(1).standard_normal(time.size)
     recorded = np.round(1e3 * attraction_of_fig6(time, pulse(time), film=75e-6) + noise, 4)
-    found = least_squares(
-        lambda film: 1e3 * attraction_of_fig6(time, pulse(time), film=film[0] * 1e-6) - recorded,
-        [90.0],
-        x_scale=10.0,
-    )
+
+    def missed(film):
+        return 1e3 * attraction_of_fig6(time, pulse(time), film=film[0] * 1e-6) - recorded
+
+    found = least_squares(missed, [90.0], x_scale=10.0)
     error = np.sqrt(2 * found.cost / (time.size - 1) / float(np.sum(found.jac**2)))
     printed = block("tutorial.md", "text", after="<!-- output of the fit -->")
     value, low, high = (float(each) for each in re.findall(r"([\d.]+) um", printed))

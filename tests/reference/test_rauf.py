@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from electrovib.papers.rauf_2025 import FIELD_POINTS, WITHIN, clutch_force, film, scenarios
+from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, film, scenarios
 from electrovib.solve.simulate import simulate
 
 MEASURED = {  # formula over field calculation, evaluated apart from this code, three digits
@@ -22,8 +22,6 @@ MEASURED = {  # formula over field calculation, evaluated apart from this code, 
 def test_field_calculations(point):
     permittivity, gap = point
     ratio = clutch_force(voltage=300.0, gap=gap, permittivity=permittivity) / FIELD_POINTS[point]
-    assert abs(ratio - 1) < {50.0: 6e-2, 3.0: 1.5e-2}[permittivity]
-    assert WITHIN[permittivity] == {50.0: 6e-2, 3.0: 1.5e-2}[permittivity]
     assert ratio == pytest.approx(MEASURED[point], abs=6e-4)
     # the stress inside the dielectric is not the force
     inside = clutch_force(voltage=300.0, gap=gap, permittivity=permittivity) / permittivity
@@ -41,13 +39,6 @@ def test_two_contacts_of_a_stack_are_the_formula(point):
     one = scenario.replace({"circuit.return_path": {"model": "Grounded", "resistance": 0.0}})
     alone = float(simulate(one, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
     assert alone == pytest.approx(2 * force, rel=1e-12)  # half of the area at twice the voltage
-
-
-def test_closing_gap_pulls_as_the_gap_plane():
-    """10 nm: 48.0 and 3.00 times the stress of one dielectric."""
-    for permittivity, expect in ((50.0, 48.0), (3.0, 3.00)):
-        inside = clutch_force(voltage=300.0, gap=0.0, permittivity=permittivity) / permittivity
-        assert FIELD_POINTS[permittivity, 10e-9] / inside == pytest.approx(expect, rel=2e-3)  # three digits
 
 
 def test_film_polarises_within_its_fit():

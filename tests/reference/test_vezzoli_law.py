@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
+import scenario_parts as parts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,15 +13,14 @@ from electrovib.core.model import read_model
 from electrovib.papers import gabriel_1996
 from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal, Vezzoli2014PerFrequency
 from electrovib.physics.circuit import SeriesElement
-from electrovib.physics.material import Prony
+from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.stack import Layer
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors, reduce_material
 from electrovib.solve.stack.section import modal_section, phasor_section
 
-EPS0 = 8.8541878128e-12
 VOLTAGE = 1000.0
-CONDUCTIVITY = EPS0 * 1560 / 7.7e-3
+CONDUCTIVITY = parts.EPS0 * 1560 / 7.7e-3
 PRECISION = 1e-12  # of the peak: exp and the modes lose a few roundings, sums over breaks a few more
 FREQUENCY = np.geomspace(1e-2, 1e9, 45)
 
@@ -34,7 +32,7 @@ def founding(finger, drive, *, conductivity=CONDUCTIVITY, settled=False, law="Ve
 
 def time_constant(conductivity=CONDUCTIVITY):
     """Give (C_i + C_s) R_s."""
-    film, skin = EPS0 * 3.35 / 90e-6, EPS0 * 1560 / 200e-6
+    film, skin = parts.EPS0 * 3.35 / 90e-6, parts.EPS0 * 1560 / 200e-6
     return (film + skin) * 200e-6 / conductivity
 
 
@@ -44,16 +42,18 @@ def ramp(time, tau):
 
 
 def effective(scenario, time):
+    """Voltage over time, of which the force is the static law."""
     trace = simulate(scenario, time=time)
     electrical = (90e-6 / 3.35 + 200e-6 / 1560) * 290e-6
     voltage = trace["effective_voltage"].values
-    force = EPS0 * finger_area(scenario) * voltage**2 / (2 * electrical)
-    assert np.max(np.abs(trace["electrostatic_force"].values - force)) < PRECISION * np.max(force)
+    force = parts.EPS0 * scenario.contact.gross_area() * voltage**2 / (2 * electrical)
+    assert parts.apart(trace["electrostatic_force"].values, force) < PRECISION
     return voltage
 
 
-def finger_area(scenario):
-    return scenario.contact.gross_area()
+def on_film(finger, skin, drive, **more):
+    layers = {"insulator": finger.film(), "stratum_corneum": parts.layer(200e-6, skin)}
+    return finger.build(drive=drive, stack=layers, **more)
 
 
 @pytest.fixture(params=[2001, 30_001], ids=["segments", "block scan"])
@@ -62,68 +62,31 @@ def time(request):
 
 
 def test_step(finger, time):
-    voltage = effective(founding(finger, {"model": "Step", "level": VOLTAGE}), time)
+    voltage = effective(founding(finger, parts.step(VOLTAGE)), time)
     expected = VOLTAGE * np.exp(-time / time_constant())
-    assert np.max(np.abs(voltage - expected)) < PRECISION * VOLTAGE
-    wrong = VOLTAGE * np.exp(-time / (time_constant() * (1 + 1e-11)))
-    assert np.max(np.abs(voltage - wrong)) > PRECISION * VOLTAGE
-
-
-def test_ramp(finger, time):
-    drive = {"model": "Trapezium", "high": VOLTAGE, "rise": 0.3, "hold": 0, "fall": 0}
-    voltage = effective(founding(finger, drive), time)
-    expected = VOLTAGE / 0.3 * ramp(time, time_constant())
-    expected[-1] -= VOLTAGE  # the jump back, at the last sample
-    assert np.max(np.abs(voltage - expected)) < PRECISION * VOLTAGE
+    assert parts.apart(voltage, expected) < PRECISION
+    assert parts.apart(voltage, VOLTAGE * np.exp(-time / (time_constant() * (1 + 1e-11)))) > PRECISION
 
 
 @pytest.mark.parametrize("conductivity", [CONDUCTIVITY, 100 * CONDUCTIVITY, 0.01 * CONDUCTIVITY])
-def test_trapezium(finger, time, conductivity):
-    drive = {"model": "Trapezium", "high": VOLTAGE, "rise": 36e-3, "hold": 0.1, "fall": 25e-3}
+@pytest.mark.parametrize(
+    ("rise", "hold", "fall"), [(36e-3, 0.1, 25e-3), (0.3, 0, 0)], ids=["trapezium", "ramp"]
+)
+def test_straight_pieces(finger, time, rise, hold, fall, conductivity):
+    drive = parts.trapezium(VOLTAGE, rise, hold, fall)
     voltage = effective(founding(finger, drive, conductivity=conductivity), time)
     tau = time_constant(conductivity)
-    rising, falling = (
-        ramp(time, tau) - ramp(time - 36e-3, tau),
-        ramp(time - 0.136, tau) - ramp(time - 0.161, tau),
-    )
-    expected = VOLTAGE * (rising / 36e-3 - falling / 25e-3)
-    assert np.max(np.abs(voltage - expected)) < PRECISION * np.max(np.abs(expected))
-
-
-def test_ramp_that_gives_the_force_of_the_paper(finger):
-    drive = {"model": "Trapezium", "high": VOLTAGE, "rise": 36.5e-3, "hold": 0.1, "fall": 36.5e-3}
-    force = simulate(founding(finger, drive), time=np.array([0, 36.5e-3]))["electrostatic_force"].values
-    assert force[1] == pytest.approx(2.5e-3, rel=3e-3)  # the ramp is known to three digits
-
-
-def test_falling_edge_of_a_single_trapezium(finger):
-    """Force ratio falling over rising is (1 - exp(-(hold + ramp)/tau))^2 for one time constant."""
-    drive = {"model": "Trapezium", "high": VOLTAGE, "rise": 20e-3, "hold": 18e-3, "fall": 20e-3}
-    time = np.array([20e-3, 58e-3])
-    rising, falling = simulate(founding(finger, drive), time=time)["electrostatic_force"].values
-    ratio = np.expm1(-38e-3 / time_constant()) ** 2
-    assert falling / rising == pytest.approx(ratio, rel=1e-11)
-    assert np.expm1(-38 / 7.7) ** 2 == pytest.approx(0.986, abs=5e-4)  # the paper's 7.7 ms, without C_i
-
-
-def test_repeated_trapezium_of_half_duty_gives_equal_pulses(finger, conducting_paper_skin):
-    """H(0) = 0: v(t + T/2) = constant - v(t), so both pulses are the same whatever the dispersion."""
-    drive = {
-        "model": "Trapezium", "high": VOLTAGE, "rise": 5e-3, "hold": 20e-3, "fall": 5e-3, "repeat": 50e-3,
-    }  # fmt: skip
-    layers = {
-        "insulator": finger.film(),
-        "stratum_corneum": {"thickness": 200e-6, "material": conducting_paper_skin},
-    }
-    scenario = finger.build(drive=drive, stack=layers, force="Vezzoli2014Causal", settled=True)
-    time = np.linspace(0, 50e-3, 801)
-    force = simulate(scenario, time=time)["electrostatic_force"].values
-    # squares of differences of two large parts: a few roundings of the force of the whole drive
-    assert np.max(np.abs(force[:400] - force[400:800])) < 1e-12 * 60e-3
+    expected = VOLTAGE * (ramp(time, tau) - ramp(time - rise, tau)) / rise
+    if fall:
+        down = ramp(time - rise - hold, tau) - ramp(time - rise - hold - fall, tau)
+        expected -= VOLTAGE * down / fall
+    else:
+        expected[-1] -= VOLTAGE  # the jump back, at the last sample
+    assert parts.apart(voltage, expected) < PRECISION
 
 
 def test_readings_agree_without_dispersion(finger):
-    section = phasors(founding(finger, {"model": "Step", "level": 1}), FREQUENCY)
+    section = phasors(founding(finger, parts.step(1)), FREQUENCY)
     causal = Vezzoli2014Causal().effective_voltage(section)
     literal = Vezzoli2014PerFrequency().effective_voltage(section)
     assert np.max(np.abs(causal - literal)) < PRECISION
@@ -131,7 +94,7 @@ def test_readings_agree_without_dispersion(finger):
     law = time_constant() * s / (1 + time_constant() * s)
     assert np.max(np.abs(causal - law)) < PRECISION
     assert np.max(np.abs(causal / law - 1)) < 1e-9  # relative, where the voltage is 5e-4 of the drive
-    modal = Vezzoli2014Causal().effective_voltage(modes(founding(finger, {"model": "Step", "level": 1}))[0])
+    modal = Vezzoli2014Causal().effective_voltage(modes(founding(finger, parts.step(1)))[0])
     assert np.max(np.abs(modal.at(FREQUENCY) - law)) < PRECISION
 
 
@@ -139,13 +102,7 @@ def test_readings_of_the_shipped_skins_differ_by_less_than_a_tenth_up_to_10_kilo
     finger, conducting_paper_skin
 ):
     """Of these skins, and no further: see below for what a Trace says of others."""
-    layers = {
-        "insulator": finger.film(),
-        "stratum_corneum": {"thickness": 200e-6, "material": conducting_paper_skin},
-    }
-    section = phasors(
-        finger.build(drive={"model": "Step", "level": 1}, stack=layers), np.geomspace(10, 1e4, 61)
-    )
+    section = phasors(on_film(finger, conducting_paper_skin, parts.step(1)), np.geomspace(10, 1e4, 61))
     causal = abs(Vezzoli2014Causal().effective_voltage(section))
     literal = abs(Vezzoli2014PerFrequency().effective_voltage(section))
     assert np.max(np.abs(literal / causal - 1)) < 0.1
@@ -154,10 +111,10 @@ def test_readings_of_the_shipped_skins_differ_by_less_than_a_tenth_up_to_10_kilo
 @pytest.mark.parametrize(
     ("drive", "settled"),
     [
-        ({"model": "Trapezium", "high": 1, "rise": 1, "hold": 1, "fall": 1}, False),
-        ({"model": "Sine", "amplitude": 1, "frequency": 50}, False),
-        ({"model": "Square", "high": 1, "frequency": 50}, True),
-        ({"model": "Offset", "level": 1, "drive": {"model": "Sine", "amplitude": 1, "frequency": 50}}, True),
+        (parts.trapezium(1, 1, 1, 1), False),
+        (parts.sine(1, 50), False),
+        (parts.square(1, 50), True),
+        (parts.model("Offset", level=1, drive=parts.sine(1, 50)), True),
     ],
 )
 def test_the_literal_reading_answers_one_sine_only(finger, drive, settled):
@@ -166,20 +123,18 @@ def test_the_literal_reading_answers_one_sine_only(finger, drive, settled):
         simulate(scenario)
 
 
-def causal_voltage(thickness, permittivity, debye, conductivity):
+def causal_voltage(thickness, permittivity, debye_sum, conductivity):
     """Give the effective voltage on an insulator and a skin of Debye terms, nothing in series."""
-    terms = [
-        {"strength": s, "relaxation_time": t}
-        for s, t in zip(debye.strengths, debye.relaxation_times, strict=True)
-    ]
-    skin = read_model(Prony, {"permittivity_high": debye.high, "terms": terms, "conductivity": conductivity})
     layers = {
-        "insulator": read_model(Layer, {"thickness": thickness, "material": {"model": "Constant", "permittivity": permittivity}}),
-        "stratum_corneum": read_model(Layer, {"thickness": 200e-6, "material": skin}),
-    }  # fmt: skip
-    sums = {name: layer.material.debye() for name, layer in layers.items()}
-    section = modal_section(layers, sums, area=1e-4, element=SeriesElement(), second=0.0)
-    exact = phasor_section(layers, area=1e-4, element=SeriesElement(), second=0.0, frequency=FREQUENCY)
+        "insulator": read_model(Layer, parts.layer(thickness, parts.constant(permittivity))),
+        "stratum_corneum": read_model(Layer, parts.layer(200e-6, parts.prony(debye_sum, conductivity))),
+    }
+    sums = {name: given.material.debye() for name, given in layers.items()}
+    around = {"area": 1e-4, "element": SeriesElement(), "second": 0.0}
+    section, exact = (
+        modal_section(layers, sums, **around),
+        phasor_section(layers, **around, frequency=FREQUENCY),
+    )
     law = Vezzoli2014Causal()
     return law.effective_voltage(section), law.effective_voltage(exact)
 
@@ -199,8 +154,8 @@ def check_stieltjes(voltage, exact, conductivity):
 
 @pytest.mark.parametrize(("thickness", "permittivity"), [(90e-6, 3.35), (1e-6, 3.9)], ids=["film", "coating"])
 def test_step_response_falls_for_every_skin(paper_skin, thickness, permittivity):
-    debye = reduce_material(paper_skin).debye
-    voltage, exact = causal_voltage(thickness, permittivity, debye, paper_skin.conductivity)
+    terms = reduce_material(paper_skin).debye
+    voltage, exact = causal_voltage(thickness, permittivity, terms, paper_skin.conductivity)
     check_stieltjes(voltage, exact, paper_skin.conductivity)
 
 
@@ -217,16 +172,13 @@ def exponents(low, high):
     conductivity=st.one_of(st.just(0.0), exponents(-12, 0)),
 )
 def test_step_response_falls_for_random_skins(thickness, permittivity, high, terms, conductivity):
-    from electrovib.physics.debye_sum import DebyeSum
-
-    debye = DebyeSum(high, tuple(s for s, _ in terms), tuple(t for _, t in terms))
-    check_stieltjes(*causal_voltage(thickness, permittivity, debye, conductivity), conductivity)
+    skin = DebyeSum(high, tuple(s for s, _ in terms), tuple(t for _, t in terms))
+    check_stieltjes(*causal_voltage(thickness, permittivity, skin, conductivity), conductivity)
 
 
 def difference_of_readings(scenario):
     """Find the diagnostic that compares both readings of the law in a Trace, or None."""
-    spoken = json.loads(simulate(scenario, time=np.array([0.0, 1e-3])).attrs["validity"])
-    return next((diagnostic for diagnostic in spoken if diagnostic["name"] == "readings of the law"), None)
+    return parts.diagnostics(simulate(scenario, time=np.array([0.0, 1e-3]))).get("readings of the law")
 
 
 def peak_loss(*, high, strength):
@@ -243,14 +195,11 @@ def peak_loss(*, high, strength):
     ("strength", "state"), [(1300.0, "warning"), (180.0, "warning"), (150.0, "ok"), (20.0, "ok")]
 )
 def test_a_trace_says_by_how_much_both_readings_differ(finger, strength, state):
-    high, relaxation = 100.0, 3e-4
-    skin = {"model": "Debye", "permittivity_high": high, "conductivity": 1e-14}
-    skin |= {"strength": strength, "relaxation_time": relaxation}
-    scenario = founding(finger, {"model": "Step", "level": 100.0}).replace(
-        {"stack.stratum_corneum.material": skin, "frequency.samples": 4001}
-    )
+    skin = parts.debye(100.0, strength, 3e-4, 1e-14)
+    changes = {"stack.stratum_corneum.material": skin, "frequency.samples": 4001}
+    scenario = founding(finger, parts.step(100.0)).replace(changes)
     found = difference_of_readings(scenario)
-    ratio = peak_loss(high=high, strength=strength)
+    ratio = peak_loss(high=100.0, strength=strength)
     assert found["value"] == pytest.approx(1 - ratio, rel=1e-3)
     assert (found["state"], found["limit"], found["unit"]) == (state, 0.1, "1")
     assert f"{-100 * (1 - ratio):.3g} %" in found["text"]
@@ -262,17 +211,13 @@ def test_a_trace_says_by_how_much_both_readings_differ(finger, strength, state):
 
 def test_both_readings_of_the_shipped_wet_skin_and_over_a_band_of_ones_own(finger):
     """-58 % at 1 MHz, 3.2 % below 10 kHz: what is said follows the frequencies of the scenario."""
-    wet = founding(finger, {"model": "Step", "level": 100.0}).replace(
-        {"stack.stratum_corneum.material": gabriel_1996.WET}
-    )
+    wet = founding(finger, parts.step(100.0)).replace({"stack.stratum_corneum.material": gabriel_1996.WET})
     found = difference_of_readings(wet)
     assert (found["state"], found["value"]) == ("warning", pytest.approx(0.58, abs=5e-3))
     assert "-58 % at 1 MHz" in found["text"]
     narrow = difference_of_readings(wet.replace({"frequency.low": 100.0, "frequency.high": 1e4}))
     assert (narrow["state"], narrow["value"]) == ("ok", pytest.approx(0.031, abs=1e-3))
     assert "from 100 Hz to 10 kHz" in narrow["text"]
-
-
-def test_without_dispersion_there_is_one_reading_and_no_promise_stands_in_its_docstring(finger):
-    assert difference_of_readings(founding(finger, {"model": "Step", "level": 100.0})) is None
+    # without dispersion there is one reading, and no promise stands in its docstring
+    assert difference_of_readings(founding(finger, parts.step(100.0))) is None
     assert "%" not in (Vezzoli2014Causal.__doc__ or "")

@@ -8,7 +8,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from unittest.mock import MagicMock
 
@@ -56,21 +57,19 @@ def write(name: str, size: int, seed: int) -> None:
 
 
 @pytest.fixture(autouse=True)
-def without_figures(monkeypatch):
-    """Drawing takes the time, and is not the point here."""
+def here(monkeypatch, tmp_path):
+    """A folder of its own. Drawing takes the time, and is not the point here."""
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(report, "figures", lambda *_: [])
     monkeypatch.setattr(svg, "to_png", lambda *_, **__: b"PNG" * 2000)
     monkeypatch.setattr(svg, "to_svg", lambda *_, **__: f"<svg>{'line' * 2000}</svg>")
     monkeypatch.setattr(reproduce, "drawn", MagicMock())
 
 
-def visible(folder: Path) -> dict[str, bytes]:
-    """What a person sees in a folder."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and not path.name.endswith(".partial")
-    }
+def visible() -> dict[str, bytes]:
+    """What a person sees in this folder, but for what fills the disk."""
+    files = [path for path in sorted(Path().rglob("*")) if path.is_file()]
+    return {str(path): path.read_bytes() for path in files if path.suffix not in ("", ".partial")}
 
 
 @pytest.fixture
@@ -78,62 +77,59 @@ def small_disk(tmp_path):
     """A disk of 256 kB."""
     place = tmp_path / "disk"
     place.mkdir()
-    mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(place)], check=False, capture_output=True
-    )
-    if mounted.returncode:
+    command = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(place)]
+    if subprocess.run(command, check=False, capture_output=True).returncode:
         pytest.skip("no permission to mount a small disk: not a device that can be filled")
     yield place
+    os.chdir(tmp_path)
     subprocess.run(["umount", str(place)], check=True)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_full_disk_is_told_and_the_next_save_works(name, small_disk, monkeypatch):
-    monkeypatch.chdir(small_disk)
-    write(name, 50, 1)
-    ballast = small_disk / "ballast"
-    with ballast.open("wb", buffering=0) as file:
-        try:
-            while file.write(b"x" * 4096):
-                pass
-        except OSError:
+@contextmanager
+def full_disk() -> Iterator[None]:
+    ballast = Path("ballast")
+    with ballast.open("wb", buffering=0) as file, suppress(OSError):
+        while file.write(b"x" * 4096):
             pass
-    before = visible(small_disk)
-    with pytest.raises(InputError, match="cannot be written: No space left on device") as caught:
-        write(name, 50, 2)
-    assert len(caught.value.problems) == 1
-    assert visible(small_disk) == before
-    assert not list(small_disk.rglob("*.partial"))
+    yield
     ballast.unlink()
-    write(name, 50, 2)
-    assert visible(small_disk) != before
-    monkeypatch.undo()
+
+
+@contextmanager
+def limit_of_size() -> Iterator[None]:
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (700, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+HINDRANCES = {"No space left on device": full_disk, "File too large": limit_of_size}
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_limit_of_file_size_is_told_and_the_next_save_works(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.parametrize("words", HINDRANCES)
+def test_what_hinders_writing_is_told_and_the_next_save_works(words, name, request):
+    if HINDRANCES[words] is full_disk:
+        os.chdir(request.getfixturevalue("small_disk"))
     write(name, 50, 1)
-    before = visible(tmp_path)
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (700, hard))
-    try:
-        with pytest.raises(InputError, match="cannot be written: File too large"):
+    before = visible()
+    with HINDRANCES[words]():
+        with pytest.raises(InputError, match=f"cannot be written: {words}") as caught:
             write(name, 50, 2)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert visible(tmp_path) == before
-    assert not list(tmp_path.rglob("*.partial"))
+        assert visible() == before
+    assert len(caught.value.problems) == 1
+    assert not list(Path().rglob("*.partial"))
     write(name, 50, 2)
-    assert visible(tmp_path) != before
+    assert visible() != before
 
 
-def test_a_full_disk_on_the_command_line_is_one_line(small_disk, tmp_path):
+def test_a_full_disk_on_the_command_line_is_one_line(small_disk):
     """The crash of the HDF5 library came at the end of the interpreter, so a whole process is looked at."""
-    arguments = ["run", "--set", "time.samples=20000", "-o", str(small_disk / "a.nc")]
-    done = subprocess.run(
-        [sys.executable, "-m", "electrovib", *arguments], capture_output=True, text=True, check=False
-    )
+    command = ["run", "--set", "time.samples=20000", "-o", str(small_disk / "a.nc")]
+    run = [sys.executable, "-m", "electrovib", *command]
+    done = subprocess.run(run, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr == f"electrovib: {small_disk / 'a.nc'}: cannot be written: No space left on device.\n"
     assert list(small_disk.iterdir()) == []
@@ -165,10 +161,15 @@ def killed_while_writing(name: str, moments: Iterable[float]) -> int:
     return caught
 
 
+def touching(do: Callable[[], object]) -> Callable[..., None]:
+    """Give a `Path.touch` that does something before."""
+    touch = Path.touch
+    return lambda self, **more: (do(), touch(self, **more))
+
+
 def write_and_tell(name: str, seed: int, tell: int) -> None:
     """Write, and say when the first file is opened; then wait to be killed."""
-    touch = Path.touch
-    Path.touch = lambda self, **more: (os.write(tell, b"x"), touch(self, **more))
+    Path.touch = touching(lambda: os.write(tell, b"x"))
     write(name, 2000, seed)
     time.sleep(60)
 
@@ -177,10 +178,7 @@ def time_of_writing(name: str) -> float:
     """Seconds from the first temporary file to the end."""
     begun: list[float] = []
     with pytest.MonkeyPatch.context() as patch:
-        touch = Path.touch
-        patch.setattr(
-            Path, "touch", lambda self, **more: (begun.append(time.monotonic()), touch(self, **more))
-        )
+        patch.setattr(Path, "touch", touching(lambda: begun.append(time.monotonic())))
         write(name, 2000, 1)
     return time.monotonic() - begun[0]
 
@@ -195,67 +193,75 @@ def check_whole(name: str) -> None:
         names = {"fig1.svg", "fig1.png", "fig1.csv", "numbers.json", "report.html"}
         assert {path.name for path in Path("out").iterdir() if path.suffix != ".partial"} == names
     else:
-        found = ev.open_trace(name)
-        expected = trace(2000, found.attrs["seed"])
-        np.testing.assert_array_equal(found.drive_voltage, expected.drive_voltage)
-        np.testing.assert_array_equal(found.impedance, expected.impedance)
+        is_version(name, size=2000)
+
+
+def is_version(path: str, *, size: int, seed: int | None = None) -> None:
+    """A Trace holds the numbers of one version: of a seed, or of its own."""
+    found = ev.open_trace(path)
+    expected = trace(size, found.attrs["seed"] if seed is None else seed)
+    xarray.testing.assert_identical(found, expected)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_kill_leaves_a_whole_file(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_kill_leaves_a_whole_file(name):
     killed_while_writing(name, (0.2, 0.9))
 
 
 @pytest.mark.slow
-def test_kills_at_a_hundred_random_moments_leave_whole_files(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_kills_at_a_hundred_random_moments_leave_whole_files():
     moments = np.random.default_rng(8).uniform(0, 1.2, (len(NAMES), 100))
     caught = {name: killed_while_writing(name, own) for name, own in zip(NAMES, moments, strict=True)}
     print(caught)
     assert sum(caught.values()) > 20
 
 
+def ends_in_a_child(
+    do: Callable[[], object], *, replaced: Callable[[str, int], bool] = lambda *_: False
+) -> None:
+    """Do something in a child of this process, which ends at once after a file took its place: by name and number."""
+    child = os.fork()
+    if child == 0:
+        replace, calls = Path.replace, []
+
+        def counted(self, target):
+            replace(self, target)
+            calls.append(target)
+            if replaced(Path(target).name, len(calls)):
+                end()
+
+        Path.replace = counted
+        do()
+        os._exit(3)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+
+
+def end(*_, **__):
+    os._exit(7)
+
+
 POINTS = ("touch", "half", "before fsync", "after fsync", "between", "after")
 
 
 @pytest.mark.parametrize("point", POINTS)
-def test_a_kill_at_a_chosen_moment_leaves_older_or_newer(point, tmp_path):
-    """In a child of this process, which ends at once at the moment that is named."""
-    files = [tmp_path / "a", tmp_path / "b"]
-    for file in files:
-        file.write_text("older")
-    child = os.fork()
-    if child == 0:
-        end_at(point, files)
-        os._exit(3)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
-    there = [file.read_text() for file in files]
+def test_a_kill_at_a_chosen_moment_leaves_older_or_newer(point):
+    for file in ("a", "b"):
+        Path(file).write_text("older")
+    count = {"between": 1, "after": 2}.get(point)
+    ends_in_a_child(lambda: write_until(point), replaced=lambda _, number: number == count)
     expected = {"between": ["newer", "older"], "after": ["newer", "newer"]}
-    assert there == expected.get(point, ["older", "older"])
+    assert [Path(file).read_text() for file in ("a", "b")] == expected.get(point, ["older", "older"])
 
 
-def end_at(point: str, files: list[Path]) -> None:
-    def end(*_, **__):
-        os._exit(7)
-
-    replace, calls = Path.replace, []
-
-    def counted(self, target):
-        replace(self, target)
-        calls.append(target)
-        if len(calls) == {"between": 1, "after": 2}.get(point):
-            end()
-
-    Path.replace = counted
+def write_until(point: str) -> None:
+    fsync = os.fsync
     if point == "touch":
         Path.touch = end
-    fsync = os.fsync
-    if point == "before fsync":
+    elif point == "before fsync":
         os.fsync = end
-    if point == "after fsync":
+    elif point == "after fsync":
         os.fsync = lambda number: (fsync(number), end())
-    with writing(dict.fromkeys(files), force=True) as temporaries:
+    with writing({Path("a"): None, Path("b"): None}, force=True) as temporaries:
         for temporary in temporaries.values():
             with temporary.open("w") as file:
                 file.write("new")
@@ -265,49 +271,32 @@ def end_at(point: str, files: list[Path]) -> None:
                 file.write("er")
 
 
-def test_a_kill_between_the_two_files_of_a_trace_leaves_the_newer_one(tmp_path):
+def test_a_kill_between_the_two_files_of_a_trace_leaves_the_newer_one():
     """The main file comes first; what belongs to it is found where the killed process left it."""
-    path = tmp_path / "a.csv"
-    ev.save(trace(50, 1), path)
-    child = os.fork()
-    if child == 0:
-        replace = Path.replace
-        Path.replace = lambda self, target: (replace(self, target), os._exit(7))
-        ev.save(trace(50, 2), path)
-        os._exit(3)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
-    xarray.testing.assert_identical(ev.open_trace(path), trace(50, 2))
-    for left in tmp_path.glob(".*"):
+    write("a.csv", 50, 1)
+    ends_in_a_child(lambda: write("a.csv", 50, 2), replaced=lambda _, number: number == 1)
+    is_version("a.csv", size=50, seed=2)
+    for left in Path().glob(".*"):
         left.write_text("half")
     with pytest.raises(InputError, match=r"a\.frequency\.csv: is of another save"):
-        ev.open_trace(path)
-    ev.save(trace(50, 3), path)
-    xarray.testing.assert_identical(ev.open_trace(path), trace(50, 3))
+        ev.open_trace("a.csv")
+    write("a.csv", 50, 3)
+    is_version("a.csv", size=50, seed=3)
 
 
-def test_a_reproduction_that_was_killed_between_its_files_is_replaced_by_the_next(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_reproduction_that_was_killed_between_its_files_is_replaced_by_the_next():
     write("out", 50, 1)
-    child = os.fork()
-    if child == 0:
-        replace = Path.replace
-        Path.replace = lambda self, target: (
-            replace(self, target),
-            os._exit(7) if target.name == "fig1.csv" else 0,
-        )
-        write("out", 50, 2)
-        os._exit(3)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    ends_in_a_child(lambda: write("out", 50, 2), replaced=lambda name, _: name == "fig1.csv")
     write("out", 50, 3)
-    (tmp_path / "out" / "fig1.csv").write_text("mine")
+    Path("out/fig1.csv").write_text("mine")
     with pytest.raises(InputError, match=r"fig1\.csv: exists already"):
         write("out", 50, 4)
 
 
 @pytest.mark.parametrize("at", [1, 2, 3])
-def test_an_interrupt_between_two_files_of_one_save_waits(at, tmp_path, monkeypatch):
+def test_an_interrupt_between_two_files_of_one_save_waits(at, monkeypatch):
     """Ctrl-C never leaves one file of the older save beside one of the newer."""
-    ev.save(trace(50, 1), tmp_path / "a.csv")
+    write("a.csv", 50, 1)
     replace, calls = Path.replace, []
 
     def interrupted(self, target):
@@ -316,14 +305,8 @@ def test_an_interrupt_between_two_files_of_one_save_waits(at, tmp_path, monkeypa
             raise KeyboardInterrupt
         return replace(self, target)
 
-    monkeypatch.setattr(Path, "replace", interrupted)
-    if at < 3:
-        with pytest.raises(KeyboardInterrupt):
-            ev.save(trace(50, 2), tmp_path / "a.csv")
-    else:
-        ev.save(trace(50, 2), tmp_path / "a.csv")
-    monkeypatch.undo()
-    found = ev.open_trace(tmp_path / "a.csv")
-    np.testing.assert_array_equal(found.drive_voltage, trace(50, 2).drive_voltage)
-    np.testing.assert_array_equal(found.impedance, trace(50, 2).impedance)
-    assert not list(tmp_path.glob(".*"))
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt) if at < 3 else nullcontext():
+        patch.setattr(Path, "replace", interrupted)
+        write("a.csv", 50, 2)
+    is_version("a.csv", size=50, seed=2)
+    assert not list(Path().glob(".*"))

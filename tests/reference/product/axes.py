@@ -10,6 +10,7 @@ import itertools
 import random
 
 import numpy as np
+import scenario_parts as parts
 
 from electrovib.core.model import read_model
 from electrovib.scenario import Scenario
@@ -18,60 +19,47 @@ AREA, END, SPEED = 1e-4, 8e-3, 3.0
 """Contact [m2], length of a record [s], speed of a finger that slides over fresh film [m/s]."""
 REPEATS = 5e-3
 """Common period of all drives that repeat [s]."""
-SINE = {"model": "Sine", "amplitude": 60.0, "frequency": 200.0, "phase": 0.4}
-TONES = [
-    {"model": "Sine", "amplitude": 30.0, "frequency": 200.0},
-    {"model": "Sine", "amplitude": 20.0, "frequency": 400.0, "phase": 1.0},
-]
-ONCE = {"model": "Trapezium", "high": 80.0, "delay": 0.3e-3, "rise": 2e-3, "hold": 3e-3, "fall": 1e-3}
+SINE = parts.sine(60.0, 200.0, phase=0.4)
+TONES = [parts.sine(30.0, 200.0), parts.sine(20.0, 400.0, phase=1.0)]
+ONCE = parts.trapezium(80.0, 2e-3, 3e-3, 1e-3, delay=0.3e-3)
 MODULATED = {"amplitude": 40.0, "carrier": 600.0, "modulation": 200.0, "depth": 0.7}
-SQUARE = {"model": "Square", "high": 60.0, "low": -25.0, "frequency": 200.0}
+UNEVEN = {"time_samples": [0, 0.7e-3, 3e-3, 3.3e-3, 6e-3], "voltage_samples": [15, 60, 40, -50, 10]}
+
+
+def controlled(command):
+    return parts.model("CurrentAmplifier", sense_resistance=1e7, command=command)
+
+
 DRIVES = {
-    "constant": {"model": "Step", "level": 70.0},
-    "square": SQUARE,
-    "edges": SQUARE | {"edge": 0.4e-3},
-    "pulses": {"model": "PulseTrain", "high": 70.0, "low": 5.0, "width": 1e-3, "frequency": 200.0},
+    "constant": parts.step(70.0),
+    "square": parts.square(60.0, 200.0, low=-25.0),
+    "edges": parts.square(60.0, 200.0, low=-25.0, edge=0.4e-3),
+    "pulses": parts.model("PulseTrain", high=70.0, low=5.0, width=1e-3, frequency=200.0),
     "once": ONCE,
     "trapezium": ONCE | {"low": -20.0, "hold": 1e-3, "repeat": REPEATS},
     "sine": SINE,
-    "burst": {"model": "Burst", "amplitude": 60.0, "frequency": 400.0, "cycles": 2, "delay": 1.7e-3},
-    "modulated": {"model": "AmplitudeModulation"} | MODULATED,
-    "root": {"model": "SquareRootModulation"} | MODULATED,
-    "chirp": {"model": "Chirp", "amplitude": 60.0, "first": 50.0, "last": 500.0, "length": 7e-3},
-    "offset": {"model": "Offset", "drive": SINE, "level": 30.0},
-    "sum": {"model": "Sum", "drives": [{"model": "Square", "high": 25.0, "frequency": 200.0}, *TONES]},
-    "sampled": {
-        "model": "Sampled",
-        "time_samples": [0, 0.7e-3, 3e-3, 3.3e-3, 6e-3],
-        "voltage_samples": [15, 60, 40, -50, 10],
-    },
-    "current sine": {"model": "CurrentSine", "amplitude": 5e-6, "frequency": 200.0, "phase": 0.4},
-    "current": {
-        "model": "CurrentAmplifier",
-        "sense_resistance": 1e7,
-        "command": {"model": "Sum", "drives": TONES},
-    },
-    "current once": {"model": "CurrentAmplifier", "sense_resistance": 1e7, "command": ONCE},
+    "burst": parts.model("Burst", amplitude=60.0, frequency=400.0, cycles=2, delay=1.7e-3),
+    "modulated": parts.model("AmplitudeModulation", **MODULATED),
+    "root": parts.model("SquareRootModulation", **MODULATED),
+    "chirp": parts.model("Chirp", amplitude=60.0, first=50.0, last=500.0, length=7e-3),
+    "offset": parts.model("Offset", drive=SINE, level=30.0),
+    "sum": parts.model("Sum", drives=[parts.square(25.0, 200.0), *TONES]),
+    "sampled": parts.model("Sampled", **UNEVEN),
+    "current sine": parts.model("CurrentSine", amplitude=5e-6, frequency=200.0, phase=0.4),
+    "current": controlled(parts.model("Sum", drives=TONES)),
+    "current once": controlled(ONCE),
 }
 CURRENTS = {"current sine", "current", "current once"}
 REPEATING = set(DRIVES) - {"once", "burst", "chirp", "sampled", "current once"}
 
 
-def polarity(positive, negative):
-    return {
-        "model": "PolarityConduction",
-        "conductivity_positive": positive,
-        "conductivity_negative": negative,
-    }
-
-
-FIELD = {"model": "FieldConduction", "conductivity": 1e-5, "onset_field": 1e4}
+FIELD = parts.model("FieldConduction", conductivity=1e-5, onset_field=1e4)
 LEAKS = {
     "none": {},
-    "gap": {"gap": polarity(4e-8, 1e-8)},
+    "gap": {"gap": parts.polarity(4e-8, 1e-8)},
     "skin": {"stratum_corneum": FIELD},
-    "film": {"insulator": polarity(1e-8, 8e-8)},
-    "two": {"gap": polarity(1e-8, 4e-8), "stratum_corneum": FIELD},
+    "film": {"insulator": parts.polarity(1e-8, 8e-8)},
+    "two": {"gap": parts.polarity(1e-8, 4e-8), "stratum_corneum": FIELD},
 }
 AMPLIFIERS = {
     "none": None,
@@ -81,63 +69,46 @@ AMPLIFIERS = {
     "pole and saturation": {"gain": 2.0, "bandwidth": 800.0, "saturation": 45.0},
     "current": {"source_current": 12e-6, "sink_current": 8e-6},
     "current and stray": {"gain": 1.5, "source_current": 15e-6, "stray_capacitance": 5e-11},
-    "everything": {
-        "gain": 1.8,
-        "bandwidth": 1500.0,
-        "saturation": 70.0,
-        "source_current": 12e-6,
-        "sink_current": 9e-6,
-        "stray_capacitance": 3e-11,
-    },
+    "everything": {"gain": 1.8, "bandwidth": 1500.0, "saturation": 70.0, "stray_capacitance": 3e-11}
+    | {"source_current": 12e-6, "sink_current": 9e-6},
 }
 LIMITED = {"saturation", "pole and saturation", "current", "current and stray", "everything"}
 GAPS = ("none", "still", "trembles", "touches", "closes")
+TOUCH = {"far": 20e-6, "near": 2e-6, "begin": 0.5e-3, "approach": 2e-3, "touch": 1.5e-3, "lift": 3e-3}
 DISTANCES = {
-    "trembles": {"model": "TremblingDistance", "mean": 3e-6, "amplitude": 1e-6, "frequency": 150.0},
-    "touches": {
-        "model": "TouchAndLift",
-        "far": 20e-6,
-        "near": 2e-6,
-        "begin": 0.5e-3,
-        "approach": 2e-3,
-        "touch": 1.5e-3,
-        "lift": 3e-3,
-    },
+    "trembles": parts.model("TremblingDistance", mean=3e-6, amplitude=1e-6, frequency=150.0),
+    "touches": parts.model("TouchAndLift", **TOUCH),
 }
-RELIEF = {"model": "LinearSpring", "stiffness": 2e10, "free_gap": 3e-6}
+RELIEF = parts.model("LinearSpring", stiffness=2e10, free_gap=3e-6)
 AIRS = {
-    "dry": {"model": "Constant", "permittivity": 1.0},
-    "leaky": {"model": "Constant", "permittivity": 1.0, "conductivity": 2e-8},
-    "bridged": {"model": "BridgedAir", "bridged_share": 0.2, "spot_conductivity": 1e-7},
+    "dry": parts.constant(1.0),
+    "leaky": parts.constant(1.0, 2e-8),
+    "bridged": parts.model("BridgedAir", bridged_share=0.2, spot_conductivity=1e-7),
 }
 CHARGES = {"none": (0.0, 0.0), "film": (1e-4, 0.0), "two": (-6e-5, 1e-4)}
 PATHS = {
-    "strap": {"model": "Grounded", "resistance": 2e4},
-    "bare": {"model": "Grounded", "resistance": 0.0},
-    "slow": {"model": "Grounded", "resistance": 2e6},
-    "floating": {"model": "Floating", "capacitance": 150e-12, "resistance": 1e6},
-    "floating and leaking": {"model": "Floating", "capacitance": 150e-12, "resistance": 0.0, "leak": 1e7},
-    "second": {"model": "SecondElectrode", "area": 0.5e-4, "resistance": 1e6},
-    "second bare": {"model": "SecondElectrode", "area": 2e-4, "resistance": 0.0},
+    "strap": parts.grounded(2e4),
+    "bare": parts.grounded(),
+    "slow": parts.grounded(2e6),
+    "floating": parts.floating(resistance=1e6),
+    "floating and leaking": parts.floating(resistance=0.0, leak=1e7),
+    "second": parts.model("SecondElectrode", area=0.5e-4, resistance=1e6),
+    "second bare": parts.model("SecondElectrode", area=2e-4, resistance=0.0),
 }
 SECOND = {"second", "second bare"}
+BROAD = {"strength": 900.0, "relaxation_time": 0.3e-3, "broadening": 0.3}
 SKINS = {
-    "conducts": {"model": "Constant", "permittivity": 1500.0, "conductivity": 1.3e-5},
-    "blocks": {"model": "Constant", "permittivity": 300.0},
-    "relaxes": {
-        "model": "Debye",
-        "permittivity_high": 100.0,
-        "strength": 900.0,
-        "relaxation_time": 0.5e-3,
-        "conductivity": 1e-5,
-    },
-    "disperses": {
-        "model": "ColeCole",
-        "permittivity_high": 100.0,
-        "terms": [{"strength": 900.0, "relaxation_time": 0.3e-3, "broadening": 0.3}],
-        "conductivity": 1e-5,
-    },
+    "conducts": parts.constant(1500.0, 1.3e-5),
+    "blocks": parts.constant(300.0),
+    "relaxes": parts.debye(100.0, 900.0, 0.5e-3, 1e-5),
+    "disperses": parts.model("ColeCole", permittivity_high=100.0, terms=[BROAD], conductivity=1e-5),
 }
+LAWS = (
+    "MaxwellStressInGap",
+    "MaxwellStressInInsulator",
+    "MaxwellStressInStratumCorneum",
+    "Vezzoli2014Causal",
+)
 AXES = {
     "drive": tuple(DRIVES),
     "leak": tuple(LEAKS),
@@ -147,12 +118,7 @@ AXES = {
     "charge": tuple(CHARGES),
     "path": tuple(PATHS),
     "skin": tuple(SKINS),
-    "law": (
-        "MaxwellStressInGap",
-        "MaxwellStressInInsulator",
-        "MaxwellStressInStratumCorneum",
-        "Vezzoli2014Causal",
-    ),
+    "law": LAWS,
     "start": ("rest", "periodic"),
     "film": ("stays", "renews"),
 }
@@ -211,25 +177,21 @@ def scenario_of(case):
     """Write a case down."""
     film, face = CHARGES[case["charge"]]
     layers = {
-        "insulator": {
-            "thickness": 2e-6,
-            "material": {"model": "Constant", "permittivity": 3.35},
-            "initial_charge": film,
-        },
-        "gap": {"thickness": 2e-6, "material": AIRS[case["air"]], "initial_charge": face},
-        "stratum_corneum": {"thickness": 200e-6, "material": SKINS[case["skin"]]},
+        "insulator": parts.layer(2e-6, parts.constant(3.35), initial_charge=film),
+        "gap": parts.layer(2e-6, AIRS[case["air"]], initial_charge=face),
+        "stratum_corneum": parts.layer(200e-6, SKINS[case["skin"]]),
     }
     if case["gap"] == "none":
         del layers["gap"]
     for name, leak in LEAKS[case["leak"]].items():
         layers[name]["leak"] = leak
-    contact = {"model": "FixedArea", "area": AREA}
+    contact = parts.model("FixedArea", area=AREA)
     if case["gap"] == "closes":
         contact |= {"surface": RELIEF, "closing": {"damping": 2e7}}
     content = {
         "drive": DRIVES[case["drive"]],
         "force": {"model": case["law"]},
-        "friction": {"model": "Coulomb", "coefficient": 0.5},
+        "friction": parts.COULOMB,
         "contact": contact,
         "load": {"normal_force": 0.5},
         "circuit": {"return_path": PATHS[case["path"]]},
@@ -258,19 +220,10 @@ def name_of(case):
     return ", ".join(f"{axis} {case[axis]}" for axis in AXES)
 
 
-def cases(*, count, long, seed=7, tuples=2):
+def cases(*, count, long, seed=7):
     """Choose cases that have to be answered so that each further one shows as many new pairs of choices as can be.
 
-    Parameters
-    ----------
-    count : int
-        How many.
-    long : bool
-        Only those that take long, or only the others.
-    seed : int
-        Of the order of equals.
-    tuples : int
-        How many choices at a time: 2 for pairs.
+    All of them take long, or none does; the seed is that of the order of equals.
     """
     luck = random.Random(seed)
     shown, found, names = set(), [], set()
@@ -278,12 +231,12 @@ def cases(*, count, long, seed=7, tuples=2):
         best, most = None, -1
         for _ in range(60):
             case = next(each for each in iter(lambda: _answered(luck), None) if takes_long(each) == long)
-            new = len(_tuples(case, tuples) - shown)
+            new = len(_pairs(case) - shown)
             if new > most and name_of(case) not in names:
                 best, most = case, new
         found.append(best)
         names.add(name_of(best))
-        shown |= _tuples(best, tuples)
+        shown |= _pairs(best)
     return found
 
 
@@ -315,8 +268,8 @@ def _answered(luck):
             return case
 
 
-def _tuples(case, size):
-    return set(itertools.combinations(sorted(case.items()), size))
+def _pairs(case):
+    return set(itertools.combinations(sorted(case.items()), 2))
 
 
 def refused_cases(*, count, seed=5):
