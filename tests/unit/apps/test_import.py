@@ -1,6 +1,5 @@
 """``electrovib import``: columns, recipes, parts of a file, a calibration, a second clock; and reports with a measurement."""
 
-import json
 import tomllib
 
 import numpy as np
@@ -176,14 +175,3 @@ def test_a_calibration_at_import_is_the_systematic_error_of_the_fit(weighed, her
     bare[FORCE].attrs = {"units": "N"}
     by_hand = ev.fit("plate.toml", bare, free=[GAP], calibration={FORCE: error})
     assert by_hand.rows[0].systematic == float(row["systematic"])
-
-
-def test_a_baseline_removes_the_zero_error_and_no_calibration_states_none(weighed, here, said, table):
-    said(f"{weighed} --set 'baseline.{FORCE}=25 ms..29 ms' -o a.nc")
-    stated = ev.open_trace("a.nc")[FORCE].attrs
-    assert stated["zero_uncertainty"] == stated["gain_zero_covariance"] == 0 < stated["gain_uncertainty"]
-    said(f"import a.csv --column {FORCE}=u --set 'scale.{FORCE}=0.05 N/V' -o b.nc")
-    said(f"fit plate.toml b.nc --free {GAP} -o fit")
-    row = next(row for row in table(here / "fit" / "parameters.csv") if row["name"] == GAP)
-    assert row["systematic"] in ("", "nan")
-    assert json.loads(ev.open_trace("b.nc").attrs["options"])["scale"] == {FORCE: "0.05 N/V"}

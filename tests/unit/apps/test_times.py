@@ -11,7 +11,6 @@ from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 
 TAU = 6e-3
-SHARED = Path(__file__).parents[4] / "shared" / "data" / "tribometer" / "finger_swipe.mat"
 
 
 @pytest.fixture(scope="module")
@@ -177,18 +176,3 @@ def test_a_swipe_that_cannot_be_reduced_is_one_sentence(line, words, here, refus
     err = refused(f"times --swipes {line}")
     assert err.count("\n") == 1
     assert all(word in err for word in words), err
-
-
-@pytest.mark.skipif(not SHARED.exists(), reason="needs shared/data")
-def test_a_recorded_swipe_gives_the_published_ranges(here, said, numbers):
-    (here / "rig.toml").write_text(
-        'lateral = { column = 0, sensitivity = "0.4444444 N/V" }\n'
-        'normal = { column = 1, sensitivity = "-0.31 N/V" }\n'
-        'encoder = { column = 4, step = "0.5 um" }\n'
-        'clock = { model = "EvenSamples", rate = "10 kHz" }\n'
-    )
-    said(f"times --swipes {SHARED} --recipe rig.toml -o out")
-    found = {name: float(row["value"]) for (_, name), row in numbers("out").items()}
-    assert 0.523 <= found["normal force"] <= 0.530
-    assert 0.34 <= found["friction"] <= 0.45
-    assert found["speed"] == pytest.approx(40e-3, rel=0.02)

@@ -87,24 +87,6 @@ def test_an_entry_of_a_list_has_one_path(number):
         scenario.replace({f"drive.drives.{number}.level": 3})
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "sentence"),
-    [
-        ("thickness", 90, "so this is 90 m; must lie between 100 pm and 100 mm"),
-        ("thickness", "2e3", "so this is 2000 m; must lie"),
-        ("thickness", "90,5 um", "the decimal sign is a point: '90.5 um'"),
-        ("thickness", " 1,5e-1 mm", "the decimal sign is a point: '1.5e-1 mm'"),
-        ("thickness", "90 km", "must lie between 100 pm and 100 mm"),
-        ("material.permittivity", 0.5, "must lie between"),
-    ],
-)
-def test_a_number_without_a_unit_and_a_decimal_comma_are_named(path, value, sentence):
-    with pytest.raises(InputError) as told:
-        ev.load("vezzoli_2014/fig6", changes={f"stack.insulator.{path}": value})
-    assert sentence in str(told.value)
-    assert ("so this is" in str(told.value)) == ("so this is" in sentence)
-
-
 @pytest.fixture(scope="module")
 def swipe():
     """A finger that rests, swipes and rests again."""
