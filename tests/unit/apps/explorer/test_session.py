@@ -9,26 +9,13 @@ import pytest
 
 import electrovib as ev
 from electrovib.apps.changes import read_changes
-from electrovib.apps.explorer import computed, fitting, runner
+from electrovib.apps.explorer import computed, fitting, limits, runner
 from electrovib.apps.explorer import session as sessions
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.fitting import MOST_FITS, RunningFit
 from electrovib.apps.explorer.further import LAWS, SAFETY, Further
-from electrovib.apps.explorer.limits import (
-    LARGEST_RUN,
-    LONGEST_QUICK_RUN,
-    LONGEST_RUN,
-    LONGEST_SHORT_RUN,
-    MOST_PINNED,
-)
-from electrovib.apps.explorer.runner import (
-    InterruptedWorkError,
-    LatestOnly,
-    Workers,
-    closed_at_end,
-    end_work,
-    interruptible,
-)
+from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
+from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, closed_at_end, end_work
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
 from electrovib.core.budget import BudgetError, allowed
@@ -52,7 +39,7 @@ class Visit:
     def __init__(self, actions, *, quick=1, busy=bool):
         self.shown, self.complaints, self.busy = [], [], busy
         with ThreadPoolExecutor(quick, "quick") as fast, ThreadPoolExecutor(1, "long") as patient:
-            self.workers = Workers(fast, patient)
+            self.workers = runner.Workers(fast, patient)
             self.found = asyncio.run(self.run(actions))
 
     async def run(self, actions):
@@ -135,19 +122,6 @@ def test_a_mistake_of_the_program_is_reported_and_the_page_goes_on(monkeypatch, 
 
 
 def test_slices_of_long_work_end_when_something_newer_waits(monkeypatch):
-    async def actions(visit):
-        one = visit.session()
-        one.open(LAWS)
-        await asyncio.sleep(0.1)
-        for volts in (300, 200, 100):
-            one.ask(at(volts))
-            await asyncio.sleep(0.03)
-        return one
-
-    visit = Visit(actions)
-    assert high(visit.shown[-1][0]) == 100
-    assert len(visit.found.further.laws) >= 3
-    assert all(high(case) == 100 for case in visit.found.further.laws.values())
     begun = []
 
     def slices(tab, found):
@@ -160,14 +134,14 @@ def test_slices_of_long_work_end_when_something_newer_waits(monkeypatch):
 
     monkeypatch.setattr(sessions, "slices", slices)
 
-    async def further(visit):
+    async def actions(visit):
         one = visit.session()
-        one.ask(one.state)
+        one.open(LAWS)
         await until(lambda: begun)
         one.ask(at(5))
         return one
 
-    Visit(further)
+    assert high(Visit(actions).shown[-1][0]) == 5
     assert begun.count(1000) < 20
     assert begun.count(5) == 40
 
@@ -199,7 +173,7 @@ def test_a_visitor_is_told_of_work_that_takes_long_until_it_has_ended_or_failed(
 def test_curves_are_kept_and_the_oldest_is_dropped_and_who_has_left_keeps_nothing():
     async def actions(visit):
         one = visit.session()
-        for volts in range(1, MOST_PINNED + 3):
+        for volts in range(1, limits.MOST_PINNED + 3):
             one.ask(at(volts))
             await until(lambda: one.is_idle)
             one.pin()
@@ -225,79 +199,37 @@ def test_only_one_task_runs_at_a_time_and_what_waits_ends_when_its_visitor_leave
             most.append(len(running))
             await asyncio.sleep(0.002)
             running.remove(value)
+            done.append(value)
 
         latest = LatestOnly(task, pytest.fail)
         for value in range(50):
             latest.ask(value)
             await asyncio.sleep(0.001)
-        await until(lambda: latest.is_idle)
-        release = asyncio.Event()
-
-        async def held(value):
-            await release.wait()
-            done.append(value)
-
-        latest = LatestOnly(held, done.append)
-        latest.ask(1)
-        await asyncio.sleep(0.01)
-        latest.ask(2)
+        for value in ("begun", "waits"):
+            latest.ask(value)
         assert latest.is_stale
         latest.stop()
-        release.set()
         await asyncio.sleep(0.02)
         return latest
 
     assert asyncio.run(run()).is_idle
     assert max(most) == 1
     assert len(most) < 50
-    assert done == []
+    assert "waits" not in done
 
 
-def lasting(seconds):
-    return PageState(FIG6, {"time.duration": f"{seconds} s"})
-
-
-def test_a_long_run_of_one_visitor_does_not_hold_up_another(monkeypatch):
-    release, threads = threading.Event(), []
+def test_runs_that_take_longer_hold_up_nobody_and_short_ones_take_turns(monkeypatch):
+    release, running, asked = threading.Event(), [], []
 
     def slow(scenario, *, longest):
-        threads.append((threading.current_thread().name.partition("_")[0], longest))
+        asked.append((threading.current_thread().name.partition("_")[0], longest))
         if scenario.time.duration == 3:
             if longest < LONGEST_RUN:
                 raise BudgetError("too long")
             assert release.wait(20)
-        return compute(scenario)
-
-    monkeypatch.setattr(sessions, "compute", slow)
-
-    async def actions(visit):
-        busy, other = visit.session(), visit.session()
-        busy.ask(lasting(3))
-        await until(lambda: len(threads) == 3)
-        other.ask(lasting(1))
-        await asyncio.wait_for(until(lambda: other.is_idle), 20)
-        assert not busy.is_idle
-        release.set()
-        await until(lambda: busy.is_idle)
-        return busy.computed, other.computed
-
-    busy, other = Visit(actions).found
-    assert (busy.scenario.time.duration, other.scenario.time.duration) == (3, 1)
-    quick = [("quick", LONGEST_SHORT_RUN), ("quick", LONGEST_QUICK_RUN)]
-    assert threads == [*quick, ("long", LONGEST_RUN), quick[0]]
-
-
-def test_short_runs_take_turns_and_longer_ones_hold_up_nobody(monkeypatch):
-    release, running, most = threading.Event(), [], []
-
-    def slow(scenario, *, longest):
-        if scenario.time.duration == 3:
-            if longest == LONGEST_SHORT_RUN:
-                raise BudgetError("not short")
-            assert release.wait(20)
             return compute(scenario)
         running.append(scenario)
-        most.append(len(running))
+        assert len(running) == 1
         time.sleep(0.01)
         running.pop()
         return compute(scenario)
@@ -306,7 +238,8 @@ def test_short_runs_take_turns_and_longer_ones_hold_up_nobody(monkeypatch):
 
     async def actions(visit):
         first, *others = (visit.session() for _ in range(6))
-        first.ask(lasting(3))
+        first.ask(PageState(FIG6, {"time.duration": "3 s"}))
+        await until(lambda: len(asked) == 3)
         for each in others:
             each.ask(PageState(FIG6))
         await asyncio.wait_for(until(lambda: all(each.is_idle for each in others)), 20)
@@ -315,8 +248,11 @@ def test_short_runs_take_turns_and_longer_ones_hold_up_nobody(monkeypatch):
         release.set()
         return first
 
-    assert len(Visit(actions, quick=3).shown) == 6
-    assert most == [1] * 5
+    visit = Visit(actions, quick=3)
+    assert visit.found.computed.scenario.time.duration == 3
+    assert visit.complaints.count("") == len(visit.complaints)
+    quick = [("quick", LONGEST_SHORT_RUN), ("quick", LONGEST_QUICK_RUN)]
+    assert asked == [*quick, ("long", LONGEST_RUN), *quick[:1] * 5]
 
 
 def test_the_estimate_decides_where_a_run_goes():
@@ -347,24 +283,6 @@ def test_what_a_tab_computes_is_limited_as_a_run_is(monkeypatch):
 
     Visit(actions)
     assert seen == [(SAFETY, LONGEST_RUN, LARGEST_RUN, "long"), (LONGEST_RUN, LARGEST_RUN)]
-
-
-def test_time_stepping_ends_when_its_result_is_in_vain():
-    is_in_vain = threading.Event()
-
-    def steps():
-        meter = Meter("steps", end=1.0)
-        for _ in range(1000):
-            meter.count(0.5)
-            is_in_vain.set()
-
-    with interruptible(lambda: False):
-        steps()
-    is_in_vain.clear()
-    with pytest.raises(InterruptedWorkError), interruptible(is_in_vain.is_set):
-        steps()
-    with pytest.raises(InterruptedWorkError), interruptible(is_in_vain.is_set):
-        pytest.fail("nothing begins in vain")
 
 
 def test_a_long_run_ends_when_a_newer_state_waits_or_the_visitor_leaves(monkeypatch):
@@ -462,14 +380,27 @@ def test_a_fit_ends_in_the_middle_of_a_prediction(why, monkeypatch):
         running.run()
 
 
-def test_stopping_the_server_ends_what_is_open(monkeypatch):
+def test_work_ends_when_its_result_is_in_vain_or_the_server_stops(monkeypatch):
+    is_in_vain, closed = threading.Event(), []
+
+    def steps():
+        meter = Meter("steps", end=1.0)
+        for _ in range(1000):
+            meter.count(0.5)
+            is_in_vain.set()
+
+    with runner.interruptible(lambda: False):
+        steps()
+    is_in_vain.clear()
+    with pytest.raises(InterruptedWorkError), runner.interruptible(is_in_vain.is_set):
+        steps()
     monkeypatch.setattr(runner, "SERVER_ENDS", threading.Event())
-    closed = []
     with closed_at_end(lambda: closed.append(1)):
         end_work()
     assert closed == [1]
     with closed_at_end(lambda: closed.append(2)):
         pass
     assert closed == [1, 2]
-    with pytest.raises(InterruptedWorkError), interruptible(lambda: False):
-        pytest.fail("nothing begins")
+    for each in (is_in_vain.is_set, lambda: False):
+        with pytest.raises(InterruptedWorkError), runner.interruptible(each):
+            pytest.fail("nothing begins in vain")
