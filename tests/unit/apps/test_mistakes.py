@@ -92,8 +92,6 @@ def test_all_mistakes_of_file_options_and_outputs_are_told_at_once(here, refused
         ("time,voltage\n0,0\n1e-3,ten\n2e-3,0\n", ["ten"]),
         ("time,voltage\n0,0\n", ["row"]),
         ("time,voltage\n0,0\n1e-3,1\n1e-3,2\n2e-3,0\n", ["repeats", "KeepIncreasing"]),
-        ("time,voltage\n0,0\n2e-3,1\n1e-3,2\n3e-3,0\n", ["goes back", "KeepIncreasing"]),
-        ("", ["empty"]),
         ("t,voltage\n0,0\n1,1\n", ["time"]),
     ],
 )
@@ -120,23 +118,15 @@ run touchscreen => neither a file nor a paper's scenario && 'bau_2010/sine' (
 run vezzoli_2014 => is a paper; name one of its scenarios: vezzoli_2014/fig2,
 run ayyildiz_2018 => 'ayyildiz_2018' has no scenario.
 run my.tml => Did you mean 'my.toml'?
-run mi.toml => Did you mean 'my.toml'?
 run quite_another.toml => quite_another.toml && for instance vezzoli_2014/fig6
-run nothing.nc => nothing.nc
-report missing.nc -o r.html => missing.nc
-reproduce vezzoli_2015 => vezzoli_2014
 reproduce {__file__} => is a file, not a paper
-init vezzoli_2014/figg6 => fig6
 list Trapezum => Did you mean 'Trapezium' (
 list scenarios vezoli_2014/fig6 => 'vezzoli_2014/fig6' (Vezzoli 2014, figure 6 && list scenarios'
 list zzzz => no model, material, skin, paper or scenario && 'electrovib list' lists them
-list Sine --bibtex => 'Sine' belongs to no paper
 list Sin --bibtex => 'Sin' is neither a model nor a paper. Did you mean 'Sine' (
 # parameters and their values
-run --set drive.hihg=1 => drive.hihg && Did you mean 'high'?
 run --set 'drive.high=2 mm' => drive.high = '2 mm': expected a voltage
 run --set drive.high => PATH=VALUE
-run --set perception.treshold=2 => Did you mean 'threshold'?
 run bau_2010/sine --set drive.frequency=0 => : drive.frequency = '0': must lie between 1 mHz and 100 MHz
 run my.toml --set 'thickness=50 um' => Did you mean 'stack.insulator.thickness' (thickness of the layer) or
 run sine.toml --over drive.rise=1ms:2ms:2 => Models with 'rise': Trapezium; to take one, set drive.model as well.
@@ -147,18 +137,15 @@ run --set drive.high=5 --over drive.high=1V:10V:3 => : drive.high: is set, but s
 run --over drive.rise=1ms:2ms => PATH=FROM:TO:N
 run --over drive.rise=0:1ms:5log => above 0
 run --over drive.rise=1V:2V:5 => expected a time
-run --over drive.rize=1ms:2ms:5 => drive.rise
 # quantities
 run --quantity 'peak curent' => Did you mean 'current'?
 run my.toml {GAP} mean_force => {FORCES_FIRST}
-run my.toml {GAP} 'mean force' => {FORCES_FIRST}
 run my.toml {GAP} force => {FORCES_FIRST.replace("mean e", "peak e").replace("'mean ", "'peak ")}
 run my.toml {GAP} mean_lateral_force => Did you mean 'mean lateral_force'?
 # outputs
 run -o nowhere/out.nc => nowhere
 run -o out.xyz => .nc, .csv, .mat
 run -o force.png => Figures are in the report, --report report.html
-run --report out.pdf => .html
 run --over drive.rise=1ms:2ms:3 --records -o out.csv => .nc
 run --records => --over
 compare vezzoli_2014/fig6 -o page.pdf => .html
@@ -171,11 +158,7 @@ check my.toml drive.csv => the order is: electrovib check drive.csv my.toml
 fit drive.csv my.toml --free contact.area => the order is: electrovib fit my.toml drive.csv
 export drive.csv my.toml -o w.csv => electrovib:
 # comparisons
-list MaxwellStressInGp => no model, material && Did you mean 'MaxwellStressInGap' (
 compare my.toml --models MaxwellStressInGp => Did you mean 'MaxwellStressInGap' ( && 'MaxwellStressInInsulator' (
-compare nothing.toml => nothing.toml
-compare -o page.html => --output: needs a scenario
-compare --set stack.gap.thickness=5um => --set: needs a scenario
 compare --models MaxwellStressInGap => --models: needs a scenario
 compare --material pet => --material: needs a scenario
 compare my.toml --over stack.gap.thickness=1um:9um:3 => --set stack.gap='{{
@@ -186,38 +169,31 @@ compare my.toml --material pet --models x => --models: does not belong to --mate
 compare my.toml --material pet --layer gap => layer 'gap': the stack has none
 # times and swipes
 times --swipes . => .: is a folder; give the name of a file in it.
-times --swipes vezzoli_2014/fig6 => not from 'vezzoli_2014/fig6'; 'electrovib run' makes one
 times --swipes a.nc --trim 50 => trim = 50 %: expected 0 to 40 %
 times a.nc --swipes --by x => --by: does not belong to --swipes
-times a.nc --trim 5 => --trim: does not belong to times, but to --swipes
 times a.csv --recipe gone.toml --speed '1 m/s' => channels: belongs to
 times a.csv --speed '1 m/s' => --speed: does not belong
 # fits
 fit a.csv a.csv --column x=x --column y=y => a.csv: is given twice; omit one
 fit a.csv --column x=x --column y=x => both are the column 'x'
 fit a b --free c --gain-error 'current=-2 %' => error of current = -0.02: expected
-fit a b --free c --zero-error 'current=-1 A' => error of current = -1: expected
 fit my.toml a.nc => --free: not given; for instance --free friction.coefficient, or --layer
 fit my.toml a.nc --free x --form debye --column x=y => --form: does not belong to the fit of a && --column: does not
 fit a.csv --posterior => --posterior: does not belong to the fit of a material; name --free
-fit a.csv --column x=a --band '1 Hz..2 Hz' => --band: does not belong to the fit of a power
 fit a.csv --column x=a => --column: a power law takes x=COLUMN and y=COLUMN
 fit a.csv --set 'crop=1 s..2 s' => crop: does not belong to the fit of a material
 fit my.toml a.nc --free x --separately --vary x => --vary: does not belong to --separately, but to a joint fit
-fit my.toml a.nc --free x --separately --posterior => --posterior: does not belong to --separately
 fit my.toml a.nc --free x --posterior => --posterior: state --seed
 fit my.toml a.nc --free x --session a.nc => expected FILE=NAME
 fit my.toml a.nc --free x --noise impedance => expected SIGNAL=VALUE
 fit my.toml a.nc --free x --noise 'electrostatic_force=3 V' => --noise electrostatic_force=3 V
 fit my.toml a.nc --free x --gain-error impedance=x => expected a share
 fit my.toml a.nc --free x --zero-error 'impedance=1 V' => --zero-error impedance=1 V
-fit a.csv --gain-error x => expected impedance=SHARE
 fit a.csv --noise x => FILE=SHARE
 fit a.csv --band x => LOW..HIGH
 # designs
 design sine.toml --want 'mean electrostatic_force = 1 mN' --free voltage => Did you mean 'drive.amplitude' (peak voltage
 design my.toml --over a=1:2:3 --seed 0 => --seed: does not belong to the design of a plate
-design my.toml --material pet --seed 0 => --seed
 design my.toml --path '1 m/s' => --path: does not belong to the design of a parameter or a drive
 design my.toml --texture {{}} --want 'x = 1' => --want: does not belong to the drive of a texture
 design my.toml --texture {{}} => --path: not given, but a texture is rendered along a path
@@ -225,7 +201,6 @@ design my.toml --want 'a = 1' --want 'b = 2' => --want: given several times
 design my.toml --over a=1:2:3 --want 'a = 1' => of a plate expected 'NAME = maximum'
 design my.toml --want 'electrostatic_force = sine 5 Hz' --method dc => target
 design my.toml --texture grey.png --path '30 mm/s' {LIMITED} => {PICTURE}
-design my.toml --texture gone.png --path 30mm/s => gone.png: there is no such file
 design my.toml --texture '{PICTURE.replace("grey", "gone")}' --path 30mm/s => gone.png: there is no such file
 # studies
 study my.toml -n 4 --seed 1 => --space: not given; for instance --space fingers
@@ -234,7 +209,6 @@ study my.toml -n 4 --seed 1 => --space: not given; for instance --space fingers
 {FINGERS} --sensitivity => --quantity: --sensitivity takes exactly one
 {FINGERS} -o a --workers many => --workers = many: expected a number, or the address
 # imports
-import a.csv --column drive_voltage => expected SIGNAL=COLUMN
 import a.csv --column 'drive_voltage=u' --column drive_voltage=t => is given twice
 import a.csv --as picture => expected trace or material
 import a.csv --set reader=txt => Did you mean 'text'
@@ -242,10 +216,8 @@ import a.csv --as material -o x.csv => written as .toml
 import a.csv --set part=2 => the file does not consist of parts with names; omit it
 import a.csv {SIGNAL} --set 'croop=1 s..2 s' -o a.nc => croop: no entry of a recipe. Did you mean 'crop'?
 import a.csv {SIGNAL} --set 'scale=2 N/V' -o a.nc => scale: expected scale.SIGNAL=VALUE
-import a.csv {SIGNAL} --set 'crop.drive_voltage=1 s' -o a.nc => crop: expected crop=VALUE
 import a.csv {SIGNAL} --set 'area=1 cm2' -o a.nc => area: does not belong to a Trace
 import a.csv {SIGNAL} --set edges=drive_voltage -o a.nc => edges: belongs to with=TRACE, which is not given
-import a.csv {SIGNAL} --set 'clock_shift=1 ms' => clock_shift: belongs to with=TRACE
 report a.csv --set 'time=t [s]' -o s.html => time: belongs to --column
 """
 """What is typed, and the words that the answer holds."""

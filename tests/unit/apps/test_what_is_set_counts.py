@@ -78,13 +78,13 @@ def test_a_table_and_what_is_set_in_it_count_in_any_order(order):
             changed(wrong)
 
 
-@pytest.mark.parametrize("number", ["00", "²", "+0", "1" * 5000])
-def test_an_entry_of_a_list_has_one_path(number):
+def test_an_entry_of_a_list_has_one_path():
     parts = [{"model": "Step", "level": level} for level in (1, 2)]
     scenario = FIG6.replace({"drive": {"model": "Sum", "drives": parts}})
     assert scenario.replace({"drive.drives.0.level": 3}).drive.drives[0].level == 3
-    with pytest.raises(InputError, match="has entries 0 to 1"):
-        scenario.replace({f"drive.drives.{number}.level": 3})
+    for number in ("00", "²", "+0", "1" * 5000):
+        with pytest.raises(InputError, match="has entries 0 to 1"):
+            scenario.replace({f"drive.drives.{number}.level": 3})
 
 
 @pytest.fixture(scope="module")

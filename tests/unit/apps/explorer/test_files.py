@@ -3,7 +3,6 @@
 import io
 import tempfile
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -95,7 +94,7 @@ def test_columns_are_listed_and_become_signals_scaled_as_the_visitor_states(scra
 
 
 SUFFIXES = ("csv", "nc", "mat", "isf", "wav", "npy", "tdms", "xlsx", "trc", "s1p")
-NAMES = [*(f"a.{each}" for each in SUFFIXES), "../../a.csv", "a", "x" * 300]
+NAMES = [*(f"a.{each}" for each in SUFFIXES), "../../a.csv", "/etc/evil.csv", "a\x00.csv", "a", "x" * 300]
 OBJECTS = b"{'descr': '|O', 'fortran_order': False, 'shape': (3,), }"
 
 
@@ -132,13 +131,7 @@ def test_malformed_recordings_give_a_sentence_and_leave_nothing(seed, scratch, h
         assert found.recorded is not None or found.trace is not None
 
 
-def test_names_of_uploads_never_reach_the_file_system_and_are_shown_as_one_short_line(scratch, here):
-    for name in ("../../../evil.csv", "/etc/evil.csv", "a\x00.csv", "con.csv.", "a.c/sv", "." * 300):
-        try:
-            read_upload(name, TABLE)
-        except ElectrovibError as error:
-            assert str(error)
-    assert not Path("/etc/evil.csv").exists()
+def test_names_of_uploads_are_shown_as_one_short_line():
     for name, expected in (("C:\\fake\\a.csv", "a.csv"), ("../../a.csv", "a.csv"), ("", "the file")):
         assert shown_name(name) == expected
     assert "\n" not in shown_name("a\nb\x00\u202e.csv")

@@ -18,16 +18,12 @@ MALFORMED = r"""
 x
 0
 2probe
-5
 9
 bAAAA
 4
 40[1
-40/admin,
 43[]
-44
 42
-42{}
 42[]
 451-["event",{"_placeholder":true,"num":0}]
 42["event",

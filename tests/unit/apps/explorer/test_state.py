@@ -54,33 +54,23 @@ MALFORMED = """
 preset=none
 preset=../../etc/passwd
 preset=/etc/passwd
-preset=my.toml
-preset=vezzoli_2014
 preset=
 set=drive.high
 set=
 set==5
 set=drive.high=
-set=drive.high=five
 set=drive.high=5 parsec
-set=drive.high=1e300 V
 set=drive.high=nan
-set=drive.hihg=5 V
 set=__class__=x
-set=drive.__init__=x
 set=stack.stratum_corneum.material=nobody_1900/skin
-set=stack.stratum_corneum.material=skin.csv
 set=stack.stratum_corneum.material={ model = "Tabulated", file = "/etc/passwd", conductivity = "1 uS/m" }
 set=drive={ model = "Sampled", file = "/etc/passwd" }
 set=drive.file=/etc/passwd
 set=drive={ model = "Sampled", time_samples = [0, 1], voltage_samples = [0, 1], file = "x" }
 set=drive={
-set=drive={ model = 5 }
 set=drive=[[[[[[1]]]]]]
-set=force.model=os.system
 set=force.model=
 set=time.samples=100000000
-set=frequency.samples=1000000
 set=time.samples=-1
 set=time.duration=-1 s
 set=drive.high=%00
