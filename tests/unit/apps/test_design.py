@@ -30,7 +30,7 @@ def test_the_answer_comes_first_and_its_files_hold_it(said, here):
 
 
 def test_what_can_be_played_is_written_within_limits_alone(said, refused, cli, here):
-    err = refused(f"{ASKED} --edge line -o drive.csv")
+    err = refused(f"{ASKED} --edge line -o drive.csv", silent=False)
     assert "limits.voltage" in err
     assert "limits.current" in err
     low = "--set 'limits.voltage=40 V'"
