@@ -34,9 +34,8 @@ class Visitor:
         async with self.http.get(f"{self.address}/{query}") as answer:
             self.text = await answer.text()
             if answer.status == 200:
-                self.elements = json.loads(
-                    html.unescape(re.search(r"parseElements\(String.raw`(.*?)`\)", self.text, re.DOTALL)[1])
-                )
+                found = re.search(r"parseElements\(String.raw`(.*?)`\)", self.text, re.DOTALL)[1]
+                self.elements = json.loads(html.unescape(found))
                 self.client = re.search(r"client_id'?: '([^']+)'", self.text)[1]
             return answer.status
 
@@ -124,19 +123,23 @@ class Visitor:
         await self.until(lambda: self.alert or "Which column" in self.texts.replace(seen, ""))
         return self.alert
 
+    def listener(self, kind: str, event: str) -> dict:
+        """Return the address of the first listener to an event of an element of a kind."""
+        return next(
+            {"id": int(name), "listener_id": listener["listener_id"]}
+            for name, each in self.elements.items()
+            for listener in each.get("events", [])
+            if kind in each.get("tag", "") and listener["type"] == event
+        )
+
     async def event(self, label: str, kind: str, *arguments: object) -> None:
         """Send an event of an element that is found by one of its properties or its text."""
-        for number, each in self.elements.items():
-            known = (each.get("text"), *each.get("props", {}).values())
-            if label in known:
-                for listener in each.get("events", []):
-                    if listener["type"] == kind:
-                        message = {
-                            "id": int(number),
-                            "client_id": self.client,
-                            "listener_id": listener["listener_id"],
-                            "args": [json.dumps(argument) for argument in arguments],
-                        }
-                        await self.socket.emit("event", message)
-                        return
-        raise LookupError(label)
+        found = [
+            {"id": int(number), "client_id": self.client, "listener_id": listener["listener_id"]}
+            for number, each in self.elements.items()
+            for listener in each.get("events", [])
+            if label in (each.get("text"), *each.get("props", {}).values()) and listener["type"] == kind
+        ]
+        if not found:
+            raise LookupError(label)
+        await self.socket.emit("event", found[0] | {"args": [json.dumps(each) for each in arguments]})

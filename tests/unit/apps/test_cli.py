@@ -1,166 +1,109 @@
-"""The command line as a person uses it, mistakes included."""
-
-from __future__ import annotations
+"""The command line as a person uses it: runs, sweeps, repetitions, comparisons, and what is printed of them."""
 
 import html
 import json
-import subprocess
-import sys
+import re
 from pathlib import Path
 
 import numpy as np
-import pytest
 import xarray
 
-from electrovib.apps.cli import main
+import electrovib as ev
 from electrovib.apps.cli.map_lines import judged
-from electrovib.core.signals import without
+from electrovib.apps.cli.run import _range
+from electrovib.core.budget import BudgetError, allowed
 from electrovib.core.trace import make_trace
 from electrovib.core.units import format_quantity
 
-GOOD = """
-schema = 1
-drive = { model = "Trapezium", high = "1 kV", rise = "36 ms", hold = "100 ms", fall = "36 ms" }
-force = { model = "Vezzoli2014Causal" }
-friction = { model = "Coulomb", coefficient = 0.5 }
-contact = { model = "FixedArea", area = "1 cm2" }
-[load]
-normal_force = "0.5 N"
-[circuit]
-return_path = { model = "Grounded", resistance = "1 kohm" }
-[stack.insulator]
-thickness = "90 um"
-material = { model = "Constant", permittivity = 3.35 }
-[stack.stratum_corneum]
-thickness = "200 um"
-material = { model = "Constant", permittivity = 1560, conductivity = "1.79 uS/m" }
-"""
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return an empty working folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+def test_main_job_writes_a_trace_and_says_what_came_out(said, here):
+    assert "2.562 mN" in said("run -o out.nc")
+    assert names(here) == ["out.nc"]
+    assert said("run -o out.csv").splitlines()[-2:] == ["written: out.csv", "written: out.frequency.csv"]
+    assert names(here) == ["out.csv", "out.frequency.csv", "out.nc"]
+    assert "peak drive_voltage: 1 kV\n" in said("run --quantity 'peak drive_voltage'")
 
 
-@pytest.fixture
-def cli(here, capsys, monkeypatch):
-    """Return a function that runs a command in this process: exit code, output and error output."""
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["electrovib", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        out, err = capsys.readouterr()
-        return int(stop.value.code or 0), out, err
-
-    return call
-
-
-def test_main_job_writes_a_trace_and_says_what_came_out(cli, here):
-    code, out, err = cli("run", "-o", "out.nc")
-    assert (code, err) == (0, "")
-    assert "2.562 mN" in out
-    assert sorted(path.name for path in here.iterdir()) == ["out.nc"]
-
-
-def chosen(out: str) -> str:
+def chosen(out):
     """Return the line of the values that are not found in the paper of a scenario."""
     lines = [line for line in out.splitlines() if line.startswith("values not from ")]
     assert len(lines) <= 1
     return lines[0] if lines else ""
 
 
-def test_a_papers_scenario_names_what_its_paper_does_not_give(cli):
+def test_a_papers_scenario_names_what_its_paper_does_not_give(said):
     """The 36 ms were chosen to give 2.5 mN, and the conductivity is derived from the printed 7.7 ms."""
-    line = chosen(cli("run")[1])
+    line = chosen(said("run"))
     assert line.startswith("values not from vezzoli_2014: drive.rise, drive.hold, ")
     for told in ("friction.coefficient", "return_path.resistance", "conductivity"):
         assert told in line
     for printed in ("drive.high", "contact.area", "permittivity", "thickness", "drive.low"):
         assert printed not in line
-    other = chosen(cli("run", "rauf_2025/field_50")[1])
+    other = chosen(said("run rauf_2025/field_50"))
     assert other.startswith("values not from rauf_2025: friction.coefficient, load.normal_force ('")
+    solid = "--set stack.gap.material.conductivity=0"
+    surface = '--set \'contact.surface={model="LinearSpring", stiffness="1 GPa/m", free_gap="10 um"}\''
+    states = said(f"run vezzoli_2014/fig6_gap --states {solid} {surface}")
+    assert "stack.gap.thickness" in chosen(states)
 
 
-def test_perceive_and_equilibrium_name_it_too(cli):
-    assert "drive.rise" in chosen(cli("run")[1])
-    skin = 'perception.compliance={ model = "ElasticSkin", stiffness = "1 kN/m" }'
-    line = chosen(cli("run", "--set", "drive.rise=20ms", "--set", skin)[1])
-    assert "drive.rise" not in line
-    assert "drive.hold" in line
-    topography = 'contact.surface={ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
-    solid = "stack.gap.material.conductivity=0"
-    code, out, _ = cli("run", "vezzoli_2014/fig6_gap", "--states", "--set", topography, "--set", solid)
-    assert code == 0
-    assert "stack.gap.thickness" in chosen(out)
-
-
-def test_what_a_user_sets_or_sweeps_is_not_told_as_a_choice_of_ours(cli):
-    line = chosen(cli("run", "--set", "drive.rise=20 ms", "--over", "drive.hold=10ms:50ms:2")[1])
+def test_what_a_user_sets_or_sweeps_or_writes_is_not_told_as_a_choice_of_ours(said):
+    line = chosen(said("run --set 'drive.rise=20 ms' --over drive.hold=10ms:50ms:2"))
     assert "drive.rise" not in line
     assert "drive.hold" not in line
     assert "drive.fall" in line
-
-
-def test_a_scenario_of_ones_own_says_nothing_of_a_paper(cli, here):
-    (here / "mine.toml").write_text(GOOD)
-    assert cli("init", "vezzoli_2014/fig6", "-o", "from_paper.toml")[0] == 0
-    for command in (("mine.toml",), ("from_paper.toml", "-o", "out.nc"), ("out.nc",)):
-        code, out, _ = cli("run", *command)
-        assert (code, chosen(out)) == (0, "")
+    said("init vezzoli_2014/fig6 -o own.toml")
+    for command in ("own.toml -o out.nc", "out.nc"):
+        out = said(f"run {command}")
+        assert chosen(out) == ""
         assert "electrostatic force" in out
 
 
-def test_the_scenario_of_the_design_runs_from_a_file(cli, here):
-    (here / "touchscreen.toml").write_text(GOOD)
-    code, out, _ = cli("run", "touchscreen.toml", "-o", "out.csv")
-    assert code == 0
-    assert {path.name for path in here.iterdir()} == {"touchscreen.toml", "out.csv", "out.frequency.csv"}
-    assert "electrostatic force" in out
-
-
-def test_a_trace_repeats_its_run_and_its_sweep(cli):
-    assert cli("run", "--set", "drive.high=500 V", "--over", "drive.rise=5ms:50ms:3log", "-o", "a.nc")[0] == 0
-    assert cli("run", "a.nc", "-o", "b.nc")[0] == 0
+def test_a_trace_repeats_its_run_and_its_sweep(said):
+    said("run --set 'drive.high=500 V' --over drive.rise=5ms:50ms:3log -o a.nc")
+    said("run a.nc -o b.nc")
     with xarray.open_dataset("a.nc") as first, xarray.open_dataset("b.nc") as second:
         xarray.testing.assert_equal(first, second)
         np.testing.assert_allclose(first["drive.rise"], np.geomspace(5e-3, 50e-3, 3), rtol=1e-12)
 
 
-def test_numbers_of_a_sweep_as_a_table_and_again(cli, here):
-    asked = ["--quantity", "mean electrostatic force", "--quantity", "peak current"]
-    code, out, _ = cli("run", "--over", "drive.rise=5ms:50ms:3log", *asked, "-o", "a.csv")
-    assert code == 0
-    assert "mean electrostatic_force: " in out
-    assert "(at drive.rise = 5 ms)" in out
-    printed = out
+def test_records_of_a_sweep_are_kept_on_request(said):
+    said("run --set time.samples=11 --over drive.rise=5ms:50ms:2 --records -o a.nc")
+    said("run a.nc -o b.nc")
+    with xarray.open_dataset("a.nc") as first, xarray.open_dataset("b.nc") as second:
+        assert first["electrostatic_force"].dims == ("drive.rise", "sample")
+        xarray.testing.assert_identical(first, second)
+
+
+def test_numbers_of_a_sweep_as_a_table_and_again(said, here):
+    asked = "--quantity 'mean electrostatic force' --quantity 'peak current'"
+    printed = said(f"run --over drive.rise=5ms:50ms:3log {asked} -o a.csv")
+    assert "(at drive.rise = 5 ms)" in printed
     rows = [line for line in (here / "a.csv").read_text().splitlines() if not line.startswith("#")]
     assert rows[0] == "drive.rise [s],mean electrostatic_force [N],peak current [A]"
     assert len(rows) == 4
-    assert cli("run", "a.csv", "-o", "b.csv")[0] == 0
+    said("run a.csv -o b.csv")
     assert (here / "b.csv").read_text() == (here / "a.csv").read_text()
     ranges = next(line for line in printed.splitlines() if "mean electrostatic_force: " in line)
-    code, out, _ = cli("report", "a.csv", "-o", "a.html")
-    assert code == 0
+    first = said("report a.csv -o a.html").splitlines()[0]
     assert "Over drive.rise" in (here / "a.html").read_text()
-    first = out.splitlines()[0]
     assert "Mean electrostatic force: " in first
     assert ranges.partition(": ")[2].split(" (")[0] in first
 
 
-MAP = ["--over", "stack.insulator.thickness=1um:100um:3log", "--over", "drive.high=100:1000:2"]
+MAP = "run --over stack.insulator.thickness=1um:100um:3log --over drive.high=100:1000:2"
 
 
-def test_a_map_prints_a_few_lines_and_where_the_rest_is(cli):
+def test_a_map_prints_a_few_lines_and_where_the_rest_is(said):
     """Names of the parameters once; of a limit its name, its largest value with the place, and the number of cases."""
-    code, out, _ = cli("run", *MAP, "-o", "map.nc")
-    assert code == 0
+    out = said(f"{MAP} -o map.nc")
     with xarray.open_dataset("map.nc") as trace:
         warnings = [each for each in json.loads(trace.attrs["validity"]) if each["state"] == "warning"]
-        force = trace["peak electrostatic_force"]
-        peak = format_quantity(float(force.max()), "N", digits=4)
+        peak = format_quantity(float(trace["peak electrostatic_force"].max()), "N", digits=4)
     lines = out.splitlines()
     assert len(out.split()) < 200
     assert out.count("stack.insulator.thickness") == 1
@@ -173,386 +116,166 @@ def test_a_map_prints_a_few_lines_and_where_the_rest_is(cli):
         assert line.endswith(f", above {limit}")
     assert any(line.startswith("not judged: ") and "reaches" not in line for line in lines)
     assert "reasons and advice: 'electrovib report map.nc'" in lines
-    code, out, _ = cli("run", *MAP)
-    assert "reasons and advice: the same command with --report map.html" in out.splitlines()
-    code, out, _ = cli("report", "map.nc", "-o", "map.html")
-    assert code == 0
+    assert "reasons and advice: the same command with --report map.html" in said(MAP).splitlines()
+    assert "reasons and advice: map.html" in said(f"{MAP} --report map.html").splitlines()
+    said("report map.nc -o map.html")
     page = html.unescape(Path("map.html").read_text(encoding="utf-8"))
     assert all(each["text"].split(";")[0].split(",")[0].split(" reaches ")[0] in page for each in warnings)
+    assert judged(make_trace({}, {}, {"validity": "[]", "over": "[]"}), None, None) == []
 
 
-def test_a_map_without_a_diagnostic_names_no_other_place(cli):
-    code, out, _ = cli("run", *MAP, "--report", "map.html")
-    assert code == 0
-    assert "reasons and advice: map.html" in out.splitlines()
-    trace = make_trace({}, {}, {"validity": "[]", "over": "[]"})
-    assert judged(trace, None, None) == []
-
-
-def test_records_of_a_sweep_are_kept_on_request(cli):
-    run = ["run", "--set", "time.samples=11", "--over", "drive.rise=5ms:50ms:2"]
-    assert cli(*run, "--records", "-o", "a.nc")[0] == 0
-    assert cli("run", "a.nc", "-o", "b.nc")[0] == 0
-    with xarray.open_dataset("a.nc") as first, xarray.open_dataset("b.nc") as second:
-        assert first["electrostatic_force"].dims == ("drive.rise", "sample")
-        xarray.testing.assert_identical(first, second)
-
-
-def test_numbers_of_one_case(cli):
-    code, out, _ = cli("run", "--quantity", "peak drive_voltage")
-    assert code == 0
-    assert "peak drive_voltage: 1 kV\n" in out
-
-
-def test_the_report_of_a_scenario_without_a_title_is_named_after_its_file(cli, here):
-    (here / "my touchscreen.toml").write_text(GOOD)
-    assert cli("run", "my touchscreen.toml", "--report", "out.html")[0] == 0
+def test_a_scenario_without_a_title_is_called_as_its_file(said, here):
+    ev.init(ev.load("vezzoli_2014/fig6").replace({"title": ""}), output="my touchscreen.toml")
+    said("run 'my touchscreen.toml' --report out.html")
     assert "<title>my touchscreen</title>" in (here / "out.html").read_text()
 
 
-def test_init_prints_a_scenario_that_reads_back_equal(cli, here):
-    code, out, _ = cli("init", "vezzoli_2014/fig7")
-    assert code == 0
-    (here / "again.toml").write_text(out)
-    from electrovib import load
-
-    assert load("again.toml") == load("vezzoli_2014/fig7")
-
-
-def test_init_does_not_overwrite(cli, here):
-    (here / "mine.toml").write_text("precious")
-    code, _, err = cli("init", "-o", "mine.toml")
-    assert code == 2
-    assert "exists already" in err
-    assert (here / "mine.toml").read_text() == "precious"
-
-
-def test_version_names_the_parts(cli):
-    code, out, _ = cli("--version")
-    assert code == 0
-    assert {line.split()[0] for line in out.splitlines()} >= {
-        "electrovib",
-        "python",
-        "numpy",
-        "xarray",
-        "pydantic",
-    }
-
-
-TRAPEZIUM = 'model = "Trapezium", high = "1 kV", rise = "36 ms", hold = "100 ms", fall = "36 ms"'
-
-MISTAKES = {
-    "unknown key": (GOOD.replace('thickness = "90 um"', 'thicknes = "90 um"'), ["stack.insulator.thicknes", "'thickness'"]),
-    "misspelt model": (GOOD.replace("Trapezium", "Trapezum"), ["drive", "'Trapezum'", "Did you mean 'Trapezium' ("]),
-    "wrong unit": (GOOD.replace("90 um", "2 V"), ["stack.insulator.thickness = '2 V': expected a length, for instance '90 um'"]),
-    "tower of powers": (GOOD.replace("90 um", "9**9**9"), ["stack.insulator.thickness = '9**9**9': expected a length"]),
-    "negative thickness": (GOOD.replace("90 um", "-90 um"), ["stack.insulator.thickness", "between 100 pm and 100 mm"]),
-    "not a number": (GOOD.replace('"0.5 N"', "nan"), ["load.normal_force = nan", "finite"]),
-    "empty file": ("", ["empty", "electrovib init"]),
-    "broken TOML": (GOOD + "\n[stack", ["not valid TOML"]),
-    "no schema": (GOOD.replace("schema = 1", ""), ["schema = 1"]),
-    "table where a number belongs": (GOOD.replace('"90 um"', "{}"), ["stack.insulator.thickness", "expected a length"]),
-    "empty stack": (GOOD[: GOOD.index("[stack.insulator]")] + "[stack]\n", ["stack", "layer"]),
-    "layer missing for the law": (
-        GOOD.replace("[stack.insulator]", "[stack.insulater]"),
-        ["stack.insulater.role", "Did you mean 'insulator'?"],
-    ),
-    "drive file missing": (
-        GOOD.replace(TRAPEZIUM, 'model = "Sampled", file = "none.csv"'),
-        ["drive", "none.csv"],
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_in_a_file_is_told_in_one_line_and_nothing_is_written(mistake, cli, here):
-    text, words = MISTAKES[mistake]
-    (here / "bad.toml").write_text(text)
-    code, out, err = cli("run", "bad.toml", "-o", "out.nc", "--report", "out.html")
-    assert code == 2
-    assert out == ""
-    assert "Traceback" not in err
-    assert all(line.startswith("electrovib: ") for line in err.splitlines())
-    for word in words:
-        assert word in err
-    assert {path.name for path in here.iterdir()} == {"bad.toml"}
-
-
-def test_all_mistakes_of_a_file_are_listed_at_once(cli, here):
-    text = (
-        GOOD.replace("90 um", "2 V")
-        .replace("Trapezium", "Trapezum")
-        .replace("1 cm2", "-1 cm2")
-        .replace("0.5 N", "x")
-    )
-    (here / "bad.toml").write_text(text)
-    code, _, err = cli("run", "bad.toml")
-    assert code == 2
-    lines = err.splitlines()
-    assert len(lines) == 4
-    for path in ("drive", "contact.area", "load.normal_force", "stack.insulator.thickness"):
-        assert sum(line.startswith(f"electrovib: {path} =") for line in lines) == 1
-
-
-DRIVES = {
-    "text in a number column": ("time,voltage\n0,0\n1e-3,ten\n2e-3,0\n", ["ten"]),
-    "one row": ("time,voltage\n0,0\n", ["row"]),
-    "repeated stamp": ("time,voltage\n0,0\n1e-3,1\n1e-3,2\n2e-3,0\n", ["repeats", "KeepIncreasing"]),
-    "decreasing stamp": ("time,voltage\n0,0\n2e-3,1\n1e-3,2\n3e-3,0\n", ["goes back", "KeepIncreasing"]),
-    "empty": ("", ["empty"]),
-    "wrong column": ("t,voltage\n0,0\n1,1\n", ["time"]),
-}
-
-
-@pytest.mark.parametrize("fault", DRIVES)
-def test_a_faulty_drive_file_is_told_with_its_place(fault, cli, here):
-    content, words = DRIVES[fault]
-    (here / "drive.csv").write_text(content)
-    text = GOOD.replace(TRAPEZIUM, 'model = "Sampled", file = "drive.csv"')
-    (here / "bad.toml").write_text(text)
-    code, _, err = cli("run", "bad.toml", "-o", "out.nc")
-    assert code == 2
-    assert len(err.splitlines()) == 1
-    assert err.startswith("electrovib: drive = ")
-    for word in words:
-        assert word in err
-    assert not (here / "out.nc").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["run", "vezzoli_2014/fig5"], ["Did you mean 'vezzoli_2014/fig"]),
-        (["run", "vezzoli_2013/fig6"], ["neither a file nor a paper", "vezzoli_2014"]),
-        (["run", "missing.toml"], ["missing.toml"]),
-        (["run", "--set", "drive.hihg=1"], ["drive.hihg", "Did you mean 'high'?"]),
-        (["run", "--set", "drive.high=2 mm"], ["drive.high = '2 mm': expected a voltage"]),
-        (["run", "--set", "drive.high"], ["PATH=VALUE"]),
-        (["run", "--over", "drive.rise=1ms:2ms"], ["PATH=FROM:TO:N"]),
-        (["run", "--over", "drive.rise=0:1ms:5log"], ["above 0"]),
-        (["run", "--over", "drive.rise=1V:2V:5"], ["expected a time"]),
-        (["run", "--over", "drive.rize=1ms:2ms:5"], ["drive.rise"]),
-        (["run", "-o", "nowhere/out.nc"], ["nowhere"]),
-        (["run", "-o", "out.xyz"], [".nc, .csv, .mat"]),
-        (["run", "--report", "out.pdf"], [".html"]),
-        (["run", "--over", "drive.rise=1ms:2ms:3", "--records", "-o", "out.csv"], [".nc"]),
-        (["run", "--records"], ["--over"]),
-        (["run", "--quantity", "peak curent"], ["Did you mean 'current'?"]),
-        (["run", "--set", "force.model=Vezzoli2014PerFrequency"], ["not causal", "Vezzoli2014Causal"]),
-        (["report", "missing.nc"], ["missing.nc"]),
-        (["reproduce", "vezzoli_2015"], ["vezzoli_2014"]),
-        (["init", "vezzoli_2014/figg6"], ["fig6"]),
-        (["reproduce", __file__], ["is a file, not a paper"]),
-        (["times", "--swipes", "."], [".: is a folder; give the name of a file in it."]),
-        (
-            ["times", "--swipes", "vezzoli_2014/fig6"],
-            ["not from 'vezzoli_2014/fig6'; 'electrovib run' makes one"],
-        ),
-        (["times", "--swipes", "a.nc", "--trim", "50"], ["trim = 50 %: expected 0 to 40 %"]),
-        (
-            ["fit", "a.csv", "a.csv", "--column", "x=x", "--column", "y=y"],
-            ["a.csv: is given twice; omit one"],
-        ),
-        (
-            ["fit", "a", "b", "--free", "c", "--gain-error", "current=-2 %"],
-            ["error of current = -0.02: expected"],
-        ),
-        (
-            ["fit", "a", "b", "--free", "c", "--zero-error", "current=-1 A"],
-            ["error of current = -1: expected"],
-        ),
-        (["fit", "a.csv", "--column", "x=x", "--column", "y=x"], ["both are the column 'x'"]),
-    ],
-)
-def test_a_mistake_in_an_option_is_told_in_one_line(arguments, words, cli, here):
-    code, _, err = cli(*arguments)
-    assert code == 2
-    assert "Traceback" not in err
-    for word in words:
-        assert word in err
-    assert list(here.iterdir()) == []
-
-
-def test_mistakes_of_file_options_and_outputs_are_told_together(cli, here):
-    (here / "bad.toml").write_text(GOOD.replace("90 um", "2 V"))
-    code, _, err = cli(
-        "run", "bad.toml", "--set", "drive.high", "-o", "nowhere/out.nc", "--report", "out.pdf"
-    )
-    assert code == 2
-    words = ("--set drive.high: expected PATH=VALUE", "stack.insulator.thickness", "'nowhere'", ".html")
-    assert [word in line for word, line in zip(words, err.splitlines(), strict=True)] == [True] * 4
-    assert {path.name for path in here.iterdir()} == {"bad.toml"}
-
-
-def test_a_hint_helps_or_is_left_out(cli, here):
-    _, _, err = cli("run", "bau_2010/sine", "--set", "drive.frequency=0")
-    assert err == "electrovib: drive.frequency = '0': must lie between 1 mHz and 100 MHz\n"
-    (here / "rig.toml").touch()
-    assert "Did you mean" not in cli("run", "nothing.toml")[2]
-    assert "Did you mean" not in cli("times", "nothing.toml")[2]
-    assert "Did you mean 'rig.toml'?" in cli("run", "rigg.toml")[2]
-    code, _, err = cli("times", "rig.csv", "--recipe", "rig.toml")
-    assert code == 2
-    (line,) = err.splitlines()
-    assert line.startswith("electrovib: rig.toml: ")
-    assert all(f"'{name}'" in line for name in ("normal", "lateral", "clock"))
-
-
-def test_a_column_that_only_its_unit_tells_may_be_a_sensor(cli, here):
-    (here / "a.csv").write_text("time (s),CH2 (V)\n" + "".join(f"{at},{at}\n" for at in range(20)))
-    assert "if 'CH2' is the output of a sensor" in cli("import", "a.csv")[1]
-    (here / "a.csv").write_text((here / "a.csv").read_text().replace("CH2", "voltage"))
-    assert "is the output of a sensor" not in cli("import", "a.csv")[1]
-    assert (
-        "the file does not consist of parts with names; omit it"
-        in cli("import", "a.csv", "--set", "part=2")[2]
-    )
-
-
-@pytest.mark.parametrize("signal", ["plate_voltage", "amplifier_current"])
-def test_a_signal_behind_an_amplifier_is_named_as_such(signal):
-    assert "declare circuit.amplifier, or name the signals to fit" in without(signal, ["current"])
-
-
-@pytest.mark.parametrize(
-    ("option", "first", "second"),
-    [
-        ("--set", "drive.high=1 V", "drive.high=2 V"),
-        ("--over", "drive.rise=1ms:2ms:2", "drive.rise=1ms:3ms:2"),
-    ],
-)
-def test_a_parameter_given_twice_is_refused(option, first, second, cli):
-    code, _, err = cli("run", option, first, option, second)
-    assert code == 2
-    assert err.startswith(f"electrovib: {option} {second}: ")
-    assert "twice" in err
-    assert len(err.splitlines()) == 1
+def test_init_writes_a_scenario_changed_or_not_and_names_what_can_be_added(said, here):
+    text = said("init vezzoli_2014/fig7")
+    (here / "again.toml").write_text(text)
+    assert ev.load("again.toml") == ev.load("vezzoli_2014/fig7")
+    assert "#   finger: one of MassSpringDamper" in text
+    assert "#   circuit.amplifier: gain, bandwidth" in text
+    assert "#   rig:" not in ev.init("vezzoli_2014/fig2_tremor")
+    said("init vezzoli_2014/fig6 --set \"stack.gap={ thickness = '5 um' }\" -o my.toml")
+    assert "[stack.gap]" in (here / "my.toml").read_text(encoding="utf-8")
+    said("run my.toml --set force.model=MaxwellStressInGap")
 
 
 def test_changes_may_be_texts_for_the_public_function_too():
-    from electrovib import run
-
-    told = run(set=["drive.high=500 V", 'force={ model = "MaxwellStressInGap" }'])
-    assert told.equals(run(set={"drive.high": 500, "force": {"model": "MaxwellStressInGap"}}))
+    told = ev.run(set=["drive.high=500 V", 'force={ model = "MaxwellStressInGap" }'])
+    assert told.equals(ev.run(set={"drive.high": 500, "force": {"model": "MaxwellStressInGap"}}))
 
 
-def test_both_files_of_a_csv_are_named(cli, here):
-    _, out, _ = cli("run", "-o", "out.csv")
-    assert out.splitlines()[-2:] == ["written: out.csv", "written: out.frequency.csv"]
-    assert all((here / name).exists() for name in ("out.csv", "out.frequency.csv"))
+def test_version_names_the_parts(said):
+    parts = {line.split()[0] for line in said("--version").splitlines()}
+    assert parts >= {"electrovib", "python", "numpy", "xarray", "pydantic"}
 
 
-def test_an_interrupt_is_told_and_leaves_nothing(cli, here, monkeypatch):
-    from electrovib.apps import run as module
-
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(module, "simulate", interrupted)
-    code, out, err = cli("run", "-o", "out.nc")
-    assert (code, out) == (130, "")
-    assert err == "electrovib: interrupted, nothing was left half written\n"
-    assert list(here.iterdir()) == []
+def test_numbers_of_a_force_are_those_that_a_person_can_use(said):
+    computed = xarray.Dataset({"electrostatic_force": ("time", [6e-36, 0.0052])})
+    assert _range(computed, "electrostatic_force") == "0 N to 5.2 mN at the output times"
+    assert _range(computed + 1e-9, "electrostatic_force") == "1 nN to 5.2 mN at the output times"
+    out = said("run bau_2010/sine --set 'drive.amplitude=10 mV'")
+    assert re.search(r"^lateral force: 250 mN to 250 mN \(a change of \d[\d.]* nN\)$", out, re.MULTILINE)
 
 
-def test_usage_errors_are_one_line_and_code_2():
-    result = subprocess.run(
-        [sys.executable, "-m", "electrovib", "run", "--nonsense"], capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 2
-    assert "Traceback" not in result.stderr
-
-
-def test_compare_without_a_scenario_prints_the_surfaces(cli):
-    code, out, _ = cli("compare")
-    assert code == 0
+def test_a_comparison_prints_the_surfaces_explains_and_writes_a_page(said, here):
+    surfaces = said("compare")
     for shown in ("56.55 mN", "607.6 mN", "31.05 N", "(unverified)"):
-        assert shown in out
-
-
-def test_compare_explains_and_writes_a_page(cli, here):
-    code, out, _ = cli(
-        "compare",
-        "vezzoli_2014/fig6_gap",
-        "--models",
-        "MaxwellStressInGap,MaxwellStressInStratumCorneum",
-        "-o",
-        "page.html",
-    )
-    assert code == 0
-    assert out.startswith(
-        "Believe MaxwellStressInGap here, 564.9 mN at 1 kV: plate and finger separate only in the gap"
-    )
+        assert shown in surfaces
+    laws = "--models MaxwellStressInGap,MaxwellStressInStratumCorneum"
+    out = said(f"compare vezzoli_2014/fig6_gap {laws} -o page.html")
+    assert out.startswith("Believe MaxwellStressInGap here, 564.9 mN at 1 kV: plate and finger separate only")
     assert "permittivity 1560" not in out
     page = (here / "page.html").read_text()
     assert "Step response" in page
     assert "10.74" in page
-
-
-def test_compare_explains_on_request_and_takes_changes(cli, here):
-    gap = "stack.gap={ thickness = '5 um' }"
-    options = ["--models", "MaxwellStressInGap,MaxwellStressInStratumCorneum", "--set", gap]
-    code, out, _ = cli("compare", "vezzoli_2014/fig6", *options, "--all")
-    assert code == 0
-    assert "432.5 mN" in out
-    assert "permittivity 1560" in out
-    assert "Where other papers contradict each other" in out
-    over = ["--over", "stack.gap.thickness=1um:9um:3", "-o", "page.html"]
-    assert cli("compare", "vezzoli_2014/fig6", *options, *over)[0] == 0
+    asked = f"compare vezzoli_2014/fig6 {laws} --set \"stack.gap={{ thickness = '5 um' }}\""
+    out = said(f"{asked} --all --over stack.gap.thickness=1um:9um:3 -o page.html")
+    for shown in ("432.5 mN", "permittivity 1560", "Where other papers contradict each other"):
+        assert shown in out
     assert "Static force over stack.gap.thickness" in (here / "page.html").read_text()
 
 
-def test_models_are_listed_and_shown(cli):
-    code, out, _ = cli("list")
-    assert code == 0
-    for word in ("stack.LAYER.material", "Vezzoli2014Causal", "Unverified", "vezzoli_2014"):
-        assert word in out
-    code, out, _ = cli("list", "HavriliakNegami")
-    assert code == 0
-    assert "broadness" in out
-    assert "permittivity_high" in out
-    code, out, _ = cli("list", "Vezzoli2014Causal", "--bibtex")
-    assert out.startswith("@inproceedings{vezzoli_2014,")
+def test_materials_are_compared_in_a_table(said, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    lines = said("compare vezzoli_2014/fig6 --material 'pet, Kapton'").splitlines()
+    assert lines[0] == "Materials of the layer 'insulator', 90 um thick"
+    assert [line.split("  ")[0] for line in lines[3:6]] == ["as it is", "polyimide", "pet"]
+    assert "unverified: permittivity, conductivity; full text: strength" in lines[4]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["list", "MaxwellStressInGp"], ["no model, material", "Did you mean 'MaxwellStressInGap' ("]),
-        (
-            ["compare", "vezzoli_2014/fig6", "--models", "MaxwellStressInGp"],
-            ["Did you mean 'MaxwellStressInGap' (", "'MaxwellStressInInsulator' ("],
-        ),
-        (["compare", "vezzoli_2014/fig6", "-o", "page.pdf"], [".html"]),
-        (["compare", "nothing.toml"], ["nothing.toml"]),
-        (["compare", "-o", "page.html"], ["--output: needs a scenario"]),
-        (["compare", "--set", "stack.gap.thickness=5um"], ["--set: needs a scenario"]),
-        (["compare", "vezzoli_2014/fig6", "--over", "stack.gap.thickness=1um:9um:3"], ["--set stack.gap='{"]),
-        (["compare", "--models", "MaxwellStressInGap"], ["--models: needs a scenario"]),
-        (["compare", "vezzoli_2014/fig6", "--models", ","], ["names no force law"]),
-        (["compare", "vezzoli_2014/fig6", "--models", "Persson2018RoughGap"], ["mean_gap: missing"]),
-    ],
+ANSWER = "felt, Pacinian channel: +35.4 dB (+15.3 to +55.5 dB) relative to published detection thresholds"
+
+
+def test_a_run_says_whether_it_is_felt_and_all_that_this_assumes_on_request(said):
+    out = said("run vardar_2017/square -o a.nc")
+    title, attraction, friction, felt = out.splitlines()[:4]
+    assert title == "Vardar 2017: square, 30 Hz"
+    assert (attraction.split(":")[0], friction.split(":")[0]) == ("electrostatic force", "lateral force")
+    assert felt == f"{ANSWER} (--all lists assumptions)"
+    assert out.count("across 'stratum_corneum' reaches 109 V") == 1
+    assert len(out.splitlines()) - out.count("\nwarning: ") - out.count("\nnot judged: ") == 8  # one: written
+    (own,) = [line for line in out.splitlines() if line not in said("run a.nc").splitlines()][:-1]
+    assert own.startswith("values not from vardar_2017")  # a Trace is a file of one's own
+    everything = said("run vardar_2017/square --all")
+    assert everything.count("across 'stratum_corneum' reaches 109 V") == everything.count(title) == 1
+    lines = everything.splitlines()
+    assert ANSWER in lines
+    (strongest,) = [line for line in lines if line.startswith("strongest channel Pacinian: -14.3 dB")]
+    assert strongest.endswith("; -14.4 to -13.6 dB under other assumptions")
+    (assumed,) = [line for line in lines if line.startswith("assumed from publications: a detection")]
+    assert "perception.threshold of your own leaves +-12.1 dB" in assumed
+    assert assumed.endswith("perception.compliance of your own leaves +-8.0 dB")
+
+
+def test_every_level_and_assumption_is_printed_on_request(said):
+    out = said("run vardar_2017/sine --set 'drive.frequency=125 Hz' --all")
+    assert "+0.0 dB relative" in out or "-0.0 dB relative" in out
+    for words in (
+        "NonPacinian: nothing",  # 250 Hz lies outside its band
+        "(cited from memory, unverified)",
+        "assumed threshold, Pacinian: 30 nm at 150 Hz, grasped cylinder, tangential, whole hand (second-hand: ",
+        "assumed compliance, softest: 323 N/m",
+        "channel weights: derived, not measured",
+        "left out: summation over time and area, masking",
+        "12 dB per octave: an assumption",
+        "Sci. Rep. 8, 4555 (2018)",
+        "numerical error",
+    ):
+        assert words in out
+
+
+OF_ONES_OWN = "felt, Pacinian channel: +6.3 dB (+0.3 to +12.3 dB) relative to the detection threshold"
+UNDECIDED = (
+    "felt or not: undecided within the spread, Pacinian channel: +2.8 dB (-3.2 to +8.8 dB) relative to"
 )
-def test_mistakes_in_compare_and_models(arguments, words, cli, here):
-    code, _, err = cli(*arguments)
-    assert code == 2
-    assert "Traceback" not in err
-    for word in words:
-        assert word in err
-    assert list(here.iterdir()) == []
+WEAKER = "not felt, Pacinian channel: -13.7 dB (-19.7 to -7.7 dB) relative to the detection threshold"
 
 
-def test_init_names_what_can_be_added():
-    import electrovib as ev
+def test_a_calibrated_person_has_a_threshold_and_a_skin(said):
+    threshold = (
+        "run vardar_2017/sine --set perception.threshold_uncertainty=6 --set 'perception.threshold={} nm'"
+    )
+    skin = '--set \'perception.compliance={ model = "ElasticSkin", stiffness = "1 N/mm" }\''
+    for size, answer in ((20, OF_ONES_OWN), (30, UNDECIDED), (200, WEAKER)):
+        assert said(f"{threshold.format(size)} {skin}").splitlines()[3].startswith(answer)
+    out = said(f"{threshold.format(20)} --all")
+    assert "a compliance of the skin; perception.compliance of your own leaves +-6.0 dB" in out
+    assert "published detection thresholds" not in out
 
-    text = ev.init("vezzoli_2014/fig6")
-    assert "#   finger: one of MassSpringDamper" in text
-    assert "#   circuit.amplifier: gain, bandwidth" in text
-    assert "#   rig:" not in ev.init("vezzoli_2014/fig2_tremor")
+
+def test_where_nothing_is_felt_or_it_is_not_known_the_reason_is_stated(said, monkeypatch):
+    rests = said("run shultz_2018/at_rest").splitlines()
+    (line,) = [line for line in rests if line.startswith("felt or not: ")]
+    assert line.startswith("felt or not: not known: motion.speed: the finger rests, where its friction is")
+    assert "lateral force: not known (the finger rests)" in rests
+    still = said("run vardar_2017/sine --set 'drive={ model = \"Step\", level = 0 }'")
+    assert "not felt: nothing moves the skin" in still
+    assert "felt" not in said("run vardar_2017/sine --over drive.frequency=30Hz:60Hz:2")
+    monkeypatch.setattr("electrovib.study.perceive.perceive", too_long := TooLong())
+    line = "felt or not: takes more than 30 s to compute (--all takes that time)"
+    assert line in said("run vardar_2017/sine").splitlines()
+    assert "felt or not: not known: too long" in said("run vardar_2017/sine --all").splitlines()
+    assert too_long.allowed == [30.0, 600.0]
 
 
-def test_init_writes_a_changed_scenario(cli, here):
-    gap = "stack.gap={ thickness = '5 um' }"
-    assert cli("init", "vezzoli_2014/fig6", "--set", gap, "-o", "my.toml")[0] == 0
-    assert "[stack.gap]" in (here / "my.toml").read_text(encoding="utf-8")
-    assert cli("run", "my.toml", "--set", "force.model=MaxwellStressInGap")[0] == 0
+class TooLong:
+    """What is felt, which takes longer than is allowed."""
+
+    def __init__(self):
+        self.allowed = []
+
+    def __call__(self, _):
+        self.allowed.append(allowed().time)
+        raise BudgetError("too long")
+
+
+def test_the_file_of_a_measurement_is_perceived(said, refused):
+    time = np.arange(1000) / 1000
+    force = 0.3 + 0.1 * np.sin(2 * np.pi * 100 * time)
+    ev.save(make_trace({"lateral_force": (("time",), force)}, {"time": time}, {"title": "measured"}), "m.csv")
+    assert said("run m.csv").startswith("measured\nfelt, Pacinian channel: +")
+    assert "--report: does not belong to a measured Trace" in refused("run m.csv --report m.html")
+    assert "evaluated: lateral force" in said("run m.csv --all")

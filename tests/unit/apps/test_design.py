@@ -1,134 +1,157 @@
-"""The command ``electrovib design``: the answer first, its files, its exit codes, and mistakes in one sentence."""
+"""``electrovib design`` and ``electrovib bench``: the answer first, files only within limits, exit codes."""
 
-from __future__ import annotations
-
+import inspect
 import json
-import sys
 
+import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import electrovib as ev
-from electrovib.apps.cli import app, main
+from electrovib.bench.settings import read_settings
 from electrovib.core.errors import InputError
 from electrovib.study.design.function import FORMS, form_of
 
-ASKED = ["design", "bau_2010/sine", "--want", "mean electrostatic_force = 50 mN", "--free", "drive.amplitude"]
-LIMITS = ["--set", "limits.voltage=60 V", "--set", "limits.current=1 mA"]
+WISH = "mean electrostatic_force = 50 mN"
+ASKED = f"design bau_2010/sine --want '{WISH}' --free drive.amplitude"
 
 
-@pytest.fixture
-def cli(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["electrovib", *ASKED, *arguments])
-        code = 0
-        try:
-            main()
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-        return (code, *capsys.readouterr())
-
-    return call
-
-
-def test_the_answer_comes_first(cli):
-    code, out, err = cli()
-    assert (code, err) == (0, "")
-    assert out.startswith("drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN.\n")
-
-
-def test_the_scenario_with_the_value_can_be_run(cli, tmp_path):
-    assert cli("--set", "contact.area=2 cm2", "-o", "found.toml")[0] == 0
-    found = ev.sweep("found.toml", {}, quantities=["mean electrostatic_force"])
-    assert found["mean electrostatic_force"].item() == pytest.approx(0.05, rel=1e-9)
-    assert ev.load("found.toml").contact.area == 2e-4
-
-
-def test_all_numbers_as_json(cli, tmp_path):
-    cli("-o", "found.json")
-    found = json.loads((tmp_path / "found.json").read_text())
-    direct = ev.design("bau_2010/sine", want="mean electrostatic_force = 50 mN", free="drive.amplitude")
+def test_the_answer_comes_first_and_its_files_hold_it(said, here):
+    out = said(f"{ASKED} -o found.json")
+    assert out.startswith(f"drive.amplitude = 50.8183 V gives {WISH}.\n")
+    found = json.loads((here / "found.json").read_text())
+    direct = ev.design("bau_2010/sine", want=WISH, free="drive.amplitude")
     assert found["value"] == direct.value
     assert found["elasticities"] == {each.path: each.value for each in direct.influences}
     assert found["written_by"].startswith("electrovib design as JSON, checksum ")
+    said(f"{ASKED} --set 'contact.area=2 cm2' -o found.toml")
+    again = ev.sweep("found.toml", {}, quantities=["mean electrostatic_force"])
+    assert again["mean electrostatic_force"].item() == pytest.approx(0.05, rel=1e-9)
+    assert ev.load("found.toml").contact.area == 2e-4
 
 
-def test_nothing_that_can_be_played_is_written_without_limits(cli, tmp_path):
-    code, _, err = cli("--edge", "line", "-o", "drive.csv")
-    assert code == 2
+def test_what_can_be_played_is_written_within_limits_alone(said, refused, cli, here):
+    err = refused(f"{ASKED} --edge line -o drive.csv", silent=False)
     assert "limits.voltage" in err
     assert "limits.current" in err
-    assert not list(tmp_path.iterdir())
-
-
-def test_within_declared_limits_the_drive_is_written(cli, tmp_path):
-    (tmp_path / "own.toml").write_text('limits = { current = "1 mA" }\n')
-    code, out, _ = cli(
-        "--set", "limits.voltage=60 V", "--limits", "own.toml", "--edge", "line", "-o", "drive.csv"
-    )
-    assert code == 0
+    low = "--set 'limits.voltage=40 V'"
+    for name in ("found.toml", "drive.csv"):
+        err = refused(f"{ASKED} {low} --set 'limits.current=1 mA' --edge line -o {name}", silent=False)
+        assert "there is no result within the limits that could be written" in err
+    code, out, _ = cli(f"{ASKED} {low}")
+    assert code == 1
+    assert out.startswith(f"No value of drive.amplitude from 0 V to 100 kV gives {WISH} within")
+    (here / "own.toml").write_text('limits = { current = "1 mA" }\n')
+    out = said(f"{ASKED} --set 'limits.voltage=60 V' --limits own.toml --edge line -o drive.csv")
     assert "written: drive.csv" in out
     assert "Nearest limit: the voltage of the plate reaches 50.8183 V, within 60 V" in out
 
 
-@pytest.mark.parametrize("name", ["found.toml", "drive.csv"])
-def test_a_forbidden_value_is_not_written(cli, tmp_path, name):
-    code, _, err = cli(
-        "--set", "limits.voltage=40 V", "--set", "limits.current=1 mA", "--edge", "line", "-o", name
-    )
-    assert code == 2
-    assert "there is no result within the limits that could be written" in err
-    assert not list(tmp_path.iterdir())
+def test_a_wrong_suffix_is_refused_before_anything_is_computed(refused, monkeypatch):
+    monkeypatch.setattr("electrovib.study.design.function.design", lambda *_, **__: pytest.fail("computed"))
+    assert "a design is written as .toml, .json, .csv" in refused(f"{ASKED} -o found.xyz")
 
 
-def test_a_forbidden_value_is_exit_code_1(cli):
-    code, out, _ = cli("--set", "limits.voltage=40 V")
-    assert code == 1
-    assert out.startswith(
-        "No value of drive.amplitude from 0 V to 100 kV gives mean electrostatic_force = 50 mN within"
-    )
-
-
-def test_a_wrong_suffix_is_refused_before_anything_is_computed(cli):
-    code, out, err = cli("-o", "found.xyz")
-    assert (code, out) == (2, "")
-    assert "a design is written as .toml, .json, .csv" in err
-
-
-def test_a_space_with_its_draws(cli):
-    code, out, _ = cli("--space", "fingers", "-n", "5", "--seed", "2", "--linear")
-    assert code == 0
-    assert (
-        "over 5 draws from 'fingertips of adults, dry and moist' (seed 2, linear propagation from the medians)"
-        in out
-    )
-
-
-def test_the_command_takes_every_option_of_the_function():
-    import inspect
-
-    command = next(
-        each for each in app.registered_commands if each.callback.__module__.endswith("cli.design")
-    )
-    own = set(inspect.signature(command.callback).parameters)
-    # --want has the band and the force over time too, and --free the range
-    inside = {"band", "target", "between"}
-    assert set(inspect.signature(ev.design).parameters) - own == {"set", "progress", *inside}
+def test_a_space_with_its_draws(said):
+    drawn = "over 5 draws from 'fingertips of adults, dry and moist' (seed 2, linear propagation from the medians)"
+    assert drawn in said(f"{ASKED} --space fingers -n 5 --seed 2 --linear")
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
 def test_every_argument_of_a_form_is_one_of_the_function(form):
-    import inspect
-
     assert set(form.accepts) <= set(inspect.signature(ev.design).parameters)
     assert form_of(dict.fromkeys(form.needs, "given")) is form
     with pytest.raises(InputError, match=r"colour: does not belong to the design of .*omit it"):
         form_of(dict.fromkeys([*form.needs, "colour"], "given"))
 
 
-def test_help_names_every_option():
-    shown = CliRunner().invoke(app, ["design", "-h"], env={"COLUMNS": "200"}).stdout
-    for option in ("--want", "--free", "--texture", "--limits", "--space", "--linear", "--output", "--set"):
-        assert option in shown
+def test_a_parameter_is_sought_in_a_range_and_the_rest_of_the_answer_is_asked_for(said):
+    """Everything of the verdict is in the rest too, in the same words; what it depends on and how are not in the verdict."""
+    wanted = "design vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN'"
+    *verdict, more = said(f"{wanted} --free drive.high").splitlines()
+    told = [line for line in verdict if not line.startswith("warning: ")]
+    everything = said(f"{wanted} --free drive.high --all").splitlines()
+    assert told[0].startswith("drive.high = 624.706 V gives peak electrostatic_force = 1 mN")
+    assert told[1] == "Other solutions: -624.706 V."
+    assert len(told) <= 5
+    assert set(verdict) <= set(everything)
+    rest = [line for line in everything if line not in verdict]
+    assert [line.split()[0] for line in rest] == ["Elasticities", "The"]
+    assert more.startswith(f"--all prints {len(rest)} more lines")
+    narrow = said(f"{wanted} --free 'drive.high = 100 V:700 V'")
+    assert narrow.startswith("drive.high = 624.706 V gives")
+    assert "Other solutions" not in narrow
+
+
+def test_what_is_largest_in_a_plate_is_a_wish(said):
+    grid, smallest, largest = "drive.amplitude=20V:40V:2", "mean electrostatic_force", "peak voltage"
+    wishes = f"--want '{smallest} = minimum' --want '{largest} = maximum'"
+    out = said(f"design bau_2010/sine --over {grid} --refine 0 {wishes}")
+    asked = {"maximise": [largest], "minimise": [smallest], "refine": 0}
+    found = ev.design_plate("bau_2010/sine", [grid], **asked)
+    assert out.splitlines()[0] == found.answer.splitlines()[0]
+
+
+GRATING = '{ model = "Grating", period = "1 mm", amplitude = "0.5 mN" }'
+DRAWN = f"design vezzoli_2014/fig6 --texture '{GRATING}' --carrier '3 kHz' --rate '96 kHz'"
+HELD = "--set 'limits.voltage=1 kV'"
+
+
+def test_the_drive_of_a_texture_is_that_of_the_function(said, here):
+    out = said(f"{DRAWN} --path '100 mm/s' {HELD} --edge line -o drive.csv")
+    asked = {"texture": GRATING, "path": "100 mm/s", "carrier": "3 kHz", "rate": "96 kHz"}
+    drive = ev.texture_drive("vezzoli_2014/fig6", **asked, set={"limits.voltage": "1 kV"})
+    skipped = 1 + (here / "drive.csv").read_text().count("#")
+    written = np.loadtxt("drive.csv", delimiter=",", skiprows=skipped)
+    np.testing.assert_array_equal(written, np.stack([drive.times, drive.voltages], axis=-1))
+    for words in ("carrier of 3 kHz", drive.misfit_in_words, "largest attraction 4.6", "peak current"):
+        assert words in out
+    assert out.splitlines()[-1] == "written: drive.csv"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--path '100 mm/s' --edge line -o drive.csv", "limits.voltage"),
+        (f"{HELD} --path path.csv --edge line -o path.csv --force", "path.csv"),
+        (f"{HELD} --path path.csv --edge line -o drive.txt --force", "drive.txt"),
+        (f"{HELD} --path path.csv --as hp_33120a", "--as: belongs to a file; name one with -o drive.csv"),
+        (f"{HELD} --path path.csv --edge line", "--edge: belongs to a file"),
+        (f"{HELD} --path path.csv -o drive.csv", "how the samples follow each other where a CSV is played"),
+    ],
+)
+def test_no_texture_is_written_without_limits_or_over_an_input_or_half_stated(options, words, here, refused):
+    (here / "path.csv").write_text("time,x\n0,0\n0.02,0.002\n", encoding="utf-8")
+    assert words in refused(f"{DRAWN} {options}", silent=False)
+
+
+BENCH = "bench run vezzoli_2014/fig6"
+
+
+def test_without_arm_the_plan_is_printed_and_nothing_is_sent(said, here):
+    out = said(f"{BENCH} -o t.nc")
+    for words in (
+        "hardware that limits the current: safety system of the amplifier",
+        "one burst of 272 ms, from 0 V to 0 V, peak 1 kV",
+        "nothing was sent",
+    ):
+        assert words in out
+    assert not list(here.iterdir())
+    (here / "bench.toml").write_text(said("bench init"), encoding="utf-8")
+    assert read_settings(here / "bench.toml") == read_settings()
+
+
+def test_the_simulated_run_writes_a_trace(cli):
+    code, out, err = cli(f"{BENCH} --simulate -o t.nc")
+    assert code == 0
+    assert err == "electrovib: simulated: the generator is at 0 V; SWITCH THE HIGH VOLTAGE OFF BY HAND\n"
+    steps = [line.removeprefix("step: ") for line in out.splitlines() if line.startswith("step: ")]
+    order = [steps.index(each) for each in ("read back", "enable", "low-voltage burst", "full burst")]
+    assert order == sorted(order)
+    assert "written: t.nc" in out
+    assert "lateral_force" in ev.open_trace("t.nc")
+
+
+def test_a_drive_above_the_limit_is_refused(refused):
+    err = refused(f"{BENCH} --set drive.high=1200V --simulate -o t.nc")
+    assert err.startswith("electrovib: the voltage of the plate reaches 1.2 kV, above 1 kV")
+    assert err.count("\n") == 1

@@ -1,87 +1,61 @@
-"""Recordings fitted one by one: one table, one figure, failures in the table, nothing half-written."""
+"""Recordings fitted one by one, and power laws of tables: a row for each, and the scatter between them."""
 
-import csv
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import t
-from tests.unit.apps.written import uncommented
-from typer.testing import CliRunner
 
 import electrovib as ev
-from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import CancelledError
 from electrovib.scenario.space import read_space
-from electrovib.scenario.toml import to_toml
 
 GAP, LEAK = "stack.gap.thickness", "stack.gap.material.conductivity"
-GAPS = {"a": 3e-6, "b": 3.3e-6, "c": 3.6e-6}
+GAPS = (3e-6, 3.3e-6, 3.6e-6)
 FILES = ["parameters.csv", "report.html", "space.toml"]
+NOISE = {"impedance": 0.01}
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A scenario and impedance spectra of three gaps with 1 % of noise, and one file that is no Trace."""
-    place, rng = tmp_path_factory.mktemp("separate"), np.random.default_rng(3)
-    plate = ev.load("bau_2010/sine").replace({LEAK: "2e-9 S/m"})
-    (place / "plate.toml").write_text(to_toml(plate))
-    grid = {"frequency.low": 1.0, "frequency.high": 1e5, "frequency.samples": 25}
-    for name, gap in GAPS.items():
-        exact = ev.simulate(plate.replace({GAP: gap, **grid}))
-        clean = exact["impedance"].values
-        noise = 0.01 * np.abs(clean) * (rng.normal(size=clean.size) + 1j * rng.normal(size=clean.size))
-        ev.save(
-            make_trace(
-                {"impedance": (("frequency",), clean + noise)}, {"frequency": exact["frequency"].values}, {}
-            ),
-            place / f"{name}.nc",
-        )
-    (place / "broken.nc").write_text("no Trace")
-    return place
-
-
-@pytest.fixture(scope="module")
-def separate(folder, tmp_path_factory):
-    """The fits of all four files, and their folder."""
+def separate(spectra, tmp_path_factory):
+    """The fits of all four files, of which one is no Trace, and their folder."""
     out = tmp_path_factory.mktemp("out") / "fits"
-    files = [folder / f"{name}.nc" for name in ("a", "broken", "b", "c")]
-    found = ev.fit_separately(
-        folder / "plate.toml", files, free=[GAP, LEAK], noise={"impedance": 0.01}, output=out
-    )
-    return found, out
+    files = [spectra / f"{name}.nc" for name in ("a", "broken", "b", "c")]
+    asked = {"free": [GAP, LEAK], "noise": NOISE, "output": out}
+    return ev.fit_separately(spectra / "plate.toml", files, **asked), out
 
 
-def test_each_recording_has_the_estimates_of_its_own_fit(folder, separate):
+def test_each_recording_has_the_estimates_of_its_own_fit(spectra, separate):
     found, _ = separate
-    for each, gap in zip([found.fits[0], *found.fits[2:]], GAPS.values(), strict=True):
+    for each, gap in zip([found.fits[0], *found.fits[2:]], GAPS, strict=True):
         row = each.rows[0]
         assert row.lower < gap < row.upper
-        alone = ev.fit(
-            folder / "plate.toml", folder / each.record, free=[GAP, LEAK], noise={"impedance": 0.01}
-        )
+        alone = ev.fit(spectra / "plate.toml", spectra / each.record, free=[GAP, LEAK], noise=NOISE)
         assert row == alone.rows[0]
         assert each.reduced_chi_square == alone.best.estimate.sum_of_squares / (50 - 2)
         assert 0.5 < each.reduced_chi_square < 1.6
 
 
-def test_the_table_has_a_row_for_each_recording_and_parameter(separate):
+def test_table_and_page_have_a_place_for_each_recording_and_parameter(separate, table):
     found, out = separate
     assert sorted(path.name for path in out.iterdir()) == FILES
-    rows = list(csv.DictReader(uncommented(out / "parameters.csv")))
-    named = [(row["record"], row["parameter"]) for row in rows]
+    rows = table(out / "parameters.csv")
     records = ["a.nc", "broken.nc", "b.nc", "c.nc", "mean of 3 recordings"]
-    assert [name for name, _ in named] == [each for each in records for _ in range(2)]
+    assert [row["record"] for row in rows] == [each for each in records for _ in range(2)]
+    assert [row["parameter"] for row in rows[:2]] == [GAP, LEAK]
     first = rows[0]
     assert float(first["value"]) == found.fits[0].rows[0].value
     assert float(first["reduced_chi_square"]) == found.fits[0].reduced_chi_square
     assert (first["unit"], first["status"], first["method"]) == ("m", "well", "symmetric")
     failed = [row for row in rows if row["status"] == "failed"]
-    assert len(failed) == 2
+    assert [row["value"] for row in failed] == ["nan", "nan"]
     assert "broken.nc" in failed[0]["note"]
-    assert failed[0]["value"] == "nan"
+    page = (out / "report.html").read_text()
+    assert page.count("<figure>") == 2
+    for words in ("3 of 4 recordings were fitted", "broken.nc", "failed", "Means over the recordings", "2: "):
+        assert words in page
 
 
 def test_the_mean_has_the_scatter_within_and_between_recordings(separate):
@@ -99,85 +73,99 @@ def test_the_mean_has_the_scatter_within_and_between_recordings(separate):
     assert space.distributions[GAP].deviation == pytest.approx(np.hypot(row.standard_error, spread.between))
 
 
-def test_the_page_has_one_figure_of_each_parameter(separate):
-    _, out = separate
-    page = (out / "report.html").read_text()
-    assert page.count("<figure>") == 2
-    for words in ("3 of 4 recordings were fitted", "broken.nc", "failed", "Means over the recordings", "2: "):
-        assert words in page
-
-
-def test_without_a_stated_noise_there_is_no_chi_square(folder):
-    found = ev.fit_separately(folder / "plate.toml", folder / "a.nc", free=[GAP])
-    assert np.isnan(found.fits[0].reduced_chi_square)
-    assert not found.spreads
-
-
 @pytest.mark.parametrize("last", [0, 1])
-def test_cancelled_nothing_is_written(folder, tmp_path, last):
+def test_cancelled_nothing_is_written(spectra, here, last):
     seen = []
 
     def cancel(done, total):
         seen.append((done, total))
         return done >= last and len(seen) > 3
 
+    files = [spectra / "a.nc", spectra / "b.nc"]
     with pytest.raises(CancelledError):
-        ev.fit_separately(
-            folder / "plate.toml", [folder / "a.nc", folder / "b.nc"], free=[GAP], output=tmp_path / "out", progress=cancel
-        )  # fmt: skip
+        ev.fit_separately(spectra / "plate.toml", files, free=[GAP], output="out", progress=cancel)
     assert seen[-1] == (last, 2)
-    assert not (tmp_path / "out").exists()
+    assert not list(here.iterdir())
 
 
-def test_mistakes_that_concern_all_recordings_are_reported_together(folder, tmp_path):
-    (tmp_path / "parameters.csv").write_text("mine")
+def test_mistakes_that_concern_all_recordings_are_reported_together(spectra, here):
+    plate = spectra / "plate.toml"
+    (here / "parameters.csv").write_text("mine")
     with pytest.raises(InputError) as caught:
-        ev.fit_separately(
-            folder / "plate.toml", folder / "a.nc", free=["stack.gap.thicknes"], output=tmp_path
-        )
-    words = " ".join(caught.value.problems)
-    assert "stack.gap.thickness" in words
-    assert "parameters.csv: exists already" in words
-    with pytest.raises(InputError, match=r"broken\.nc"):
-        ev.fit_separately(folder / "plate.toml", folder / "broken.nc", free=[GAP], output=tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-    with pytest.raises(InputError, match="at least one recording"):
-        ev.fit_separately(folder / "plate.toml", [], free=[GAP])
+        ev.fit_separately(plate, spectra / "a.nc", free=["stack.gap.thicknes"], output=here)
+    for words in ("stack.gap.thickness", "parameters.csv: exists already"):
+        assert words in " ".join(caught.value.problems)
+    for files, words in ((spectra / "broken.nc", r"broken\.nc"), ([], "at least one recording")):
+        with pytest.raises(InputError, match=words):
+            ev.fit_separately(plate, files, free=[GAP], output="out")
+    assert not (here / "out").exists()
+    found = ev.fit_separately(plate, spectra / "a.nc", free=[GAP])
+    assert np.isnan(found.fits[0].reduced_chi_square)  # without a stated noise
+    assert not found.spreads
 
 
-def test_a_gain_error_is_stated_beside_the_interval(folder, tmp_path):
-    files = [str(folder / f"{name}.nc") for name in ("a", "b")]
-    out = tmp_path / "out"
-    arguments = ["fit", str(folder / "plate.toml"), *files, "--free", GAP, "--separately", "-o", str(out)]
-    result = CliRunner().invoke(
-        app, [*arguments, "--all", "--gain-error", "impedance=2 %", "--zero-error", "impedance=1 ohm"]
-    )
-    assert result.exit_code == 0, result.output
-    assert result.output.count(", by calibration ") == 3
-    rows = list(csv.DictReader(uncommented(out / "parameters.csv")))
-    systematic = [float(row["systematic"]) for row in rows]
-    # the gap alone changes the impedance by less than proportionally: the insulator and the leak are known
-    assert all(0.02 * gap < each < 0.2 * gap for each, gap in zip(systematic, (3e-6, 3.3e-6), strict=False))
-    assert systematic[2] == pytest.approx(np.mean(systematic[:2]), rel=1e-12)
-    assert "95 % by calibration" in (out / "report.html").read_text()
-    for option, value, words in (
-        ("--gain-error", "impedance=x", "expected a share"),
-        ("--gain-error", "impedanc=1 %", "Did you mean 'impedance'"),
-        ("--zero-error", "impedance=1 V", "--zero-error impedance=1 V"),
-    ):
-        refused = CliRunner().invoke(app, [*arguments, option, value])
-        assert words in " ".join(refused.exception.problems)
-
-
-def test_the_command_prints_each_recording_and_the_means(folder, tmp_path):
-    files = [str(folder / f"{name}.nc") for name in ("a", "broken", "b")]
-    arguments = ["fit", str(folder / "plate.toml"), *files, "--free", GAP, "--separately"]
-    result = CliRunner().invoke(app, [*arguments, "--all", "-o", str(tmp_path / "out")])
-    assert result.exit_code == 0, result.output
+def test_the_command_prints_each_recording_and_the_means_and_the_error_by_calibration(
+    spectra, here, said, refused, table
+):
+    files = [spectra / f"{name}.nc" for name in ("plate", "a", "broken", "b")]
+    asked = [files[0].with_suffix(".toml"), *files[1:], "--free", GAP, "--separately", "--all", "-o", "out"]
+    out = said("fit --gain-error 'impedance=2 %' --zero-error 'impedance=1 ohm'", *asked)
     for words in ("a.nc:", "broken.nc: failed", f"{GAP}, mean of 2 recordings: ", "within a recording"):
-        assert words in result.output
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
-    refused = CliRunner().invoke(app, [*arguments, "--vary", GAP])
-    assert "--vary: does not belong to --separately, but to a joint fit" in " ".join(
-        refused.exception.problems
-    )
+        assert words in out
+    assert out.count(", by calibration ") == 3
+    assert sorted(path.name for path in (here / "out").iterdir()) == FILES
+    found = [float(row["systematic"]) for row in table(here / "out" / "parameters.csv")]
+    systematic = [each for each in found if np.isfinite(each)]
+    # the gap alone changes the impedance by less than proportionally: the insulator and the leak are known
+    assert all(0.02 * gap < each < 0.2 * gap for each, gap in zip(systematic, GAPS[:2], strict=False))
+    assert systematic[2] == pytest.approx(np.mean(systematic[:2]), rel=1e-12)
+    assert "95 % by calibration" in (here / "out" / "report.html").read_text()
+    assert "Did you mean 'impedance'" in refused("fit --gain-error 'impedanc=1 %'", *asked)
+
+
+VOLTS = np.geomspace(20, 200, 8)
+COLUMNS = "--column x=voltage --column y=force"
+
+
+def points(name, exponents, *, unit="mN"):
+    """Write points of several sessions with 2 % of noise, forces in mN."""
+    rng, rows = np.random.default_rng(1), [f"voltage (V),force ({unit}),day"]
+    for day, exponent in enumerate(exponents, start=1):
+        force = 1e-3 * VOLTS**exponent * np.exp(0.02 * rng.normal(size=8))
+        rows += [f"{v!r},{f!r},{day}" for v, f in zip(VOLTS.tolist(), force.tolist(), strict=True)]
+    Path(name).write_text("\n".join(rows))
+
+
+def test_sessions_of_a_column_are_those_of_the_function(here, said, table):
+    points("all.csv", (1.8, 2.0, 2.2))
+    asked = f"fit all.csv {COLUMNS} --column session=day -o law.csv"
+    out = said(asked)
+    read = np.loadtxt("all.csv", delimiter=",", skiprows=1)
+    law = ev.fit_power_law(read[:, 0], 1e-3 * read[:, 1], session=[f"{each:g}" for each in read[:, 2]])
+    assert f"exponent {law.exponent:.4g}, 95 % interval {law.lower:.4g} to {law.upper:.4g}" in out
+    assert "with 2 degrees of freedom" in out
+    assert "too narrow" in out
+    rows = table(here / "law.csv")
+    assert [row["session"] for row in rows] == ["1", "2", "3", "mean of the sessions"]
+    assert float(rows[1]["exponent"]) == law.sessions["2"].exponent
+    assert float(rows[1]["factor"]) == law.sessions["2"].factor
+    assert float(rows[-1]["between"]) == law.between.between
+    assert float(rows[-1]["between_upper"]) == law.between.between_upper
+    said(asked)  # our own file is replaced
+
+
+def test_each_file_is_a_session_and_units_are_converted(here, said, refused):
+    points("a.csv", [1.9])
+    points("b.csv", [2.1], unit="N")
+    lines = said(f"fit a.csv b.csv {COLUMNS}").splitlines()
+    a, b = (float(line.rpartition(" ")[2]) for line in lines[1:3])
+    assert [line.split(":")[0].strip() for line in lines[1:3]] == ["a.csv", "b.csv"]
+    assert a == pytest.approx(1e-6, rel=0.2)  # 1e-3 mN
+    assert b == pytest.approx(1e-3, rel=0.2)
+    assert any("1 degree of freedom" in line for line in lines)
+    for wrong, words in (
+        ("--column x=volts --column y=force", "the file has no such column"),
+        (f"{COLUMNS} --column session=dya", "Did you mean 'day'"),
+        (f"{COLUMNS} -o law.txt", "written as .csv"),
+    ):
+        assert words in refused(f"fit a.csv {wrong}")

@@ -1,7 +1,5 @@
 """Models of a user's file at the command line: run in one process of its own, which registers them for good."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -80,12 +78,12 @@ for name in ("nothing.py", "syntax.py", "broken.py", "empty.py", "law.txt"):
 found["helper"] = call("--models", "second.py", "run", *law("Second"), "-o", "second.csv")
 found["its name"] = call("run", *law("Saturating"), "--models", "law.py", "-o", "own.nc")
 found["before the command"] = call("--models", "law.py", "run", *law("Saturating"))
-found["compared"] = call("compare", "vezzoli_2014/fig6", *GAP, "--models", "law.py,MaxwellStressInGap", "--models", "Saturating")
+laws = ["--models", "law.py,MaxwellStressInGap", "--models", "Saturating"]
+found["compared"] = call("compare", "vezzoli_2014/fig6", *GAP, *laws)
 found["listed"] = call("list", "Saturating")
-found["fails"] = call("run", *law("Failing"))
-found["bare"] = call("run", "--set", "stack.insulator.material.model=Bare")
-found["misnamed"] = call("run", *law("Misnamed"))
-found["unfinished"] = call("run", *law("Unfinished"))
+for name in ("Failing", "Misnamed", "Unfinished"):
+    found[name] = call("run", *law(name))
+found["Bare"] = call("run", "--set", "stack.insulator.material.model=Bare")
 found["attribute"] = json.loads(ev.open_trace("own.nc").attrs["own_models"])
 found["repeated"] = call("run", "own.nc")
 with open("law.py", "a") as file:
@@ -94,53 +92,49 @@ found["changed"] = call("run", "own.nc")
 found["taken"] = call("--models", "taken.py", "run")
 print(json.dumps(found))
 """
-READER = """
+BEFORE = """
 import contextlib, io, json, sys
 exec(open("driver.py").read().split("GAP =")[0])
-found = {name: call(name, "own.nc") for name in ("run", "check")}
+"""
+READER = f"""{BEFORE}
+found = {{name: call(name, "own.nc") for name in ("run", "check")}}
 found["states"] = call("run", "own.nc", "--states")
 found["export"] = call("export", "own.nc", "own.cir")
 found["largest"] = float(ev.open_trace("own.nc").electrostatic_force.max())
 print(json.dumps(found))
 """
-
-
-REPORTER = (
-    READER.split("found =", maxsplit=1)[0]
-    + """
+REPORTER = f"""{BEFORE}
 print(json.dumps(call("report", "own.nc", "-o", "own.html")))
 """
-)
+SECOND = LAW.split("class Failing", maxsplit=1)[0].replace("Saturating", "Second")
+FILES = {
+    "law.py": LAW,
+    "syntax.py": "x = 1\nclass Law(\n",
+    "broken.py": "import math\n\nmath.nothing\n",
+    "empty.py": "from electrovib.physics.force import MaxwellStressInGap\n",
+    "law.txt": LAW,
+    "second.py": f"{SECOND}import shared\nassert shared.ONE == 1\n",
+    "shared.py": "ONE = 1\n",
+    "taken.py": LAW.replace("Saturating", "EffectiveMedium"),
+    "driver.py": DRIVER,
+    "reader.py": READER,
+    "reporter.py": REPORTER,
+}
+
+
+def outcomes(folder, script):
+    command = [sys.executable, script]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("own")
-    files = {
-        "law.py": LAW,
-        "syntax.py": "x = 1\nclass Law(\n",
-        "broken.py": "import math\n\nmath.nothing\n",
-        "empty.py": "from electrovib.physics.force import MaxwellStressInGap\n",
-        "law.txt": LAW,
-        "second.py": LAW.split("class Failing", maxsplit=1)[0].replace("Saturating", "Second")
-        + "import shared\nassert shared.ONE == 1\n",
-        "shared.py": "ONE = 1\n",
-        "taken.py": LAW.replace("Saturating", "EffectiveMedium"),
-        "driver.py": DRIVER,
-        "reader.py": READER,
-        "reporter.py": REPORTER,
-    }
-    for name, text in files.items():
+    for name, text in FILES.items():
         (place / name).write_text(text)
     return place
-
-
-def outcomes(folder, script):
-    done = subprocess.run(
-        [sys.executable, script], cwd=folder, capture_output=True, text=True, check=False, timeout=120
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
 
 
 @pytest.fixture(scope="module")
@@ -148,22 +142,11 @@ def found(folder):
     return outcomes(folder, "driver.py")
 
 
-@pytest.fixture(scope="module")
-def without(folder, found):
-    del found  # which writes the Trace
-    return outcomes(folder, "reader.py")
-
-
-def test_an_unknown_model_names_the_option(found):
-    code, _, err = found["without the file"]
-    assert code == 2
-    assert "unknown ForceLaw model 'Saturating'" in err
-    assert "'electrovib --models FILE.py ...', or import its file in Python" in err
-
-
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
+        ("without the file", "unknown ForceLaw model 'Saturating'"),
+        ("without the file", "'electrovib --models FILE.py ...', or import its file in Python"),
         ("nothing.py", "--models nothing.py: there is no such file"),
         ("syntax.py", "syntax.py, line 2: SyntaxError: '(' was never closed"),
         ("broken.py", "broken.py, line 3: AttributeError: module 'math' has no attribute 'nothing'"),
@@ -171,13 +154,21 @@ def test_an_unknown_model_names_the_option(found):
         ("law.txt", "--models law.txt: expected a Python file"),
         (
             "taken",
-            "two models are called EffectiveMedium: electrovib.physics.force.maxwell_stress and taken; rename one",
+            "two models are called EffectiveMedium: electrovib.physics.force.maxwell_stress and taken; rename",
         ),
+        ("Failing", ": law.py, line 23: NameError: name 'undefined' is not defined"),
+        ("Bare", ": law.py, Bare: AttributeError: 'Bare' object has no attribute 'conductivity'"),
+        (
+            "Misnamed",
+            ": law.py, Misnamed: TypeError: Misnamed.pressure() got an unexpected keyword argument 'E'",
+        ),
+        ("Unfinished", ": force.model = 'Unfinished': the class does not define pressure(self, E)"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_one_line(found, name, sentence):
-    code, out, err = found[name]
-    assert (code, out) == (2, "")
+def test_a_file_or_a_model_that_cannot_be_used_is_one_line(found, name, sentence):
+    code, _, err = found[name]
+    assert code == 2
+    assert err.startswith("electrovib: ")
     assert sentence in err
     assert err.count("\n") == 1
 
@@ -193,62 +184,32 @@ def test_a_law_of_ones_own_runs_and_is_compared(found):
     assert "EffectiveMedium" not in out
     assert out.startswith("Believe MaxwellStressInGap here, 432.5 mN")
     assert "Maxwell stress in the gap that levels off" in found["listed"][1]
+    assert found["helper"][0] == 0  # a file imports what lies beside it
 
 
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [
-        ("fails", "law.py, line 23: NameError: name 'undefined' is not defined"),
-        ("bare", "law.py, Bare: AttributeError: 'Bare' object has no attribute 'conductivity'"),
-        (
-            "misnamed",
-            "law.py, Misnamed: TypeError: Misnamed.pressure() got an unexpected keyword argument 'E'",
-        ),
-        ("unfinished", "force.model = 'Unfinished': the class does not define pressure(self, E)"),
-    ],
-)
-def test_an_error_in_the_file_is_one_line(found, name, sentence):
-    code, _, err = found[name]
-    assert code == 2
-    assert err.startswith(f"electrovib: {sentence}")
-    assert err.count("\n") == 1
-
-
-def test_a_file_imports_what_lies_beside_it(found):
-    assert found["helper"][0] == 0
-
-
-def test_a_trace_names_the_file_of_its_models(found):
+def test_a_trace_names_the_file_of_its_models_and_says_which_is_missing(found, folder):
     (entry,) = found["attribute"]
     assert (entry["model"], entry["family"], entry["file"]) == ("Saturating", "ForceLaw", "law.py")
     assert len(entry["sha256"]) == 64
     assert "has changed since" not in found["repeated"][1]
-    assert (
-        "warning: the model 'Saturating' is not the one of this Trace: law.py has changed since"
-        in found["changed"][1]
-    )
-
-
-def test_a_trace_whose_model_is_missing_says_which_and_stays_readable(without, found):
-    start = found["attribute"][0]["sha256"][:12]
+    warning = "warning: the model 'Saturating' is not the one of this Trace: law.py has changed since"
+    assert warning in found["changed"][1]
+    without = outcomes(folder, "reader.py")
     for command in ("run", "check", "states", "export"):
         code, out, err = without[command]
         assert (code, out) == (2, "")
         assert "force: this Trace needs the ForceLaw model 'Saturating'" in err
-        assert f"it was defined in law.py (SHA-256 {start}...)" in err
+        assert f"it was defined in law.py (SHA-256 {entry['sha256'][:12]}...)" in err
         assert "'electrovib --models law.py ...'" in err
         assert err.count("\n") == 1
-    assert without["largest"] == pytest.approx(0.2082, rel=1e-3)
+    assert without["largest"] == pytest.approx(0.2082, rel=1e-3)  # its numbers stay readable
 
 
 @pytest.mark.slow
 def test_a_report_shows_the_signals_and_states_what_is_missing(folder, found):
-    del found
     code, out, err = outcomes(folder, "reporter.py")
     assert (code, err) == (0, "")
-    assert (
-        "own.nc: shown without its parameters: force: this Trace needs the ForceLaw model 'Saturating'" in out
-    )
+    assert "own.nc: shown without its parameters: force: this Trace needs the ForceLaw model" in out
 
 
 def test_the_list_of_own_models_is_written_as_text():

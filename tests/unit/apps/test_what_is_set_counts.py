@@ -1,139 +1,147 @@
-"""A parameter that is set has an effect, or is refused."""
-
-from __future__ import annotations
+"""A parameter that is set has an effect, or is refused; a friction that is unknown stays unknown everywhere."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.apps.cli import main
+from electrovib.apps.cli.run import summary
 from electrovib.core.errors import InputError
 
-QUICK = {"time.samples": 51, "frequency.samples": 3}
+MEAN = "mean electrostatic_force"
 
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
     """Return the file of a sweep of two values."""
     path = tmp_path_factory.mktemp("swept") / "swept.nc"
-    ev.run(
-        set=QUICK, over={"drive.high": [500.0, 1000.0]}, quantities=["mean electrostatic_force"], output=path
-    )
+    quick = {"time.samples": 51, "frequency.samples": 3}
+    ev.run(set=quick, over={"drive.high": [500.0, 1000.0]}, quantities=[MEAN], output=path)
     return path
 
 
-def test_a_parameter_is_set_or_swept(tmp_path, capsys, monkeypatch):
-    command = [
-        "run",
-        "--set",
-        "drive.high=5 V",
-        "--over",
-        "drive.high=1V:10V:3",
-        "-o",
-        str(tmp_path / "a.nc"),
-    ]
-    monkeypatch.setattr(sys, "argv", ["electrovib", *command])
-    with pytest.raises(SystemExit, match="2"):
-        main()
-    err = capsys.readouterr().err
-    assert err.startswith("electrovib: drive.high: is set, but swept with --over as well")
-    assert len(err.splitlines()) == 1
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_parameter_that_a_repeated_sweep_goes_over_is_not_set(swept):
-    with pytest.raises(
-        InputError, match=r"drive\.high: is set, but swept in .*swept\.nc as well.*electrovib init"
-    ):
-        ev.run(swept, set={"drive.high": "5 V"})
-
-
-def test_another_parameter_of_a_repeated_sweep_counts(swept):
-    thick = ev.run(swept, set={"stack.insulator.thickness": "180 um"})
+def test_a_repeated_sweep_takes_other_parameters_further_ones_and_new_values(swept):
     first = ev.open_trace(swept)
-    name = "mean electrostatic_force"
-    assert np.all(thick[name].values < first[name].values)
+    thick = ev.run(swept, set={"stack.insulator.thickness": "180 um"})
+    assert np.all(thick[MEAN].values < first[MEAN].values)
     np.testing.assert_array_equal(thick["drive.high"], first["drive.high"])
-    again = ev.scenario_of(thick)
-    assert again.stack.insulator.thickness == pytest.approx(180e-6, rel=1e-12)
-
-
-def test_a_further_parameter_joins_a_repeated_sweep(swept):
+    assert ev.scenario_of(thick).stack.insulator.thickness == pytest.approx(180e-6, rel=1e-12)
     both = ev.run(swept, over=["stack.insulator.thickness=90um:180um:2"])
     assert dict(both.sizes) == {"drive.high": 2, "stack.insulator.thickness": 2}
     assert list(json.loads(both.attrs["over"])) == ["drive.high", "stack.insulator.thickness"]
-    name = "mean electrostatic_force"
-    np.testing.assert_allclose(both[name].values[:, 0], ev.open_trace(swept)[name].values, rtol=1e-9)
-
-
-def test_a_parameter_swept_again_goes_over_the_new_values(swept):
+    np.testing.assert_allclose(both[MEAN].values[:, 0], first[MEAN].values, rtol=1e-9)
     again = ev.run(swept, over=["drive.high=100V:300V:3"])
     np.testing.assert_allclose(again["drive.high"], [100, 200, 300])
 
 
-def test_new_values_of_a_repeated_sweep_are_not_set_either(swept):
+def test_what_a_repeated_sweep_goes_over_is_not_set(swept):
+    words = r"drive\.high: is set, but swept in .*swept\.nc as well.*electrovib init"
+    with pytest.raises(InputError, match=words):
+        ev.run(swept, set={"drive.high": "5 V"})
     with pytest.raises(InputError, match=r"drive\.high: is set, but swept"):
         ev.run(swept, set={"drive.high": 1.0}, over=["drive.high=100V:300V:3"])
 
 
+@pytest.mark.parametrize("use", [ev.perceive, ev.compare, ev.load])
+@pytest.mark.parametrize("changes", [{}, {"load.normal_force": 1.0}], ids=["as it is", "changed"])
+def test_a_sweep_is_not_taken_for_the_scenario_it_began_from(swept, use, changes):
+    given = {"changes" if use is ev.load else "set": changes} if changes else {}
+    with pytest.raises(InputError, match="sweep"):
+        use(swept, **given)
+    assert "[load]" in ev.init(swept)
+
+
+FIG6 = ev.load("vezzoli_2014/fig6")
 FILM = {"thickness": "50 um", "material": {"model": "Constant", "permittivity": 2}}
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_a_table_and_what_is_set_in_it_both_count_in_any_order(order):
-    changes = {"stack.insulator": FILM, "stack.insulator.initial_charge": 1e-6}
-    changed = ev.load("vezzoli_2014/fig6").replace(dict(list(changes.items())[::order]))
-    assert changed.stack.insulator.thickness == pytest.approx(50e-6, rel=1e-12)
-    assert changed.stack.insulator.initial_charge == 1e-6
-    assert "initial_charge" not in FILM
+def test_a_table_and_what_is_set_in_it_count_in_any_order(order):
+    def changed(changes):
+        return FIG6.replace(dict(list(changes.items())[::order]))
 
-
-@pytest.mark.parametrize("order", [1, -1])
-def test_what_is_set_by_itself_counts_before_the_same_in_a_table(order):
-    changes = {"stack.insulator": FILM, "stack.insulator.material.permittivity": 3}
-    changed = ev.load("vezzoli_2014/fig6").replace(dict(list(changes.items())[::order]))
-    assert changed.stack.insulator.material.permittivity == 3
-    assert changed.stack.insulator.thickness == pytest.approx(50e-6, rel=1e-12)
-    assert FILM["material"]["permittivity"] == 2
-
-
-@pytest.mark.parametrize("order", [1, -1])
-def test_another_model_does_not_drop_a_table_in_silence(order):
-    scenario = ev.load("vezzoli_2014/fig6")
-    table = {"model": "Step", "level": 5}
-    for changes in (
-        {"drive": table, "drive.model": "Square"},
+    film = changed({"stack.insulator": FILM, "stack.insulator.initial_charge": 1e-6}).stack.insulator
+    assert (film.thickness, film.initial_charge) == pytest.approx((50e-6, 1e-6), rel=1e-12)
+    film = changed({"stack.insulator": FILM, "stack.insulator.material.permittivity": 3}).stack.insulator
+    assert (film.thickness, film.material.permittivity) == pytest.approx((50e-6, 3), rel=1e-12)
+    part = {"stack.insulator": {"thickness": 5e-5}, "stack.insulator.material": FILM["material"]}
+    assert changed(part).stack.insulator.material.permittivity == 2
+    assert FILM["material"]["permittivity"] == 2  # no table of the caller is changed
+    step = {"model": "Step", "level": 5}
+    assert changed({"drive": step, "drive.model": "Step"}).drive.level == 5
+    for wrong in (
+        {"drive": step, "drive.model": "Square"},
         {"stack.insulator": FILM, "stack.insulator.material.model": "ConstantPhase"},
     ):
         with pytest.raises(InputError, match=r"model: is set beside the table .*give one of the two"):
-            scenario.replace(dict(list(changes.items())[::order]))
-    assert scenario.replace({"drive": table, "drive.model": "Step"}).drive.level == 5
-    part = {"stack.insulator": {"thickness": 5e-5}, "stack.insulator.material": FILM["material"]}
-    assert scenario.replace(dict(list(part.items())[::order])).stack.insulator.material.permittivity == 2
+            changed(wrong)
 
 
-@pytest.mark.parametrize("number", ["00", "²", "+0", "1" * 5000])
-def test_an_entry_of_a_list_has_one_path(number):
+def test_an_entry_of_a_list_has_one_path():
     parts = [{"model": "Step", "level": level} for level in (1, 2)]
-    scenario = ev.load("vezzoli_2014/fig6").replace({"drive": {"model": "Sum", "drives": parts}})
+    scenario = FIG6.replace({"drive": {"model": "Sum", "drives": parts}})
     assert scenario.replace({"drive.drives.0.level": 3}).drive.drives[0].level == 3
-    with pytest.raises(InputError, match="has entries 0 to 1"):
-        scenario.replace({f"drive.drives.{number}.level": 3})
+    for number in ("00", "²", "+0", "1" * 5000):
+        with pytest.raises(InputError, match="has entries 0 to 1"):
+            scenario.replace({f"drive.drives.{number}.level": 3})
 
 
-@pytest.mark.parametrize(
-    "use",
-    [
-        ev.perceive,
-        lambda path: ev.perceive(path, set={"load.normal_force": 1.0}),
-        ev.compare,
-        lambda path: ev.load(path, changes={"load.normal_force": 1.0}),
-    ],
-)
-def test_a_sweep_is_not_taken_for_the_scenario_it_began_from(swept, use):
-    with pytest.raises(InputError, match="sweep"):
-        use(swept)
-    assert "[load]" in ev.init(swept)
+@pytest.fixture(scope="module")
+def swipe():
+    """A finger that rests, swipes and rests again."""
+    profile = {"model": "Swipe", "begin": 0.0, "rise": 0.01, "hold": 0.05, "fall": 0.01}
+    return FIG6.replace({"motion": {"speed": 0.03, "time_profile": profile}})
+
+
+@pytest.fixture(scope="module")
+def trace(swipe):
+    return ev.simulate(swipe, time=np.linspace(0, 0.14, 141))
+
+
+def test_where_the_finger_rests_its_friction_is_unknown_in_every_file_and_line(trace, tmp_path, said):
+    (line,) = [line for line in summary(trace, None, None) if line.startswith("lateral force")]
+    assert line.endswith("mN, not known at 50.4 % of the times (the finger rests)")
+    for suffix in ("nc", "csv", "mat"):
+        ev.save(trace, tmp_path / f"trace.{suffix}")
+        again = ev.open_trace(tmp_path / f"trace.{suffix}").lateral_force.values
+        assert np.isnan(again).sum() == 71
+        np.testing.assert_array_equal(again, trace.lateral_force.values)
+    out = said("run vezzoli_2014/fig6 --set motion.speed=0.03")
+    assert "lateral force: 250 mN to 251.3 mN" in out.splitlines()
+
+
+@pytest.mark.slow
+def test_plot_and_report_explain_the_gap(trace, swipe, tmp_path):
+    ax = ev.plot.lateral_force(trace)
+    assert "not known where the finger rests" in [text.get_text() for text in ax.texts]
+    assert not ev.plot.force(trace).texts
+    still = ev.simulate(swipe.replace({"motion": {"speed": 0.0}}), time=np.linspace(0, 0.1, 11))
+    for shown, words in ((trace, "not known at 50.4 % of the times (the finger"), (still, "not known (the")):
+        page = ev.report(shown, tmp_path / "a.html").read_text()
+        assert f"{words} " in page
+        assert "The finger rests" in page
+
+
+def test_a_sweep_holds_it_beside_what_is_known(swipe):
+    rests = swipe.replace({"motion": {"speed": 0.0}})
+    found = ev.sweep(rests, {"motion.speed": [0.0, 0.03]}, quantities=["mean lateral_force"], records=True)
+    assert np.all(np.isnan(found.lateral_force.values[0]))
+    assert np.any(np.isfinite(found.lateral_force.values[1]))
+    assert np.isnan(found["mean lateral_force"].values).tolist() == [True, False]
+    assert "friction at rest" in found.attrs["validity"]
+
+
+def test_what_is_not_known_is_not_felt(swipe):
+    """Perception uses only windows in which the friction is known, and refuses a record without one."""
+    sine = {"drive": {"model": "Sine", "amplitude": 500.0, "frequency": 5.0}}
+    for wrong, words in (
+        ({"motion": {"speed": 0.0}}, r"motion\.speed: the finger rests.*nothing to feel"),
+        ({}, r"motion\.time_profile.*every window"),
+        (sine, "rests while"),
+    ):
+        with pytest.raises(InputError, match=words):
+            ev.perceive(swipe.replace(wrong))
+    long = swipe.replace({"motion.time_profile.hold": 10.0})
+    slides = swipe.replace({"motion": {"speed": 0.03}})
+    assert ev.perceive(long).level == pytest.approx(ev.perceive(slides).level, abs=1e-9)

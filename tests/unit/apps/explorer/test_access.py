@@ -1,7 +1,5 @@
 """Who may talk to the page: host, origin and token, of requests and of websockets."""
 
-from __future__ import annotations
-
 import asyncio
 
 import pytest
@@ -10,6 +8,8 @@ from electrovib.apps.explorer.access import COOKIE, LOOPBACK, AccessControl, is_
 
 PORT = 8123
 TOKEN = "a-secret"
+OWN = ("host", f"127.0.0.1:{PORT}")
+ORIGIN = ("origin", f"http://127.0.0.1:{PORT}")
 
 
 def call(*, kind="http", headers=(), query="", path="/", method="GET", hosts=LOOPBACK, **settings):
@@ -19,9 +19,8 @@ def call(*, kind="http", headers=(), query="", path="/", method="GET", hosts=LOO
     async def app(scope, receive, send):
         seen.append(scope)
         if scope["type"] == "http":
-            await send(
-                {"type": "http.response.start", "status": 200, "headers": [(b"x-frame-options", b"ALLOW")]}
-            )
+            own = [(b"x-frame-options", b"ALLOW")]
+            await send({"type": "http.response.start", "status": 200, "headers": own})
             await send({"type": "http.response.body", "body": b"page"})
 
     async def receive():
@@ -30,19 +29,10 @@ def call(*, kind="http", headers=(), query="", path="/", method="GET", hosts=LOO
     async def send(message):
         sent.append(message)
 
-    scope = {
-        "type": kind,
-        "method": method,
-        "path": path,
-        "query_string": query.encode(),
-        "headers": [(name.encode(), value.encode("latin-1")) for name, value in headers],
-    }
+    found = [(name.encode(), value.encode("latin-1")) for name, value in headers]
+    scope = {"type": kind, "method": method, "path": path, "query_string": query.encode(), "headers": found}
     asyncio.run(AccessControl(app, hosts=hosts, port=PORT, **settings)(scope, receive, send))
     return seen, sent
-
-
-OWN = ("host", f"127.0.0.1:{PORT}")
-ORIGIN = ("origin", f"http://127.0.0.1:{PORT}")
 
 
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost", "[::1]", "LocalHost"])
@@ -52,40 +42,44 @@ def test_own_names_are_served(name):
     assert sent[0]["status"] == 200
 
 
-@pytest.mark.parametrize(
-    "headers",
-    [
-        [],
-        [("host", "127.0.0.1")],
-        [("host", "127.0.0.1:81")],
-        [("host", f"attacker.example:{PORT}")],
-        [("host", f"127.0.0.1:{PORT}.attacker.example")],
-        [OWN, ("host", f"attacker.example:{PORT}")],
-        [OWN, ("origin", "http://attacker.example")],
-        [OWN, ("origin", "http://127.0.0.1:81")],
-        [OWN, ("origin", f"http://localhost:{PORT}")],
-        [OWN, ("origin", "null")],
-        [OWN, ("origin", f"file://127.0.0.1:{PORT}")],
-        [OWN, ORIGIN, ("origin", "http://attacker.example")],
-        [OWN, ("origin", f"https://127.0.0.1:{PORT}")],
-        [OWN, ("origin", f"http://user@127.0.0.1:{PORT}")],
-        [OWN, ("origin", f"http://127.0.0.1:{PORT}@attacker.example")],
-        [OWN, ("origin", f"http://127.0.0.1:{PORT}/")],
-        [OWN, ("origin", f"http://127.0.0.1:{PORT}?")],
-        [OWN, ("origin", f"http://127.0.0.1.:{PORT}")],
-        [OWN, ("origin", f"http://127.0.0.1:0{PORT}")],
-        [OWN, ("origin", "http://[::1")],
-        [OWN, ("origin", "http://\u00bd")],
-        [OWN, ("origin", "")],
-        [OWN, OWN],
-        [("host", f"127.0.0.1.:{PORT}")],
-        [("host", f"user@127.0.0.1:{PORT}")],
-        [("host", f"127.0.0.1:{PORT} ")],
-        [("host", f"0.0.0.0:{PORT}")],
-        [("host", f"127.1:{PORT}")],
-        [("host", f"attacker.example:{PORT}"), ("x-forwarded-host", f"127.0.0.1:{PORT}")],
-    ],
-)
+HOSTS = f"""
+127.0.0.1
+127.0.0.1:81
+attacker.example:{PORT}
+127.0.0.1:{PORT}.attacker.example
+127.0.0.1.:{PORT}
+user@127.0.0.1:{PORT}
+0.0.0.0:{PORT}
+127.1:{PORT}
+"""
+ORIGINS = f"""
+http://attacker.example
+http://127.0.0.1:81
+http://localhost:{PORT}
+null
+file://127.0.0.1:{PORT}
+https://127.0.0.1:{PORT}
+http://user@127.0.0.1:{PORT}
+http://127.0.0.1:{PORT}@attacker.example
+http://127.0.0.1:{PORT}/
+http://127.0.0.1:{PORT}?
+http://127.0.0.1.:{PORT}
+http://127.0.0.1:0{PORT}
+http://[::1
+http://\u00bd
+"""
+REFUSED = [
+    [],
+    *([("host", name)] for name in [*HOSTS.split(), f"127.0.0.1:{PORT} "]),
+    *([OWN, ("origin", name)] for name in [*ORIGINS.split(), ""]),
+    [OWN, OWN],
+    [OWN, ("host", f"attacker.example:{PORT}")],
+    [OWN, ORIGIN, ("origin", "http://attacker.example")],
+    [("host", f"attacker.example:{PORT}"), ("x-forwarded-host", f"127.0.0.1:{PORT}")],
+]
+
+
+@pytest.mark.parametrize("headers", REFUSED)
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 def test_everything_else_is_refused_with_a_sentence(headers, kind):
     seen, sent = call(kind=kind, headers=headers)
@@ -137,15 +131,11 @@ def test_every_numeric_address_of_a_server_on_all_interfaces():
         assert not call(headers=[("host", host)])[0]
 
 
-def test_two_servers_in_one_browser_keep_their_tokens():
-    cookies = ("cookie", f'x="a b; y={{"z": 1}}; {COOKIE}-1=another; {COOKIE}-{PORT}={TOKEN}')
-    assert call(headers=[OWN, cookies], token=TOKEN)[0]
-
-
-def test_a_websocket_needs_an_origin():
+def test_a_websocket_needs_an_origin_and_other_scopes_reach_the_application():
     assert not call(kind="websocket", headers=[OWN])[0]
     assert call(kind="websocket", headers=[OWN, ORIGIN])[0]
     assert call(headers=[OWN])[0]
+    assert call(kind="lifespan", hosts=())[0]
 
 
 def test_headers_of_every_answer():
@@ -166,12 +156,12 @@ def test_a_token_moves_from_the_address_into_a_cookie():
     assert headers[b"location"] == b"/?preset=a%2Fb&set=x%3D1"
     assert headers[b"set-cookie"] == f"{COOKIE}-{PORT}={TOKEN}; Path=/; HttpOnly; SameSite=Strict".encode()
     assert headers[b"referrer-policy"] == b"no-referrer"
-    cookie = ("cookie", f"other=1; {COOKIE}-{PORT}={TOKEN}")
+    others = f'x="a b; y={{"z": 1}}; {COOKIE}-1=another'  # of another server in the same browser
+    cookie = ("cookie", f"{others}; {COOKIE}-{PORT}={TOKEN}")
     assert call(headers=[OWN, cookie], token=TOKEN)[0]
     assert call(kind="websocket", headers=[OWN, ORIGIN, cookie], token=TOKEN)[0]
-
-
-def test_the_address_to_which_it_leads_stays_on_this_server():
+    # a websocket takes no token from the address, and the address to which it leads stays on this server
+    assert not call(kind="websocket", headers=[OWN, ORIGIN], query=f"token={TOKEN}", token=TOKEN)[0]
     sent = call(headers=[OWN], path="//attacker.example/x", query=f"token={TOKEN}", token=TOKEN)[1]
     assert dict(sent[0]["headers"])[b"location"] == b"/attacker.example/x"
 
@@ -180,18 +170,11 @@ def test_the_address_to_which_it_leads_stays_on_this_server():
 @pytest.mark.parametrize(
     ("query", "cookie"),
     [
-        ("", ""),
-        ("token=", ""),
-        ("token=a-secre", ""),
-        ("token=A-SECRET", ""),
-        ("", f"{COOKIE}-{PORT}=wrong"),
-        ("", f"{COOKIE}-{PORT}="),
-        ("", f"{COOKIE}-81=a-secret"),
-        ("", f"{COOKIE}=a-secret"),
+        *((query, "") for query in ("", "token=", "token=a-secre", "token=A-SECRET", "token=%ff%fe%00")),
         ("token=" + "a" * 60_000, ""),
-        ("token=%ff%fe%00", ""),
         ("token=ä", f"{COOKIE}-{PORT}=ä"),
-        ("", "x=a-secret"),
+        *(("", f"{COOKIE}-{PORT}={wrong}") for wrong in ("wrong", "")),
+        *(("", f"{name}=a-secret") for name in (f"{COOKIE}-81", COOKIE, "x")),
     ],
 )
 def test_without_its_token_nothing_is_served(kind, query, cookie):
@@ -199,23 +182,8 @@ def test_without_its_token_nothing_is_served(kind, query, cookie):
     assert not call(kind=kind, headers=headers, query=query, token=TOKEN)[0]
 
 
-def test_a_websocket_takes_no_token_from_the_address():
-    assert not call(kind="websocket", headers=[OWN, ORIGIN], query=f"token={TOKEN}", token=TOKEN)[0]
-
-
-def test_other_scopes_reach_the_application():
-    seen = []
-
-    async def app(scope, receive, send):
-        seen.append(scope["type"])
-
-    asyncio.run(AccessControl(app, hosts=(), port=1)({"type": "lifespan"}, None, None))
-    assert seen == ["lifespan"]
-
-
 def test_tokens_and_loopback():
     assert len({new_token() for _ in range(20)}) == 20
     assert len(new_token()) >= 43  # 256 bits
-    assert [is_loopback(each) for each in ("127.0.0.1", "localhost", "::1", "0.0.0.0", "192.168.1.7")] == [
-        True
-    ] * 3 + [False] * 2
+    own = ("127.0.0.1", "localhost", "::1")
+    assert [is_loopback(each) for each in (*own, "0.0.0.0", "192.168.1.7")] == [True] * 3 + [False] * 2

@@ -1,7 +1,5 @@
 """How much the server takes: bytes of a request, open pages and connections."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 import uuid
@@ -12,6 +10,9 @@ from electrovib.apps.explorer.capacity import FIRST_CONNECTION, RequestLimits, h
 from electrovib.apps.explorer.limits import LARGEST_REQUEST, LARGEST_UPLOAD, MOST_CONNECTIONS, MOST_PAGES
 
 LOOP = asyncio.new_event_loop()
+ROOT = {"type": "http", "path": "/", "headers": []}
+START = {"type": "http.response.start", "status": 200, "headers": []}
+LONG = 60 * FIRST_CONNECTION
 
 
 class Page:
@@ -29,19 +30,32 @@ class Page:
         del self.pages[self.id]
 
 
+def filled(**first):
+    """Fill a server with connected pages, and with two before them that are described."""
+    pages = {}
+    found = [Page(pages, **first), Page(pages, **first)]
+    while len(pages) < MOST_PAGES:
+        Page(pages, connected=True, age=LONG)
+    return pages, found
+
+
+async def failing(scope, receive, send):
+    raise ZeroDivisionError
+
+
 def call(parts, *, headers=(), full=False, path="/_nicegui/client/x/upload/1", kind="http", app=None):
     """Send a request in parts; return the bytes that the application received, and what was sent back."""
     received, sent, waiting = [], [], list(parts)
 
     async def read(scope, receive, send):
-        while True:
+        more = kind == "http"
+        while more:
             message = await receive()
             if message["type"] == "http.disconnect":
                 raise ConnectionError("the sender has left")
             received.append(len(message["body"]))
-            if not message["more_body"]:
-                break
-        await send({"type": "http.response.start", "status": 200, "headers": []})
+            more = message["more_body"]
+        await send(START)
         await send({"type": "http.response.body", "body": b"page"})
 
     async def receive():
@@ -54,9 +68,7 @@ def call(parts, *, headers=(), full=False, path="/_nicegui/client/x/upload/1", k
         sent.append(message)
 
     scope = {"type": kind, "path": path, "headers": [(k.encode(), v.encode()) for k, v in headers]}
-    pages = {}
-    while full and len(pages) < MOST_PAGES:
-        Page(pages, connected=True)
+    pages = filled(connected=True)[0] if full else {}
     asyncio.run(RequestLimits(app or read, pages=pages)(scope, receive, send))
     return sum(received), sent
 
@@ -67,6 +79,12 @@ def test_a_request_reaches_the_application_up_to_the_limit():
     received, sent = call([half, LARGEST_REQUEST - half], headers=[("content-length", str(LARGEST_REQUEST))])
     assert received == LARGEST_REQUEST
     assert sent[0]["status"] == 200
+    received, sent = call([1_000_000] * 22)  # which declares nothing, and is counted
+    assert received == 20_000_000
+    assert [each.get("status") for each in sent] == [413, None]
+    assert call([5, None]) == (5, [])  # a sender that leaves is no error
+    with pytest.raises(ZeroDivisionError):
+        call([5], app=failing)
 
 
 @pytest.mark.parametrize("length", [str(LARGEST_REQUEST + 1), "1e3", "-1", ""])
@@ -78,24 +96,6 @@ def test_a_request_that_declares_too_much_is_not_read(length):
     assert (b"x-content-type-options", b"nosniff") in sent[0]["headers"]
 
 
-def test_a_request_that_declares_nothing_is_counted():
-    received, sent = call([1_000_000] * 22)
-    assert received == 20_000_000
-    assert [each.get("status") for each in sent] == [413, None]
-
-
-def test_a_sender_that_leaves_is_no_error():
-    assert call([5, None]) == (5, [])
-
-
-def test_an_error_of_the_application_stays_one():
-    async def broken(scope, receive, send):
-        raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        call([5], app=broken)
-
-
 def test_pages_are_limited_and_what_belongs_to_open_ones_is_served():
     received, sent = call([1], full=True, path="/")
     assert (received, sent[0]["status"]) == (0, 503)
@@ -103,18 +103,8 @@ def test_pages_are_limited_and_what_belongs_to_open_ones_is_served():
     assert call([1], full=True, path="/missing")[1][0]["status"] == 503
     assert call([1], path="/")[1][0]["status"] == 200
     assert call([1], full=True)[1][0]["status"] == 200
-
-
-LONG = 60 * FIRST_CONNECTION
-
-
-def filled(**first):
-    """Fill a server with connected pages, and with two before them that are described."""
-    pages = {}
-    found = [Page(pages, **first), Page(pages, **first)]
-    while len(pages) < MOST_PAGES:
-        Page(pages, connected=True, age=LONG)
-    return pages, found
+    for kind in ("lifespan", "websocket"):  # other scopes reach the application
+        assert call([], kind=kind, path="/", full=True)[1][0]["status"] == 200
 
 
 @pytest.mark.parametrize("first", [{"was_connected": True}, {"age": 1.01 * FIRST_CONNECTION}])
@@ -124,6 +114,12 @@ def test_a_full_server_closes_the_page_that_was_left_first(first):
     assert oldest.id not in pages
     assert other.id in pages
     assert len(pages) == MOST_PAGES - 1
+    assert has_room(pages)
+    assert len(pages) == MOST_PAGES - 1  # a server that is not full closes none
+    pages, _ = filled(**first)
+    Page(pages, connected=True)
+    assert has_room(pages)
+    assert len(pages) == MOST_PAGES - 1  # pages beyond the limit give way too
 
 
 @pytest.mark.parametrize("first", [{"connected": True, "age": LONG}, {"age": 0.8 * FIRST_CONNECTION}])
@@ -133,21 +129,7 @@ def test_a_full_server_closes_no_page_that_is_connected_or_awaited(first):
     assert len(pages) == MOST_PAGES
 
 
-def test_a_server_that_is_not_full_closes_none():
-    pages, _ = filled(was_connected=True)
-    pages.popitem()
-    assert has_room(pages)
-    assert len(pages) == MOST_PAGES - 1
-
-
-def test_pages_beyond_the_limit_give_way_too():
-    pages, _ = filled(was_connected=True)
-    Page(pages, connected=True)
-    assert has_room(pages)
-    assert len(pages) == MOST_PAGES - 1
-
-
-async def opened(number, *, age, pages):
+def opened(number, *, age, pages):
     """Ask for pages at the same time; return the status of each answer."""
     statuses = []
 
@@ -155,43 +137,40 @@ async def opened(number, *, age, pages):
         for _ in range(5):
             await asyncio.sleep(0)
         Page(pages, age=age)
-        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await send(START)
         await asyncio.sleep(0.01)  # the next one does not wait for a slow receiver
 
     async def send(message):
         statuses.append(message.get("status"))
 
-    limits = RequestLimits(app, pages=pages)
-    scope = {"type": "http", "path": "/", "headers": []}
-    await asyncio.gather(*(limits(scope, None, send) for _ in range(number)))
+    async def run():
+        limits = RequestLimits(app, pages=pages)
+        await asyncio.gather(*(limits(ROOT, None, send) for _ in range(number)))
+
+    asyncio.run(run())
     return [each for each in statuses if each is not None]
 
 
 @pytest.mark.parametrize("age", [0.0, LONG])
 def test_pages_that_are_asked_for_at_once_are_counted(age):
     pages = {}
-    statuses = asyncio.run(opened(MOST_PAGES + 40, age=age, pages=pages))
-    assert (
-        MOST_PAGES <= statuses.count(200) <= MOST_PAGES + 1
-    )  # one of them had been opened when the others came
+    served = opened(MOST_PAGES + 40, age=age, pages=pages).count(200)
+    assert MOST_PAGES <= served <= MOST_PAGES + 1  # one of them had been opened when the others came
     assert len(pages) == MOST_PAGES
-
-
-def test_one_of_two_that_come_at_once_gets_the_last_page():
     pages, _ = filled(connected=True)
     pages.popitem()
-    assert sorted(asyncio.run(opened(3, age=0.0, pages=pages))) == [200, 503, 503]
+    assert sorted(opened(3, age=0.0, pages=pages)) == [200, 503, 503]
     assert len(pages) == MOST_PAGES
 
 
-def test_a_slow_receiver_holds_up_nobody():
+def test_a_slow_receiver_or_a_failed_page_holds_up_nobody():
     statuses = []
 
     async def run():
         begun, both = [], asyncio.Event()
 
         async def app(scope, receive, send):
-            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await send(START)
             begun.append(scope)
             if len(begun) == 2:
                 both.set()
@@ -200,32 +179,22 @@ def test_a_slow_receiver_holds_up_nobody():
         async def send(message):
             statuses.append(message.get("status"))
 
-        limits, scope = RequestLimits(app, pages={}), {"type": "http", "path": "/", "headers": []}
-        await asyncio.gather(*(limits(scope, None, send) for _ in range(2)))
+        limits = RequestLimits(app, pages={})
+        await asyncio.gather(*(limits(ROOT, None, send) for _ in range(2)))
         for _ in range(MOST_PAGES + 5):
-            await limits(scope, None, send)
+            await limits(ROOT, None, send)
+        limits = RequestLimits(failing, pages={})
+        for _ in range(2):
+            with pytest.raises(ZeroDivisionError):
+                await limits(ROOT, None, None)
 
     asyncio.run(asyncio.wait_for(run(), 10))
     assert statuses == [200] * (MOST_PAGES + 7)
 
 
-def test_a_failed_page_does_not_hold_up_the_next():
-    async def broken(scope, receive, send):
-        raise ZeroDivisionError
-
-    async def run():
-        limits = RequestLimits(broken, pages={})
-        for _ in range(2):
-            with pytest.raises(ZeroDivisionError):
-                await limits({"type": "http", "path": "/", "headers": []}, None, None)
-
-    asyncio.run(asyncio.wait_for(run(), 10))
-
-
 def test_connections_of_a_page_and_of_none_are_limited():
-    pages = {}
+    pages, closed = {}, []
     first, second = Page(pages, connected=True), Page(pages, connected=True)
-    closed = []
 
     async def run():
         release = asyncio.Event()
@@ -259,14 +228,3 @@ def test_connections_of_a_page_and_of_none_are_limited():
 
     asyncio.run(asyncio.wait_for(run(), 10))
     assert set(closed) == {1008}
-
-
-def test_other_scopes_reach_the_application():
-    seen = []
-
-    async def app(scope, receive, send):
-        seen.append(scope["type"])
-
-    for kind in ("lifespan", "websocket"):
-        call([], kind=kind, path="/", full=True, app=app)
-    assert seen == ["lifespan", "websocket"]

@@ -1,6 +1,4 @@
-"""The queue of one, and what a visitor sees."""
-
-from __future__ import annotations
+"""What a visitor sees and can ask for, the queue of one, and what the others notice of it."""
 
 import asyncio
 import threading
@@ -10,248 +8,190 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 import electrovib as ev
-from electrovib.apps.explorer import computed
-from electrovib.apps.explorer.further import LAWS
-from electrovib.apps.explorer.limits import MOST_PINNED
-from electrovib.apps.explorer.runner import LatestOnly, Workers
+from electrovib.apps.changes import read_changes
+from electrovib.apps.explorer import computed, fitting, limits, runner
+from electrovib.apps.explorer import session as sessions
+from electrovib.apps.explorer.computed import compute
+from electrovib.apps.explorer.fitting import MOST_FITS, RunningFit
+from electrovib.apps.explorer.further import LAWS, SAFETY, Further
+from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
+from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, closed_at_end, end_work
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
+from electrovib.core.budget import BudgetError, allowed
+from electrovib.core.errors import InputError
+from electrovib.solve.meter import Meter
 
 FIG6 = "vezzoli_2014/fig6"
+FILM = "stack.insulator.thickness"
 LONGEST = 60.0
 """Time after which a visit fails that waits for what does not come [s]."""
 
 
-def visit(actions, *, own=None, state=None, busy=bool):
-    """Run a visit, and return the session with everything that was shown and complained of."""
-    shown, complaints = [], []
-
-    async def run():
-        with ThreadPoolExecutor(2) as executor:
-            session = Session(
-                own or {},
-                state or PageState(FIG6),
-                Workers(executor, executor),
-                lambda found, further: shown.append((found, further)),
-                complaints.append,
-                busy,
-            )
-            await asyncio.wait_for(actions(session), LONGEST)
-            while not session.is_idle:
-                await asyncio.sleep(0.005)
-            return session
-
-    return asyncio.run(run()), shown, complaints
+async def until(true):
+    while not true():
+        await asyncio.sleep(0.003)
 
 
-def test_what_is_shown_is_what_the_library_gives():
-    async def actions(session):
-        session.ask(session.state.changed("drive.high", "500 V"))
+class Visit:
+    """Visitors of a server with threads for quick and for long work, and everything that they are shown."""
 
-    session, shown, complaints = visit(actions)
-    assert complaints == []
+    def __init__(self, actions, *, quick=1, busy=bool):
+        self.shown, self.complaints, self.busy = [], [], busy
+        with ThreadPoolExecutor(quick, "quick") as fast, ThreadPoolExecutor(1, "long") as patient:
+            self.workers = runner.Workers(fast, patient)
+            self.found = asyncio.run(self.run(actions))
+
+    async def run(self, actions):
+        found = await asyncio.wait_for(actions(self), LONGEST)
+        if isinstance(found, Session):
+            await until(lambda: found.is_idle)
+        return found
+
+    def session(self):
+        def show(found, further):
+            self.shown.append((found, further))
+
+        return Session({}, PageState(FIG6), self.workers, show, self.complaints.append, self.busy)
+
+
+def at(volts):
+    return PageState(FIG6, {"drive.high": f"{volts} V"})
+
+
+def high(found):
+    return found.scenario.drive.high
+
+
+def test_what_is_shown_is_what_the_library_gives_to_each_visitor_and_a_mistake_is_a_sentence():
+    async def actions(visit):
+        one, other = visit.session(), visit.session()
+        for each, volts in ((one, 100), (other, 200)):
+            each.ask(at(volts))
+        await until(lambda: one.is_idle and other.is_idle)
+        one.pin()
+        assert other.pinned == []
+        assert (high(one.computed), high(other.computed)) == (100, 200)
+        one.ask(at("five"))
+        await until(lambda: one.is_idle)
+        one.ask(at(500))
+        return one
+
+    visit = Visit(actions)
+    assert "drive.high = 'five V'" in " ".join(visit.complaints)
+    assert visit.complaints[-1] == ""
     expected = ev.simulate(ev.load(FIG6).replace({"drive.high": "500 V"}))
-    assert shown[-1][0].trace.electrostatic_force.equals(expected.electrostatic_force)
-    assert session.computed is shown[-1][0]
+    assert visit.shown[-1][0].trace.electrostatic_force.equals(expected.electrostatic_force)
+    assert visit.found.computed is visit.shown[-1][0]
 
 
 def test_the_latest_value_wins_and_no_queue_grows():
-    async def actions(session):
+    async def actions(visit):
+        one = visit.session()
         for volts in range(100, 400):
-            session.ask(session.state.changed("drive.high", f"{volts} V"))
+            one.ask(at(volts))
             if volts % 50 == 0:
                 await asyncio.sleep(0.02)
+        return one
 
-    _, shown, _ = visit(actions)
-    assert shown[-1][0].scenario.drive.high == 399
-    assert len(shown) < 60
-
-
-def test_a_mistake_is_a_sentence_and_the_page_goes_on():
-    async def actions(session):
-        session.ask(session.state.changed("drive.high", "five"))
-        while not session.is_idle:
-            await asyncio.sleep(0.005)
-        session.ask(session.state.changed("drive.high", "5 V"))
-
-    _, shown, complaints = visit(actions)
-    assert "drive.high = 'five'" in complaints[0]
-    assert complaints[-1] == ""
-    assert shown[-1][0].scenario.drive.high == 5
+    visit = Visit(actions)
+    assert high(visit.shown[-1][0]) == 399
+    assert len(visit.shown) < 60
 
 
 def test_a_mistake_of_the_program_is_reported_and_the_page_goes_on(monkeypatch, caplog):
-    real = computed.Expanded
-    calls = []
+    real, calls = computed.Expanded, []
 
     def broken(scenario):
         calls.append(scenario)
-        if len(calls) == 1:
-            raise ZeroDivisionError("of ours")
-        return real(scenario)
+        return 1 / 0 if len(calls) == 1 else real(scenario)
 
     monkeypatch.setattr(computed, "Expanded", broken)
 
-    async def actions(session):
-        session.ask(session.state)
-        while not session.is_idle:
-            await asyncio.sleep(0.005)
-        session.ask(session.state.changed("drive.high", "5 V"))
+    async def actions(visit):
+        one = visit.session()
+        one.ask(one.state)
+        await until(lambda: one.is_idle)
+        one.ask(at(5))
+        return one
 
-    _, shown, complaints = visit(actions)
-    assert "ZeroDivisionError: of ours" in complaints[0]
-    assert shown[-1][0].scenario.drive.high == 5
+    visit = Visit(actions)
+    assert "ZeroDivisionError: division by zero" in visit.complaints[0]
+    assert high(visit.shown[-1][0]) == 5
     assert "could not compute" in caplog.text
 
 
-def test_slices_of_long_work_end_when_something_newer_waits():
-    async def actions(session):
-        session.open(LAWS)
-        await asyncio.sleep(0.1)
-        for volts in (300, 200, 100):
-            session.ask(session.state.changed("drive.high", f"{volts} V"))
-            await asyncio.sleep(0.03)
-
-    session, shown, _ = visit(actions)
-    assert shown[-1][0].scenario.drive.high == 100
-    assert len(session.further.laws) >= 3
-    assert all(case.scenario.drive.high == 100 for case in session.further.laws.values())
-
-
-def test_no_further_slice_begins_when_something_newer_waits(monkeypatch):
+def test_slices_of_long_work_end_when_something_newer_waits(monkeypatch):
     begun = []
 
     def slices(tab, found):
-        for number in range(40):
+        def slow(known):
+            time.sleep(0.01)
+            begun.append(high(found))
+            return known
 
-            def slow(known, number=number):
-                time.sleep(0.01)
-                begun.append((found.scenario.drive.high, number))
-                return known
+        return [slow] * 40
 
-            yield slow
+    monkeypatch.setattr(sessions, "slices", slices)
 
-    monkeypatch.setattr("electrovib.apps.explorer.session.slices", slices)
+    async def actions(visit):
+        one = visit.session()
+        one.open(LAWS)
+        await until(lambda: begun)
+        one.ask(at(5))
+        return one
 
-    async def actions(session):
-        session.ask(session.state)
-        while not begun:
-            await asyncio.sleep(0.005)
-        session.ask(session.state.changed("drive.high", "5 V"))
-
-    visit(actions)
-    assert len([volts for volts, _ in begun if volts == 1000]) < 20
-    assert len([volts for volts, _ in begun if volts == 5]) == 40
+    assert high(Visit(actions).shown[-1][0]) == 5
+    assert begun.count(1000) < 20
+    assert begun.count(5) == 40
 
 
-@pytest.mark.parametrize("fails", [False, True])
-def test_a_visitor_is_told_of_work_that_takes_long_until_it_has_ended_or_failed(fails, monkeypatch):
+@pytest.mark.parametrize("case", ["done", "fails", "a moment"])
+def test_a_visitor_is_told_of_work_that_takes_long_until_it_has_ended_or_failed(case, monkeypatch):
     told, release = [], threading.Event()
 
     def held(known):
         assert release.wait(LONGEST)
-        if fails:
-            raise ZeroDivisionError
-        return known
+        return 1 / 0 if case == "fails" else known
 
-    monkeypatch.setattr("electrovib.apps.explorer.session.slices", lambda *_: [held])
-    monkeypatch.setattr("electrovib.apps.explorer.runner.NOTICED", 0.02)
+    monkeypatch.setattr(sessions, "slices", lambda *_: [held])
+    monkeypatch.setattr(runner, "NOTICED", LONGEST if case == "a moment" else 0.02)
 
-    async def actions(session):
-        session.ask(session.state)
+    async def actions(visit):
+        one = visit.session()
+        one.ask(one.state)
         assert told == []
-        while not told:
-            await asyncio.sleep(0.005)
-        session.ask(session.state.changed("drive.high", "5 V"))  # which follows without a pause
+        await until(lambda: told or case == "a moment")
+        one.ask(at(5))  # which follows without a pause
         release.set()
+        return one
 
-    _, shown, _ = visit(actions, busy=told.append)
-    assert shown[-1][0].scenario.drive.high == 5
-    assert told == [True, False]
-
-
-def test_a_visitor_is_not_told_of_work_that_is_done_in_a_moment(monkeypatch):
-    monkeypatch.setattr("electrovib.apps.explorer.runner.NOTICED", LONGEST)
-    told = []
-
-    async def actions(session):
-        session.ask(session.state)
-
-    visit(actions, busy=told.append)
-    assert told == []
+    assert high(Visit(actions, busy=told.append).shown[-1][0]) == 5
+    assert told == ([] if case == "a moment" else [True, False])
 
 
-def test_curves_are_kept_and_the_oldest_is_dropped():
-    async def actions(session):
-        for volts in range(MOST_PINNED + 2):
-            session.ask(session.state.changed("drive.high", f"{volts + 1} V"))
-            while not session.is_idle:
-                await asyncio.sleep(0.005)
-            session.pin()
+def test_curves_are_kept_and_the_oldest_is_dropped_and_who_has_left_keeps_nothing():
+    async def actions(visit):
+        one = visit.session()
+        for volts in range(1, limits.MOST_PINNED + 3):
+            one.ask(at(volts))
+            await until(lambda: one.is_idle)
+            one.pin()
+        assert [high(each.computed) for each in one.pinned] == [3, 4, 5, 6]
+        assert one.pinned[-1].name == f"{FIG6}: drive.high = 6 V"
+        one.unpin()
+        assert one.pinned == []
+        one.pin()
+        one.measured = one.computed.trace
+        one.stop()
+        return one
 
-    session, _, _ = visit(actions)
-    assert [each.computed.scenario.drive.high for each in session.pinned] == [3, 4, 5, 6]
-    assert session.pinned[-1].name == f"{FIG6}: drive.high = 6 V"
-    session.unpin()
-    assert session.pinned == []
-
-
-def test_two_visitors_share_nothing():
-    async def run():
-        with ThreadPoolExecutor(2) as executor:
-            seen = {name: [] for name in "ab"}
-            sessions = [
-                Session(
-                    {},
-                    PageState(FIG6),
-                    Workers(executor, executor),
-                    lambda found, _, name=name: seen[name].append(found),
-                    print,
-                )
-                for name in "ab"
-            ]
-            for session, volts in zip(sessions, ("100 V", "200 V"), strict=True):
-                session.ask(session.state.changed("drive.high", volts))
-            while not all(session.is_idle for session in sessions):
-                await asyncio.sleep(0.005)
-            sessions[0].pin()
-            return seen, sessions
-
-    seen, sessions = asyncio.run(run())
-    assert [seen[name][-1].scenario.drive.high for name in "ab"] == [100, 200]
-    assert sessions[1].pinned == []
+    one = Visit(actions).found
+    assert (one.computed, one.measured, one.pinned, one.further) == (None, None, [], Further())
 
 
-def test_a_visitor_who_leaves_ends_what_waits():
-    started, release = threading.Event(), threading.Event()
-
-    async def run():
-        done = []
-
-        async def task(value):
-            started.set()
-            while not release.is_set():
-                await asyncio.sleep(0.001)
-            done.append(value)
-
-        latest = LatestOnly(task, done.append)
-        latest.ask(1)
-        await asyncio.sleep(0.01)
-        latest.ask(2)
-        assert latest.is_stale
-        latest.stop()
-        release.set()
-        await asyncio.sleep(0.02)
-        return done, latest
-
-    done, latest = asyncio.run(run())
-    assert started.is_set()
-    assert done == []
-    assert latest.is_idle
-
-
-def test_only_one_task_runs_at_a_time():
-    running, most = [], []
+def test_only_one_task_runs_at_a_time_and_what_waits_ends_when_its_visitor_leaves():
+    running, most, done = [], [], []
 
     async def run():
         async def task(value):
@@ -259,14 +199,208 @@ def test_only_one_task_runs_at_a_time():
             most.append(len(running))
             await asyncio.sleep(0.002)
             running.remove(value)
+            done.append(value)
 
         latest = LatestOnly(task, pytest.fail)
         for value in range(50):
             latest.ask(value)
             await asyncio.sleep(0.001)
-        while not latest.is_idle:
-            await asyncio.sleep(0.005)
+        for value in ("begun", "waits"):
+            latest.ask(value)
+        assert latest.is_stale
+        latest.stop()
+        await asyncio.sleep(0.02)
+        return latest
 
-    asyncio.run(run())
+    assert asyncio.run(run()).is_idle
     assert max(most) == 1
     assert len(most) < 50
+    assert "waits" not in done
+
+
+def test_runs_that_take_longer_hold_up_nobody_and_short_ones_take_turns(monkeypatch):
+    release, running, asked = threading.Event(), [], []
+
+    def slow(scenario, *, longest):
+        asked.append((threading.current_thread().name.partition("_")[0], longest))
+        if scenario.time.duration == 3:
+            if longest < LONGEST_RUN:
+                raise BudgetError("too long")
+            assert release.wait(20)
+            return compute(scenario)
+        running.append(scenario)
+        assert len(running) == 1
+        time.sleep(0.01)
+        running.pop()
+        return compute(scenario)
+
+    monkeypatch.setattr(sessions, "compute", slow)
+
+    async def actions(visit):
+        first, *others = (visit.session() for _ in range(6))
+        first.ask(PageState(FIG6, {"time.duration": "3 s"}))
+        await until(lambda: len(asked) == 3)
+        for each in others:
+            each.ask(PageState(FIG6))
+        await asyncio.wait_for(until(lambda: all(each.is_idle for each in others)), 20)
+        assert len(visit.shown) == 5
+        assert not first.is_idle
+        release.set()
+        return first
+
+    visit = Visit(actions, quick=3)
+    assert visit.found.computed.scenario.time.duration == 3
+    assert visit.complaints.count("") == len(visit.complaints)
+    quick = [("quick", LONGEST_SHORT_RUN), ("quick", LONGEST_QUICK_RUN)]
+    assert asked == [*quick, ("long", LONGEST_RUN), *quick[:1] * 5]
+
+
+def test_the_estimate_decides_where_a_run_goes():
+    square = 'drive={ model = "Square", high = 9, low = -9, frequency = 1e6 }'
+    for seconds, limit, words in ((3, {"longest": LONGEST_QUICK_RUN}, "would take"), (9, {}, "500 MB")):
+        scenario = ev.load(FIG6).replace(read_changes([square, f"time.duration={seconds} s"]))
+        with pytest.raises(BudgetError, match=words):
+            compute(scenario, **limit)
+
+
+def test_what_a_tab_computes_is_limited_as_a_run_is(monkeypatch):
+    seen = []
+
+    def slices(tab, found):
+        def look(known):
+            seen.append((tab, allowed().time, allowed().memory, threading.current_thread().name[:4]))
+            return known
+
+        yield look
+
+    monkeypatch.setattr(sessions, "slices", slices)
+
+    async def actions(visit):
+        one = visit.session()
+        one.open(SAFETY)
+        await until(lambda: one.is_idle)
+        await one.work(lambda: seen.append((allowed().time, allowed().memory)))
+
+    Visit(actions)
+    assert seen == [(SAFETY, LONGEST_RUN, LARGEST_RUN, "long"), (LONGEST_RUN, LARGEST_RUN)]
+
+
+def test_a_long_run_ends_when_a_newer_state_waits_or_the_visitor_leaves(monkeypatch):
+    begun, ended = [], []
+
+    def run(scenario, *, longest):
+        if longest < LONGEST_RUN:
+            raise BudgetError("too long")
+        begun.append(scenario)
+        meter = Meter("steps", end=1.0)
+        try:
+            for _ in range(5000):
+                meter.count(0.5)
+                time.sleep(0.002)
+        except InterruptedWorkError:
+            ended.append(scenario)
+            raise
+        return pytest.fail("it was not ended")
+
+    monkeypatch.setattr(sessions, "compute", run)
+
+    async def actions(visit):
+        one = visit.session()
+        for number in (1, 2):
+            one.ask(at(number))
+            await until(lambda number=number: len(begun) == number)
+        one.stop()
+        await until(lambda: len(ended) == 2)
+        one.ask(PageState(FIG6))
+        assert one.is_idle
+
+    visit = Visit(actions)
+    assert (visit.shown, visit.complaints) == ([], [])
+
+
+def test_files_are_read_one_at_a_time_and_mistakes_of_the_program_are_sentences(caplog):
+    release = threading.Event()
+
+    async def actions(visit):
+        one, other = visit.session(), visit.session()
+        first = asyncio.create_task(one.read(lambda: release.wait(20)))
+        await asyncio.sleep(0)
+        with pytest.raises(InputError, match="Another file is still being read"):
+            await one.read(lambda: 1)
+        release.set()
+        assert await first
+        assert await other.read(lambda: 2) == 2
+        with pytest.raises(InputError, match="ZeroDivisionError"):
+            await one.read(lambda: 1 / 0)
+        assert await one.read(lambda: 3) == 3
+        one.stop()
+        with pytest.raises(InputError, match="no longer wanted"):
+            await one.read(lambda: 4)
+
+    Visit(actions, quick=2)
+    assert "could not do what was asked" in caplog.text
+
+
+def test_fits_of_all_visitors_are_limited(monkeypatch):
+    release, begun = threading.Event(), []
+    monkeypatch.setattr(RunningFit, "_fit", lambda self: begun.append(self) or release.wait(20))
+    fits = [RunningFit(ev.load(FIG6), None, [FILM]) for _ in range(MOST_FITS + 1)]
+    with ThreadPoolExecutor(MOST_FITS) as threads:
+        running = [threads.submit(each.run) for each in fits[:MOST_FITS]]
+        while len(begun) < MOST_FITS:
+            time.sleep(0.002)
+        with pytest.raises(InputError, match="2 fits run on this server"):
+            fits[-1].run()
+        release.set()
+        assert all(each.result() for each in running)
+    assert fits[-1].run()
+
+
+@pytest.mark.parametrize("why", ["cancelled", "late", "server"])
+def test_a_fit_ends_in_the_middle_of_a_prediction(why, monkeypatch):
+    running, ended = RunningFit(ev.load(FIG6), None, [FILM]), threading.Event()
+    ended.set()
+    if why == "late":
+        monkeypatch.setattr(fitting, "LONGEST_FIT", 0.05)
+
+    def fit(*_, **__):
+        meter = Meter("steps", end=1.0)
+        meter.count(0.1)
+        if why == "cancelled":
+            running.cancel()
+        elif why == "late":
+            time.sleep(0.1)
+        else:
+            monkeypatch.setattr(fitting, "SERVER_ENDS", ended)
+        meter.count(0.2)
+        pytest.fail("the fit went on")
+
+    monkeypatch.setattr("electrovib.apps.fit.fit", fit)
+    with pytest.raises(InputError, match="cancelled" if why == "cancelled" else "ended"):
+        running.run()
+
+
+def test_work_ends_when_its_result_is_in_vain_or_the_server_stops(monkeypatch):
+    is_in_vain, closed = threading.Event(), []
+
+    def steps():
+        meter = Meter("steps", end=1.0)
+        for _ in range(1000):
+            meter.count(0.5)
+            is_in_vain.set()
+
+    with runner.interruptible(lambda: False):
+        steps()
+    is_in_vain.clear()
+    with pytest.raises(InterruptedWorkError), runner.interruptible(is_in_vain.is_set):
+        steps()
+    monkeypatch.setattr(runner, "SERVER_ENDS", threading.Event())
+    with closed_at_end(lambda: closed.append(1)):
+        end_work()
+    assert closed == [1]
+    with closed_at_end(lambda: closed.append(2)):
+        pass
+    assert closed == [1, 2]
+    for each in (is_in_vain.is_set, lambda: False):
+        with pytest.raises(InterruptedWorkError), runner.interruptible(each):
+            pytest.fail("nothing begins in vain")

@@ -1,6 +1,7 @@
-"""The state of a page: its link, its scenario, and what no link may ask for."""
+"""The state of a page: its link, its scenario, and what no link may ask for; addresses that cannot be served."""
 
-from __future__ import annotations
+import socket
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.apps.explorer.limits import LONGEST_LINK, MOST_CHANGES, MOST_SAMPLES
+from electrovib.apps.explorer.server import _guard, close, listening
 from electrovib.apps.explorer.state import PageState, presets, read_query, refuse_files, scenario_of
 from electrovib.core.errors import ElectrovibError, InputError
 
@@ -19,16 +21,12 @@ def read(query):
 
 
 def test_a_link_gives_the_scenario_again():
+    assert scenario_of(read(""), own={}) == ev.load(FIG6)
     state = PageState(FIG6).changed("drive.high", "500 V").changed("stack.insulator.thickness", "50 um")
     again = read(state.to_query())
     assert again == state
     wanted = ev.load(FIG6).replace({"drive.high": 500.0, "stack.insulator.thickness": 50e-6})
     assert scenario_of(again, own={}) == wanted
-
-
-def test_without_a_query_the_first_scenario_is_shown():
-    assert read("") == PageState(FIG6)
-    assert scenario_of(read(""), own={}) == ev.load(FIG6)
 
 
 def test_scenarios_that_the_page_was_started_with():
@@ -40,66 +38,49 @@ def test_scenarios_that_the_page_was_started_with():
 
 
 def test_a_part_that_is_replaced_loses_the_changes_inside_it():
-    state = PageState(FIG6).changed("stack.stratum_corneum.material.permittivity", "900")
-    state = state.changed("stack.insulator.thickness", "1 um").changed(
-        "stack.stratum_corneum.material", "gabriel_1996/wet"
-    )
-    assert dict(state.changes) == {
-        "stack.insulator.thickness": "1 um",
-        "stack.stratum_corneum.material": "gabriel_1996/wet",
-    }
+    skin, film = "stack.stratum_corneum.material", "stack.insulator.thickness"
+    state = PageState(FIG6).changed(f"{skin}.permittivity", "900").changed(film, "1 um")
+    state = state.changed(skin, "gabriel_1996/wet")
+    assert dict(state.changes) == {film: "1 um", skin: "gabriel_1996/wet"}
     assert dict(state.reset("stack").changes) == {}
-    assert dict(
-        state.changed("force.model", "MaxwellStressInInsulator").reset("force.model").changes
-    ) == dict(state.changes)
+    other = state.changed("force.model", "MaxwellStressInInsulator")
+    assert dict(other.reset("force.model").changes) == dict(state.changes)
     assert state.reset() == PageState(FIG6)
     law = PageState(FIG6).changed("force.medium", "1").changed("force.model", "EffectiveMedium")
     assert dict(law.changes) == {"force.model": "EffectiveMedium"}
 
 
-MALFORMED = [
-    "preset=none",
-    "preset=../../etc/passwd",
-    "preset=/etc/passwd",
-    "preset=my.toml",
-    "preset=vezzoli_2014",
-    "preset=",
-    "set=drive.high",
-    "set=",
-    "set==5",
-    "set=drive.high=",
-    "set=drive.high=five",
-    "set=drive.high=5 parsec",
-    "set=drive.high=1e300 V",
-    "set=drive.high=nan",
-    "set=drive.hihg=5 V",
-    "set=__class__=x",
-    "set=drive.__init__=x",
-    "set=stack.stratum_corneum.material=nobody_1900/skin",
-    "set=stack.stratum_corneum.material=skin.csv",
-    "set=stack.stratum_corneum.material="
-    '{ model = "Tabulated", file = "/etc/passwd", conductivity = "1 uS/m" }',
-    "set=drive=" + '{ model = "Sampled", file = "/etc/passwd" }',
-    "set=drive.file=/etc/passwd",
-    "set=drive=" + '{ model = "Sampled", time_samples = [0, 1], voltage_samples = [0, 1], file = "x" }',
-    "set=drive={",
-    "set=drive={ model = 5 }",
-    "set=drive=[[[[[[1]]]]]]",
-    "set=force.model=os.system",
-    "set=force.model=",
-    "set=time.samples=100000000",
-    "set=frequency.samples=1000000",
-    "set=time.samples=-1",
-    "set=time.duration=-1 s",
-    "set=" + "a." * 140 + "=1",
-    "set=drive.high=" + "9" * 299,
-    "set=drive.high=" + "9" * 3000,
-    "x" * (LONGEST_LINK + 1),
+MALFORMED = """
+preset=none
+preset=../../etc/passwd
+preset=/etc/passwd
+preset=
+set=drive.high
+set=
+set==5
+set=drive.high=
+set=drive.high=5 parsec
+set=drive.high=nan
+set=__class__=x
+set=stack.stratum_corneum.material=nobody_1900/skin
+set=stack.stratum_corneum.material={ model = "Tabulated", file = "/etc/passwd", conductivity = "1 uS/m" }
+set=drive={ model = "Sampled", file = "/etc/passwd" }
+set=drive.file=/etc/passwd
+set=drive={ model = "Sampled", time_samples = [0, 1], voltage_samples = [0, 1], file = "x" }
+set=drive={
+set=drive=[[[[[[1]]]]]]
+set=force.model=
+set=time.samples=100000000
+set=time.samples=-1
+set=time.duration=-1 s
+set=drive.high=%00
+set=%FF%FE=1
+""".strip().splitlines()
+MALFORMED += ["set=" + "a." * 140 + "=1", "set=stack=" + "{" * 140, "x" * (LONGEST_LINK + 1)]
+MALFORMED += [f"set=drive.high={'9' * digits}" for digits in (299, 3000)]
+MALFORMED += [
     "&".join(f"set=a{i}=1" for i in range(MOST_CHANGES + 1)),
-    "&".join("a=1" for _ in range(MOST_CHANGES + 50)),
-    "set=drive.high=%00",
-    "set=%FF%FE=1",
-    "set=stack=" + "{" * 140,
+    "&".join(["a=1"] * (MOST_CHANGES + 50)),
 ]
 
 
@@ -110,21 +91,13 @@ def test_malformed_links_are_refused_with_a_sentence(query):
     assert 10 < len(str(error.value)) < 5000
 
 
-@given(st.text(max_size=300))
-def test_any_text_as_a_link_gives_a_state_or_a_sentence(text):
-    try:
-        assert isinstance(read(text), PageState)
-    except ElectrovibError as error:
-        assert str(error)
+PARTS = ["drive.high", "drive", "stack.insulator", "force.model", "friction", "time", "stack"]
 
 
-@given(
-    st.sampled_from(["drive.high", "drive", "stack.insulator", "force.model", "friction", "time", "stack"]),
-    st.text(max_size=60),
-)
-def test_any_value_of_a_parameter_gives_a_state_or_a_sentence(path, text):
+@given(st.none() | st.sampled_from(PARTS), st.text(max_size=300))
+def test_any_text_as_a_link_or_a_value_gives_a_state_or_a_sentence(path, text):
     try:
-        read(PageState(FIG6, {path: text}).to_query())
+        assert isinstance(read(PageState(FIG6, {path: text[:60]}).to_query() if path else text), PageState)
     except ElectrovibError as error:
         assert str(error)
 
@@ -137,18 +110,90 @@ def test_files_are_found_in_every_depth():
 
 
 @pytest.mark.parametrize(
-    "state",
-    [PageState(None), PageState(FIG6, {"drive.high": None}), PageState(FIG6, {1: "2"}), PageState([])],
+    ("state", "words"),
+    [
+        (PageState(None), "have to be texts"),
+        (PageState(FIG6, {"drive.high": None}), "have to be texts"),
+        (PageState(FIG6, {1: "2"}), "have to be texts"),
+        (PageState([]), "have to be texts"),
+        (PageState(FIG6, {"time.samples": str(MOST_SAMPLES + 1)}), "at most 20000"),
+        (PageState(FIG6, {"frequency.samples": str(MOST_SAMPLES + 1)}), "at most 20000"),
+    ],
 )
-def test_a_state_of_anything_but_texts_is_refused(state):
-    with pytest.raises(InputError, match="have to be texts"):
+def test_a_state_of_anything_but_texts_or_of_too_many_samples_is_refused(state, words):
+    most = PageState(FIG6, {"time.samples": str(MOST_SAMPLES)})
+    assert scenario_of(most, own={}).time.samples == MOST_SAMPLES
+    with pytest.raises(InputError, match=words):
         scenario_of(state, own={})
 
 
-def test_samples_are_limited():
-    state = PageState(FIG6, {"time.samples": str(MOST_SAMPLES)})
-    assert scenario_of(state, own={}).time.samples == MOST_SAMPLES
-    with pytest.raises(InputError, match="at most 20000"):
-        scenario_of(PageState(FIG6, {"time.samples": str(MOST_SAMPLES + 1)}), own={})
-    with pytest.raises(InputError, match="at most 20000"):
-        scenario_of(PageState(FIG6, {"frequency.samples": str(MOST_SAMPLES + 1)}), own={})
+@pytest.fixture
+def busy(monkeypatch):
+    """Listen on a port of this machine, which is the first that the page would take."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        monkeypatch.setattr("electrovib.apps.explorer.server.FIRST_PORT", port)
+        yield port
+
+
+def test_a_port_is_taken_before_the_page_is_served_and_one_in_use_is_refused(busy):
+    words = rf"^port = {busy}: .* at 127\.0\.0\.1 \(another program listens there\); .* omit --port for one that is free$"
+    with pytest.raises(InputError, match=words):
+        ev.explore(port=busy, browser=False)
+    first, sockets = listening("127.0.0.1", None)
+    second, others = listening("127.0.0.1", None)
+    try:
+        assert busy < first < second < busy + 50
+        with pytest.raises(InputError, match=f"^port = {first}: .*another program listens there"):
+            ev.explore(port=first, browser=False)
+    finally:
+        close([*sockets, *others])
+    again, freed = listening("127.0.0.1", first)
+    close(freed)
+    assert again == first
+
+
+def test_every_address_of_a_host_is_taken_that_this_machine_has(busy, monkeypatch):
+    known = socket.getaddrinfo
+    wanted = {entry[4][0] for entry in known("localhost", busy, type=socket.SOCK_STREAM)}
+    _, sockets = listening("localhost", None)
+    assert "127.0.0.1" in {each.getsockname()[0] for each in sockets} <= wanted
+    close(sockets)
+
+    def both(_, *rest, **options):
+        return [entry for host in ("192.0.2.1", "127.0.0.1") for entry in known(host, *rest, **options)]
+
+    monkeypatch.setattr(socket, "getaddrinfo", both)
+    _, sockets = listening("two", None)
+    assert [each.getsockname()[0] for each in sockets] == ["127.0.0.1"]
+    close(sockets)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"port": 0}, "port = 0: a port is a number from 1 to 65535"),
+        ({"port": 65536}, "port = 65536: a port is a number"),
+        ({"host": ""}, "host is empty: give an address, for instance 127.0.0.1"),
+        ({"host": "192.0.2.1", "port": 8080}, r"port = 8080: it cannot be opened at 192\.0\.2\.1 \("),
+        ({"host": "no such host.invalid"}, "host = no such host.invalid: no address of this machine"),
+        ({"host": "x" * 70}, "host = x+: no address of this machine"),
+    ],
+)
+def test_addresses_that_do_not_exist_are_refused(options, words):
+    with pytest.raises(InputError, match=words):
+        ev.explore(browser=False, **options)
+
+
+def test_pages_stand_in_the_order_in_which_they_were_left(monkeypatch):
+    from nicegui import App, Client
+
+    app, pages = App(), {name: SimpleNamespace(id=name) for name in "abc"}
+    monkeypatch.setattr(Client, "instances", pages)
+    _guard(app, "127.0.0.1", 8080, "")
+    for each in (pages["b"], pages["a"], SimpleNamespace(id="deleted")):
+        for handler in app._disconnect_handlers:
+            handler(each)
+    assert list(pages) == ["c", "b", "a"]
