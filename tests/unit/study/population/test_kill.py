@@ -42,22 +42,15 @@ ev.study("vezzoli_2014/fig6", SPACE, **asked, output=path, progress=progress)
 
 
 def begun(path, *asked):
-    places = [
-        *os.environ.get("PYTHONPATH", "").split(os.pathsep),
-        str(Path(__file__).parents[3] / "reference"),
-    ]
+    places = [os.environ.get("PYTHONPATH", ""), str(Path(__file__).parents[3] / "reference")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(places)}
     command = [sys.executable, "-c", DRIVER, str(path), str(FINGERS), *asked]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
 
 
-def content(folder):
-    return {each.relative_to(folder) for each in folder.rglob("*") if each.is_file()}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("asked", [("1 GB", "no draws"), ("1 MB", "draws")])
-def test_a_study_that_is_killed_again_and_again_ends_with_the_same_numbers(tmp_path, asked):
+def test_a_study_that_is_killed_again_and_again_ends_with_the_same_numbers(tmp_path, asked, content):
     finished = begun(tmp_path / "reference.zarr", *asked)
     finished.communicate(timeout=120)
     assert finished.returncode == 0
@@ -82,7 +75,7 @@ def test_a_study_that_is_killed_again_and_again_ends_with_the_same_numbers(tmp_p
     assert kills >= 3
     assert starts == sorted(starts)
     assert starts[-1] > 0
-    assert content(path) == content(tmp_path / "reference.zarr")
+    assert set(content(path)) == set(content(tmp_path / "reference.zarr"))
     found, expected = ev.open_study(path), ev.open_study(tmp_path / "reference.zarr")
     assert found.attrs["fingers"] == FINGERS
     for name in expected.variables:  # sums over fingers are formed tile by tile: rounding differs
