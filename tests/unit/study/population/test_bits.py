@@ -194,18 +194,9 @@ def test_statistics_of_all_fingers_are_those_of_the_parts_and_are_restored_from_
 
 
 def test_percentiles_in_words():
-    words = {
-        50.0: "median",
-        5.0: "5th",
-        1.0: "1st",
-        2.0: "2nd",
-        3.0: "3rd",
-        11.0: "11th",
-        21.0: "21st",
-        2.5: "2.5th",
-    }
-    for share, word in words.items():
-        assert percentile_words(share) == (word if word == "median" else f"{word} percentile")
+    found = [percentile_words(share) for share in (5.0, 1.0, 2.0, 3.0, 11.0, 21.0, 2.5)]
+    assert found == [f"{each} percentile" for each in ("5th", "1st", "2nd", "3rd", "11th", "21st", "2.5th")]
+    assert percentile_words(50.0) == "median"
 
 
 # sizes of tiles
