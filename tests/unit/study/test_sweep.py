@@ -11,13 +11,16 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.data.traces import load_csv
 from electrovib.export.save import save
+from electrovib.papers import palmar_1995
+from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load, scenario_of
-from electrovib.solve.quantities import DEFAULTS
+from electrovib.solve.quantities import DEFAULTS, Together, answer, read_name, solved, together
 from electrovib.solve.simulate import simulate
 from electrovib.study.felt_spectrum import lines
 from electrovib.study.perceive import perceive
 from electrovib.study.sweep import parse_over, sweep
 from electrovib.study.sweep.checks import over_all
+from electrovib.study.sweep.run import _scenarios
 
 SCENARIO = load("vezzoli_2014/fig6")
 MEAN, PEAK, THICKNESS = "mean electrostatic_force", "peak electrostatic_force", "stack.insulator.thickness"
@@ -186,7 +189,7 @@ def test_advice_on_samples_silences_every_case_when_it_is_followed():
 # what is refused
 
 
-def test_ranges_are_read_with_units_and_all_wrong_ones_told_at_once():
+def test_ranges_are_read_with_units_wrong_ones_told_at_once_and_cases_that_cannot_be_solved_with_their_values():
     found = parse_over(SCENARIO, ["drive.rise=1ms:100ms:3log", "drive.high=0:1 kV:5"])
     np.testing.assert_allclose(found["drive.rise"], [1e-3, 1e-2, 1e-1], rtol=1e-12)
     np.testing.assert_allclose(found["drive.high"], [0, 250, 500, 750, 1000])
@@ -194,6 +197,8 @@ def test_ranges_are_read_with_units_and_all_wrong_ones_told_at_once():
     with pytest.raises(InputError) as error:
         parse_over(SCENARIO, wrong)
     assert len(error.value.problems) == 4
+    with pytest.raises(InputError, match=r"does not repeat.*\(at drive.high = 100 V\)"):
+        sweep(SCENARIO.replace(SETTLED), high(100.0, 200.0))
 
 
 NAMES = ["peak curent", "detection levle"]
@@ -219,11 +224,6 @@ def test_all_wrong_names_paths_and_values_are_told_at_once_before_the_work(over,
     assert len(error.value.problems) == len(words)
     for each in words:
         assert each in str(error.value)
-
-
-def test_a_case_that_cannot_be_solved_is_told_with_its_values():
-    with pytest.raises(InputError, match=r"does not repeat.*\(at drive.high = 100 V\)"):
-        sweep(SCENARIO.replace(SETTLED), high(100.0, 200.0))
 
 
 # what is felt
@@ -253,3 +253,133 @@ def test_the_swing_counts_from_the_value_just_before_a_window():
     for sign, before, swing in ((1, 0.2, whole), (-1, 0.2, whole), (1, values[-1], 0.25), (1, 1.3, 0.25)):
         found = lines(sign * values, span=1.0, before=sign * before, signal="lateral_force", how="")
         assert found.swing == pytest.approx(swing)
+
+
+# cases that share a stack are solved at once, with the numbers, errors and diagnostics of each on its own
+
+FIG6, BAU = "vezzoli_2014/fig6", "bau_2010/sine"
+TONE = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 1e3}} | SETTLED
+ASKED = [
+    "mean electrostatic_force",
+    "swing lateral_force",
+    "peak current",
+    "rms field in insulator",
+    "minimum drive_voltage",
+]
+SKIN = {"stack.stratum_corneum.material": palmar_1995.skins()["dry_men"].material.to_dict()}
+OVER = {"stack.insulator.thickness": [1e-6, 30e-6], "drive.frequency": [3e-1, 10.0, 1e3, 3e5]}
+LOUD = OVER | {"drive.amplitude": [20.0, 500.0]}
+MODULATED = {"model": "AmplitudeModulation", "amplitude": 50, "carrier": 1e3, "modulation": 100, "depth": 0.5}
+GROWING = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
+TABLE = {"stack.stratum_corneum.material": {"model": "Tabulated"} | Tabulated.example}
+INEXACT = ("transfer_error", "attraction_error")
+"""Least squares, of which the last digits depend on how many cases share one matrix."""
+
+
+def settled(preset, changes):
+    return load(preset).replace(TONE | changes)
+
+
+def assert_same(found, alone):
+    """Compare the answer of a case with that of the case alone."""
+    assert list(found.values) == list(alone.values)
+    ours, theirs = ([*each.values.values()] for each in (found, alone))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-12)
+    np.testing.assert_allclose([*found.errors.values()], [*alone.errors.values()], atol=1e-15)
+    exact = [each.how | dict.fromkeys(INEXACT, 0) for each in (found, alone)]
+    assert exact[0] == exact[1]
+    for name in INEXACT:
+        assert found.how.get(name, 0) == pytest.approx(alone.how.get(name, 0), rel=1e-8)
+    for each, other in zip(found.diagnostics, alone.diagnostics, strict=True):
+        words = [(one.name, one.state, one.text, one.unit) for one in (each, other)]
+        assert words[0] == words[1]
+        numbers = [np.array([one.value, one.limit], float) for one in (each, other)]
+        np.testing.assert_allclose(*numbers, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("preset", "changes", "over", "alone"),
+    [
+        (FIG6, SKIN, LOUD, 4),  # alone are those whose materials need another band
+        ("vezzoli_2014/fig6_gap", SKIN, LOUD, 4),
+        (BAU, {}, LOUD, 4),
+        (FIG6, TABLE, {"drive.frequency": [3.0, 5.0, 100.0, 1e3, 3e5, 4e5]}, 6),
+        (BAU, {"drive": MODULATED}, {"drive.amplitude": [3.0, 40.0], "drive.depth": [0.2, 1.0]}, 0),
+        (FIG6, {"drive": MODULATED}, {"drive.amplitude": [3.0, 40.0]}, 0),
+        (BAU, {"drive": MODULATED}, {"drive.modulation": [100.0, 200.0, 250.0]}, 3),
+        (BAU, {"drive": MODULATED}, {"drive.modulation": [50.0, 100.0, 50.0]}, 1),
+        # the area under the larger attraction is not resolved by the first pieces
+        (BAU, {"contact": GROWING}, {"drive.amplitude": [20.0, 300.0], "drive.phase": [0.0, 1.0]}, 2),
+        (BAU, {"limits.rms_current": 1e-6}, {"drive.amplitude": [20.0, 60.0]}, 0),
+        (BAU, {}, {"drive.amplitude": [0.0, 20.0, 40.0], "drive.offset": [0.0, 5.0]}, 4),
+        (BAU, {"friction.coefficient": 0.3}, {"drive.frequency": [30.0, 300.0]}, 0),
+    ],
+)
+def test_cases_of_one_stack_answer_as_each_alone(preset, changes, over, alone, monkeypatch):
+    scenario = settled(preset, changes)
+    names = [read_name(text, tuple(scenario.stack.layers)) for text in ASKED]
+    grid = np.array(np.meshgrid(*over.values(), indexing="ij")).reshape(len(over), -1)
+    points = [dict(zip(over, values, strict=True)) for values in grid.T.tolist()]
+    found = Together(_scenarios(scenario, points), names)
+    asked_alone = []
+    monkeypatch.setattr(
+        "electrovib.solve.quantities.together.answer",
+        lambda expanded, names: asked_alone.append(expanded) or answer(expanded, names),
+    )
+    for place, point in enumerate(points):
+        own = answer(solved(scenario.replace(point)), names)
+        assert_same(found.answer(place), own)
+        if changes is TABLE:  # below its first frequency
+            remembered = point["drive.frequency"] >= Tabulated.example["frequency_samples"][0]
+            assert ("memory" in [each.name for each in own.diagnostics]) == remembered
+    assert len(asked_alone) <= alone if over is LOUD or changes is TABLE else len(asked_alone) == alone
+
+
+def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
+    scenario = settled(FIG6, SKIN)
+    one, other = (sweep(scenario, dict(each), quantities=ASKED) for each in (OVER, reversed(OVER.items())))
+    for name in ASKED:
+        np.testing.assert_allclose(other[name].transpose(*one[name].dims), one[name], rtol=1e-12)
+    judged = [json.loads(trace.attrs["validity"]) for trace in (one, other)]
+    ours, theirs = ({each["name"]: each["value"] for each in found if "value" in each} for found in judged)
+    assert ours == pytest.approx(theirs, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"time.initial_state": {"model": "AtRest"}},
+        {"drive.offset": 20.0},
+        {"load.time_profile": {"model": "Press", "begin": 0.0, "rise": 0.1}},
+        {"drive.amplitude": 0.0},
+        {"drive": {"model": "Square", "high": 50, "frequency": 100}},
+        {"circuit.amplifier": {"model": "Amplifier", "bandwidth": 1e4}},
+    ],
+)
+def test_other_drives_states_and_circuits_are_left_to_their_own_solvers(change):
+    scenario = settled(BAU, {})
+    assert together.is_of_tones(scenario)
+    assert not together.is_of_tones(scenario.replace(change))
+
+
+def test_a_drive_of_nothing_among_others_and_more_cases_than_are_held_at_once(monkeypatch):
+    trace = sweep(settled(FIG6, {}), {"drive.amplitude": [0.0, 1.0, 2.0]}, quantities=ASKED[:1])
+    values = trace["mean electrostatic_force"].values
+    assert values[0] == 0
+    np.testing.assert_allclose(values[2], 4 * values[1], rtol=1e-12)
+    monkeypatch.setattr("electrovib.solve.quantities.together.MOST", 260)  # three of 86 times
+    frequencies = [100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0]
+    scenario, asked = settled(FIG6, {}), ["peak current"]
+    found = sweep(scenario, {"drive.frequency": frequencies}, quantities=asked)["peak current"].values
+    each = (sweep(scenario.replace({"drive.frequency": at}), {}, quantities=asked) for at in frequencies)
+    np.testing.assert_allclose(found, [float(alone["peak current"]) for alone in each], rtol=1e-12)
+
+
+def test_a_load_that_changes_bends_the_signals_of_a_sine():
+    """The pieces end where the load begins to rise, so that the mean of the friction is exact."""
+    pressed = {"load.time_profile": {"model": "Press", "begin": 0.13e-3, "rise": 0.31e-3}}
+    scenario = settled(FIG6, {"drive.amplitude": 1e-3} | pressed)
+    trace = sweep(scenario, {}, quantities=["mean normal_force", "minimum normal_force"])
+    share = (0.5 * 0.31e-3 + 1e-3 - 0.44e-3) / 1e-3
+    assert float(trace["mean normal_force"]) == pytest.approx(scenario.load.normal_force * share, rel=1e-12)
+    assert float(trace["minimum normal_force"]) == pytest.approx(0.0, abs=1e-15)

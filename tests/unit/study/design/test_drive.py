@@ -1,4 +1,4 @@
-"""Drives designed for a target of the force, compared with the full model, closed forms and brute force."""
+"""Drives for a target of the force and gains of a carrier, compared with the full model, closed forms and brute force."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError, NotCausalError
+from electrovib.physics.limits import Limits
 from electrovib.study.check import cleared_for_output
 from electrovib.study.design.drive import design_drive, read_target
 from electrovib.study.design.drive.carrier import chosen_carrier
@@ -140,13 +141,19 @@ def test_dc_holds_a_constant_force_by_a_ramp():
     assert designed.values[[0, -1]] == pytest.approx([0, 0])
 
 
-def test_dc_without_a_leak_is_the_square_root():
+def test_dc_without_a_leak_is_the_square_root_and_behind_a_lag_does_not_oscillate():
+    """Behind 20 Mohm, whose lag of 0.7 ms is several samples, the inverse stays smooth: one rise and one fall."""
     target = "sine 20 Hz 10 mN to 30 mN"
     designed = design(FILM.replace({"force": {"model": "EffectiveMedium"}}), target, "dc")
     volts = np.interp(designed.edges, designed.times, designed.values)
     wanted = read_target(target).force(designed.edges - designed.edges[0])
     assert volts == pytest.approx(1000 * np.sqrt(wanted / 56.55e-3), rel=1e-3)
     assert designed.is_achieved
+    scenario = ev.load(GAP, changes={"circuit.source_resistance": "20 Mohm"})
+    designed = design(scenario, "constant 1 mN for 20 ms", "dc")
+    assert designed.misfit < 1e-3
+    assert np.sum(np.abs(np.diff(designed.values))) < 2.5 * np.max(designed.values)
+    assert designed.edges[0] > 3 * 20e6 * 33e-12
 
 
 @pytest.mark.slow
@@ -234,15 +241,6 @@ def test_a_search_begins_at_a_level_that_is_held_as_long_as_the_limits_allow(lev
     assert list(held_start(trade, level)) == [level] * held + [0.0] * (4 - held)
 
 
-def test_dc_behind_a_lag_does_not_oscillate():
-    """Behind 20 Mohm, whose lag of 0.7 ms is several samples, the inverse stays smooth: one rise and one fall."""
-    scenario = ev.load(GAP, changes={"circuit.source_resistance": "20 Mohm"})
-    designed = design(scenario, "constant 1 mN for 20 ms", "dc")
-    assert designed.misfit < 1e-3
-    assert np.sum(np.abs(np.diff(designed.values))) < 2.5 * np.max(designed.values)
-    assert designed.edges[0] > 3 * 20e6 * 33e-12
-
-
 @pytest.mark.parametrize("limits", [{"charge": 3e-9}, {"stored_energy": 1e-7}, {"rms_voltage": 60.0}])
 def test_other_declared_limits_are_held(limits):
     designed = design(BEHIND_GAP, "constant 20 mN for 3 ms", carrier="3 kHz", rate=48e3, limits=limits)
@@ -253,7 +251,7 @@ def test_other_declared_limits_are_held(limits):
     assert value <= limit
 
 
-def test_an_amplifier_behind_its_bandwidth_is_not_saturated():
+def test_an_amplifier_behind_its_bandwidth_is_not_saturated_and_its_limits_count_as_declared():
     """Its output of 95 V at 3 kHz follows from an input that would aim at 300 V."""
     amplifier = {"gain": 100.0, "saturation": "300 V", "bandwidth": "1 kHz"}
     scenario = ev.load(GAP, changes={"circuit.amplifier": amplifier})
@@ -261,10 +259,6 @@ def test_an_amplifier_behind_its_bandwidth_is_not_saturated():
     assert np.max(np.abs(designed.values)) == pytest.approx(3.0, rel=1e-3)
     assert designed.binding == ("voltage",)
     assert chosen_carrier(scenario, designed.target, Bounds.of(scenario, None)) == 1000
-
-
-def test_a_current_that_an_amplifier_limits_is_held():
-    """The limits of an amplifier count as declared, and a drive within them is simulated behind that amplifier."""
     amplifier = {"gain": 100.0, "source_current": "100 uA", "saturation": "800 V"}
     amplifier["stray_capacitance"] = "50 pF"
     scenario = ev.load(GAP, changes={"circuit.amplifier": amplifier})
@@ -348,24 +342,25 @@ def test_mistakes_in_a_target_are_named(target, words):
 INSULATOR = {"force": {"model": "MaxwellStressInInsulator"}}
 
 
-@pytest.mark.parametrize(
-    ("name", "changes", "method", "arguments", "words"),
-    [
-        (FIG6, {}, "carier", {}, "carrier"),
-        (FIG6, {}, "dc", {"carrier": "1 kHz"}, "has no carrier"),
-        (FIG6, {}, "carrier", {"carrier": "1 V"}, "expected a frequency"),
-        (FIG6, {}, "carrier", {"carrier": 1e3, "rate": "10.5 kHz"}, "whole multiple"),
-        (FIG6, {}, "carrier", {"carrier": 1e8}, "are more than"),
-        (FIG6, {}, "dc", {"rate": 1e6}, "2 to 4000 are allowed"),
-        (FIG7, {}, "carrier", {"carrier": 1e3}, "not causal"),
-        ("kaczmarek_2006/gap_positive", {}, "dc", {}, "not ohmic"),
-        ("nakamura_2017/charged", {}, "dc", {}, r"initial_charge: has to be 0"),
-        (FIG6, INSULATOR, "dc", {}, "2 amplitudes"),
-    ],
-)
-def test_what_cannot_be_designed_is_refused(name, changes, method, arguments, words):
-    with pytest.raises(NotCausalError if name == FIG7 else InputError, match=words):
-        design(ev.load(name, changes=changes), "sine 20 Hz 1 mN", method, **arguments)
+REFUSED = {
+    "method": (FILM, "carier", {}, "carrier"),
+    "carrier of none": (FILM, "dc", {"carrier": "1 kHz"}, "has no carrier"),
+    "carrier in volts": (FILM, "carrier", {"carrier": "1 V"}, "expected a frequency"),
+    "rate": (FILM, "carrier", {"carrier": 1e3, "rate": "10.5 kHz"}, "whole multiple"),
+    "samples": (FILM, "carrier", {"carrier": 1e8}, "are more than"),
+    "values": (FILM, "dc", {"rate": 1e6}, "2 to 4000 are allowed"),
+    "not causal": (ev.load(FIG7), "carrier", {"carrier": 1e3}, "not causal"),
+    "leak": (ev.load("kaczmarek_2006/gap_positive"), "dc", {}, "not ohmic"),
+    "charge": (ev.load("nakamura_2017/charged"), "dc", {}, r"initial_charge: has to be 0"),
+    "law": (FILM.replace({"force": {"model": "MaxwellStressInInsulator"}}), "dc", {}, "2 amplitudes"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_designed_is_refused(case):
+    scenario, method, arguments, words = REFUSED[case]
+    with pytest.raises(NotCausalError if case == "not causal" else InputError, match=words):
+        design(scenario, "sine 20 Hz 1 mN", method, **arguments)
 
 
 def test_the_command_writes_a_drive_that_check_passes(tmp_path):
@@ -374,21 +369,105 @@ def test_the_command_writes_a_drive_that_check_passes(tmp_path):
     limits.write_text('limits = { voltage = "1 kV", current = "250 uA" }\n')
     words = ["design", GAP, "--want", "electrostatic_force = sine 100 Hz 30 mN for 20 ms"]
     words += ["--method", "carrier", "--carrier", "2 kHz"]
-    run = CliRunner().invoke(app, [*words, "--limits", str(limits), "--edge", "line", "-o", str(out)])
-    assert run.exit_code == 0, run.output
+    written = ["--limits", str(limits), "--edge", "line", "-o", str(out)]
+    assert CliRunner().invoke(app, [*words, *written]).exit_code == 0
     head = "".join(line for line in out.read_text().splitlines() if line.startswith("#"))
     assert "departs from the target by" in head
     assert "target: a force between 0 N and 30 mN at 100 Hz" in head
-    checked = CliRunner().invoke(app, ["check", str(out), GAP, "--limits", str(limits)])
-    assert checked.exit_code == 0, checked.output
-    written = ev.check(str(out), GAP, limits=str(limits))
-    assert written.value("peak voltage") == pytest.approx(325, rel=0.01)
-    run = CliRunner().invoke(app, [*words, "--rate", "32 kHz", "-o", str(numbers)])
-    assert run.exit_code == 0, run.output
+    assert CliRunner().invoke(app, ["check", str(out), GAP, "--limits", str(limits)]).exit_code == 0
+    checked = ev.check(str(out), GAP, limits=str(limits))
+    assert checked.value("peak voltage") == pytest.approx(325, rel=0.01)
+    assert CliRunner().invoke(app, [*words, "--rate", "32 kHz", "-o", str(numbers)]).exit_code == 0
     found = json.loads(numbers.read_text())
-    assert found["rate"] == 32e3
-    assert found["misfit"] < 1e-4
+    assert (found["rate"], found["misfit"] < 1e-4) == (32e3, True)
     assert len(found["samples"]["voltage"]) == 32 * 20 + 1
     refused = CliRunner().invoke(app, [*words, "-o", str(tmp_path / "other.csv")])
     assert isinstance(refused.exception, InputError)
     assert not (tmp_path / "other.csv").exists()
+
+
+# the gain of a carrier, compared with the simulated force, currents and voltages of a sine
+
+SINE = {"model": "Sine", "amplitude": 7.0, "frequency": 3000.0}
+CURRENT = {"model": "CurrentSine", "amplitude": 1e-5, "frequency": 3000.0}
+AMPLIFIER = {"stray_capacitance": "200 pF", "bandwidth": "5 kHz", "gain": 100.0}
+MEAN = "mean electrostatic_force"
+
+
+@pytest.mark.parametrize(
+    ("name", "drive", "changes"),
+    [
+        (FIG6, SINE, {}),
+        ("vezzoli_2014/fig7", SINE, {"force": {"model": "MaxwellStressInInsulator"}}),
+        (GAP, SINE, {"circuit.amplifier": AMPLIFIER}),
+        (GAP, SINE, {"circuit.source_resistance": "20 Mohm"}),
+        (GAP, CURRENT, {}),
+    ],
+)
+def test_gain_is_that_of_the_simulated_sine_in_its_steady_state(name, drive, changes):
+    settled = {"drive": drive, "time": {"initial_state": {"model": "PeriodicState"}}}
+    scenario = ev.load(name, changes=settled | changes)
+    amplified = "circuit.amplifier" in changes
+    voltage = "peak plate_voltage" if amplified else "peak stack_voltage"
+    current = "peak amplifier_current" if amplified else "peak current"
+    names = list({MEAN: 0, voltage: 0, current: 0, "peak current": 0})
+    found = ev.prepare(scenario, free=["load.normal_force"], quantities=names)([scenario.load.normal_force])
+    gain, peak = carrier_gain(scenario, [3000.0]), drive["amplitude"]
+    exact = 1e-3 if name.endswith("fig7") else 1e-9
+    assert gain.force[0] * peak**2 == pytest.approx(found[MEAN], rel=exact)
+    assert gain.current[0] * peak == pytest.approx(found[current], rel=1e-3)
+    assert gain.body_current[0] * peak == pytest.approx(found["peak current"], rel=1e-3)
+    if amplified or drive is CURRENT:
+        assert gain.voltage[0] * peak == pytest.approx(found[voltage], rel=1e-3)
+
+
+def test_largest_force_is_that_of_the_limit_that_binds():
+    """Equation (1) of Vezzoli et al. 2014 on the finger alone: 250 uA at 3 kHz is 404 V and 4.6 mN."""
+    gain = carrier_gain(ev.load("vezzoli_2014/fig6_static"), [30.0, 3000.0])
+    limits = Limits(voltage=1000.0, current=250e-6)
+    volts = gain.largest_amplitude(limits)
+    assert volts[0] == 1000.0
+    assert volts[1] == pytest.approx(404, rel=2e-3)
+    assert gain.largest_force(limits)[1] == pytest.approx(4.623e-3, rel=1e-3)
+    assert gain.amplitude(gain.largest_force(limits)) == pytest.approx(volts, rel=1e-12)
+    assert gain.largest_amplitude(limits, slew=1e6)[1] == pytest.approx(1e6 / (2 * np.pi * 3000))
+    assert gain.largest_amplitude(Limits(body_current=1e-6))[1] == pytest.approx(volts[1] / 250)
+    assert gain.largest_amplitude(Limits())[0] == np.inf
+    assert gain.amplitude(0.0) == pytest.approx([0.0, 0.0])
+
+
+def test_gain_falls_below_the_leak_of_the_skin():
+    """The force of the law of Vezzoli et al. 2014 is filtered by tau s/(1 + tau s): a half at 1/(2 pi tau)."""
+    gains = carrier_gain(ev.load(FIG6), [20.67, 1e5]).force
+    assert gains[0] / gains[1] == pytest.approx(0.5, rel=0.01)
+
+
+GROWING = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 2 / 3}
+ROUGH = {"model": "PerssonSurface", "modulus": 2e7, "rms_slope": 1.0, "rms_gap": 2e-5}
+ROUGH |= {"pressure_factor": 0.5, "decay_factor": 0.5}
+CLOSING = {"model": "FixedArea", "area": 1e-4, "surface": ROUGH, "closing": {"damping": 1e6}}
+SLIDING = {"speed": 0.03, "renews_film": True}
+WITHOUT_GAIN = {
+    "leak": ("kaczmarek_2006/gap_positive", {}, r"stack\.\w+\.leak: the conduction is not ohmic"),
+    "tremor": ("vezzoli_2014/fig2_tremor", {}, r"motion\.distance: the gap changes"),
+    "area": (
+        GAP,
+        {"contact": GROWING},
+        "MaxwellStressInGap on GrowingArea is not proportional to the square",
+    ),
+    "surface": (GAP, {"contact": CLOSING}, "the gap follows load and attraction"),
+    "film": (FIG6, {"motion": SLIDING}, "the sliding film leaves the contact with its charge"),
+}
+
+
+@pytest.mark.parametrize("case", WITHOUT_GAIN)
+def test_scenarios_without_a_gain_are_refused(case):
+    name, changes, words = WITHOUT_GAIN[case]
+    with pytest.raises(InputError, match=words):
+        carrier_gain(ev.load(name, changes=changes), [1e3])
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan, [[1.0]]])
+def test_frequencies_are_above_0(wrong):
+    with pytest.raises(InputError, match="above 0 Hz"):
+        carrier_gain(ev.load(FIG6), wrong)

@@ -56,15 +56,12 @@ def test_first_values_are_spaced_in_the_logarithm_over_decades_and_evenly_within
     assert first_values(0.0, 1e5, 0.0)[1] == pytest.approx(0.1)
 
 
-def test_a_power_law_needs_no_added_values():
+def test_a_power_law_needs_no_added_values_and_has_both_signs():
     roots, jumps, beyond, function = found(lambda x: 3 * x**2, 12.0, 1e-6, 1e6)
     assert [each.value for each in roots] == [pytest.approx(2, rel=1e-12)]
     assert not jumps
     assert not beyond
     assert len(function.values) < 60
-
-
-def test_both_signs_of_a_square_root():
     roots, *_ = found(lambda x: x**2, 9.0, -1e5, 1e5)
     assert [each.value for each in roots] == [pytest.approx(-3, rel=1e-12), pytest.approx(3, rel=1e-12)]
 
@@ -126,7 +123,11 @@ def test_a_discontinuity_is_no_solution_and_an_interval_is_one():
     assert root.value == pytest.approx(2, rel=1e-8)
 
 
-def test_where_nothing_can_be_computed_the_rest_is_searched():
+def test_more_crossings_than_are_refined_are_reported_and_what_cannot_be_computed_is_passed_over():
+    roots, _, beyond, _ = found(math.sin, 0.5, 1.0, 1e4)
+    assert beyond > 0
+    assert all(math.sin(each.value) == pytest.approx(0.5, abs=1e-6) for each in roots)
+
     def partly(x):
         if x > 10:
             raise InputError("x: too large")
@@ -135,12 +136,6 @@ def test_where_nothing_can_be_computed_the_rest_is_searched():
     roots, _, _, function = found(partly, 3.0)
     assert [each.value for each in roots] == [pytest.approx(3, rel=1e-12)]
     assert set(function.refused.values()) == {"x: too large"}
-
-
-def test_more_crossings_than_are_refined_are_reported():
-    roots, _, beyond, _ = found(math.sin, 0.5, 1.0, 1e4)
-    assert beyond > 0
-    assert all(math.sin(each.value) == pytest.approx(0.5, abs=1e-6) for each in roots)
 
 
 def sparse_sine():
@@ -244,14 +239,11 @@ def test_the_end_of_the_allowed_range_from_below_and_from_above():
     assert found.value >= 5
 
 
-def test_of_two_allowed_ranges_the_better_end_counts_although_its_first_value_is_farther():
+def test_the_better_end_of_two_allowed_ranges_and_a_second_limit_before_the_first_are_found():
+    """The second limit is exceeded from 2.2 to 3.05 only, between two neighbouring values at which it is not."""
     limits = limited(one=lambda x: min(x / 0.3, 5 / x))
     found = nearest(lambda x: 7.2 * x if x < 1 else 8 / x, limits, 100.0)
     assert (found.value, found.reached) == (pytest.approx(0.3, rel=1e-9), pytest.approx(2.16, rel=1e-9))
-
-
-def test_a_second_limit_before_the_first_is_found():
-    """It is exceeded from 2.2 to 3.05 only, between two neighbouring values at which it is not."""
     limits = limited(one=lambda x: x / 3, two=lambda x: 1 + (x - 2.2) * (3.05 - x))
     found = nearest(lambda x: x, limits, 1e5)
     assert (found.value, found.row.quantity) == (pytest.approx(2.2, rel=1e-9), "two")

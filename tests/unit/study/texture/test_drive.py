@@ -69,30 +69,24 @@ def test_white_is_the_most_that_the_limits_give_and_black_nothing():
     assert "needs no force" in black.misfit_in_words
 
 
-@pytest.mark.parametrize(
-    ("options", "amplitude", "words"),
-    [
-        ({"limits": {"voltage": "100 V", "current": "1 mA"}}, 100, ""),
-        # a ramp of 1 ms to 0 V belongs to the slope: w a (1 + 1/(w ramp)^2)^(1/2)
-        (
-            {"limits": LIMITS | {"slew_rate": "1 MV/s"}},
-            1e6 / math.hypot(2 * math.pi * 3e3, 1e3),
-            "determined by the slew rate, 1 MV/s",
-        ),
-        (
-            {"set": {"circuit.amplifier": {"gain": -10.0, "saturation": "200 V"}}},
-            200,
-            "the saturation of the amplifier, 200 V",
-        ),
-    ],
-    ids=["voltage", "slew rate", "saturation"],
-)
-def test_the_strictest_limit_of_the_plate_determines_the_largest_force(options, amplitude, words):
+OWN = {"set": {"circuit.amplifier": {"gain": -10.0, "saturation": "200 V"}}}
+LARGEST = {
+    "voltage": ({"limits": {"voltage": "100 V", "current": "1 mA"}}, 100, ""),
+    "slew rate": ({"limits": LIMITS | {"slew_rate": "1 MV/s"}}, None, "determined by the slew rate, 1 MV/s"),
+    "saturation": (OWN, 200, "the saturation of the amplifier, 200 V"),
+}
+
+
+@pytest.mark.parametrize("case", LARGEST)
+def test_the_strictest_limit_of_the_plate_determines_the_largest_force(case):
+    """A ramp of 1 ms to 0 V belongs to the slope: w a (1 + 1/(w ramp)^2)^(1/2)."""
+    options, amplitude, words = LARGEST[case]
+    amplitude = amplitude or 1e6 / math.hypot(2 * math.pi * 3e3, 1e3)
     found, alone = drive(FAINT, **options), drive(FAINT)
-    exact = 1e-9 if "set" in options else 1e-12
+    exact = 1e-9 if options is OWN else 1e-12
     assert found.largest_force == pytest.approx(GAIN * amplitude**2, rel=exact)
     assert words in found.notes[1]
-    gain = 10 if "set" in options else 1
+    gain = 10 if options is OWN else 1
     np.testing.assert_allclose(gain * found.voltages, alone.voltages, rtol=1e-9, atol=1e-11)
 
 
@@ -111,18 +105,9 @@ RECORDED = {
 STEEP = picture([255] * 300 + [0] * 100, 400, 100)
 REAL = {"friction": {"model": "AdhesiveShear", "shear_strength": 1e6}}
 REFUSED = {
-    "limits": (
-        {"limits": None, "set": {"limits": {}}},
-        "not declared, and the drive of a texture needs the largest",
-    ),
-    "current": (
-        {"limits": {"voltage": "1 kV"}, "set": {"limits": {}}},
-        "not declared, and the drive of a texture",
-    ),
-    "too much": (
-        {"texture": GRATING | {"amplitude": "10 mN"}},
-        r"texture: .* an attraction of 20 mN, .* gives 4\.6",
-    ),
+    "limits": ({"limits": None, "set": {"limits": {}}}, "not declared, and the drive of a texture needs"),
+    "current": ({"limits": {"voltage": "1 kV"}, "set": {"limits": {}}}, "not declared, and the drive of"),
+    "too much": ({"texture": GRATING | {"amplitude": "10 mN"}}, r"attraction of 20 mN, .* gives 4\.6"),
     "less": ({"texture": RECORDED | {"baseline": 0.25}}, "less friction than the plate itself"),
     "too steep": ({"texture": STEEP, "path": "1 m/s"}, "the voltage changes at"),
     "carrier": ({"rate": "5 kHz"}, r"carrier = 3000 Hz: a carrier may have 0.4 of the rate"),
@@ -133,10 +118,7 @@ REFUSED = {
     "an amount out of range": ({"ramp": "1 h"}, "ramp = 1 h: "),
     "too many samples": ({"rate": "10 MHz"}, "more than 2000000 samples"),
     "a leak": ({"set": {"stack.insulator.leak": {"model": "Ohmic"}}}, "leak"),
-    "no friction": (
-        {"set": {"friction.coefficient": 0.0}},
-        "friction: does not increase with the attraction",
-    ),
+    "no friction": ({"set": {"friction.coefficient": 0.0}}, "friction: does not increase with the"),
     "real area": ({"set": REAL}, "real contact area"),
 }
 
@@ -149,13 +131,16 @@ def test_what_cannot_be_rendered_is_refused_in_a_sentence(case, tmp_path, monkey
         drive(**options)
 
 
-def test_a_law_that_is_not_linear_is_inverted():
+def test_a_law_that_is_not_linear_is_inverted_and_a_mean_over_a_period_removes_its_tone():
     law = {"model": "PowerLaw", "coefficient": 0.5, "at_force": 0.5, "exponent": -0.2}
     found = drive(set={"friction": law}, rate="96 kHz")
     inside = slice(200, np.searchsorted(found.times, found.path.duration))
     wanted = 0.5e-3 * (1 + np.sin(2 * math.pi * 50 * found.times[inside]))
     friction = 0.25 * ((0.5 + found.wanted_force[inside]) / 0.5) ** 0.8 - 0.25
     np.testing.assert_allclose(friction, wanted, rtol=1e-6, atol=1e-12)
+    time = np.linspace(0, 1, 2001)
+    mean = mean_over_period(time, 3 + time + np.sin(2 * math.pi * 50 * time), 0.02)
+    np.testing.assert_allclose(mean[100:-100], (3 + time)[100:-100], rtol=1e-9)
 
 
 def test_without_a_carrier_the_force_is_the_gain_of_a_sine_times_twice_the_squared_voltage():
@@ -171,18 +156,12 @@ def test_without_a_carrier_the_force_is_the_gain_of_a_sine_times_twice_the_squar
     assert found.misfit_in_words.endswith(words)
 
 
-def test_the_mean_over_a_period_removes_a_tone_of_that_period():
-    time = np.linspace(0, 1, 2001)
-    mean = mean_over_period(time, 3 + time + np.sin(2 * math.pi * 50 * time), 0.02)
-    np.testing.assert_allclose(mean[100:-100], (3 + time)[100:-100], rtol=1e-9)
-
-
 TABLES = {
-    "Grating": 'model = "Grating"\nperiod = "1 mm"\namplitude = "0.5 mN"\n',
-    "HeightProfile": '[texture]\nmodel = "HeightProfile"\nfile = "profile.csv"\n',
-    "RecordedFrictionForce": '[texture]\nmodel = "RecordedFrictionForce"\nfile = "profile.csv"\n',
-    "RecordedFrictionCoefficient": '[texture]\nmodel = "RecordedFrictionCoefficient"\nfile = "profile.csv"\n',
-    "GreyscalePicture": '[texture]\nmodel = "GreyscalePicture"\nfile = "picture.png"\npixels_per_millimetre = 2\n',
+    "Grating": 'period = "1 mm"\namplitude = "0.5 mN"',
+    "HeightProfile": 'file = "profile.csv"',
+    "RecordedFrictionForce": 'file = "profile.csv"',
+    "RecordedFrictionCoefficient": 'file = "profile.csv"',
+    "GreyscalePicture": 'file = "picture.png"\npixels_per_millimetre = 2',
 }
 PATHS = {
     "path.csv": "time [s],x [mm]\n0,0\n0.03,2\n0.04,2\n0.06,0.5\n",
@@ -201,7 +180,9 @@ def files(tmp_path_factory):
     lines = ["position [mm],height [mm],friction_force [N],friction_coefficient"]
     lines += [",".join(map(str, row)) for row in rows]
     Image.fromarray(np.tile(np.uint8([[0, 60, 120, 60, 0, 0, 0, 0]]), (8, 1))).save(folder / "picture.png")
-    texts = {f"{name}.toml": text for name, text in TABLES.items()} | PATHS
+    texts = {
+        f"{name}.toml": f'[texture]\nmodel = "{name}"\n{text}\n' for name, text in TABLES.items()
+    } | PATHS
     for name, text in (texts | {"profile.csv": "\n".join(lines)}).items():
         (folder / name).write_text(text, encoding="utf-8")
     return folder

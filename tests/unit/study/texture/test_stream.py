@@ -182,12 +182,19 @@ def test_too_steep_an_edge_ends_the_stream(speed, words):
     assert words in str(found.error)
 
 
-def test_the_end_of_the_longest_duration_is_at_0_volts():
+def test_the_longest_duration_and_a_force_that_slowly_exceeds_the_most_end_the_stream():
     found = stream(WHITE, longest="20 ms")
     samples = np.concatenate(rendered(found, 20))
     with pytest.raises(StreamClosedError, match="the declared longest duration is reached"):
         found.render(0.05, 0.02)
     assert 180 < np.flatnonzero(samples)[-1] < 200
+    found, largest = stream(recorded([0, 0.1], [0.2, 0.25]), carrier=None), 0.0
+    for number in range(2000):
+        largest = max(largest, np.max(found.render(0.1 * number / 2000, number / 1000)))
+        if found.error:
+            break
+    assert "the texture needs an attraction of 54.2" in str(found.error)
+    assert 0.999 * found.largest_voltage < largest <= found.largest_voltage
 
 
 def test_a_stream_that_is_closed_ends_by_its_ramp():
@@ -206,18 +213,8 @@ def test_a_stream_that_is_closed_ends_by_its_ramp():
     assert not stream().close().any(), "it never rendered"
 
 
-def test_a_force_that_slowly_exceeds_the_most_ends_the_stream():
-    found, largest = stream(recorded([0, 0.1], [0.2, 0.25]), carrier=None), 0.0
-    for number in range(2000):
-        largest = max(largest, np.max(found.render(0.1 * number / 2000, number / 1000)))
-        if found.error:
-            break
-    assert "the texture needs an attraction of 54.2" in str(found.error)
-    assert 0.999 * found.largest_voltage < largest <= found.largest_voltage
-
-
-def test_the_current_bound_holds_for_random_voltages_and_is_close_for_carriers():
-    """The current of the full model stays below the bound of slope and charge; for a carrier it is near it."""
+def test_the_current_bound_holds_for_random_voltages_and_is_close_for_carriers_and_conduction():
+    """The current of the full model stays below the bound of slope and charge; for a carrier and for a resistor it is near it."""
     scenario, times = ev.load(PLATE), np.arange(400) * 1e-4
     bound, random = current_bound(scenario), np.random.default_rng(5)
 
@@ -231,32 +228,21 @@ def test_the_current_bound_holds_for_random_voltages_and_is_close_for_carriers()
         slope, size = np.max(np.abs(np.diff(voltage))) / 1e-4, np.max(np.abs(voltage))
         assert current(voltage) <= bound.current(slope, size)
     assert current(np.sin(2 * np.pi * 50 * times)) > 0.97 * bound.current(2 * np.pi * 50, 1.0)
-
-
-def test_conduction_contributes_its_current_and_not_the_charge_of_the_whole_run():
-    """A plate that conducts as a resistor: the bound of a slow voltage is near V/R, with a factor of 2 for what came before."""
     own = {"stack.insulator.material.conductivity": 1e-9, "stack.stratum_corneum.material.conductivity": 1e-3}
     scenario = ev.load(PLATE, changes=own)
     resistance = 90e-6 / (1e-9 * scenario.contact_area)
     assert 1 < current_bound(scenario).current(1e-3, 100.0) / (100.0 / resistance) < 2.1
 
 
-WEAK = {"stack.insulator.breakdown_field": "1 MV/m"}
 REFUSED = {
-    "limits": (
-        {"limits": {"voltage": "1 kV"}, "set": {"limits": {}}},
-        "not declared, and a stream of a texture",
-    ),
-    "charge": (
-        {"limits": LIMITS | {"charge": "1 uC"}},
-        "limits.charge: a stream cannot be compared with this limit",
-    ),
+    "limits": ({"limits": {"voltage": "1 kV"}, "set": {"limits": {}}}, "not declared, and a stream of"),
+    "charge": ({"limits": LIMITS | {"charge": "1 uC"}}, "limits.charge: a stream cannot be compared"),
     "energy": ({"limits": LIMITS | {"stored_energy": "1 mJ"}}, "limits.stored_energy: a stream cannot be"),
     "rms": ({"limits": LIMITS | {"rms_current": "100 uA"}}, "limits.rms_current: a stream cannot be"),
     "dimensions": ({"dimensions": 3}, "dimensions = 3: must be 1 or 2"),
     "carrier": ({"carrier": "5 kHz"}, "may have 0.4 of the rate"),
     "block": ({"block": "10 us"}, "block = 10 us: must lie between 0.0001 and 1 s"),
-    "breakdown": ({"set": WEAK}, "No stream was made; declare a lower limits.voltage"),
+    "breakdown": ({"set": {"stack.insulator.breakdown_field": "1 MV/m"}}, "declare a lower limits.voltage"),
 }
 
 
