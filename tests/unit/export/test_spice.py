@@ -96,7 +96,7 @@ def evaluated(text, **known):
 C_FILM, C_SKIN = "C_insulator_high", "C_stratum_corneum_high"
 
 
-def test_layers_have_the_values_of_their_materials():
+def test_layers_have_the_values_of_their_materials_and_a_second_contact_is_the_stack_the_other_way():
     text = circuit()
     assert element(text, C_FILM)[:2] == ["plate", "after_insulator"]
     assert element(text, C_SKIN)[:2] == ["after_insulator", "finger"]
@@ -114,6 +114,12 @@ def test_layers_have_the_values_of_their_materials():
         assert value(text, name) == pytest.approx(expected, rel=1e-14), name
     assert "R_insulator_conduction" not in text
     assert "IC=" not in text
+    text = circuit(**behind(model="SecondElectrode", area=AREA / 2))
+    assert element(text, "C_second_insulator_high")[0] == "0"
+    assert element(text, "C_second_stratum_corneum_high")[1] == "back"
+    for part in ("insulator_high", "stratum_corneum_1"):
+        twice = 2 * value(text, f"C_second_{part}")
+        assert value(text, f"C_{part}") == pytest.approx(twice, rel=1e-14)
 
 
 def test_header_remarks_and_analyses_say_where_it_comes_from():
@@ -184,15 +190,12 @@ def test_long_lines_are_continued_and_a_remark_cannot_become_an_element():
 # drive
 
 
-def test_a_jump_becomes_an_edge_around_it_but_not_at_time_0():
+def test_jumps_become_edges_measured_points_stay_and_a_burst_is_switched():
     corners, edge = pwl(circuit(drive=SQUARE), "V_drive_1"), 2e-4 * 0.1 / 2000
     assert corners[0].tolist() == [0, 100]
     np.testing.assert_allclose(corners[1:3], [[0.01 - edge / 2, 100], [0.01 + edge / 2, -50]], rtol=1e-13)
     assert corners[-1, 0] >= 0.1
     assert np.all(np.diff(corners[:, 0]) > 0)
-
-
-def test_measured_points_are_written_as_they_are_and_a_burst_is_switched_on_and_off():
     drive = {"model": "Sampled", "time_samples": [1.0, 1.5, 1.75], "voltage_samples": [3.0, -2.0, 5.0]}
     corners = pwl(circuit(drive=drive), "V_drive_1")
     np.testing.assert_array_equal(corners, [[0, 3], [0.5, -2], [0.75, 5]])
@@ -202,30 +205,24 @@ def test_measured_points_are_written_as_they_are_and_a_burst_is_switched_on_and_
     np.testing.assert_allclose(gate[[1, 3], 0], [2e-3, 14e-3], rtol=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("drive", "words"),
-    [
-        (SINE, "SIN(0 100 125)"),
-        (SINE | {"phase": math.pi / 2}, "SIN(0 100 125 0 0 90)"),
-        ({"model": "Step", "level": -3}, "PWL(0 -3)"),
-    ],
-)
+SOURCES = [(SINE, "SIN(0 100 125)"), (SINE | {"phase": math.pi / 2}, "SIN(0 100 125 0 0 90)")]
+SOURCES += [({"model": "Step", "level": -3}, "PWL(0 -3)")]
+
+
+@pytest.mark.parametrize(("drive", "words"), SOURCES)
 def test_simple_drives_are_simple_sources(drive, words):
     assert " ".join(element(circuit(drive=drive), "V_drive_1")).endswith(words)
+    text = circuit(drive={"model": "CurrentSine", "amplitude": 1e-3, "frequency": 25e3})
+    assert element(text, "I_drive_1")[:2] == ["0", "drive"]
+    assert element(text, "I_response") == ["0", "drive", "DC", "0", "AC", "1"]
 
 
-COMMAND = {"model": "CurrentAmplifier", "command": CHIRP, "sense_resistance": 1e4}
+FORMULAS = [MODULATED | {"model": "AmplitudeModulation", "depth": 0.8}, CHIRP]
+FORMULAS += [MODULATED | {"model": "SquareRootModulation", "depth": 0.5}]
+FORMULAS += [{"model": "CurrentAmplifier", "command": CHIRP, "sense_resistance": 1e4}]
 
 
-@pytest.mark.parametrize(
-    "drive",
-    [
-        MODULATED | {"model": "AmplitudeModulation", "depth": 0.8},
-        MODULATED | {"model": "SquareRootModulation", "depth": 0.5},
-        CHIRP,
-        COMMAND,
-    ],
-)
+@pytest.mark.parametrize("drive", FORMULAS)
 def test_a_formula_of_time_is_the_drive(drive):
     """The text of the source, evaluated by Python, against the drive."""
     made = scenario(drive=drive)
@@ -237,23 +234,10 @@ def test_a_formula_of_time_is_the_drive(drive):
         assert evaluated(body, time=time) == pytest.approx(ours, rel=1e-9, abs=1e-9 * abs(ours) + 1e-10)
 
 
-def test_a_current_is_a_current_source():
-    text = circuit(drive={"model": "CurrentSine", "amplitude": 1e-3, "frequency": 25e3})
-    assert element(text, "I_drive_1")[:2] == ["0", "drive"]
-    assert element(text, "I_response") == ["0", "drive", "DC", "0", "AC", "1"]
-
-
 # start
 
 
-def test_a_jump_at_time_0_divides_by_capacitance_where_nothing_resists():
-    text = circuit(**behind(model="Grounded", resistance=0))
-    film, skin = initial(text, C_FILM, C_SKIN)
-    assert film + skin == pytest.approx(100, rel=1e-13)
-    assert film * value(text, C_FILM) == pytest.approx(skin * value(text, C_SKIN), rel=1e-13)
-
-
-def test_charges_are_initial_voltages():
+def test_charges_are_initial_voltages_and_a_jump_at_time_0_divides_by_capacitance():
     """Before time 0 the plate is at 0 V, as it holds the image: the voltages of film, skin and body add up to nothing."""
     charged = {"stack": stack(film={"initial_charge": 2e-5})}
     text = circuit(**charged)
@@ -267,15 +251,10 @@ def test_charges_are_initial_voltages():
     assert 150e-12 * body - skin * value(text, C_SKIN) == pytest.approx(-1e-9, rel=1e-12)
     text = circuit(drive=SQUARE, time={"initial_state": {"model": "PeriodicState"}})
     assert len(re.findall(r"^C_\S+ \S+ \S+ \S+ IC=", text, flags=re.MULTILINE)) == 4, "every capacitor"
-
-
-def test_a_second_contact_is_the_same_stack_the_other_way():
-    text = circuit(**behind(model="SecondElectrode", area=AREA / 2))
-    assert element(text, "C_second_insulator_high")[0] == "0"
-    assert element(text, "C_second_stratum_corneum_high")[1] == "back"
-    for part in ("insulator_high", "stratum_corneum_1"):
-        twice = 2 * value(text, f"C_second_{part}")
-        assert value(text, f"C_{part}") == pytest.approx(twice, rel=1e-14)
+    text = circuit(**behind(model="Grounded", resistance=0))
+    film, skin = initial(text, C_FILM, C_SKIN)
+    assert film + skin == pytest.approx(100, rel=1e-13)
+    assert film * value(text, C_FILM) == pytest.approx(skin * value(text, C_SKIN), rel=1e-13)
 
 
 # force
@@ -342,15 +321,12 @@ def test_readings_add_and_scale():
         one * other
 
 
-def test_the_force_is_the_pressure_of_the_amplitudes_times_the_area():
+def test_the_force_is_pressure_times_area_and_the_square_root_of_a_dispersive_skin_a_ladder():
     text = circuit()
     assert " ".join(element(text, "B_amplitude_e")[3:]).endswith("*V(plate,after_insulator)")
     body = "".join(element(text, "B_force")[4:]).replace("V(amplitude_e)", "field")
     expected = AREA * float(MaxwellStressInGap().pressure(np.array(1e7)))
     assert evaluated(body, field=1e7) == pytest.approx(expected, rel=1e-12)
-
-
-def test_the_square_root_of_a_dispersive_skin_is_a_ladder_of_its_own():
     force = {"model": "Vezzoli2014Causal"}
     plain = {"material": {"model": "Constant", "permittivity": 1560, "conductivity": 1e-6}}
     assert "filter_1" not in circuit(force=force, stack=stack(skin=plain))
@@ -366,25 +342,15 @@ AREAS = {"contact": {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exp
 GROWING = {"model": "FieldConduction", "conductivity": 1e-6, "onset_field": 1e4}
 SALT = {"thickness": 1e-9, "material": {"model": "Constant", "permittivity": 80, "conductivity": 100}}
 FULL = MODULATED | {"model": "SquareRootModulation", "depth": 0.99999}
+CHARGED = stack(film={"initial_charge": 1e-5})
+SWEAT = {"insulator": FILM, "sweat": SALT | {"role": "finger"}}
 REFUSED = {
     "chirp": (SETTLED | {"drive": CHIRP}, "does not repeat"),
     "area": (AREAS, "contact = GrowingArea: its area follows load and attraction"),
-    "charge": (
-        SETTLED | {"stack": stack(film={"initial_charge": 1e-5})},
-        r"stack\.insulator\.initial_charge.*use AtRest",
-    ),
-    "leak": (
-        SETTLED | {"stack": stack(skin={"leak": GROWING})},
-        r"stack\.stratum_corneum\.leak.*use AtRest",
-    ),
-    "sum of sines": (
-        {"drive": FULL},
-        r"drive = SquareRootModulation: it is a sum of \d+ sines, more than the 500",
-    ),
-    "stiff": (
-        {"stack": {"insulator": FILM, "sweat": SALT | {"role": "finger"}}},
-        r"insulator: 3\.3e-11 F in series with a conductance of 1e\+07 S.*frequency\.low to .* Hz or more",
-    ),
+    "charge": (SETTLED | {"stack": CHARGED}, r"stack\.insulator\.initial_charge.*use AtRest"),
+    "leak": (SETTLED | {"stack": stack(skin={"leak": GROWING})}, r"stratum_corneum\.leak.*use AtRest"),
+    "sines": ({"drive": FULL}, r"drive = SquareRootModulation: .* \d+ sines, more than the 500"),
+    "stiff": ({"stack": SWEAT}, r"3\.3e-11 F in .* 1e\+07 S.*frequency\.low to .* Hz or more"),
 }
 
 
@@ -402,21 +368,18 @@ def test_what_has_no_exact_form_is_refused(case, tmp_path):
 KNOWN = r": a scenario is exported as \.cir, and its drive as .*, not as"
 
 
-@pytest.mark.parametrize(
-    ("name", "file", "words"),
-    [
-        ("vezzoli_2014/fig7", "circuit.cir", r"not causal.*Use Vezzoli2014Causal"),
-        (
-            "persson_2018/coating",
-            "circuit.cir",
-            r"force = Persson2018RoughGap: .* another force\.model such as Max",
-        ),
-        (FIG6, "circuit.sp", f"circuit.sp{KNOWN}"),
-        (FIG6, "circuit", f"circuit{KNOWN}"),
-    ],
-)
-def test_laws_of_more_than_the_circuit_and_unknown_suffixes_are_refused(name, file, words, tmp_path):
-    with pytest.raises(NotCausalError if name.endswith("fig7") else InputError, match=words):
+REFUSED_FILES = {
+    "vezzoli_2014/fig7 circuit.cir": r"not causal.*Use Vezzoli2014Causal",
+    "persson_2018/coating circuit.cir": r"force = Persson2018RoughGap: .* another force\.model such as Max",
+    f"{FIG6} circuit.sp": f"circuit.sp{KNOWN}",
+    f"{FIG6} circuit": f"circuit{KNOWN}",
+}
+
+
+@pytest.mark.parametrize("case", REFUSED_FILES)
+def test_laws_of_more_than_the_circuit_and_unknown_suffixes_are_refused(case, tmp_path):
+    name, file = case.split()
+    with pytest.raises(NotCausalError if name.endswith("fig7") else InputError, match=REFUSED_FILES[case]):
         ev.export(name, tmp_path / file)
     assert not list(tmp_path.iterdir())
 

@@ -160,7 +160,7 @@ def test_leak_time_and_polarity_are_told(coating, leaky):
     assert "The response of a layer depends on the polarity" in told(rectifying)
 
 
-def test_a_law_looks_the_same_in_every_figure_and_none_hides_another(coating, leaky):
+def test_a_law_looks_the_same_in_every_figure_and_a_parameter_of_one_moves_no_other(coating, leaky):
     looks = [{label: curve.look for label, curve in lines(panel).items()} for panel in coating.panels]
     assert all(look.items() <= looks[0].items() for look in looks)
     last = lines(coating.panels[-1])
@@ -168,18 +168,16 @@ def test_a_law_looks_the_same_in_every_figure_and_none_hides_another(coating, le
     assert kinds == ["line", "dashed", "dotted"]
     assert leaky.panels[-1].x == ("stack.gap.thickness", "m")
     assert all(len(curve.x) == 3 for curve in leaky.panels[-1].curves)
-
-
-def test_a_parameter_of_one_law_moves_no_other():
     models, over = ["Persson2018RoughGap", PLANE], {"force.mean_gap": np.array([5e-6, 20e-6])}
     forces = lines(compare(load("persson_2018/coating"), models=models, over=over).panels[-1])
     assert forces["Persson2018RoughGap"].y[0] > 2 * forces["Persson2018RoughGap"].y[1]
     assert forces[PLANE].y[0] == forces[PLANE].y[1]
 
 
-@pytest.mark.parametrize(
-    "law", ["MaxwellStressInInsulator", "MaxwellStressInStratumCorneum", "EffectiveMedium", PLANE]
-)
+LAWS = [PLANE, "MaxwellStressInInsulator", "MaxwellStressInStratumCorneum", "EffectiveMedium"]
+
+
+@pytest.mark.parametrize("law", LAWS)
 def test_a_filled_gap_is_accounted_for(law):
     """The field in a gap decreases with the permittivity of its filling, its stress with the square: no further terms."""
 
@@ -230,15 +228,9 @@ def test_limits_of_an_amplifier_leave_the_held_voltage():
 # materials
 
 SLAB = {"thickness": 10e-6, "material": {"model": "Constant", "permittivity": 3.0}}
-FILM = load("vezzoli_2014/fig6_static").replace(
-    {
-        "drive": {"model": "Step", "level": 100.0},
-        "force": {"model": PLANE},
-        "circuit.return_path.resistance": 0.0,
-        "stack": {"insulator": SLAB},
-        "time.samples": 3,
-    }
-)
+STEPPED = {"drive": {"model": "Step", "level": 100.0}, "force": {"model": PLANE}, "time.samples": 3}
+STEPPED |= {"circuit.return_path.resistance": 0.0, "stack": {"insulator": SLAB}}
+FILM = load("vezzoli_2014/fig6_static").replace(STEPPED)
 
 
 def test_the_attraction_of_a_single_layer_is_that_of_its_displacement_in_every_material():
@@ -267,16 +259,13 @@ def test_the_attraction_of_a_single_layer_is_that_of_its_displacement_in_every_m
     assert "abstract: strength" in row["source status"]
 
 
-def test_all_of_the_library_and_what_a_law_refuses():
+def test_all_of_the_library_what_a_law_refuses_and_a_layer_without_a_known_strength():
     """The law of Vezzoli et al. 2014 has one permittivity of the insulator."""
     compared = ev.compare_materials("vezzoli_2014/fig6")
     assert {entry.name for entry in compared.entries} >= {AS_IT_IS, "pet", "silica", "hafnia"}
     assert set(compared.left_out) == {"parylene_c", "pvdf", "p_vdf_trfe_cfe"}
     assert "one permittivity" in compared.left_out["pvdf"]
     assert compared.tables[1].title == "Not in this comparison"
-
-
-def test_a_layer_without_a_known_strength_has_no_margin():
     changed = FILM.replace({"stack.insulator.material.permittivity": 50.0})
     found = ev.compare_materials(changed, materials=["pet"])
     own, _ = found.entries

@@ -135,13 +135,17 @@ def test_the_bootstrap_resamples_the_estimators_of_scipy():
         np.testing.assert_allclose(high[ours], np.ravel(theirs.confidence_interval.high), atol=0.03)
 
 
-def test_one_parameter_has_all_of_the_influence():
+def test_one_parameter_has_all_of_the_influence_and_an_elasticity_at_the_end_of_a_range_is_not_defined():
     """Indices of 1 by definition, within the error of the estimate; the answer names the parameter."""
     found = sensitivity({AREA: LOG_NORMAL[AREA]}, n=256)
     (index,) = found.indices
     assert (index.first, index.total) == (pytest.approx(1, abs=0.05), pytest.approx(1, abs=0.05))
     assert index.first_interval[0] < index.first_interval[1]
     assert AREA in found.answer
+    vacuum = {"stack.insulator.material.permittivity": {"model": "Empirical", "values": [1]}}
+    found = sensitivity(vacuum | LOG_NORMAL, n=4)
+    assert math.isnan(found.elasticities[0].value)
+    assert "not defined" in found.tables[1].rows[0]
 
 
 def test_chunks_change_nothing_and_the_seed_something(monkeypatch):
@@ -170,37 +174,26 @@ def test_the_answer_names_what_cannot_be_distinguished_and_what_has_no_influence
     assert f"would fall by {fall} % on average ({least} to {most} %, " in found.answer
 
 
-def test_an_elasticity_at_the_end_of_a_range_is_not_defined():
-    vacuum = {"stack.insulator.material.permittivity": {"model": "Empirical", "values": [1]}}
-    found = sensitivity(vacuum | LOG_NORMAL, n=4)
-    assert math.isnan(found.elasticities[0].value)
-    assert "not defined" in found.tables[1].rows[0]
+REFUSED = {
+    "no power": ({"n": 100}, "n = 100: expected a power of 2, for instance 128"),
+    "one": ({"n": 1}, "power of 2"),
+    "no whole number": ({"n": 64.0}, "power of 2"),
+    "seed": ({"seed": -1}, "seed = -1"),
+    "quantity": ({"quantity": "peak electrostatic_forc"}, "Did you mean"),
+    "space": ({"space": "finger"}, "Did you mean 'fingers'"),
+    "constant": ({"space": {"friction.coefficient": 0.5}}, "same value for every draw"),
+    "scenario": ({"scenario": "vezzoli_2014/fig"}, "vezzoli_2014"),
+}
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"n": 100}, "n = 100: expected a power of 2, for instance 128"),
-        ({"n": 1}, "power of 2"),
-        ({"n": 64.0}, "power of 2"),
-        ({"seed": -1}, "seed = -1"),
-        ({"quantity": "peak electrostatic_forc"}, "Did you mean"),
-        ({"space": "finger"}, "Did you mean 'fingers'"),
-        ({"space": {"friction.coefficient": 0.5}}, "same value for every draw"),
-        ({"scenario": "vezzoli_2014/fig"}, "vezzoli_2014"),
-    ],
-)
-def test_mistakes_are_one_sentence(changes, words):
+@pytest.mark.parametrize("wrong", REFUSED)
+def test_mistakes_are_one_sentence(wrong):
+    changes, words = REFUSED[wrong]
     with pytest.raises(InputError, match=words):
         sensitivity(**{"n": 4} | changes)
 
 
-def test_values_that_are_not_finite_are_refused_with_a_draw():
-    with pytest.raises(InputError, match=r"share of 0\.5 of the draws, for instance at a = -"):
-        sobol(LINEAR, lambda at: np.where(at["a"] < 0, np.nan, 1.0), n=4096, seed=1)
-
-
-def test_progress_counts_every_evaluation_and_too_many_are_refused_as_soon_as_it_shows():
+def test_progress_counts_every_evaluation_and_too_many_or_those_not_finite_are_refused():
     seen = []
     sensitivity(n=4, progress=lambda *at: seen.append(at))
     assert seen == [(done, 16) for done in range(16)]
@@ -208,3 +201,5 @@ def test_progress_counts_every_evaluation_and_too_many_are_refused_as_soon_as_it
     for n, said in ((2**30, "4294967296 evaluations; .*"), (2**18, "1048576 evaluations, of which .*")):
         with budget(time=5.0), pytest.raises(BudgetError, match=f"for {said}Choose a smaller n"):
             sensitivity(n=n)
+    with pytest.raises(InputError, match=r"share of 0\.5 of the draws, for instance at a = -"):
+        sobol(LINEAR, lambda at: np.where(at["a"] < 0, np.nan, 1.0), n=4096, seed=1)

@@ -202,31 +202,27 @@ def test_percentiles_in_words():
 # sizes of tiles
 
 
-@pytest.mark.parametrize(
-    ("start", "wanted", "stop"),
-    [
-        (0, 1024, 1024),
-        (64, 100, 164),
-        (64, 1024, 1024),
-        (1000, 3000, 3072),
-        (1024, 4096, 5000),
-        (4992, 64, 5000),
-    ],
-)
-def test_a_tile_of_a_block_or_more_ends_with_a_block(start, wanted, stop):
-    sizes = TileSizes(5000, 4096, seconds=1.0)
-    sizes.wanted = wanted
-    assert sizes.stop(start) == stop
+STOPS = {
+    (0, 1024): 1024,
+    (64, 100): 164,
+    (64, 1024): 1024,
+    (1000, 3000): 3072,
+    (1024, 4096): 5000,
+    (4992, 64): 5000,
+}
+WANTED = {1.0: 100, 0.01: 4096, 1e3: 1, 0.1: 1000}
+"""Fingers of the next tile after 100 fingers in a time [s]."""
 
 
-@pytest.mark.parametrize(("seconds", "wanted"), [(1.0, 100), (0.01, 4096), (1e3, 1), (0.1, 1000)])
-def test_the_size_follows_from_the_time(seconds, wanted):
-    sizes = TileSizes(10**6, 4096, seconds=1.0)
-    sizes.measured(100, seconds)
-    assert sizes.wanted == wanted
-
-
-def test_the_first_tile_is_small_unless_fingers_are_computed_in_arrays_and_its_signals_stay_small():
+def test_a_tile_of_a_block_or_more_ends_with_a_block_and_its_size_follows_from_the_time():
+    for (start, wanted), stop in STOPS.items():
+        sizes = TileSizes(5000, 4096, seconds=1.0)
+        sizes.wanted = wanted
+        assert sizes.stop(start) == stop, (start, wanted)
+    for seconds, wanted in WANTED.items():
+        sizes = TileSizes(10**6, 4096, seconds=1.0)
+        sizes.measured(100, seconds)
+        assert sizes.wanted == wanted, seconds
     assert TileSizes(10**6, 4096, seconds=1.0).stop(0) == 16
     assert TileSizes(10**6, 256, seconds=1.0, in_arrays=True).stop(0) == 256
     sizes = TileSizes(10**6, 4096, seconds=1.0, in_arrays=True)

@@ -110,7 +110,13 @@ def test_what_was_changed_is_found(whole, doors, case):
             door(whole)
 
 
-def test_a_description_without_end_is_not_read(whole, monkeypatch):
+def test_every_program_can_read_a_store_and_a_description_without_end_is_not_read(whole, monkeypatch):
+    """The checksums are attributes and a codec of the format."""
+    group = zarr.open_group(str(whole), mode="r")
+    assert group[NAME].metadata.to_dict()["codecs"][-1]["name"] == "crc32c"
+    assert np.isfinite(group[NAME][:]).all()
+    table = json.loads((whole / "zarr.json").read_text())
+    assert set(table) == {"zarr_format", "node_type", "attributes"}
     os.truncate(whole / "zarr.json", 10**12)
     monkeypatch.setattr("electrovib.study.population.files.is_ours", None)
     with pytest.raises(DataFileError, match="is damaged"):
@@ -179,12 +185,3 @@ def test_links_in_place_of_a_lock_or_a_description_are_not_followed(whole, begun
     (whole / "zarr.json").symlink_to(whole.with_name("elsewhere"))
     with pytest.raises(DataFileError, match="is a link"):
         open_study(whole)
-
-
-def test_every_program_can_read_a_store(whole):
-    """The checksums are attributes and a codec of the format."""
-    group = zarr.open_group(str(whole), mode="r")
-    assert group[NAME].metadata.to_dict()["codecs"][-1]["name"] == "crc32c"
-    assert np.isfinite(group[NAME][:]).all()
-    table = json.loads((whole / "zarr.json").read_text())
-    assert set(table) == {"zarr_format", "node_type", "attributes"}

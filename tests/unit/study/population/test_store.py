@@ -94,17 +94,15 @@ def test_what_is_no_study_or_no_place_for_one_is_not_touched(quick, tmp_path, co
     assert content(tmp_path) == before
 
 
-def test_an_incomplete_study_is_not_opened_and_another_kernel_continues_it(quick, ended, path, monkeypatch):
+def test_an_incomplete_study_is_not_opened_and_continued_by_another_kernel_alone(
+    quick, ended, path, monkeypatch
+):
     expected = quick(n=5000)
-    ended(path)
+    ended(path, budget_memory="1 GB")
     with pytest.raises(InputError, match="is not complete; the command that began it continues it"):
         open_study(path)
-    monkeypatch.setattr(StandInPopulation, "kernel", "another stand-in")
-    assert_same(quick(n=5000, output=path), expected)
-
-
-def test_another_method_version_or_memory_is_refused_while_incomplete(quick, ended, path, monkeypatch):
-    ended(path, budget_memory="1 GB")
+    with pytest.raises(InputError, match="percentiles from 'exact"):
+        quick(n=5000, output=path, budget_memory="120 kB")
     with monkeypatch.context() as patched:
         patched.setattr(StandInPopulation, "method", "another method")
         with pytest.raises(InputError, match=r"begun with method 'in closed form', here 'another method'"):
@@ -114,9 +112,8 @@ def test_another_method_version_or_memory_is_refused_while_incomplete(quick, end
         patched.setattr("electrovib.study.population.result.computing_versions", lambda: versions)
         with pytest.raises(InputError, match=r"begun with numpy '.*', here '1.0'"):
             quick(n=5000, output=path)
-    with pytest.raises(InputError, match="percentiles from 'exact"):
-        quick(n=5000, output=path, budget_memory="120 kB")
-    quick(n=5000, output=path)
+    monkeypatch.setattr(StandInPopulation, "kernel", "another stand-in")
+    assert_same(quick(n=5000, output=path), expected)
     monkeypatch.setattr(StandInPopulation, "method", "another method")
     quick(n=5000, output=path)  # complete
 
@@ -227,22 +224,23 @@ def test_a_store_is_locked_until_its_study_has_ended_and_one_being_written_is_re
     assert not list(path.glob(".lock*"))
 
 
-@pytest.mark.parametrize(
-    ("asked", "words"),
-    [
-        ({"n": 10**12}, "for 1e.12 fingers; allowed are 10 min and 4 GB. Draw fewer fingers"),
-        ({"n": 10**12, "draws": True}, "for 1e.12 fingers; allowed are 10 min"),
-        ({"workers": 10**5}, "25 TB, for 100000 workers; allowed are 10 min and 4 GB. Start fewer workers"),
-        ({"budget_memory": 1}, "the signals of a block"),
-        ({"scheduler": "tcp://127.0.0.1:9"}, r"scheduler = tcp://127.0.0.1:9: no answer"),
-        ({"workers": 0}, "workers = 0: expected a number of processes"),
-        ({"workers": True}, "workers = True"),
-        ({"workers": 2, "scheduler": "tcp://a:1"}, "give one of them"),
-        ({"seed": -1}, "seed = -1: expected a whole number"),
-    ],
-)
+REFUSED = {
+    "fingers": ({"n": 10**12}, "for 1e.12 fingers; allowed are 10 min and 4 GB. Draw fewer fingers"),
+    "draws": ({"n": 10**12, "draws": True}, "for 1e.12 fingers; allowed are 10 min"),
+    "many workers": ({"workers": 10**5}, "25 TB, for 100000 workers; allowed .* Start fewer workers"),
+    "memory": ({"budget_memory": 1}, "the signals of a block"),
+    "scheduler": ({"scheduler": "tcp://127.0.0.1:9"}, r"scheduler = tcp://127.0.0.1:9: no answer"),
+    "no worker": ({"workers": 0}, "workers = 0: expected a number of processes"),
+    "no number": ({"workers": True}, "workers = True"),
+    "both": ({"workers": 2, "scheduler": "tcp://a:1"}, "give one of them"),
+    "seed": ({"seed": -1}, "seed = -1: expected a whole number"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
 @pytest.mark.usefixtures("impatient")
-def test_a_refused_study_leaves_nothing(quick, path, tmp_path, asked, words):
+def test_a_refused_study_leaves_nothing(quick, path, tmp_path, case):
+    asked, words = REFUSED[case]
     with pytest.raises(InputError, match=words):
         quick(**{"n": 100} | asked, output=path)
     assert not [*tmp_path.iterdir()]
