@@ -23,34 +23,44 @@ LOG_NORMAL = {
     AREA: {"model": "LogNormal", "median": "1 cm2", "factor": math.exp(0.3)},
     VOLTAGE: {"model": "LogNormal", "median": "500 V", "factor": math.exp(0.2)},
 }
+UNIT = Uniform(low=0.0, high=1.0)
+LINEAR = Space(
+    distributions={name: Normal(mean=0.0, deviation=1.0) for name in "abc"}, correlations={("a", "b"): 0.5}
+)
 
 
-def ishigami(at):
-    x, y, z = (at[name] for name in "abc")
-    return np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
+def sensitivity(space=LOG_NORMAL, scenario=STATIC, **asked):
+    return ev.sensitivity(scenario, space, **{"quantity": "peak electrostatic_force", "seed": 1} | asked)
+
+
+def total(at):
+    return sum(at.values())
 
 
 def test_the_ishigami_function_has_its_published_indices():
     """T. Ishigami, T. Homma 1990, with 7 and 0.1: exact values from its variance decomposition."""
     space = Space(distributions={name: Uniform(low=-math.pi, high=math.pi) for name in "abc"})
+
+    def ishigami(at):
+        x, y, z = (at[name] for name in "abc")
+        return np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
+
     found = sobol(space, ishigami, n=2**14, seed=1)
     np.testing.assert_allclose(found.first, [0.3139, 0.4424, 0.0], atol=0.01)
     np.testing.assert_allclose(found.total, [0.5576, 0.4424, 0.2437], atol=0.01)
     for index, ends in ((found.first, found.first_interval), (found.total, found.total_interval)):
-        assert (ends[0] < index).all()
-        assert (index < ends[1]).all()
+        assert ((ends[0] < index) & (index < ends[1])).all()
         assert (ends[1] - ends[0] < 0.06).all()
 
 
 def test_the_g_function_has_its_published_indices():
     """I. M. Sobol 1998 with a = 0, 1, 4.5, 9, 99: first and total indices in closed form."""
     a = np.array([0, 1, 4.5, 9, 99])
-    space = Space(distributions={str(i): Uniform(low=0.0, high=1.0) for i in range(5)})
 
     def g(at):
         return math.prod((np.abs(4 * at[str(i)] - 2) + a[i]) / (1 + a[i]) for i in range(5))
 
-    found = sobol(space, g, n=4096, seed=2)
+    found = sobol(Space(distributions={str(i): UNIT for i in range(5)}), g, n=4096, seed=2)
     partial = 1 / (3 * (1 + a) ** 2)
     whole = np.prod(1 + partial) - 1
     np.testing.assert_allclose(found.first, partial / whole, atol=0.01)
@@ -61,7 +71,7 @@ def test_the_g_function_has_its_published_indices():
 @pytest.mark.slow
 def test_the_static_law_has_the_indices_of_a_product_of_log_normal_factors():
     """The force of a static law is area times voltage squared, so its variance decomposes in closed form."""
-    found = ev.sensitivity(STATIC, LOG_NORMAL, quantity="peak electrostatic_force", n=1024, seed=3)
+    found = sensitivity(n=1024, seed=3)
     spread = {AREA: math.exp(0.3**2) - 1, VOLTAGE: math.exp(0.4**2) - 1}
     whole = math.prod(1 + each for each in spread.values()) - 1
     assert [each.name for each in found.indices] == [VOLTAGE, AREA]
@@ -76,60 +86,37 @@ def test_the_static_law_has_the_indices_of_a_product_of_log_normal_factors():
     assert found.evaluations == 1024 * 4
 
 
-LINEAR = Space(
-    distributions={name: Normal(mean=0.0, deviation=1.0) for name in "abc"},
-    correlations={("a", "b"): 0.5},
-)
-
-
-def total(at):
-    return sum(at.values())
-
-
-def test_correlated_parameters_are_one_input():
+def test_parameters_that_depend_on_each_other_are_one_input():
+    """For a < b, both uniform, a is 1/18 and their covariance 1/36: a + b has a variance of 1/6."""
     found = sobol(LINEAR, total, n=2048, seed=1)
     assert list(LINEAR.inputs) == ["a + b", "c"]
-    np.testing.assert_allclose(found.first, [3 / 4, 1 / 4], atol=0.01)
-    np.testing.assert_allclose(found.total, [3 / 4, 1 / 4], atol=0.01)
+    for each in (found.first, found.total):
+        np.testing.assert_allclose(each, [3 / 4, 1 / 4], atol=0.01)
     assert found.sample.var() == pytest.approx(4, rel=0.02)
-
-
-def test_parameters_with_a_relation_are_one_input():
-    """For a < b, both uniform, a is 1/18 and their covariance 1/36: a + b has a variance of 1/6."""
-    unit = {name: Uniform(low=0.0, high=1.0) for name in "abc"}
-    space = Space(distributions=unit, relations=(("a", "b"),))
-    found = sobol(space, total, n=4096, seed=1)
-    assert list(space.inputs) == ["a + b", "c"]
-    np.testing.assert_allclose(found.first, [2 / 3, 1 / 3], atol=0.03)
+    related = Space(distributions=dict.fromkeys("abc", UNIT), relations=(("a", "b"),))
     values = []
-    sobol(space, lambda at: values.append(at) or total(at), n=64, seed=1)
-    assert (values[0]["a"] < values[0]["b"]).all()
-
-
-def test_groups_are_one_input_with_the_parameters_that_they_set():
-    groups = {
-        name: Group(share=0.5, distributions={"a": Uniform(low=low, high=low + 1)})
-        for name, low in (("dry", 0.0), ("moist", 4.0))
-    }
-    space = Space(
-        distributions={"b": Uniform(low=0.0, high=1.0)}, groupings={"moisture": Grouping(groups=groups)}
-    )
-    found = sobol(space, total, n=1024, seed=1)
-    assert list(space.inputs) == ["b", "groups of moisture"]
+    found = sobol(related, lambda at: values.append(at) or total(at), n=4096, seed=1)
+    assert list(related.inputs) == ["a + b", "c"]
+    np.testing.assert_allclose(found.first, [2 / 3, 1 / 3], atol=0.03)
+    assert all((at["a"] < at["b"]).all() for at in values)
+    dry, moist = (Group(share=0.5, distributions={"a": Uniform(low=low, high=low + 1)}) for low in (0.0, 4.0))
+    moisture = {"moisture": Grouping(groups={"dry": dry, "moist": moist})}
+    grouped = Space(distributions={"b": UNIT}, groupings=moisture)
+    found = sobol(grouped, total, n=1024, seed=1)
+    assert list(grouped.inputs) == ["b", "groups of moisture"]
     np.testing.assert_allclose(found.first, [1 / 50, 49 / 50], atol=0.01)  # 1/12 against 1/12 + 2 squared
 
 
 def test_the_intervals_contain_the_index_as_often_as_they_state():
     """Random draws, by a relation that always holds: for those the bootstrap is made."""
-    low, high = Uniform(low=0.0, high=1.0), Uniform(low=2.0, high=4.0)
-    space = Space(
-        distributions={"a": low, "b": high, "c": low, "d": high}, relations=(("a", "b"), ("c", "d"))
-    )
+    high = Uniform(low=2.0, high=4.0)
+    distributions = {"a": UNIT, "b": high, "c": UNIT, "d": high}
+    space = Space(distributions=distributions, relations=(("a", "b"), ("c", "d")))
     inside = []
     for seed in range(60):
         found = sobol(space, lambda at: at["a"] + at["b"] + 2 * (at["c"] + at["d"]), n=128, seed=seed)
-        for index, ends in ((0.2, found.first_interval), (0.2, found.total_interval)):
-            inside.append(ends[0, 0] < index < ends[1, 0])
+        intervals = found.first_interval, found.total_interval
+        inside += [ends[0, 0] < 0.2 < ends[1, 0] for ends in intervals]
     assert 0.89 < np.mean(inside) < 0.99
 
 
@@ -148,100 +135,71 @@ def test_the_bootstrap_resamples_the_estimators_of_scipy():
         np.testing.assert_allclose(high[ours], np.ravel(theirs.confidence_interval.high), atol=0.03)
 
 
-def test_one_parameter_has_all_of_the_influence():
+def test_one_parameter_has_all_of_the_influence_and_an_elasticity_at_the_end_of_a_range_is_not_defined():
     """Indices of 1 by definition, within the error of the estimate; the answer names the parameter."""
-    found = ev.sensitivity(
-        STATIC, {AREA: LOG_NORMAL[AREA]}, quantity="peak electrostatic_force", n=256, seed=1
-    )
+    found = sensitivity({AREA: LOG_NORMAL[AREA]}, n=256)
     (index,) = found.indices
     assert (index.first, index.total) == (pytest.approx(1, abs=0.05), pytest.approx(1, abs=0.05))
     assert index.first_interval[0] < index.first_interval[1]
     assert AREA in found.answer
+    vacuum = {"stack.insulator.material.permittivity": {"model": "Empirical", "values": [1]}}
+    found = sensitivity(vacuum | LOG_NORMAL, n=4)
+    assert math.isnan(found.elasticities[0].value)
+    assert "not defined" in found.tables[1].rows[0]
 
 
 def test_chunks_change_nothing_and_the_seed_something(monkeypatch):
-    asked = {"quantity": "peak electrostatic_force", "n": 8}
-    whole = ev.sensitivity(STATIC, LOG_NORMAL, seed=1, **asked)
+    whole = sensitivity(n=8)
     monkeypatch.setattr(prepare, "_CHUNK", 3)
-    again = ev.sensitivity(STATIC, LOG_NORMAL, seed=1, **asked)
+    again = sensitivity(n=8)
     assert again.indices == whole.indices
     assert again.sample.tobytes() == whole.sample.tobytes()
-    assert ev.sensitivity(STATIC, LOG_NORMAL, seed=2, **asked).indices != whole.indices
+    assert sensitivity(n=8, seed=2).indices != whole.indices
     slopes = {each.path: each.value for each in whole.elasticities}
     assert slopes == {AREA: pytest.approx(1, rel=1e-9), VOLTAGE: pytest.approx(2, rel=1e-8)}
     with pytest.raises(TypeError, match="seed"):
-        ev.sensitivity(STATIC, LOG_NORMAL, **asked)
+        ev.sensitivity(STATIC, LOG_NORMAL, quantity="peak electrostatic_force", n=8)
 
 
 def test_the_answer_names_what_cannot_be_distinguished_and_what_has_no_influence():
     free = LOG_NORMAL | {"friction.coefficient": {"model": "Uniform", "low": 0.4, "high": 0.6}}
     free[VOLTAGE] = {"model": "LogNormal", "median": "500 V", "factor": math.exp(0.15)}
-    found = ev.sensitivity(STATIC, free, quantity="peak electrostatic_force", n=32, seed=1)
-    names = {each.name for each in found.indices[:2]}
-    assert names == {AREA, VOLTAGE}
-    assert f"not distinguishable from that of {found.indices[1].name}" in found.answer
+    found = sensitivity(free, n=32)
+    first, second = found.indices[:2]
+    assert {first.name, second.name} == {AREA, VOLTAGE}
+    assert f"not distinguishable from that of {second.name}" in found.answer
     assert found.answer.endswith("Without influence (total index below 0.01): friction.coefficient.")
-    first = found.indices[0]
-    fall, least, most = (
-        f"{100 * (1 - math.sqrt(1 - min(max(each, 0), 1))):.0f}"
-        for each in (first.first, *first.first_interval)
-    )
+    shares = (first.first, *first.first_interval)
+    fall, least, most = (f"{100 * (1 - math.sqrt(1 - min(max(each, 0), 1))):.0f}" for each in shares)
     assert f"would fall by {fall} % on average ({least} to {most} %, " in found.answer
 
 
-def test_an_elasticity_at_the_end_of_a_range_is_not_defined():
-    free = {"stack.insulator.material.permittivity": {"model": "Empirical", "values": [1]}} | LOG_NORMAL
-    found = ev.sensitivity(STATIC, free, quantity="peak electrostatic_force", n=4, seed=1)
-    assert math.isnan(found.elasticities[0].value)
-    assert "not defined" in found.tables[1].rows[0]
+REFUSED = {
+    "no power": ({"n": 100}, "n = 100: expected a power of 2, for instance 128"),
+    "one": ({"n": 1}, "power of 2"),
+    "no whole number": ({"n": 64.0}, "power of 2"),
+    "seed": ({"seed": -1}, "seed = -1"),
+    "quantity": ({"quantity": "peak electrostatic_forc"}, "Did you mean"),
+    "space": ({"space": "finger"}, "Did you mean 'fingers'"),
+    "constant": ({"space": {"friction.coefficient": 0.5}}, "same value for every draw"),
+    "scenario": ({"scenario": "vezzoli_2014/fig"}, "vezzoli_2014"),
+}
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"n": 100}, "n = 100: expected a power of 2, for instance 128"),
-        ({"n": 1}, "power of 2"),
-        ({"n": 64.0}, "power of 2"),
-        ({"seed": -1}, "seed = -1"),
-        ({"quantity": "peak electrostatic_forc"}, "Did you mean"),
-        ({"space": "finger"}, "Did you mean 'fingers'"),
-        ({"space": {"friction.coefficient": 0.5}}, "same value for every draw"),
-        ({"scenario": "vezzoli_2014/fig"}, "vezzoli_2014"),
-    ],
-)
-def test_mistakes_are_one_sentence(changes, words):
-    asked = {
-        "scenario": STATIC,
-        "space": LOG_NORMAL,
-        "quantity": "peak electrostatic_force",
-        "n": 4,
-        "seed": 1,
-    }
-    asked |= changes
+@pytest.mark.parametrize("wrong", REFUSED)
+def test_mistakes_are_one_sentence(wrong):
+    changes, words = REFUSED[wrong]
     with pytest.raises(InputError, match=words):
-        ev.sensitivity(asked.pop("scenario"), asked.pop("space"), **asked)
+        sensitivity(**{"n": 4} | changes)
 
 
-def test_values_that_are_not_finite_are_refused_with_a_draw():
-    with pytest.raises(InputError, match=r"share of 0\.5 of the draws, for instance at a = -"):
-        sobol(LINEAR, lambda at: np.where(at["a"] < 0, np.nan, 1.0), n=4096, seed=1)
-
-
-def test_more_evaluations_than_the_budget_allows_are_refused_as_soon_as_it_shows():
-    for n, said in ((2**30, "4294967296 evaluations; .*"), (2**18, "1048576 evaluations, of which .*")):
-        with budget(time=5.0), pytest.raises(BudgetError, match=f"for {said}Choose a smaller n"):
-            ev.sensitivity(STATIC, LOG_NORMAL, quantity="peak electrostatic_force", n=n, seed=1)
-
-
-def test_progress_counts_every_evaluation():
+def test_progress_counts_every_evaluation_and_too_many_or_those_not_finite_are_refused():
     seen = []
-    ev.sensitivity(
-        STATIC,
-        LOG_NORMAL,
-        quantity="peak electrostatic_force",
-        n=4,
-        seed=1,
-        progress=lambda *at: seen.append(at),
-    )
+    sensitivity(n=4, progress=lambda *at: seen.append(at))
     assert seen == [(done, 16) for done in range(16)]
     assert all(done < whole for (done, whole), _ in itertools.pairwise(seen))
+    for n, said in ((2**30, "4294967296 evaluations; .*"), (2**18, "1048576 evaluations, of which .*")):
+        with budget(time=5.0), pytest.raises(BudgetError, match=f"for {said}Choose a smaller n"):
+            sensitivity(n=n)
+    with pytest.raises(InputError, match=r"share of 0\.5 of the draws, for instance at a = -"):
+        sobol(LINEAR, lambda at: np.where(at["a"] < 0, np.nan, 1.0), n=4096, seed=1)

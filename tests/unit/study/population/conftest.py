@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import functools
 
+import numpy as np
 import pytest
 from stand_in_population import SPACE, StandInPopulation, stand_in
 
-from electrovib.study.population import study
+from electrovib.study.population import StudyCancelledError, study
 
 
 @pytest.fixture
@@ -19,14 +20,51 @@ def quick(monkeypatch):
 
 
 @pytest.fixture
+def ended(quick):
+    """Begin a study at a path and end it after some fingers."""
+
+    def end(path, after=1, **asked):
+        with pytest.raises(StudyCancelledError, match="the same call continues"):
+            quick(**{"n": 5000} | asked, output=path, progress=lambda done, _: done >= after)
+        return path
+
+    return end
+
+
+@pytest.fixture
 def tiles(monkeypatch):
     """Set the number of fingers of every tile."""
 
     def fix(size):
-        monkeypatch.setattr(
-            "electrovib.study.population.tiles.TileSizes.measured",
-            lambda self, *_: setattr(self, "wanted", size),
-        )
-        monkeypatch.setattr("electrovib.study.population.tiles._FIRST", size)
+        sizes = "electrovib.study.population.tiles"
+        monkeypatch.setattr(f"{sizes}.TileSizes.measured", lambda self, *_: setattr(self, "wanted", size))
+        monkeypatch.setattr(f"{sizes}._FIRST", size)
 
     return fix
+
+
+@pytest.fixture
+def content():
+    """What stands in the files of a folder."""
+
+    def read(folder):
+        return {each.relative_to(folder): each.read_bytes() for each in folder.rglob("*") if each.is_file()}
+
+    return read
+
+
+@pytest.fixture
+def same():
+    """Compare the numbers of two results.
+
+    Sums over fingers are formed tile by tile, so that means and variances differ by rounding; all else is counted or sorted.
+    """
+
+    def compare(one, other):
+        assert set(one.variables) == set(other.variables)
+        for name in one.variables:
+            rtol = 1e-12 if name.endswith(("_mean", "_variance")) else 0.0
+            np.testing.assert_allclose(one[name].values, other[name].values, rtol=rtol, err_msg=name)
+            assert one[name].attrs == other[name].attrs
+
+    return compare

@@ -19,6 +19,7 @@ PLATE = "vezzoli_2014/fig6"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}
 RATE, BLOCK, RUNNING = 10_000, 10, 25
 WHITE = {"model": "GreyscalePicture", "width": 1, "value_samples": [255], "pixels_per_millimetre": 0.01}
+PAIR = (signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)
 fault = {"is": None}
 """What the texture does beyond x = 0.5 m."""
 
@@ -48,6 +49,11 @@ class Misplaced(Texture):
 
     def added_friction(self, position, velocity, plate):
         return np.zeros(len(position))
+
+
+@pytest.fixture(autouse=True)
+def no_fault():
+    fault["is"] = None
 
 
 def raising(error):
@@ -110,7 +116,6 @@ def moves(count, first=0, place=0.1):
 
 def running(carrier=None, **options):
     """A stream that has run for some blocks, and its samples."""
-    fault["is"] = None
     found = stream(carrier=carrier, **options)
     before = np.concatenate([found.render(*move) for move in moves(RUNNING)])
     assert found.error is None
@@ -169,6 +174,11 @@ def test_the_line_of_the_file_is_stated_and_the_error_kept_as_the_cause():
         found.render(0.1, 1.0)
     assert closed.value.__cause__ is found.error
     assert found.error.__cause__ is cause
+    assert not ended(stream()).any(), "a texture that fails at once gives 0 V"
+    with pytest.raises(InputError, match="texture: the model 'Failing' raised ValueError: odd"):
+        ev.texture_drive(PLATE, texture=Failing(), path="1 m/s", limits=LIMITS)
+    with pytest.raises(InputError, match="texture: the model 'Misplaced' raised ZeroDivisionError"):
+        stream(Misplaced())
 
 
 def test_a_texture_may_overwrite_the_positions_that_it_is_given():
@@ -178,17 +188,6 @@ def test_a_texture_may_overwrite_the_positions_that_it_is_given():
     assert found.error is None
     np.testing.assert_allclose(after, before[-1])
     np.testing.assert_allclose(found.state["_sample_place"][:, 0], 0.6)
-
-
-def test_a_texture_that_fails_at_once_gives_0_volts():
-    fault["is"] = raising(ValueError("odd"))
-    found = stream()
-    assert not ended(found).any()
-
-
-def test_a_texture_without_a_place_makes_no_stream():
-    with pytest.raises(InputError, match="texture: the model 'Misplaced' raised ZeroDivisionError"):
-        stream(Misplaced())
 
 
 def test_a_position_that_cannot_be_read_ends_at_0_volts():
@@ -229,12 +228,6 @@ def test_a_block_that_an_interrupt_loses_is_not_part_of_the_samples(monkeypatch)
     is_within_limits(found, np.concatenate([before, after]))
 
 
-def test_a_drive_of_a_path_names_the_texture_too():
-    fault["is"] = raising(ValueError("odd"))
-    with pytest.raises(InputError, match="texture: the model 'Failing' raised ValueError: odd"):
-        ev.texture_drive(PLATE, texture=Failing(), path="1 m/s", limits=LIMITS)
-
-
 class Device:
     """An output that can refuse blocks, and that a signal may reach while it writes."""
 
@@ -255,9 +248,9 @@ class Device:
         return np.array(self.samples)
 
 
-def test_playing_ends_by_the_ramp_and_returns_all_samples():
-    fault["is"] = None
-    found, device = stream(), Device()
+@pytest.mark.parametrize(("texture", "carrier"), [(None, None), (WHITE, "1 kHz")])
+def test_playing_ends_by_the_ramp_and_returns_all_samples(texture, carrier):
+    found, device = stream(texture, carrier=carrier), Device()
     samples = found.play(moves(RUNNING), device)
     is_within_limits(found, samples)
     np.testing.assert_array_equal(samples, device.played)
@@ -271,10 +264,10 @@ def failing_moves(error):
 
 
 ENDS = {
-    "texture": (moves(2 * RUNNING, place=0.6)[:1], (), StreamClosedError),
-    "positions": (None, (), OSError),
-    "no pair": ([*moves(RUNNING), 0.1], (), TypeError),
-    "output": (moves(RUNNING), (RUNNING - 5,), OSError),
+    "texture": (lambda: [*moves(RUNNING), *moves(5, RUNNING, 0.6)], (), StreamClosedError),
+    "positions": (lambda: failing_moves(OSError("no sensor")), (), OSError),
+    "no pair": (lambda: [*moves(RUNNING), 0.1], (), TypeError),
+    "output": (lambda: moves(RUNNING), (RUNNING - 5,), OSError),
 }
 
 
@@ -282,38 +275,29 @@ ENDS = {
 def test_whatever_raises_while_playing_the_ramp_is_written(case):
     given, refused, kind = ENDS[case]
     fault["is"] = raising(ValueError("odd")) if case == "texture" else None
-    given = failing_moves(OSError("no sensor")) if given is None else given
-    if case == "texture":
-        given = [*moves(RUNNING), *moves(5, RUNNING, 0.6)]
     found, device = stream(carrier="1 kHz"), Device(refused=refused)
     with pytest.raises(kind):
-        found.play(given, device)
+        found.play(given(), device)
     is_within_limits(found, device.played)
     np.testing.assert_array_equal(device.played, found.played)
     assert np.max(np.abs(found.played)) > 10
     assert found.samples == len(found.played)
 
 
-def test_positions_that_end_within_the_ramp_still_give_the_reason():
+def test_positions_that_end_within_the_ramp_still_give_the_reason_and_so_does_an_output_that_refuses_it():
     fault["is"] = raising(ValueError("odd"))
     found, device = stream(ramp="5 ms"), Device()
     with pytest.raises(StreamClosedError, match="'Failing' raised ValueError: odd"):
         found.play([*moves(RUNNING), *moves(1, RUNNING, 0.6)], device)
     is_within_limits(found, device.played)
     assert len(device.played) == BLOCK * RUNNING + 50
-
-
-def test_an_output_that_refuses_the_ramp_too_is_said():
     fault["is"] = None
-    found = stream()
     with pytest.raises(OSError, match="no output") as stopped:
-        found.play(moves(RUNNING), Device(refused=range(20, 100)))
+        stream().play(moves(RUNNING), Device(refused=range(20, 100)))
     assert "not brought to 0 V by the ramp" in "".join(stopped.value.__notes__)
 
 
-@pytest.mark.parametrize(
-    ("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)]
-)
+@pytest.mark.parametrize(("number", "kind"), PAIR)
 @pytest.mark.parametrize("where", ["output", "positions", "texture"])
 def test_a_signal_while_playing_ends_by_the_ramp(number, kind, where):
     def interrupted(position, found):
@@ -340,25 +324,15 @@ def test_a_signal_while_playing_ends_by_the_ramp(number, kind, where):
     assert {each: signal.getsignal(each) for each in before} == before
 
 
-def test_a_second_signal_does_not_stop_the_ramp():
-    fault["is"] = None
+def test_a_second_signal_does_not_stop_the_ramp_and_a_thread_leaves_signals_alone():
     found, device = stream(ramp="5 ms"), Device(sends=signal.SIGINT, again=RUNNING + 1)
     with pytest.raises(KeyboardInterrupt) as stopped:
         found.play(moves(500), device)
     is_within_limits(found, device.played)
     assert device.calls == RUNNING + 2
     assert not hasattr(stopped.value, "__notes__")
-
-
-def test_playing_in_a_thread_leaves_the_signals_alone():
-    fault["is"] = None
     found, device = stream(), Device()
     thread = threading.Thread(target=found.play, args=(moves(3), device))
     thread.start()
     thread.join()
     is_within_limits(found, device.played)
-
-
-def test_a_model_of_electrovib_needs_none_of_this():
-    found, device = stream(WHITE, carrier="1 kHz"), Device()
-    is_within_limits(found, found.play(moves(RUNNING), device))
