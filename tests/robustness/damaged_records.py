@@ -57,15 +57,18 @@ def _mat73():
     return head.ljust(512, b"\0") + found.getvalue()[512:]
 
 
-def _lecroy():
+def lecroy(counts=None):
+    """Return a waveform of LeCroy whose descriptor follows the public template LECROY_2_3."""
+    counts = np.asarray(100 * V if counts is None else counts).astype(np.int8)
     block = bytearray(346)
     block[0:8], block[16:26], block[76:88] = b"WAVEDESC", b"LECROY_2_3", b"LECROYtest\0\0"
+    block[196:197], block[244:245] = b"V", b"S"
     for place, form, value in [
-        (32, "<h", 0), (34, "<h", 1), (36, "<i", 346), (60, "<i", 40), (116, "<i", 40), (128, "<i", 39), (144, "<i", 1),
-        (156, "<f", 0.5), (160, "<f", 2.0), (176, "<f", 1e-6), (180, "<d", -1e-3),
+        (32, "<h", 0), (34, "<h", 1), (36, "<i", 346), (60, "<i", counts.size), (116, "<i", counts.size),
+        (128, "<i", counts.size - 1), (144, "<i", 1), (156, "<f", 0.5), (160, "<f", 2.0), (176, "<f", 1e-6), (180, "<d", -1e-3),
     ]:  # fmt: skip
         struct.pack_into(form, block, place, value)
-    return bytes(block) + (100 * V).astype(np.int8).tobytes()
+    return bytes(block) + counts.tobytes()
 
 
 def tektronix_wfm(values=None, *, version=3, order="<", unit=b"V", storage=0, frames=1):
@@ -158,7 +161,7 @@ def whole_files():
     if importlib.util.find_spec("openpyxl"):
         found |= {"a.xlsx": _written(_xlsx), "stored.xlsx": _stored_xlsx()}
     if importlib.util.find_spec("RigolWFM"):
-        found["a.trc"] = _lecroy()
+        found["a.trc"] = lecroy()
         found["a.wfm"] = tektronix_wfm()
     if importlib.util.find_spec("impedance"):
         head = "ZPLOT2 ASCII\n  Freq(Hz)\tAmpl\tBias\tTime(Sec)\tZ'(a)\tZ''(b)\nEnd Comments\n"

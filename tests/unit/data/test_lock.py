@@ -31,21 +31,22 @@ with held(Path(sys.argv[1])):
 """
 
 
-def without_locks(monkeypatch):
+@pytest.fixture(params=["of the system", "none"])
+def locks(request, monkeypatch):
+    """Locks of the operating system, and a file system without them."""
+
     def without(self, *_, **__):
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(filelock.FileLock, "acquire", without)
+    if request.param == "none":
+        monkeypatch.setattr(filelock.FileLock, "acquire", without)
+    return request.param
 
 
-@pytest.mark.parametrize("locks", ["of the system", "none"])
-def test_the_lock_of_a_killed_process_is_free_and_says_who_held_it(tmp_path, monkeypatch, locks):
-    if locks == "none":
-        without_locks(monkeypatch)
+def test_the_lock_of_a_killed_process_is_free_and_says_who_held_it(tmp_path, locks):
     lock = tmp_path / ".lock"
-    holder = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(lock), locks], stdout=subprocess.PIPE, text=True
-    )
+    command = [sys.executable, "-c", HOLD, str(lock), locks]
+    holder = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         assert holder.stdout.readline() == "held\n"
         for _ in range(2):  # to ask who holds it does not change the answer
@@ -63,10 +64,8 @@ def test_the_lock_of_a_killed_process_is_free_and_says_who_held_it(tmp_path, mon
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("locks", ["of the system", "none"])
-def test_a_lock_is_released_whatever_happens_within(tmp_path, monkeypatch, locks):
-    if locks == "none":
-        without_locks(monkeypatch)
+@pytest.mark.usefixtures("locks")
+def test_a_lock_is_released_whatever_happens_within(tmp_path):
     with pytest.raises(KeyError), held(tmp_path / ".lock"):
         raise KeyError
     assert not list(tmp_path.iterdir())

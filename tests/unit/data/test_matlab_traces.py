@@ -6,6 +6,7 @@ import struct
 import zlib
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import scipy.io
@@ -16,6 +17,8 @@ from electrovib.core.trace import make_trace
 from electrovib.data.traces.matlab import load_mat, matlab_names, save_mat
 
 ROOT = Path(__file__).parents[3]
+
+
 LAYERS = ["insulator", "gap", "stratum_corneum"]
 
 
@@ -117,27 +120,22 @@ def test_interrupted_save_leaves_the_older_file(tmp_path, monkeypatch):
     assert load_mat(path).steps == 1
 
 
-def test_too_large_for_the_format(tmp_path, monkeypatch):
+def test_what_does_not_fit_and_an_attribute_that_is_no_text_are_refused(tmp_path, monkeypatch):
     def refuse(*args, **kwargs):
         raise scipy.io.matlab.MatWriteError("Matrix too large to save with this format")
 
-    monkeypatch.setattr(scipy.io, "savemat", refuse)
-    with pytest.raises(
-        InputError, match=r"does not fit into a \.mat file \(Matrix too large.*\); save as \.nc"
-    ):
-        save_mat(small(), tmp_path / "a.mat")
-    assert not list(tmp_path.iterdir())
-
-
-def test_attribute_that_is_no_text(tmp_path):
     with pytest.raises(InputError, match="attribute 'bad' is of type list"):
         save_mat(small(bad=[1]), tmp_path / "a.mat")
+    monkeypatch.setattr(scipy.io, "savemat", refuse)
+    with pytest.raises(InputError, match=r"does not fit into a \.mat file \(Matrix too .*\); save as \.nc"):
+        save_mat(small(), tmp_path / "a.mat")
+    assert not list(tmp_path.iterdir())
 
 
 def test_damaged_files(tmp_path):
     path = tmp_path / "a.mat"
     save_mat(small(), path)
-    raw = path.read_bytes()
+    raw, nonsense = path.read_bytes(), zlib.compress(b"\0" * 64)
     flipped = bytearray(raw)
     flipped[len(raw) // 2] ^= 0xFF
     cases = {
@@ -149,6 +147,7 @@ def test_damaged_files(tmp_path):
         raw[: len(raw) // 2]: "cut short",
         bytes(flipped): r"damaged or not a MATLAB file \(Error -3",
         raw + b"\0" * 16: "an element of type 0",
+        raw[:128] + struct.pack("<II", 15, len(nonsense)) + nonsense: "damaged or not a MATLAB file",
         b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + raw: r"damaged or not a MATLAB file",
         b"x" * 500: "not a MATLAB file of version 5",
     }
@@ -161,8 +160,6 @@ def test_damaged_files(tmp_path):
 
 def saved_again_as_version_73(path):
     """Lay a file out as MATLAB does with ``-v7.3``, after the description of that format."""
-    import h5py
-
     content = scipy.io.loadmat(path)
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, values in content.items():
@@ -181,52 +178,58 @@ def saved_again_as_version_73(path):
     path.write_bytes(raw)
 
 
-def test_a_trace_saved_again_as_version_73_is_the_same(tmp_path):
-    path = tmp_path / "a.mat"
+@pytest.fixture
+def version_73(tmp_path):
     trace = small(scenario="µ ☃")
-    save_mat(trace, path)
-    saved_again_as_version_73(path)
-    found = load_mat(path)
+    save_mat(trace, tmp_path / "a.mat")
+    saved_again_as_version_73(tmp_path / "a.mat")
+    return tmp_path / "a.mat"
+
+
+def test_a_trace_saved_again_as_version_73_is_the_same(version_73):
+    found, trace = load_mat(version_73), small(scenario="µ ☃")
     xarray.testing.assert_identical(found, trace)
     assert found.impedance.values.tobytes() == trace.impedance.values.tobytes()
 
 
-def test_a_variable_of_version_73_that_is_missing_or_lies_elsewhere(tmp_path):
-    import h5py
-
-    path = tmp_path / "a.mat"
-    save_mat(small(), path)
-    saved_again_as_version_73(path)
-    with h5py.File(path, "r+") as file:
-        del file["impedance"]
-        file["impedance"] = h5py.ExternalLink("other.mat", "impedance")
-    with pytest.raises(DataFileError, match=r"damaged or not a MATLAB file \('impedance'\)"):
-        load_mat(path)
-    with h5py.File(path, "r+") as file:
-        del file["trace_json"]
-    with pytest.raises(DataFileError, match="is not a Trace"):
-        load_mat(path)
+def elsewhere(file):
+    file["impedance"] = h5py.ExternalLink("other.mat", "impedance")
 
 
-def test_right_checksum_on_nonsense(tmp_path):
-    path = tmp_path / "a.mat"
-    save_mat(small(), path)
-    nonsense = zlib.compress(b"\0" * 64)
-    path.write_bytes(path.read_bytes()[:128] + struct.pack("<II", 15, len(nonsense)) + nonsense)
-    with pytest.raises(DataFileError, match="damaged or not a MATLAB file"):
-        load_mat(path)
+def forged(file):
+    """A variable that would fill the memory."""
+    parts = np.dtype([("real", "<f8"), ("imag", "<f8")])
+    made = file.create_dataset("impedance", (1, 10_000_000), parts, chunks=True, compression="gzip")
+    made.attrs["MATLAB_class"] = np.bytes_("double")
 
 
-@pytest.mark.parametrize("text", ["{", "[]", "{}", '{"format": "electrovib trace 1"}', "é"])
-def test_other_contents_are_no_trace(tmp_path, text):
-    scipy.io.savemat(tmp_path / "a.mat", {"x": [1.0], "trace_json": text}, do_compression=True)
-    with pytest.raises(DataFileError, match=r"is not a Trace|damaged or not a MATLAB file"):
-        load_mat(tmp_path / "a.mat")
-    scipy.io.savemat(tmp_path / "a.mat", {"x": [1.0]}, do_compression=True)
-    with pytest.raises(DataFileError, match="is not a Trace"):
-        load_mat(tmp_path / "a.mat")
-    scipy.io.savemat(tmp_path / "a.mat", {"trace_json": [1.0, 2.0]}, do_compression=True)
-    with pytest.raises(DataFileError, match="is not a Trace"):
+@pytest.mark.parametrize(
+    ("gone", "put", "words"),
+    [
+        ("impedance", elsewhere, r"damaged or not a MATLAB file \('impedance'\)"),
+        ("impedance", forged, r"too small for the 10000000 numbers of 'impedance'"),
+        ("trace_json", lambda _: None, "is not a Trace"),
+    ],
+)
+def test_a_changed_variable_of_version_73_is_refused(version_73, gone, put, words):
+    with h5py.File(version_73, "r+") as file:
+        del file[gone]
+        put(file)
+    with pytest.raises(DataFileError, match=words):
+        load_mat(version_73)
+
+
+OTHERS = [
+    {"x": [1.0], "trace_json": text} for text in ("{", "[]", "{}", '{"format": "electrovib trace 1"}', "é")
+]
+
+
+@pytest.mark.parametrize("content", [*OTHERS, {"x": [1.0]}, {"trace_json": [1.0, 2.0]}])
+def test_other_contents_are_no_trace(tmp_path, content):
+    scipy.io.savemat(tmp_path / "a.mat", content, do_compression=True)
+    text = isinstance(content.get("trace_json"), str)
+    words = "is not a Trace|damaged or not a MATLAB file" if text else "is not a Trace"
+    with pytest.raises(DataFileError, match=words):
         load_mat(tmp_path / "a.mat")
 
 
@@ -263,18 +266,3 @@ def test_a_packed_file_that_unfolds_too_far(tmp_path, count):
     )
     with pytest.raises(DataFileError, match="packed too tightly: with 'x"):
         load_mat(tmp_path / "a.mat")
-
-
-def test_a_complex_variable_of_version_73_that_would_fill_the_memory(tmp_path):
-    import h5py
-
-    path = tmp_path / "a.mat"
-    save_mat(small(), path)
-    saved_again_as_version_73(path)
-    with h5py.File(path, "r+") as file:
-        del file["impedance"]
-        parts = np.dtype([("real", "<f8"), ("imag", "<f8")])
-        forged = file.create_dataset("impedance", (1, 10_000_000), parts, chunks=True, compression="gzip")
-        forged.attrs["MATLAB_class"] = np.bytes_("double")
-    with pytest.raises(DataFileError, match=r"too small for the 10000000 numbers of 'impedance'"):
-        load_mat(path)

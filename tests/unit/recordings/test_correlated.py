@@ -24,24 +24,16 @@ def test_the_autocovariance_of_known_noise(recursion):
     assert found[0] == pytest.approx(1, abs=0.05)
 
 
-def test_a_covariance_is_that_of_the_formula():
+def test_a_covariance_is_that_of_the_formula_and_infinite_where_samples_determine_nothing():
     random = np.random.default_rng(0)
     jacobian, lags = random.standard_normal((30, 3)) * [1, 1e-6, 1e6], 0.7 ** np.arange(30)
     whole = 0.7 ** np.abs(np.subtract.outer(np.arange(30), np.arange(30)))
     inverse = np.linalg.inv(jacobian.T @ jacobian) @ jacobian.T
-    np.testing.assert_allclose(
-        covariance(jacobian=jacobian, autocovariance=lags), inverse @ whole @ inverse.T, rtol=1e-6
-    )
-    np.testing.assert_allclose(
-        covariance(jacobian=jacobian, autocovariance=lags[:1]),
-        np.linalg.inv(jacobian.T @ jacobian),
-        rtol=1e-6,
-    )
-
-
-def test_what_the_samples_do_not_determine_is_infinitely_uncertain():
-    assert np.all(np.isinf(covariance(jacobian=np.ones((10, 2)), autocovariance=np.ones(1))))
-    assert np.all(np.isinf(covariance(jacobian=np.zeros((10, 1)), autocovariance=np.ones(1))))
+    for alike, matrix in ((lags, whole), (lags[:1], np.eye(30))):
+        found = covariance(jacobian=jacobian, autocovariance=alike)
+        np.testing.assert_allclose(found, inverse @ matrix @ inverse.T, rtol=1e-6)
+    for lost in (np.ones((10, 2)), np.zeros((10, 1))):
+        assert np.all(np.isinf(covariance(jacobian=lost, autocovariance=np.ones(1))))
 
 
 @pytest.mark.slow
@@ -59,13 +51,7 @@ def test_a_standard_error_holds_the_mean_and_the_slope_as_often_as_it_says(recur
     assert np.all(beyond / 400 > 0.02)
 
 
-def test_a_drift_counts_as_scatter_of_the_mean():
-    time = np.arange(128) * 1e-3
-    assert (
-        line(time=time, values=noise([1.0], 0) + 50 * time)[1]
-        > 3 * line(time=time, values=noise([1.0], 0))[1]
-    )
-
-
-def test_no_scatter_no_error():
+def test_a_drift_counts_as_scatter_of_the_mean_and_without_scatter_there_is_no_error():
+    time, white = np.arange(128) * 1e-3, noise([1.0], 0)
+    assert line(time=time, values=white + 50 * time)[1] > 3 * line(time=time, values=white)[1]
     assert line(time=np.arange(10.0), values=np.full(10, 3.0)) == pytest.approx((3, 0, 0, 0), abs=1e-12)

@@ -10,12 +10,14 @@ from electrovib.recordings.transitions.modes import damped_sine
 from electrovib.recordings.transitions.relaxation import EXPONENTIAL
 
 STAMPS = np.linspace(-2e-3, 10e-3, 150)
+
+
 AT = {
     "start": 0.3e-3, "time_constant": 0.2e-3, "frequency": 350.0, "quality": 3.0, "change": 0.65, "after": 0.05,
 }  # fmt: skip
 
 
-def seen(**held):
+def seen(data=None, **held):
     """Make a release seen by a resonance."""
     free = {
         "start": FreeParameter(start=0.0, lower=-1e-3, upper=5e-3),
@@ -24,8 +26,11 @@ def seen(**held):
     }
     problem = Separable(
         columns=lambda at: EXPONENTIAL.columns(STAMPS, at, (at["frequency"], at["quality"])),
-        data=np.zeros(150), free=free, names=EXPONENTIAL.amplitudes, ranges={"start": 10e-3},
-    )  # fmt: skip
+        data=np.zeros(150) if data is None else data,
+        free=free,
+        names=EXPONENTIAL.amplitudes,
+        ranges={"start": 10e-3},
+    )
     return problem.holding(**held)
 
 
@@ -44,45 +49,30 @@ def test_a_slope_is_the_change_of_the_model(name, whitening):
     assert np.max(np.abs(difference)) > 0
 
 
-def test_a_parameter_that_is_held_is_no_unknown():
-    held = seen(time_constant=AT["time_constant"])
+def test_what_is_held_is_no_unknown_and_a_part_has_the_same_model():
+    whole, held = seen(), seen(time_constant=AT["time_constant"])
     assert "time_constant" not in held.free
-    np.testing.assert_array_equal(held.jacobian(AT), np.delete(seen().jacobian(AT), 1, axis=1))
-    np.testing.assert_array_equal(held.predicted(AT), seen().predicted(AT))
-
-
-def test_a_part_has_the_same_model_at_some_samples():
+    np.testing.assert_array_equal(held.jacobian(AT), np.delete(whole.jacobian(AT), 1, axis=1))
+    np.testing.assert_array_equal(held.predicted(AT), whole.predicted(AT))
     rows = STAMPS > 0
-    part = seen().part(rows)
-    np.testing.assert_array_equal(part.jacobian(AT), seen().jacobian(AT)[rows])
+    part = whole.part(rows)
+    np.testing.assert_array_equal(part.jacobian(AT), whole.jacobian(AT)[rows])
     assert part.data.size == rows.sum()
 
 
 @pytest.mark.parametrize("whitening", [None, Whitening((-0.6, 0.2))])
 def test_the_parameters_of_a_computed_record_come_back(whitening):
-    problem = seen()
-    record = Separable(
-        columns=problem.columns,
-        data=problem.predicted(AT),
-        free=problem.free,
-        names=problem.names,
-        ranges=problem.ranges,
-    )
+    record = seen(seen().predicted(AT))
     start = {"start": 0.2e-3, "time_constant": 0.3e-3, "frequency": 320.0, "quality": 2.0}
     found = record.solve([{**start, "frequency": 900.0}, start], whitening=whitening)
     assert dict(found.values) == pytest.approx(AT, rel=1e-5)
-    left = np.abs(record.predicted(found.values) - record.data)
-    assert left.max() < 1e-8
+    assert np.abs(record.predicted(found.values) - record.data).max() < 1e-8
 
 
 def test_correlated_noise_increases_a_variance_by_what_monte_carlo_finds():
-    problem, rng = (
-        seen(time_constant=AT["time_constant"], frequency=AT["frequency"], quality=AT["quality"]),
-        (np.random.default_rng(1)),
-    )
-    slopes = problem.jacobian(AT)
-    inverse = np.linalg.pinv(slopes)
-    white = rng.standard_normal((4000, 151))
+    problem = seen(**{name: AT[name] for name in ("time_constant", "frequency", "quality")})
+    inverse = np.linalg.pinv(problem.jacobian(AT))
+    white = np.random.default_rng(1).standard_normal((4000, 151))
     alike = np.array([1.25, 0.5])  # of e_k + e_(k-1)/2
     noise = white[:, 1:] + 0.5 * white[:, :-1]
     ratio = np.var(noise @ inverse[0]) / (1.25 * inverse[0] @ inverse[0])
