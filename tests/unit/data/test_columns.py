@@ -25,13 +25,6 @@ BY_NUMBER = {"time": (0, "us"), "volts": (1, "V")}
 TIME, VOLTAGE = [0.0, 77e-6, 156e-6], [1.0, -2.5, 3e2]
 
 
-def shared(name: str) -> Path:
-    path = ROOT.parent / "shared" / "data" / name
-    if not path.exists():
-        pytest.skip(f"shared/data/{name} is not here")
-    return path
-
-
 def written(folder: Path, content: str | bytes, name: str = "rec.csv") -> Path:
     path = folder / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -360,26 +353,3 @@ def test_damaged_binary_files_are_refused(tmp_path, suffix, engine):
         with pytest.raises(DataFileError, match=f"a{suffix}: (is damaged or not|the file is)") as caught:
             read_columns(path, BY_NUMBER if suffix == ".npy" else WANTED)
         assert "\n" not in str(caught.value)
-
-
-def test_clutch_record():
-    found = read_columns(shared("clutch/square_300V_10Hz.npy"), {"time": (0, "us"), "voltage": (3, "V")})
-    steps = np.diff(found["time"])
-    assert np.all((steps > 60e-6) & (steps < 100e-6))  # printed: 77 to 79 us, jittered
-    assert 280 < found["voltage"].max() < 320  # a 0/300 V square
-    assert abs(found["voltage"].min()) < 20
-
-
-def test_impedance_records():
-    asked = {"f": ("Frequency", "Hz"), "modulus": ("Impedance", "ohm"), "phase": ("Phase", "deg")}
-    found = read_columns(shared("skin_impedance/Cal10k_51k.csv"), asked)
-    np.testing.assert_allclose(found["modulus"], 51e3, rtol=0.05)  # a 51 kohm resistor
-    assert np.all(np.abs(found["phase"]) < 0.05)
-    skin = {"f": ("Frequency", "Hz"), "sigma": ("Conductivity", "S/m"), "loss": ("Loss Factor", "1")}
-    found = read_columns(shared("skin_impedance/gabriel_measured_skin_dry.txt"), skin)
-    assert len(found["f"]) == 156
-    # the two columns are one quantity written twice: conductivity = 2 pi f eps0 loss, to the printed digits
-    again = 2 * np.pi * found["f"] * 8.8541878128e-12 * found["loss"]
-    np.testing.assert_allclose(np.median(found["sigma"] / again), 1.0, rtol=1e-3)
-    with pytest.raises(DataFileError, match="is in 'S/m', but a voltage is needed"):
-        read_columns(shared("skin_impedance/gabriel_measured_skin_dry.txt"), {"x": ("Conductivity", "V")})

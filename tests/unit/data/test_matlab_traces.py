@@ -4,7 +4,6 @@ import json
 import re
 import struct
 import zlib
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -15,9 +14,6 @@ import xarray
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import make_trace
 from electrovib.data.traces.matlab import load_mat, matlab_names, save_mat
-
-ROOT = Path(__file__).parents[3]
-
 
 LAYERS = ["insulator", "gap", "stratum_corneum"]
 
@@ -231,14 +227,6 @@ def test_other_contents_are_no_trace(tmp_path, content):
     words = "is not a Trace|damaged or not a MATLAB file" if text else "is not a Trace"
     with pytest.raises(DataFileError, match=words):
         load_mat(tmp_path / "a.mat")
-
-
-def test_measured_file_is_no_trace():
-    path = ROOT.parent / "shared" / "data" / "tribometer" / "finger_swipe.mat"
-    if not path.exists():
-        pytest.skip("shared/data/tribometer/finger_swipe.mat is not here")
-    with pytest.raises(DataFileError, match="is not a Trace"):
-        load_mat(path)
 
 
 def test_numbers_that_are_all_alike_can_be_read_again(tmp_path):

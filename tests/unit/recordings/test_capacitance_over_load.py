@@ -1,15 +1,12 @@
 """The capacitance of a contact over the load, at one frequency, determines the law of its area and its gap."""
 
-import csv
 import math
 
 import numpy as np
 import pytest
 from twins import GAP, plate
-from typer.testing import CliRunner
 
 import electrovib as ev
-from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
@@ -194,24 +191,3 @@ def test_a_recorded_drive_that_is_no_sine_and_a_negative_capacitance_are_refused
     recorded.capacitance.values[:] *= -1
     with pytest.raises(InputError, match=r"'capacitance' is -\d.* pF in the mean, and none is below 0"):
         fit_scenario(START, recorded, free=[PATH])
-
-
-def test_from_a_table_in_picofarad_at_the_command_line(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    recorded = in_any_order(4, noise=1e-3)
-    rows = recorded.time.values, recorded.normal_force.values, recorded.capacitance.values * 1e12
-    lines = [",".join(f"{value:.6g}" for value in row) for row in zip(*rows, strict=True)]
-    (tmp_path / "lcr.csv").write_text("\n".join(["time (s),Fz (N),Cp (pF)", *lines]) + "\n")
-    (tmp_path / "my.toml").write_text(START.to_toml())
-    for command in (
-        "import lcr.csv --column normal_force=Fz --column capacitance=Cp -o lcr.nc",
-        f"fit my.toml lcr.nc --free {PATH} --free {GAP} -o fit",
-        "report lcr.nc -o page.html",
-    ):
-        done = CliRunner().invoke(app, command.split())
-        assert done.exit_code == 0, done.output
-    lines = (tmp_path / "fit" / "parameters.csv").read_text(encoding="utf-8").splitlines()
-    rows = {row["name"]: row for row in csv.DictReader(line for line in lines if not line.startswith("#"))}
-    for path, true in TRUE.items():
-        assert float(rows[path]["lower"]) < true < float(rows[path]["upper"])
-    assert "capacitance $C$ [pF]" in (tmp_path / "page.html").read_text(encoding="utf-8")

@@ -299,8 +299,11 @@ def test_what_is_constant_or_has_two_levels_is_no_rail():
     rng = np.random.default_rng(0)
     sine = np.round(100 * np.sin(20 * np.linspace(0, 1, 4000)))
     noisy = np.round(sine + rng.normal(size=4000))
-    for values in (sine, noisy, np.sign(sine), np.zeros(50), rng.normal(size=4000)):
+    # readings without noise, with less noise than a step, and slow ones stand still without being at a rail
+    for values in (sine, noisy, np.sign(sine), np.zeros(50), np.arange(100.0), rng.normal(size=4000)):
         assert not at_extreme(values).any()
         assert not at_rail(values).any()
     clipped = np.minimum(np.round(sine + rng.normal(size=4000)), 70)
     np.testing.assert_array_equal(at_rail(clipped), clipped == 70)
+    both = np.clip(rng.normal(size=5000) + np.linspace(-8, 8, 5000), -3, 3)
+    assert np.count_nonzero(at_rail(both)) > 2500

@@ -1,6 +1,7 @@
 """Releases of known resonance and delay, with what is stated of them; and records without a release."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,35 +16,24 @@ from electrovib.physics.resonance import release_seen_by_sensor
 from electrovib.recordings.release import fit_release
 from electrovib.recordings.release.model import damped_sine, drive_end
 
+USUAL = {"frequency": 350.0, "quality": 3.0, "delay": 0.4e-3, "fall_time": 0.1e-3, "held": 0.7, "after": 0.05}
+RECORD = {"noise": 5e-3, "rate": 12_800.0, "drive": 1000.0, "seed": 0, "size": 300.0}
 
-def made(
-    *,
-    frequency=350.0,
-    quality=3.0,
-    delay=0.4e-3,
-    fall_time=0.1e-3,
-    held=0.7,
-    after=0.05,
-    noise=5e-3,
-    rate=12_800.0,
-    drive=1000.0,
-    seed=0,
-    size=300.0,
-):
+
+def made(**changes):
     """Make time, force and voltage of a clutch that is pulled from 0.1 to 0.3 s."""
-    random = np.random.default_rng(seed)
-    step = 1 / rate
-    time = 7.0 + np.cumsum(step * random.uniform(0.99, 1.01, round(0.4 * rate)))
+    of = SimpleNamespace(**USUAL | RECORD | changes)
+    random = np.random.default_rng(of.seed)
+    time = 7.0 + np.cumsum(random.uniform(0.99, 1.01, round(0.4 * of.rate)) / of.rate)
     since = time - 7.0
-    on = (since > 0.1) & (since < 0.3) & ((since * drive) % 1 < 0.5 if drive else True)
-    voltage = np.where(on, size, 0.005 * size)
+    on = (since > 0.1) & (since < 0.3) & ((since * of.drive) % 1 < 0.5 if of.drive else True)
+    voltage = np.where(on, of.size, 0.005 * of.size)
     last = np.flatnonzero(on)[-1]
     end = (time[last] + time[last + 1]) / 2  # where between the two it falls is not recorded
-    shape = release_seen_by_sensor(
-        time, start=end + delay, fall_time=fall_time, frequency=frequency, quality=quality
-    )
-    force = after + (held - after) * shape * np.clip((since - 0.1) / 0.05, 0, 1)
-    return time, force + noise * random.standard_normal(len(time)), voltage
+    sensor = {"fall_time": of.fall_time, "frequency": of.frequency, "quality": of.quality}
+    shape = release_seen_by_sensor(time, start=end + of.delay, **sensor)
+    force = of.after + (of.held - of.after) * shape * np.clip((since - 0.1) / 0.05, 0, 1)
+    return time, force + of.noise * random.standard_normal(len(time)), voltage
 
 
 @pytest.mark.slow

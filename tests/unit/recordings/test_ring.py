@@ -242,16 +242,3 @@ def test_the_command_answers_for_a_record_without_edges(tmp_path):
     table = (tmp_path / "out" / "times.csv").read_text()
     assert table.count("impact at") >= 4
     assert "after 2 impacts" in (tmp_path / "out" / "report.html").read_text()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("frequency", "quality"), [(200.0, 3.0), (380.0, 8.0)])
-def test_intervals_of_impacts_hold_frequency_and_quality(frequency, quality):
-    known, single, mean = {"frequency": frequency, "quality": quality}, [], []
-    for seed in range(8):
-        found = measure_rings(cell(np.random.default_rng(seed), **known)[0])
-        single += [holds(each.parameters, frequency, quality) for each in found.rings]
-        mean.append(holds({name: getattr(found, name) for name in known}, frequency, quality))
-    assert len(single) == 24
-    assert (np.sum(single, axis=0) >= 20).all()  # 22.8 of 24 are expected, fewer than 20 in one of 200 cases
-    assert (np.sum(mean, axis=0) >= 6).all()
