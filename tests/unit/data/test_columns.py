@@ -14,14 +14,8 @@ from electrovib.core.errors import DataFileError
 from electrovib.data.columns import read_columns
 
 ROOT = Path(__file__).parents[3]
-
-
 WANTED = {"time": ("time", "s"), "volts": ("voltage", "V")}
-
-
 BY_NUMBER = {"time": (0, "us"), "volts": (1, "V")}
-
-
 TIME, VOLTAGE = [0.0, 77e-6, 156e-6], [1.0, -2.5, 3e2]
 
 

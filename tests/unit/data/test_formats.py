@@ -22,8 +22,6 @@ from electrovib.data.recorded import check_package
 from electrovib.data.registry import FORMATS, CanRead, format_lines, format_of, format_table, read_recorded
 
 T = np.arange(50) * 1e-4
-
-
 V = np.sin(600 * T)
 
 

@@ -22,8 +22,6 @@ from electrovib.data.readers.hdf5 import reader as netcdf_reader
 from electrovib.data.traces import load_nc, save_nc
 
 WANTED = {"t": ("time", "s"), "v": ("voltage", "V")}
-
-
 MODULE = """
 import os, signal, sys, time
 import numpy as np

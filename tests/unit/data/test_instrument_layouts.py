@@ -14,17 +14,9 @@ from electrovib.data.spectrum import spectrum_of
 from electrovib.data.text.date_times import seconds_from_first
 
 T = -1e-5 + 1e-6 * np.arange(40)
-
-
 V, W = np.sin(3e5 * T), np.cos(3e5 * T)
-
-
 G = np.geomspace(1e5, 10, 40)
-
-
 Z = 100 + 5e4 / (1 + 2j * np.pi * G * 5e4 * 1e-9)
-
-
 PHASE = np.degrees(np.angle(Z))
 
 
@@ -43,8 +35,6 @@ SIDE = [
     "Vertical Units,V,,",
     "Horizontal Units,s,,",
 ]
-
-
 LAYOUTS = {
     "settings beside the numbers": (
         "\n".join(f"{key}{time:.9e},{volt:.7f}," for key, time, volt in zip(SIDE + [",,,"] * 35, T, V, strict=True)),

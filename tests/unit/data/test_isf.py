@@ -11,18 +11,12 @@ from electrovib.core.errors import DataFileError
 from electrovib.data.readers.isf import read_isf
 
 EXAMPLE = Path(__file__).parents[4] / "shared" / "data" / "oscilloscope" / "example.isf"
-
-
 COUNTS = np.array([0, 1, -2, 100, -128, 127, 5, 6])
-
-
 LONG = (
     ":WFMPRE:BYT_NR {width};BIT_NR {bits};ENCDG BIN;BN_FMT {form};BYT_OR {order};NR_PT {points};"
     'WFID "Ch1, DC coupling; 2.0E0 V/div";PT_FMT {kind};XINCR 4.0E-6;PT_OFF 2;XZERO -1.0E-3;XUNIT "s";YMULT 0.5;YZERO 10.0;'
     'YOFF 3.0;YUNIT "V";:CURVE #'
 )
-
-
 SHORT = (
     "BYT_N {width};BIT_N {bits};ENC BIN;BN_F {form};BYT_O {order};NR_P {points};PT_F {kind};XIN 4.0E-6;PT_O 2;"
     'XZE -1.0E-3;XUN "s";YMU 0.5;YZE 10.0;YOF 3.0;YUN "V";:CURV #'

@@ -32,8 +32,6 @@ def forked(monkeypatch):
 
 
 SWIPE = Path(__file__).parents[4] / "shared" / "data" / "tribometer" / "finger_swipe.mat"
-
-
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
 BOTH = pytest.mark.parametrize("packed", [True, False])
 

@@ -7,11 +7,7 @@ from electrovib.core.errors import DataFileError
 from electrovib.data.registry import read_recorded
 
 T = 0.5 * np.arange(60)
-
-
 V = 1e3 * np.sin(T / 9)
-
-
 F = 0.4 + 0.01 * np.cos(1.7 * T)
 
 

@@ -14,20 +14,10 @@ from electrovib.data.spectrum import spectrum_of
 from electrovib.recordings.importing import list_columns
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
-
-
 GRID = np.geomspace(10, 1e5, 12)
-
-
 Z = 5e4 / (1 + 2j * np.pi * GRID * 5e4 * 1e-9)
-
-
 EPS = 1000 / (1 + 2j * np.pi * GRID * 1e-4) + 5 - 1j * 1e-5 / (2 * np.pi * GRID * eps0)
-
-
 SIGMA = -EPS.imag * 2 * np.pi * GRID * eps0
-
-
 TABLES = {
     "Frequency,Impedance,Phase": (GRID, abs(Z), np.degrees(np.angle(Z))),
     "freq (kHz);|Z| (ohm);theta (rad)": (GRID / 1e3, abs(Z), np.angle(Z)),
@@ -36,8 +26,6 @@ TABLES = {
     "Frequency (Hz),Z_real,Z_imag": (GRID, Z.real, Z.imag),
     "omega,Zre,Zim": (2 * np.pi * GRID, Z.real, Z.imag),
 }  # fmt: skip
-
-
 PERMITTIVITIES = {
     "Frequency (Hz),Permittivity,Loss Factor,Conductivity (S/m)": (GRID, EPS.real, -EPS.imag, SIGMA),
     "f,eps',sigma [mS/m]": (GRID, EPS.real, SIGMA * 1e3),

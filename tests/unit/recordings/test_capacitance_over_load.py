@@ -14,27 +14,15 @@ from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.view.plots import over_time
 
 AREA, EXPONENT, FREQUENCY = 1e-4, 0.4, 1e4
-
-
 PATH = "contact.exponent"
-
-
 LOADS = np.geomspace(0.1, 2.0, 12)
-
-
 SINE = {"drive": {"model": "Sine", "frequency": FREQUENCY, "amplitude": "1 V"}}
-
-
 AREA_LAW = {
     "contact": {"model": "GrowingArea", "area": AREA, "at_force": "0.5 N", "exponent": EXPONENT},
     "load.normal_force": "0.5 N",
 }
-
-
 TRUE = {PATH: EXPONENT, GAP: 3e-6}
 START = plate(**AREA_LAW).replace(SINE | {PATH: 0.7, GAP: "2 um"})
-
-
 TURNS = 2j * math.pi * FREQUENCY
 
 

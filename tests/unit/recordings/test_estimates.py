@@ -18,8 +18,6 @@ from electrovib.recordings.fit.of_scenario import curvature_bias
 from electrovib.recordings.interval import profile_interval
 
 X = np.linspace(0.1, 2.0, 20)
-
-
 RATE = 2e6
 
 
@@ -69,8 +67,6 @@ def test_criteria_by_hand_and_where_the_correction_has_no_meaning():
 
 
 GRID = np.linspace(0, 1, 50)
-
-
 DETERMINED = {
     "by the deviation of its logarithm": ([[20.0, 0, 0], [0, 2, 0], [0, 0, 0.2]], "1 1 1", "deviation 5,"),
     "whatever its scale": ([[20e9, 0], [0, 2e-9]], "1e-9 1e9", ""),

@@ -16,20 +16,10 @@ from electrovib.recordings.importing.steps import resampled, shifted, trigger_ti
 from electrovib.recordings.rail import at_extreme, at_rail
 
 SHARED = Path(__file__).parents[4] / "shared" / "data"
-
-
 T = np.arange(0, 2, 1e-3)
-
-
 NOISE = np.random.default_rng(3).normal(0, 1e-3, T.size)
-
-
 FORCE = 0.2 + 0.05 * np.sin(2 * np.pi * 7 * T) + NOISE
-
-
 GATE = np.where(T >= 0.5, 5.0, 0.0)
-
-
 MEASURED = "lateral_force_measured"
 SCALED = {"scale": {MEASURED: "4/9 N/V"}}
 
@@ -210,8 +200,6 @@ def test_interpolation_shift_and_trigger():
 
 
 GRID = np.geomspace(100, 1e5, 20)
-
-
 EPS = 50 + 900 / (1 + 2j * np.pi * GRID * 1e-4) - 1j * 2e-6 / (2 * np.pi * GRID * 8.8541878188e-12)
 
 

@@ -12,8 +12,6 @@ from electrovib.recordings.importing.common_edges import match_edges
 from electrovib.recordings.importing.periods import SignalEdges
 
 SHIFT, RATIO = 0.37, 1 + 80e-6
-
-
 RISES, FALLS = np.array([0.5, 1.1, 1.9, 2.35]), np.array([0.8, 1.5, 2.2, 2.7])
 
 

@@ -13,11 +13,7 @@ from electrovib.recordings.fit.prediction import Residuals
 from electrovib.recordings.fit.result import parameter_table
 
 FORCE = "electrostatic_force"
-
-
 PLATE = plate()
-
-
 LONG = np.linspace(0, 30e-3, 1000)
 
 

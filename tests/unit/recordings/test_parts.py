@@ -13,13 +13,9 @@ from electrovib.recordings.importing.phase_offset import phase_offset
 from electrovib.recordings.spectra import fit_parallel_part
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
-
-
 has_data = pytest.mark.skipif(
     not FOLDER.exists(), reason="needs shared/data, which is not part of the repository"
 )
-
-
 GRID = np.geomspace(1e3, 1e5, 40)
 TURNS = 2j * np.pi * GRID
 EVEN = np.linspace(1e4, 1e5, 40)

@@ -10,8 +10,6 @@ from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 
 FORCE, FRICTION = "electrostatic_force", "friction.coefficient"
-
-
 TRUE = {GAP: 3e-6, LEAK: 2e-9}
 
 

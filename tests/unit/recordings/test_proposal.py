@@ -12,11 +12,7 @@ from electrovib.data.registry import read_recorded
 from electrovib.recordings.importing.proposal import proposed_columns
 
 TIMES = np.arange(50) * 1e-3
-
-
 A, B, C = 0.4 + TIMES, 0.2 - TIMES, 100 * np.sin(90 * TIMES)
-
-
 HEADINGS = {
     "time,force,voltage": {"lateral_force": 1, "drive_voltage": 2},
     "t;F_N;F_T;U": {"normal_force": 1, "lateral_force": 2, "drive_voltage": 3},

@@ -15,14 +15,8 @@ from electrovib.recordings.fit.rounding import (
 from electrovib.view.fitted import fit_answer
 
 FRICTION, FILM = "friction.coefficient", "stack.insulator.thickness"
-
-
 TIMES = np.linspace(1e-3, 49e-3, 400)
-
-
 SINE = {"model": "Sine", "amplitude": "150 V", "frequency": "200 Hz"}
-
-
 STEP = {"model": "Trapezium", "high": "150 V", "rise": "100 us", "hold": "100 ms", "fall": "100 us"}
 """Forces that pass 20 steps of a converter again and again, and that pass two slowly."""
 

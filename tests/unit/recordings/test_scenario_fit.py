@@ -9,17 +9,9 @@ from electrovib.core.errors import InputError
 from electrovib.recordings.fit import CancelledError, MeasuredTrace, fit_scenario
 
 SKIN, INSULATOR = "stack.stratum_corneum.material.conductivity", "stack.insulator.material.permittivity"
-
-
 ELSEWHERE = {GAP: 4e-6, LEAK: 4e-9, FILM: 1.5e-6}
-
-
 PLATE = plate()
-
-
 EXACT = {kind: exact(PLATE, kind) for kind in SIGNALS}
-
-
 FORCE = "electrostatic_force"
 THICK = plate(**{FILM: "100 um", "drive.high": "3 kV"})
 """With a film of 0.1 mm the gap discharges through its own leak: the skin's conduction is too large to count."""

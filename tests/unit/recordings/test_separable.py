@@ -10,8 +10,6 @@ from electrovib.recordings.transitions.modes import damped_sine
 from electrovib.recordings.transitions.relaxation import EXPONENTIAL
 
 STAMPS = np.linspace(-2e-3, 10e-3, 150)
-
-
 AT = {
     "start": 0.3e-3, "time_constant": 0.2e-3, "frequency": 350.0, "quality": 3.0, "change": 0.65, "after": 0.05,
 }  # fmt: skip

@@ -21,8 +21,6 @@ from electrovib.solve.mechanics.lateral import BEHIND_FRICTION, INDEPENDENT, pro
 from electrovib.view.fitted import fit_answer
 
 TIMES = np.linspace(0, 10e-3, 150)
-
-
 FREE = (
     "friction.coefficient",
     "contact.area",
@@ -30,16 +28,10 @@ FREE = (
     "rig.lateral.natural_frequency",
     "rig.lateral.damping_ratio",
 )
-
-
 READING = "lateral_force_measured"
-
-
 STEADY, RELAXATIONS = {"model": "Coulomb", "coefficient": 0.5}, [{"share": 0.2, "time": "4 ms"}]
 CREEP = {"friction": {"model": "Creep", "steady": STEADY, "relaxations": RELAXATIONS}}
 POWER = {"friction": {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}}
-
-
 PIEZO = {"natural_frequency": "2 kHz", "damping_ratio": 0.02, "time_constant": "10 s"}
 RIG = {
     "model": "Tribometer",

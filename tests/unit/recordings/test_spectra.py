@@ -11,14 +11,8 @@ from electrovib.physics.material import ColeCole, ConstantPhase, Prony
 from electrovib.recordings.spectra import fit_material, impedance_residual
 
 GABRIEL = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance" / "gabriel_measured_skin_dry.txt"
-
-
 GRID = np.geomspace(100, 1e5, 31)
-
-
 TERM = {"strength": 1500.0, "relaxation_time": 2e-5, "broadening": 0.3}
-
-
 TRUE = ColeCole(permittivity_high=50.0, terms=[TERM], conductivity=1e-4)
 
 

@@ -9,11 +9,7 @@ from electrovib.recordings.fit import CalibrationError, MeasuredTrace, fit_scena
 from electrovib.recordings.fit.result import parameter_table, systematic_deviations
 
 FORCE = "electrostatic_force"
-
-
 PLATE = plate()
-
-
 FREE = [GAP, LEAK]
 
 

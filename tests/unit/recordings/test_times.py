@@ -21,14 +21,8 @@ from electrovib.recordings.transitions.relaxation import RelaxationForm
 from electrovib.recordings.transitions.sensor import read_sensor
 
 SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "clutch"
-
-
 TAU = 6e-3
-
-
 BETWEEN = TAU * math.log(9)
-
-
 FORCE = "lateral_force_measured"
 SENSOR = Sensor(frequency=380.0, quality=3.0)
 
