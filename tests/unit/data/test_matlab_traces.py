@@ -10,42 +10,18 @@ import numpy as np
 import pytest
 import scipy.io
 import xarray
+from every_kind import LAYERS, same, small, with_sweep
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import make_trace
 from electrovib.data.traces.matlab import load_mat, matlab_names, save_mat
 
-LAYERS = ["insulator", "gap", "stratum_corneum"]
-
-
-def small(**attributes) -> xarray.Dataset:
-    random = np.random.default_rng(1)
-    return make_trace(
-        {
-            "field": (("drive.rise", "layer", "time"), random.standard_normal((2, 3, 5))),
-            "displacement": (("time", "drive.rise"), random.standard_normal((5, 2))),
-            "drive_voltage": (("time",), [np.nan, np.inf, -np.inf, -0.0, 5e-324]),
-            "impedance": (
-                ("frequency",),
-                [1 + 2j, complex(np.nan, 1), complex(0, np.inf), complex(-0.0, -0.0)],
-            ),
-            "effective_voltage_gain": (("frequency",), np.ones(4, complex)),
-            "normal_force": ((), 0.5),
-        },
-        {
-            "time": np.arange(5) * 0.1,
-            "frequency": [1.0, 2.0, 3.0, 4.0],
-            "layer": LAYERS,
-            "drive.rise": [1e-6, 1e-3],
-        },
-        {"solver": "modes, µ\n2 lines", "empty": "", "steps": 3, "tau": 0.1, "flag": True, **attributes},
-    )
-
 
 @pytest.mark.parametrize(
     "trace",
     [
-        small(),
+        small(flag=True),
+        with_sweep(),
         small().isel(time=2),
         small().isel(time=slice(0, 0)),
         small().isel(time=[1]),
@@ -53,27 +29,18 @@ def small(**attributes) -> xarray.Dataset:
     ],
 )
 def test_round_trip(tmp_path, trace):
-    path = tmp_path / "out.mat"
-    assert save_mat(trace, path) == [path]
-    found = load_mat(path)
-    xarray.testing.assert_identical(trace, found)
-    assert list(trace.variables) == list(found.variables)
-    assert {k: type(v) for k, v in trace.attrs.items()} == {k: type(v) for k, v in found.attrs.items()}
-    for name in trace.variables:
-        assert found[name].dims == trace[name].dims
-        assert found[name].dtype.kind == trace[name].dtype.kind
-        if found[name].dtype.kind in "fc":
-            assert np.array_equal(np.signbit(found[name].values.real), np.signbit(trace[name].values.real))
+    assert save_mat(trace, tmp_path / "out.mat") == [tmp_path / "out.mat"]
+    same(trace, load_mat(tmp_path / "out.mat"))
 
 
 def test_matlab_sees_plain_variables(tmp_path):
-    save_mat(small(), tmp_path / "a.mat")
+    save_mat(with_sweep().merge(small()[["impedance"]]), tmp_path / "a.mat")
     found = scipy.io.loadmat(tmp_path / "a.mat", squeeze_me=True, struct_as_record=False)
     np.testing.assert_array_equal(found["drive_rise"], [1e-6, 1e-3])
-    assert found["field"].shape == (2, 3, 5)
+    assert found["field"].shape == (2, 2, 3, 5)
     assert list(found["layer"]) == LAYERS
     assert found["units"].field == "V/m"
-    assert found["dimensions"].field == "drive.rise, layer, time"
+    assert found["dimensions"].field == "drive.rise, stack.gap.material, layer, time"
     assert found["impedance"][0] == 1 + 2j
 
 
