@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
-import xarray
 from damaged_records import lecroy, tektronix_wfm
 from scipy.io import wavfile
 
@@ -80,17 +79,6 @@ def test_matlab_of_version_73_and_hdf5_groups_with_units(tmp_path):
     assert [(each.name, each.unit) for each in found.channels] == [("run/force", "N"), ("run/time", "s")]
     assert (found.time, found.attributes["omitted"]) == ("run/time", "other (20)")
     np.testing.assert_array_equal(found.channels[0].values, V)
-
-
-@pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
-def test_netcdf(tmp_path, engine):
-    measured = xarray.Dataset(
-        {"voltage": ("time", V, {"units": "mV"})}, {"time": ("time", T, {"units": "s"})}
-    )
-    measured.to_netcdf(tmp_path / "a.nc", engine=engine)
-    found = read_recorded(tmp_path / "a.nc")
-    assert {each.name: each.unit for each in found.channels} == {"voltage": "mV", "time": "s"}
-    np.testing.assert_array_equal(found.times(), T)
 
 
 def pickled(path):

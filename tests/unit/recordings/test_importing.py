@@ -3,7 +3,6 @@
 import json
 import re
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from electrovib.recordings.importing.periods import average_periods, find_edges
 from electrovib.recordings.importing.steps import resampled, shifted, trigger_time
 from electrovib.recordings.rail import at_extreme, at_rail
 
-SHARED = Path(__file__).parents[4] / "shared" / "data"
 T = np.arange(0, 2, 1e-3)
 NOISE = np.random.default_rng(3).normal(0, 1e-3, T.size)
 FORCE = 0.2 + 0.05 * np.sin(2 * np.pi * 7 * T) + NOISE
@@ -233,15 +231,6 @@ def test_a_permittivity_with_or_without_loss_goes_into_a_scenario(table):
     assert skin.thickness == 150e-6
     known = found.material.complex_permittivity(GRID)
     np.testing.assert_array_equal(skin.material.complex_permittivity(GRID), known)
-
-
-@pytest.mark.skipif(not SHARED.exists(), reason="needs shared/data, which is not part of the repository")
-def test_a_real_spectrum_and_a_real_waveform():
-    folder = SHARED / "skin_impedance"
-    skin = ev.import_material(folder / "gabriel_measured_skin_dry.txt", thickness="1 mm")
-    assert skin.material.frequency_samples.values.size == 156
-    found = ev.import_file(SHARED / "oscilloscope" / "example.isf", {"drive_voltage": "Ch2"})
-    assert found.sizes["time"] == 10_000
 
 
 def test_edges_and_averages_over_periods(table):
