@@ -45,20 +45,8 @@ def test_matlab_sees_plain_variables(tmp_path):
 
 
 def test_names_are_valid_and_distinct():
-    odd = [
-        "drive.rise",
-        "drive_rise",
-        "drive rise",
-        "end",
-        "units",
-        "",
-        "1st",
-        "é",
-        "a" * 80,
-        "a" * 81,
-        "_x",
-        "for",
-    ]
+    odd = ["drive.rise", "drive_rise", "drive rise", "end", "units", "", "1st", "é"]
+    odd += ["a" * 80, "a" * 81, "_x", "for"]
     found = matlab_names(odd)
     assert found["drive.rise"] == "drive_rise"
     assert len(set(found.values())) == len(odd)
@@ -66,29 +54,10 @@ def test_names_are_valid_and_distinct():
     assert not {"end", "for", "units", "dimensions", "trace_json"} & set(found.values())
 
 
-def test_interrupted_save_leaves_the_older_file(tmp_path, monkeypatch):
-    path = tmp_path / "a.mat"
-    save_mat(small(steps=1), path)
-
-    def interrupted(file, *args, **kwargs):
-        file.write(b"half")
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(scipy.io, "savemat", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        save_mat(small(steps=2), path)
-    with pytest.raises(KeyboardInterrupt):
-        save_mat(small(), tmp_path / "b.mat")
-    assert list(tmp_path.iterdir()) == [path]
-    assert load_mat(path).steps == 1
-
-
-def test_what_does_not_fit_and_an_attribute_that_is_no_text_are_refused(tmp_path, monkeypatch):
+def test_what_does_not_fit_into_the_format_is_refused(tmp_path, monkeypatch):
     def refuse(*args, **kwargs):
         raise scipy.io.matlab.MatWriteError("Matrix too large to save with this format")
 
-    with pytest.raises(InputError, match="attribute 'bad' is of type list"):
-        save_mat(small(bad=[1]), tmp_path / "a.mat")
     monkeypatch.setattr(scipy.io, "savemat", refuse)
     with pytest.raises(InputError, match=r"does not fit into a \.mat file \(Matrix too .*\); save as \.nc"):
         save_mat(small(), tmp_path / "a.mat")

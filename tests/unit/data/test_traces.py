@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 import xarray
 from every_kind import only, same, small, with_sweep
 from hypothesis import example, given, settings
@@ -14,6 +15,7 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import FORMAT, make_trace
 from electrovib.data.columns import read_columns
 from electrovib.data.traces import comma_separated, load_csv, load_nc, open_trace, save_csv, save_nc
+from electrovib.data.traces.matlab import save_mat
 
 
 @pytest.mark.parametrize(
@@ -74,7 +76,7 @@ def test_kinds_of_numbers_and_units_are_stamped_on_save(tmp_path):
     assert load_csv(tmp_path / "a.csv").drive_voltage.dtype == np.float64
 
 
-@pytest.mark.parametrize("save", [save_nc, save_csv])
+@pytest.mark.parametrize("save", [save_nc, save_csv, save_mat])
 @pytest.mark.parametrize("value", [None, [1, 2], {"a": 1}, 1j, np.arange(2)])
 def test_attributes_that_are_neither_text_nor_number_are_refused(tmp_path, save, value):
     with pytest.raises(InputError, match=r"attribute 'bad' is of type .*, not a text or a number"):
@@ -148,7 +150,8 @@ def test_csv_loses_no_bit(tmp_path_factory, rows):
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, RuntimeError])
 def test_interrupted_save_leaves_the_older_files(tmp_path, monkeypatch, stop):
-    for save, _, name in BOTH:
+    every = (*BOTH, (save_mat, None, "a.mat"))
+    for save, _, name in every:
         save(small(steps=1), tmp_path / name)
         with pytest.raises(InputError, match="does not exist; make it first"):
             save(small(), tmp_path / "no" / name)
@@ -162,12 +165,13 @@ def test_interrupted_save_leaves_the_older_files(tmp_path, monkeypatch, stop):
         return (stopped if over == "frequency" else write_table)(out, trace, structure, over)
 
     monkeypatch.setattr(xarray.Dataset, "dump_to_store", stopped)
+    monkeypatch.setattr(scipy.io, "savemat", stopped)
     monkeypatch.setattr(comma_separated, "_write_table", half)
-    for save, _, name in BOTH:
+    for save, _, name in every:
         with pytest.raises(stop):
             save(small(steps=2), tmp_path / name)
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
-    assert len(before) == 3
+    assert len(before) == 4
 
 
 # --------------------------------------------------------------------------------- files that are none

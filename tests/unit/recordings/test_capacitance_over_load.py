@@ -59,6 +59,7 @@ def in_any_order(seed=1, noise=2e-3):
     return table(loads, values + noise * values.mean() * rng.normal(size=loads.size))
 
 
+@pytest.mark.slow
 def test_one_impedance_at_each_load_determines_exponent_and_gap():
     rng = np.random.default_rng(1)
     noise = 1e-3 * (rng.normal(size=LOADS.size) + 1j * rng.normal(size=LOADS.size))

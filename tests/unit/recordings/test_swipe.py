@@ -240,10 +240,13 @@ def test_the_time_is_that_of_stamps_which_increase(tmp_path):
     rig = channels(encoder="encoder", clock={"model": "TimeColumn", "column": "time"})
     rig = rig.replace({"normal.column": "normal", "lateral.column": "lateral"})
     assert reduce_swipe(read_recording(tmp_path / "swipe.csv", rig)).friction.value == near(0.4, rel=1e-2)
-    columns["time"] = np.zeros(4000)
-    with pytest.raises(InputError, match="3999 of 4000 time stamps do not: sample 1"):
+    columns["time"] = np.arange(4000) / 500
+    columns = {name: np.repeat(values, 2) for name, values in columns.items()}
+    with pytest.raises(InputError, match="4000 of 8000 time stamps do not: sample 1"):
         calibrated(columns, channels(clock={"model": "TimeColumn", "column": 0}))
     kept = {"model": "TimeColumn", "column": 0, "stamps": {"model": "KeepIncreasing"}}
+    assert swiped(columns, clock=kept).friction.value == near(0.4, rel=1e-2)
+    columns["time"][:] = 0
     with pytest.raises(InputError, match="only 1 samples with increasing time stamps are left"):
         calibrated(columns, channels(clock=kept))
 
