@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
-from damaged_records import lecroy, tektronix_wfm
+from damaged_records import lecroy, mat73, tektronix_wfm
 from scipy.io import wavfile
 
 import electrovib as ev
@@ -62,12 +62,7 @@ def test_matlab_structs_by_dotted_path(tmp_path, compressed):
 
 
 def test_matlab_of_version_73_and_hdf5_groups_with_units(tmp_path):
-    with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
-        file["record"], file["trial/force"] = np.array([T, V]), V[None]
-        for name, kind in {"record": "double", "trial": "struct", "trial/force": "double"}.items():
-            file[name].attrs["MATLAB_class"] = np.bytes_(kind)
-    whole = (tmp_path / "a.mat").read_bytes()
-    (tmp_path / "a.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + whole[128:])
+    (tmp_path / "a.mat").write_bytes(mat73({"record": np.array([T, V]).T, "trial/force": V[:, None]}))
     found = read_recorded(tmp_path / "a.mat")
     assert names(found) == ["record[0]", "record[1]", "trial.force"]
     np.testing.assert_array_equal(found.channels[1].values, V)

@@ -27,52 +27,40 @@ import os, signal, sys, time
 import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.core.trace import make_trace
-
 def numbers(path, times):
     print("a library that prints")
     yield "text", ["é", {"a": times}]
     yield "array", np.arange(5.0)[::2] * times
     yield "none", np.empty((0, 3), np.complex128)
     yield "single", np.array(7, ">i4")
-
 def problem(path):
     yield "array", np.arange(5.0)
     raise DataFileError([f"{path}: one", f"{path}: two"])
-
 def fault(path):
     yield "a", 1
     raise ZeroDivisionError("of the library\\nmore")
-
 def endless(path):
     yield "a", 1
     while True:
         pass
-
 def waits(path):
     time.sleep(60)
     yield "a", 1
-
 def greedy(path):
     yield "size", len(bytearray(400_000_000))
-
 def generous(path):
     while True:
         yield "block", np.zeros(1_000_000)
-
 def wordy(path):
     yield "text", "x" * 40_000_000
-
 def crashes(path):
     yield "a", 1
     os.abort()
-
 def leaves(path):
     yield "a", 1
     os._exit(0)
-
 def texts(path):
     yield "a", np.array(["a", "b"])
-
 def objects(path):
     yield "a", np.array([None, {}])
 """

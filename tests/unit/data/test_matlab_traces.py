@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import scipy.io
 import xarray
+from damaged_records import mat73
 from every_kind import LAYERS, same, small, with_sweep
 
 from electrovib.core.errors import DataFileError, InputError
@@ -90,32 +91,16 @@ def test_damaged_files(tmp_path):
         assert "\n" not in str(caught.value)
 
 
-def saved_again_as_version_73(path):
-    """Lay a file out as MATLAB does with ``-v7.3``, after the description of that format."""
-    content = scipy.io.loadmat(path)
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, values in content.items():
-            if name.startswith("__") or values.dtype.names or values.dtype.kind == "O":
-                continue
-            kind, turned = "double", values.T
-            if values.dtype.kind == "U":
-                kind, turned = "char", np.frombuffer(str(values[0]).encode("utf-16-le"), "<u2")[:, None]
-            elif values.dtype.kind == "c":
-                turned = np.empty(values.T.shape, [("real", "<f8"), ("imag", "<f8")])
-                turned["real"], turned["imag"] = values.T.real, values.T.imag
-            file.create_dataset(name, data=turned).attrs["MATLAB_class"] = np.bytes_(kind)
-        file.create_group("units").attrs["MATLAB_class"] = np.bytes_("struct")
-    raw = bytearray(path.read_bytes())
-    raw[:128] = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
-    path.write_bytes(raw)
-
-
 @pytest.fixture
 def version_73(tmp_path):
-    trace = small(scenario="µ ☃")
-    save_mat(trace, tmp_path / "a.mat")
-    saved_again_as_version_73(tmp_path / "a.mat")
-    return tmp_path / "a.mat"
+    """A Trace that MATLAB has read and saved again with ``-v7.3``."""
+    path = tmp_path / "a.mat"
+    save_mat(small(scenario="µ ☃"), path)
+    content = {name: values for name, values in scipy.io.loadmat(path).items() if not name.startswith("__")}
+    texts = {name: str(values[0]) for name, values in content.items() if values.dtype.kind == "U"}
+    numbers = {name: values for name, values in content.items() if values.dtype.kind in "fciu"}
+    path.write_bytes(mat73(numbers | texts | {"units/none": np.zeros((1, 1))}))
+    return path
 
 
 def test_a_trace_saved_again_as_version_73_is_the_same(version_73):

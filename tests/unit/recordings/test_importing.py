@@ -70,9 +70,8 @@ def test_columns_are_calibrated_signals_with_their_origin(record, tmp_path):
 )
 def test_scales_and_offsets(record, scale, offset, expected):
     options = {"scale": {MEASURED: scale}} | ({"offset": {MEASURED: offset}} if offset else {})
-    np.testing.assert_allclose(
-        ev.import_file(record, {MEASURED: "Ch1"}, **options)[MEASURED], expected, atol=1e-8
-    )
+    found = ev.import_file(record, {MEASURED: "Ch1"}, **options)
+    np.testing.assert_allclose(found[MEASURED], expected, atol=1e-8)
 
 
 def of_force(**options):
@@ -190,9 +189,8 @@ def test_interpolation_shift_and_trigger():
     np.testing.assert_allclose(resampled(time, 3 * time, np.array([0.5, 1.0, 1.5])), [1.5, 3, 4.5])
     np.testing.assert_allclose(resampled(time, 3 * time, np.array([0.0, 2.0, 4.0])), [1.5, 6, 10.5])
     lost = np.array([0.0, np.nan, 6, 12])
-    np.testing.assert_allclose(
-        resampled(time, lost, np.array([0.0, 0.5, 1.5, 2.0, 2.5])), [0, np.nan, np.nan, 6, 7.5]
-    )
+    found = resampled(time, lost, np.array([0.0, 0.5, 1.5, 2.0, 2.5]))
+    np.testing.assert_allclose(found, [0, np.nan, np.nan, 6, 7.5])
     assert trigger_time(time, np.array([0.0, 0, 2, 2])) == pytest.approx(1.5)
     assert trigger_time(time, np.array([2.0, 2, 0, 0])) is None
 

@@ -139,9 +139,7 @@ def test_an_uncertainty_is_stated_by_its_components():
         assert ratio == pytest.approx(10, rel=0.3)
     of_delay = quiet.uncertainty["delay"]
     assert of_delay.components["end"] == pytest.approx(1 / 12_800 / np.sqrt(12), rel=0.01)
-    assert of_delay.standard_error == pytest.approx(
-        np.sqrt(sum(value**2 for value in of_delay.components.values()))
-    )
+    assert of_delay.standard_error == pytest.approx(np.linalg.norm(list(of_delay.components.values())))
     assert f"standard uncertainty of {quiet.uncertainty['frequency'].standard_error:.2g} Hz" in quiet.words[0]
 
 

@@ -209,10 +209,8 @@ def test_wrong_counts_spikes_and_a_motion_without_contact_do_no_harm():
     columns["normal"][[100, 9000]] = [-9, 9]
     columns["lateral"][1000] = 50
     assert swiped(columns).friction.value == near(0.4)
-    columns, time = (
-        made(),
-        np.arange(16_000) / 2000,
-    )  # a carriage that goes back before the finger comes, as rigs do
+    columns, time = made(), np.arange(16_000) / 2000
+    # a carriage that goes back before the finger comes, as rigs do
     columns["encoder"] = (columns["encoder"] + np.rint(np.interp(time, [0.2, 1.5], [0.08, 0]) / STEP)) % 2**32
     (found,) = reduce_swipes(calibrated(columns, channels()))
     assert 3 < found.window[0] < found.window[1] < 5
@@ -320,7 +318,7 @@ def test_a_sensor_that_sits_at_its_rail_is_refused():
     clipped = np.minimum(columns["normal"], 2.0)
     for sign in (1.0, -1.0):  # the other end, and a sensor turned around
         with pytest.raises(
-            InputError, match=r"the normal force is at its rail.*for 100% of the time from 3\.\d\d"
+            InputError, match=r"normal force is at its rail.*for 100% of the time from 3\.\d\d"
         ):
             swiped(columns | {"normal": sign * clipped}, normal=sign)
 
@@ -343,9 +341,7 @@ def test_a_rail_for_part_of_what_is_used_or_of_a_zero_is_said_first():
 def test_a_rail_that_may_be_a_constant_force_is_said():
     """A load cell of coarse resolution at its rail: friction of 0.004 was told of 749 N without a word."""
     columns = made(load=3.0, normal=1.0, zeros=(0.0, -0.3))
-    slow = (
-        np.clip((np.arange(16_000) - 3000) / 3000, 0, 1) * 3.0
-    )  # an approach that shows no noise of the cell
+    slow = np.clip((np.arange(16_000) - 3000) / 3000, 0, 1) * 3.0  # which shows no noise of the cell
     columns["normal"] = np.minimum(steps(slow, 0.02), 2.0)
     said = "normal force is exactly its highest or lowest reading for 100.0% of the window"
     assert any(said in word for word in swiped(columns, normal=1.0).words)
