@@ -171,11 +171,8 @@ def test_spreadsheets_and_the_choice_of_a_sheet(tmp_path):
             sheet.append(list(row))
     book.save(tmp_path / "a.xlsx")
     found = read_recorded(tmp_path / "a.xlsx")
-    assert (found.time, found.attributes["sheet"], found.attributes["omitted"]) == (
-        "time",
-        "first",
-        "Sheet, second",
-    )
+    assert (found.time, found.attributes["sheet"]) == ("time", "first")
+    assert found.attributes["omitted"] == "Sheet, second"
     np.testing.assert_allclose(found.channels[1].values, V, rtol=1e-15)
     second = read_recorded(tmp_path / "a.xlsx", part="second")
     np.testing.assert_allclose(second.channels[1].values, 2 * V, rtol=1e-15)
@@ -340,9 +337,7 @@ FORMAT = FileFormat(name="lab", description="counts", suffixes=(".lab",), can_re
     assert registry.read_recorded(tmp_path / "a.bin").channels[0].unit == "mV"
     found = read_columns(tmp_path / "a.bin", {"v": ("counts", "V")}, missing=True)["v"]
     np.testing.assert_array_equal(found, [1e-3, 2e-3, np.nan])
-    with pytest.raises(
-        DataFileError, match=r"row 2 \(first is 0\), column 'counts': nan is not a finite number"
-    ):
+    with pytest.raises(DataFileError, match=r"row 2 \(first is 0\), column 'counts': nan is not a finite"):
         read_columns(tmp_path / "a.bin", {"v": (0, "V")})
     with pytest.raises(NoColumnError, match=r"there is no column 'count'\. Did you mean 'counts'"):
         read_columns(tmp_path / "a.bin", {"v": ("count", "V")})

@@ -78,10 +78,8 @@ def opaque(name="tbl", of="table"):
 
 def handle(name="fun"):
     """A function handle: flags of class 16, sizes, name, then a struct that is not looked at."""
-    inner = (
-        flags(2) + element(5, struct.pack("<ii", 1, 1)) + element(1, b"") + element(5, struct.pack("<i", 1))
-    )
-    inner += element(1, b"")
+    inner = flags(2) + element(5, struct.pack("<ii", 1, 1)) + element(1, b"")
+    inner += element(5, struct.pack("<i", 1)) + element(1, b"")
     return flags(16) + element(5, struct.pack("<ii", 1, 1)) + element(1, name.encode()) + element(14, inner)
 
 
@@ -177,17 +175,13 @@ def test_fields_of_structs_are_reached_by_their_path(tmp_path, packed):
 
 
 def test_structs_alone_and_an_array_of_structs_are_answered_with_a_sentence(tmp_path):
-    with pytest.raises(
-        DataFileError, match=r"no real numeric array; a field of a struct is named as in 'trial\.f"
-    ):
+    with pytest.raises(DataFileError, match=r"no real numeric array; a field of .* is named as in 'trial\.f"):
         read_matlab(saved(tmp_path, {"trial": {"force": TABLE}}))
     trials = np.zeros(3, dtype=[("force", "O")])
     for place in range(3):
         trials[place]["force"] = TABLE
     path = saved(tmp_path, {"trials": trials})
-    with pytest.raises(
-        DataFileError, match="'trials' is an array of 1 x 3 structs: save the one that is meant"
-    ):
+    with pytest.raises(DataFileError, match="'trials' is an array of 1 x 3 structs: save the one that is m"):
         read_matlab(path, "trials.force")
 
 

@@ -82,9 +82,8 @@ def test_steps_of_a_tribometer_are_parts_with_their_units(tmp_path):
         ]  # fmt: skip
         assert found.time == "T"
         np.testing.assert_allclose(found.times(), 0.02 * np.arange(count), atol=1e-9)
-        np.testing.assert_allclose(
-            found.channels[0].values, 80 * np.sin(np.arange(count) / 9) * number, atol=1e-6
-        )
+        known = 80 * np.sin(np.arange(count) / 9) * number
+        np.testing.assert_allclose(found.channels[0].values, known, atol=1e-6)
         assert found.attributes["table"] == f"step {number}"
         assert f"step {number}" not in found.attributes["omitted"]
         assert found.attributes["Velocity"] == f"{10 * number}"

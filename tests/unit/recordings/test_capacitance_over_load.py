@@ -123,22 +123,16 @@ def test_loads_in_any_order_determine_it_and_the_intervals_hold_the_truth():
 
 
 def test_under_one_load_it_determines_the_gap_and_a_thin_one_trades_with_the_area():
-    scenario, rng = (
-        plate(contact={"model": "FixedArea", "area": AREA}).replace(SINE | {GAP: "2 um"}),
-        np.random.default_rng(1),
-    )
+    rng = np.random.default_rng(1)
+    scenario = plate(contact={"model": "FixedArea", "area": AREA}).replace(SINE | {GAP: "2 um"})
     values = by_hand(plate(**AREA_LAW), [0.5]) * (1 + 1e-3 * rng.normal(size=50))
     found = fit_scenario(scenario, table(np.full(50, 0.5), values).drop_vars("normal_force"), free=[GAP])
     assert found.estimate.values[GAP] == pytest.approx(3e-6, rel=3e-3)
-    scenario, rng, area = (
-        plate(**AREA_LAW).replace({"stack.insulator.thickness": "100 um"}),
-        np.random.default_rng(1),
-        "contact.area",
-    )
+    rng, area = np.random.default_rng(1), "contact.area"
+    scenario = plate(**AREA_LAW).replace({"stack.insulator.thickness": "100 um"})
     values = by_hand(scenario, LOADS) * (1 + 1e-3 * rng.normal(size=LOADS.size))
-    found = fit_scenario(
-        scenario.replace(SINE | {GAP: "0.5 um"}), table(LOADS, values), free=[PATH, GAP, area]
-    )
+    begin = scenario.replace(SINE | {GAP: "0.5 um"})
+    found = fit_scenario(begin, table(LOADS, values), free=[PATH, GAP, area])
     assert found.determined == {PATH: "well", GAP: "not", area: "not"}
     assert area in found.undetermined[0].sentence
 

@@ -78,16 +78,10 @@ def recorded(rng, *, sessions=1, between=0.0, exponents=None, scatter=0.05):
     exponents = 2.0 + between * rng.normal(size=sessions) if exponents is None else np.asarray(exponents)
     scatter = np.broadcast_to(scatter, exponents.shape)[:, None]
     factors = 1e-6 * np.exp(0.3 * rng.normal(size=(exponents.size, 1)))
-    y = (
-        factors
-        * VOLTS ** exponents[:, None]
-        * np.exp(scatter * rng.normal(size=(exponents.size, VOLTS.size)))
-    )
-    return (
-        np.tile(VOLTS, exponents.size),
-        y.ravel(),
-        np.repeat(np.arange(exponents.size).astype(str), VOLTS.size),
-    )
+    noise = np.exp(scatter * rng.normal(size=(exponents.size, VOLTS.size)))
+    y = factors * VOLTS ** exponents[:, None] * noise
+    names = np.repeat(np.arange(exponents.size).astype(str), VOLTS.size)
+    return np.tile(VOLTS, exponents.size), y.ravel(), names
 
 
 def test_one_session_is_a_regression_of_the_logarithms():
