@@ -34,6 +34,7 @@ def forked(monkeypatch):
 
 SWIPE = Path(__file__).parents[4] / "shared" / "data" / "tribometer" / "finger_swipe.mat"
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+NONSENSE = zlib.compress(b"\0" * 64)
 BOTH = pytest.mark.parametrize("packed", [True, False])
 
 
@@ -337,6 +338,8 @@ def test_wrong_columns(tmp_path, content, column, words):
         (HEADER, "holds no variables"),
         (HEADER + b"\1" * 7, "cut short: 1 bytes"),
         (HEADER + struct.pack("<II", 99, 0), "an element of type 99"),
+        (HEADER + struct.pack("<II", 15, len(NONSENSE)) + NONSENSE, "is damaged or not a MATLAB file"),
+        (b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + HEADER, "is damaged or not a MATLAB file"),
         (b"MATLAB 7.3 MAT-file".ljust(512), "is damaged or not a MATLAB file"),
         (b"\x89HDF\r\n\x1a\n" + b"\0" * 100, "is damaged or not a MATLAB file"),
         ("4", "save it with -v7"),

@@ -2,8 +2,6 @@
 
 import json
 import re
-import struct
-import zlib
 
 import h5py
 import numpy as np
@@ -68,23 +66,15 @@ def test_what_does_not_fit_into_the_format_is_refused(tmp_path, monkeypatch):
 def test_damaged_files(tmp_path):
     path = tmp_path / "a.mat"
     save_mat(small(), path)
-    raw, nonsense = path.read_bytes(), zlib.compress(b"\0" * 64)
+    raw = path.read_bytes()
     flipped = bytearray(raw)
     flipped[len(raw) // 2] ^= 0xFF
-    cases = {
-        b"": "the file is empty",
-        raw[:100]: "not a MATLAB file of version 5",
-        raw[:128]: "is not a Trace",
-        raw[:131]: "damaged or not a MATLAB file",
-        raw[:-1]: "cut short: 1 bytes of an element are missing",
+    error = r"damaged or not a MATLAB file \(Error -3"
+    for damage, words in {
+        raw[:128]: "not a Trace",
         raw[: len(raw) // 2]: "cut short",
-        bytes(flipped): r"damaged or not a MATLAB file \(Error -3",
-        raw + b"\0" * 16: "an element of type 0",
-        raw[:128] + struct.pack("<II", 15, len(nonsense)) + nonsense: "damaged or not a MATLAB file",
-        b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + raw: r"damaged or not a MATLAB file",
-        b"x" * 500: "not a MATLAB file of version 5",
-    }
-    for damage, words in cases.items():
+        bytes(flipped): error,
+    }.items():
         path.write_bytes(damage)
         with pytest.raises(DataFileError, match=words) as caught:
             load_mat(path)
