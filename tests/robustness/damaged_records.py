@@ -41,31 +41,38 @@ def _hdf5(file):
         open_file["run/force"].attrs["units"] = "N"
 
 
-def _mat73():
-    """Return a MATLAB file of version 7.3: an HDF5 file behind 512 bytes of MATLAB's own."""
-    head = b"MATLAB 7.3 MAT-file, made up".ljust(116) + bytes(8) + struct.pack("<H", 0x0200) + b"IM"
+def mat73(content, *, compression=None):
+    """Return a MATLAB file of version 7.3: an HDF5 file behind 512 bytes of MATLAB's own, with a struct for each folder."""
     found = io.BytesIO()
-    with h5py.File(found, "w", userblock_size=512) as open_file:
-        for name, values in (
-            ("record", np.array([T, V])),
-            ("trial/force", V[None]),
-            ("trial/note", np.array([[120]], np.uint16)),
-        ):
-            open_file[name] = values
-            open_file[name].attrs["MATLAB_class"] = np.bytes_("char" if name.endswith("note") else "double")
-        open_file["trial"].attrs["MATLAB_class"] = np.bytes_("struct")
+    with h5py.File(found, "w", userblock_size=512) as file:
+        for name, values in content.items():
+            kind, turned = "double", np.asarray(values).T
+            if isinstance(values, str):
+                kind, turned = "char", np.frombuffer(values.encode("utf-16-le"), "<u2")[:, None]
+            elif turned.dtype.kind == "c":
+                parts = np.empty(turned.shape, [("real", "<f8"), ("imag", "<f8")])
+                parts["real"], parts["imag"] = turned.real, turned.imag
+                turned = parts
+            made = file.create_dataset(name, data=turned, compression=compression)
+            made.attrs["MATLAB_class"] = np.bytes_(kind)
+            if "/" in name:
+                made.parent.attrs["MATLAB_class"] = np.bytes_("struct")
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
     return head.ljust(512, b"\0") + found.getvalue()[512:]
 
 
-def _lecroy():
+def lecroy(counts=None):
+    """Return a waveform of LeCroy whose descriptor follows the public template LECROY_2_3."""
+    counts = np.asarray(100 * V if counts is None else counts).astype(np.int8)
     block = bytearray(346)
     block[0:8], block[16:26], block[76:88] = b"WAVEDESC", b"LECROY_2_3", b"LECROYtest\0\0"
+    block[196:197], block[244:245] = b"V", b"S"
     for place, form, value in [
-        (32, "<h", 0), (34, "<h", 1), (36, "<i", 346), (60, "<i", 40), (116, "<i", 40), (128, "<i", 39), (144, "<i", 1),
-        (156, "<f", 0.5), (160, "<f", 2.0), (176, "<f", 1e-6), (180, "<d", -1e-3),
+        (32, "<h", 0), (34, "<h", 1), (36, "<i", 346), (60, "<i", counts.size), (116, "<i", counts.size),
+        (128, "<i", counts.size - 1), (144, "<i", 1), (156, "<f", 0.5), (160, "<f", 2.0), (176, "<f", 1e-6), (180, "<d", -1e-3),
     ]:  # fmt: skip
         struct.pack_into(form, block, place, value)
-    return bytes(block) + (100 * V).astype(np.int8).tobytes()
+    return bytes(block) + counts.tobytes()
 
 
 def tektronix_wfm(values=None, *, version=3, order="<", unit=b"V", storage=0, frames=1):
@@ -151,14 +158,14 @@ def whole_files():
         "packed.mat": _written(lambda file: scipy.io.savemat(file, content, do_compression=True)),
         "plain.mat": _written(lambda file: scipy.io.savemat(file, content)),
         "a.h5": _written(_hdf5),
-        "new.mat": _mat73(),
+        "new.mat": mat73({"record": np.array([T, V]).T, "trial/force": V[:, None], "trial/note": "x"}),
     }  # fmt: skip
     if importlib.util.find_spec("nptdms"):
         found["a.tdms"] = _written(_tdms)
     if importlib.util.find_spec("openpyxl"):
         found |= {"a.xlsx": _written(_xlsx), "stored.xlsx": _stored_xlsx()}
     if importlib.util.find_spec("RigolWFM"):
-        found["a.trc"] = _lecroy()
+        found["a.trc"] = lecroy()
         found["a.wfm"] = tektronix_wfm()
     if importlib.util.find_spec("impedance"):
         head = "ZPLOT2 ASCII\n  Freq(Hz)\tAmpl\tBias\tTime(Sec)\tZ'(a)\tZ''(b)\nEnd Comments\n"

@@ -18,7 +18,7 @@ from pathlib import Path
 from stand_in_population import SPACE, stand_in
 
 SIGNALS = ["electrostatic_force", "lateral_force"]
-FINGERS = 1500
+ASKED = {"n": 1500, "seed": 3, "signal": SIGNALS, "exceed": "1 mN"}
 WAITING = 20.0
 """Seconds after which a case counts as endless."""
 GROWTH = 10**9
@@ -37,14 +37,7 @@ def in_quarters(sizes, *_) -> None:
 
 
 def asked(name: str, output: Path | None) -> dict:
-    return {
-        "n": FINGERS,
-        "seed": 3,
-        "signal": SIGNALS,
-        "exceed": "1 mN",
-        "draws": STORES[name],
-        "output": output,
-    }
+    return ASKED | {"draws": STORES[name], "output": output}
 
 
 def make_stores(folder: Path) -> None:
@@ -91,9 +84,8 @@ def damaged(store: Path, other: Path, chance: random.Random) -> str:
         target = store / "zarr.json" if chance.random() < 0.4 else chance.choice(texts)
         _OF_TEXTS[kind](target, chance)
     else:
-        target = chance.choice([store, *folders]) / chance.choice(
-            ["more", ".lock", "x.partial", "zarr.json.partial"]
-        )
+        name = chance.choice(["more", ".lock", "x.partial", "zarr.json.partial"])
+        target = chance.choice([store, *folders]) / name
         _BESIDE[kind](target, other)
     return f"{kind}: {target.relative_to(store)}"
 

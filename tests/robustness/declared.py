@@ -23,6 +23,11 @@ USUAL = 0.75
 """Share of the values that lie within a decade of the example; the others lie anywhere in the declared range."""
 DEEPEST = 3
 """A drive within a drive within a drive."""
+MENDED = (  # noqa: SIM905
+    "Perception NonPacinian Tabulated HavriliakNegami Creep Corners Motion FrequencyGrid PulseTrain Square Trapezium"
+    " TremblingDistance TouchAndLift"
+).split()
+"""Models whose parameters are related."""
 
 
 def scenario_table(seed: int) -> dict[str, Any]:
@@ -113,61 +118,45 @@ class _Chance:
             value = self.value(model, name, declared.annotation, example.get(name), depth)
             if value is not None:
                 found[name] = value
-        mend = getattr(self, f"_mend_{model.__name__.lower()}", None)
-        if mend is not None and self.happens(0.95):
-            mend(found)
+        if model.__name__ in MENDED and self.happens(0.95):
+            self.mend(model.__name__, found)
         return found
 
-    # Relations between parameters of one model, most often kept as a user keeps them.
-
-    def _mend_perception(self, table: dict[str, Any]) -> None:
-        for name in ("threshold", "threshold_uncertainty"):
-            table.pop(name, None)
-
-    def _mend_nonpacinian(self, table: dict[str, Any]) -> None:
-        table.pop("low", None)
-        table.pop("high", None)
-
-    def _mend_tabulated(self, table: dict[str, Any]) -> None:
-        table.update(self.example("Tabulated", Material))
-
-    def _mend_havriliaknegami(self, table: dict[str, Any]) -> None:
-        table["skewness"] = min(table["skewness"], 0.999 / table["broadness"])
-
-    def _mend_creep(self, table: dict[str, Any]) -> None:
-        if "relaxations" in table:
-            table["relaxations"] = [dict(each) for each in self.example("Creep", Friction)["relaxations"]]
-
-    def _mend_corners(self, table: dict[str, Any]) -> None:
-        span = float(10 ** self.rng.uniform(-3, 2))
-        table["points"] = [{"time": 0.1 * span, "share": 0.0}, {"time": span, "share": 1.0}]
-
-    def _mend_motion(self, table: dict[str, Any]) -> None:
-        if "time_profile" in table or table.get("renews_film"):
-            table.setdefault("speed", float(10 ** self.rng.uniform(-3, -0.5)))
-
-    def _mend_frequencygrid(self, table: dict[str, Any]) -> None:
-        if table.get("low", 1.0) >= table.get("high", 1e6):
-            table["low"], table["high"] = 1.0, 1e6
-        table.pop("samples", None)
-
-    def _mend_pulsetrain(self, table: dict[str, Any]) -> None:
-        table["width"] = min(max(table["width"], 1e-9), 0.5 / table["frequency"])
-        table.pop("edge", None)
-
-    def _mend_square(self, table: dict[str, Any]) -> None:
-        if "edge" in table:
-            table["edge"] = min(table["edge"], 0.2 / table["frequency"])
-
-    def _mend_trapezium(self, table: dict[str, Any]) -> None:
-        if "repeat" in table:
-            table["repeat"] = 1.5 * sum(table.get(name, 0.0) for name in ("delay", "rise", "hold", "fall"))
-
-    def _mend_tremblingdistance(self, table: dict[str, Any]) -> None:
-        table["amplitude"] = min(table["amplitude"], 0.9 * table["mean"])
-
-    def _mend_touchandlift(self, table: dict[str, Any]) -> None:
-        table["near"] = min(table["near"], 0.5 * table["far"])
+    def mend(self, name: str, table: dict[str, Any]) -> None:  # noqa: C901, PLR0912
+        """Keep the relations between parameters of one model, as a user most often does."""
+        match name:
+            case "Perception":
+                table.pop("threshold", None)
+                table.pop("threshold_uncertainty", None)
+            case "NonPacinian":
+                table.pop("low", None)
+                table.pop("high", None)
+            case "Tabulated":
+                table.update(self.example("Tabulated", Material))
+            case "HavriliakNegami":
+                table["skewness"] = min(table["skewness"], 0.999 / table["broadness"])
+            case "Creep" if "relaxations" in table:
+                table["relaxations"] = [dict(each) for each in self.example("Creep", Friction)["relaxations"]]
+            case "Corners":
+                span = float(10 ** self.rng.uniform(-3, 2))
+                table["points"] = [{"time": 0.1 * span, "share": 0.0}, {"time": span, "share": 1.0}]
+            case "Motion" if "time_profile" in table or table.get("renews_film"):
+                table.setdefault("speed", float(10 ** self.rng.uniform(-3, -0.5)))
+            case "FrequencyGrid":
+                if table.get("low", 1.0) >= table.get("high", 1e6):
+                    table["low"], table["high"] = 1.0, 1e6
+                table.pop("samples", None)
+            case "PulseTrain":
+                table["width"] = min(max(table["width"], 1e-9), 0.5 / table["frequency"])
+                table.pop("edge", None)
+            case "Square" if "edge" in table:
+                table["edge"] = min(table["edge"], 0.2 / table["frequency"])
+            case "Trapezium" if "repeat" in table:
+                table["repeat"] = 1.5 * sum(table.get(key, 0.0) for key in ("delay", "rise", "hold", "fall"))
+            case "TremblingDistance":
+                table["amplitude"] = min(table["amplitude"], 0.9 * table["mean"])
+            case "TouchAndLift":
+                table["near"] = min(table["near"], 0.5 * table["far"])
 
     def example(self, name: str, family: type[Model]) -> Mapping[str, Any]:
         return find_members(family)[name].example

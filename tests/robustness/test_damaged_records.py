@@ -5,18 +5,7 @@ import pytest
 from damaged_records import mutated, read_damaged, whole_files
 
 FILES = whole_files()
-GUARDED = {
-    "a.h5",
-    "a.tdms",
-    "a.xlsx",
-    "stored.xlsx",
-    "a.trc",
-    "a.wfm",
-    "a.z",
-    "new.mat",
-    "packed.mat",
-    "plain.mat",
-}
+GUARDED = (".h5", ".tdms", ".xlsx", ".trc", ".wfm", ".z", ".mat")
 """Read in a process of their own, which takes half a second each time."""
 
 
@@ -26,7 +15,7 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
     path = tmp_path / name
     path.write_bytes(FILES[name])
     assert read_damaged(path) == "read"
-    for number in range(2 if name in GUARDED else 40):
+    for number in range(2 if name.endswith(GUARDED) else 40):
         random = np.random.default_rng([11, number, *name.encode()])
         path.write_bytes(mutated(FILES[name], random))
         assert read_damaged(path) in ("read", "refused")

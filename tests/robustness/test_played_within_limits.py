@@ -45,15 +45,12 @@ def bench(edge, current, voltage=2e3):
 
 
 def of(film, high, rise, stray, resistance):
-    amplifier = {"circuit.amplifier": {"stray_capacitance": stray}} if stray else {}
-    return BASE.replace(
-        {
-            "stack.insulator.thickness": film,
-            "drive": BASE.drive.to_dict() | {"high": high, "low": 0.0, "rise": rise, "fall": rise},
-            "circuit.source_resistance": resistance,
-            **amplifier,
-        }
-    )
+    changes = {
+        "stack.insulator.thickness": film,
+        "drive": BASE.drive.to_dict() | {"high": high, "low": 0.0, "rise": rise, "fall": rise},
+        "circuit.source_resistance": resistance,
+    }
+    return BASE.replace(changes | ({"circuit.amplifier": {"stray_capacitance": stray}} if stray else {}))
 
 
 def largest_current(scenario, voltages, level, edge):
@@ -66,11 +63,8 @@ def largest_current(scenario, voltages, level, edge):
     times = np.column_stack([begins, begins + 0.999999 * edge]).ravel()
     values = np.column_stack([before, voltages]).ravel()
     drive = {"model": "Sampled", "time_samples": times.tolist(), "voltage_samples": values.tolist()}
-    found = scenario.replace(
-        {"drive": drive, "circuit.amplifier.bandwidth": None}
-        if scenario.circuit.amplifier
-        else {"drive": drive}
-    )
+    band = {"circuit.amplifier.bandwidth": None} if scenario.circuit.amplifier else {}
+    found = scenario.replace({"drive": drive} | band)
     inside = (begins[:, None] + edge * np.array([0.25, 0.5, 0.75, 0.999])).ravel()
     trace = ev.simulate(found, time=np.unique(np.append(times, inside)))
     name = "amplifier_current" if "amplifier_current" in trace else "current"

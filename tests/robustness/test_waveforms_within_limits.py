@@ -31,26 +31,15 @@ def drive_of(draw):
     high = float(draw.uniform(-800, 800))
     if kind == 0:
         rise, hold, fall = draw.uniform(0.5e-3, 5e-3, 3).tolist()
-        return {
-            "model": "Trapezium",
-            "high": high,
-            "low": min(0.0, 0.0),
-            "rise": rise,
-            "hold": hold,
-            "fall": fall,
-        }
+        return {"model": "Trapezium", "high": high, "low": 0.0, "rise": rise, "hold": hold, "fall": fall}
     if kind == 1:
         return {"model": "Sine", "amplitude": abs(high), "frequency": float(draw.integers(50, 3000))}
     if kind == 2:
         times = np.append(0.0, np.cumsum(draw.uniform(0.2e-3, 2e-3, 6)))
         inner = draw.uniform(-500, 500, 5).tolist()
         return {"model": "Sampled", "time_samples": times.tolist(), "voltage_samples": [0.0, *inner, 0.0]}
-    return {
-        "model": "Burst",
-        "amplitude": abs(high),
-        "frequency": float(draw.integers(100, 2000)),
-        "cycles": 3,
-    }
+    frequency = float(draw.integers(100, 2000))
+    return {"model": "Burst", "amplitude": abs(high), "frequency": frequency, "cycles": 3}
 
 
 def exported(scenario, path, limits, options):
@@ -67,9 +56,8 @@ def test_what_is_written_is_within_every_limit_and_the_rest_is_not_written(seed,
     draw = np.random.default_rng(seed)
     scenario = BASE.replace({"drive": drive_of(draw)})
     if draw.integers(2):
-        scenario = scenario.replace(
-            {"circuit.amplifier": {"stray_capacitance": float(draw.uniform(0, 500e-12))}}
-        )
+        stray = {"stray_capacitance": float(draw.uniform(0, 500e-12))}
+        scenario = scenario.replace({"circuit.amplifier": stray})
     reached = checked_values(scenario).largest
     limits = {"voltage": 2e3, "current": 1.0}
     for name in draw.permutation(list(reached))[: draw.integers(1, 4)].tolist():
@@ -102,12 +90,14 @@ def test_what_is_written_is_within_every_limit_and_the_rest_is_not_written(seed,
     assert (voltages[0], voltages[-1]) == (0, 0)
 
 
+RAMP = {"model": "Trapezium", "high": 100, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
+
+
 @pytest.mark.parametrize("suffix", FORMATS)
 @pytest.mark.parametrize("limit", [100.0, np.nextafter(100.0, 0)])
 def test_a_voltage_at_exactly_its_limit_is_written_and_above_it_refused(suffix, limit, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    drive = {"model": "Trapezium", "high": 100, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
-    scenario = BASE.replace({"drive": drive, "limits": {"voltage": limit, "current": 1.0}})
+    scenario = BASE.replace({"drive": RAMP, "limits": {"voltage": limit, "current": 1.0}})
     if limit < 100:
         with pytest.raises(InputError, match="above 100 V"):
             ev.export_waveform(scenario, f"drive{suffix}", **JOINED[suffix])
@@ -119,9 +109,8 @@ def test_a_voltage_at_exactly_its_limit_is_written_and_above_it_refused(suffix, 
 
 def test_the_strictest_of_scenario_and_file_counts(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    drive = {"model": "Trapezium", "high": 100, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
     for own, other in ((90, 500), (500, 90)):
-        scenario = BASE.replace({"drive": drive, "limits": {"voltage": own, "current": 1.0}})
+        scenario = BASE.replace({"drive": RAMP, "limits": {"voltage": own, "current": 1.0}})
         with pytest.raises(InputError, match="above 90 V"):
             ev.export_waveform(scenario, "drive.csv", limits={"voltage": other, "current": 2.0}, edge="line")
     assert not list(tmp_path.iterdir())

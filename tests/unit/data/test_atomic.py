@@ -1,18 +1,24 @@
-"""Outputs are whole or not there."""
+"""Outputs are whole or not there, what is not ours or is an input is never replaced, and one process writes at a time."""
+
+from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import filelock
 import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.data import atomic
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.atomic import writing as writing_all
-from electrovib.data.marks import Form
+from electrovib.data.lock import HeldError, held
+from electrovib.data.marks import Form, is_ours, sign, unsigned
 
 
 @contextmanager
@@ -34,32 +40,27 @@ def test_new_file_takes_its_place_only_when_complete(tmp_path):
     assert list(tmp_path.iterdir()) == [place]
 
 
-@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt, SystemExit])
+FULL = OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt, SystemExit, FULL])
 @pytest.mark.parametrize("older", [True, False])
-def test_interrupted_write_leaves_things_as_they_were(tmp_path, failure, older):
-    place = tmp_path / "out.txt"
+def test_interrupted_writing_of_several_files_leaves_things_as_they_were(tmp_path, failure, older):
+    first, second = tmp_path / "a", tmp_path / "b"
     if older:
-        place.write_text("old")
+        first.write_text("old")
 
     def interrupted() -> None:
-        with writing(place) as temporary:
-            temporary.write_text("half")
+        with writing_all({first: None, second: None}, force=True) as temporaries:
+            for temporary in temporaries.values():
+                temporary.write_text("half")
             raise failure
 
-    with pytest.raises(failure):
+    full = failure is FULL  # one sentence
+    words = r"^[^\n]*: cannot be written: No space left[^\n]*$" if full else None
+    with pytest.raises(InputError if full else failure, match=words):
         interrupted()
     assert [p.read_text() for p in tmp_path.iterdir()] == ["old"] * older
-
-
-def test_full_disk_is_one_sentence(tmp_path):
-    place = tmp_path / "out.txt"
-    with (
-        pytest.raises(InputError, match=r"out\.txt: cannot be written: No space left") as caught,
-        writing(place),
-    ):
-        raise OSError(errno.ENOSPC, "No space left on device")
-    assert "\n" not in str(caught.value)
-    assert not list(tmp_path.iterdir())
 
 
 def test_fault_of_another_file_is_not_blamed_on_the_output(tmp_path):
@@ -67,42 +68,17 @@ def test_fault_of_another_file_is_not_blamed_on_the_output(tmp_path):
         (tmp_path / "other").read_text()
 
 
-def test_several_outputs_change_together(tmp_path):
-    first, second = tmp_path / "a", tmp_path / "b"
-    first.write_text("old")
-
-    def second_fails() -> None:
-        with writing_all({first: None, second: None}, force=True) as temporaries:
-            for temporary in temporaries.values():
-                temporary.write_text("new")
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        second_fails()
-    assert first.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [first]
-
-
-def test_link_and_mode_survive(tmp_path):
-    target, link = tmp_path / "target", tmp_path / "link"
+def test_links_modes_line_ends_and_long_names_survive(tmp_path):
+    target, link, place = tmp_path / "target", tmp_path / "link", tmp_path / ("µ" * 120)
     target.write_text("old")
     target.chmod(0o640)
     link.symlink_to(target)
-    write_text(link, "µ\n", Form.PAGE, force=True)
+    write_text(link, "µ\r\n\n", Form.PAGE, force=True)
     assert link.is_symlink()
-    assert target.read_bytes() == "µ\n".encode()
+    assert target.read_bytes() == "µ\r\n\n".encode()
     assert target.stat().st_mode & 0o777 == 0o640
-
-
-def test_text_keeps_its_line_ends(tmp_path):
-    write_text(tmp_path / "x", "a\r\nb\n", Form.PAGE)
-    assert (tmp_path / "x").read_bytes() == b"a\r\nb\n"
-
-
-def test_long_names_are_no_trouble(tmp_path):
-    place = tmp_path / ("µ" * 120)
     write_text(place, "x", Form.PAGE)
-    assert list(tmp_path.iterdir()) == [place]
+    assert set(tmp_path.iterdir()) == {target, link, place}
 
 
 @pytest.mark.parametrize(
@@ -155,3 +131,171 @@ def test_what_a_killed_process_left_goes_with_the_next_save_a_day_later(tmp_path
     os.utime(old, (day, day))
     write_text(path, "whole\n", Form.SCENARIO)
     assert sorted(each.name for each in tmp_path.iterdir()) == [new.name, path.name]
+
+
+FORMS = list(Form)
+
+
+def marked(form: Form, *, more: str = "") -> str:
+    return f"first\n# {unsigned(form)}\n{more}last\n"
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_what_is_written_in_a_form_is_ours_in_this_form_only(tmp_path, form):
+    path = tmp_path / "x"
+    write_text(path, marked(form), form)
+    assert [other for other in FORMS if is_ours(path, other)] == [form]
+    assert unsigned(form) not in path.read_text()
+    assert path.read_text().startswith(f"first\n# electrovib {form}, checksum ")
+
+
+def test_changed_added_and_cut_content_makes_it_the_users(tmp_path):
+    path = tmp_path / "x"
+    write_text(path, marked(Form.PAGE), Form.PAGE)
+    whole = path.read_bytes()
+    flipped = [whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :] for at in range(len(whole))]
+    for changed in (*flipped, whole + b"\n", whole[:-1], whole[1:], b""):
+        path.write_bytes(changed)
+        assert not is_ours(path, Form.PAGE)
+
+
+@pytest.mark.parametrize("size", [0, 10, 1 << 20, (1 << 20) + 200])
+def test_content_of_any_length_counts(tmp_path, size):
+    path = tmp_path / "x"
+    write_text(path, marked(Form.CSV, more="7" * size), Form.CSV)
+    assert is_ours(path, Form.CSV)
+    path.write_text(path.read_text().replace("last", "lost"))
+    assert not is_ours(path, Form.CSV)
+
+
+def test_a_mark_without_its_checksum_is_nobodys(tmp_path):
+    path = tmp_path / "x"
+    path.write_text(marked(Form.PAGE))
+    assert not is_ours(path, Form.PAGE)
+    assert not is_ours(tmp_path / "none", Form.PAGE)
+    assert not is_ours(tmp_path, Form.PAGE)
+    path.write_text("no mark")
+    sign(path, Form.PAGE)
+    assert path.read_text() == "no mark"
+
+
+def test_a_file_that_is_not_ours_is_kept(tmp_path):
+    path = tmp_path / "x"
+    path.write_text("older")
+    words = r"x: exists already and is no HTML page that electrovib wrote.*another name.*--force"
+    with pytest.raises(InputError, match=words):
+        check_writable({path: Form.PAGE})
+    with pytest.raises(InputError, match=words):
+        write_text(path, marked(Form.PAGE), Form.PAGE)
+    with pytest.raises(InputError, match="somebody else's"), writing_all({path: None}):
+        pytest.fail("must not start")
+    assert path.read_text() == "older"
+    write_text(path, marked(Form.PAGE), Form.PAGE, force=True)
+    assert is_ours(path, Form.PAGE)
+    write_text(path, marked(Form.PAGE, more="newer"), Form.PAGE)
+    assert "newer" in path.read_text()
+    with pytest.raises(InputError, match="is no netlist that"):
+        check_writable({path: Form.NETLIST})
+
+
+def test_an_input_is_never_replaced_and_two_outputs_are_two_files(tmp_path):
+    path, link, hard = (tmp_path / name for name in ("x", "link", "hard"))
+    write_text(path, marked(Form.PAGE), Form.PAGE)
+    link.symlink_to(path)
+    hard.hardlink_to(path)
+    (tmp_path / "sub").mkdir()
+    for output in (path, link, hard, tmp_path / "sub" / ".." / "x"):
+        with pytest.raises(InputError, match=r"is an input, read as .*another name"):
+            check_writable({output: Form.PAGE}, inputs=[tmp_path / "gone", path], force=True)
+    check_writable({path: Form.PAGE}, inputs=[tmp_path / "gone"])
+    (tmp_path / "b").symlink_to(tmp_path / "a")
+    with pytest.raises(InputError, match="is the same file as the output"):
+        check_writable({tmp_path / "a": None, tmp_path / "b": None})
+
+
+HOLD = """
+import errno, sys, time
+from pathlib import Path
+import filelock
+from electrovib.data.lock import held
+
+def without(self, *_, **__):
+    raise OSError(errno.ENOLCK, "No locks available")
+
+if sys.argv[2] == "none":
+    filelock.FileLock.acquire = without
+with held(Path(sys.argv[1])):
+    print("held", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.fixture(params=["of the system", "none"])
+def locks(request, monkeypatch):
+    """Locks of the operating system, and a file system without them."""
+
+    def without(self, *_, **__):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    if request.param == "none":
+        monkeypatch.setattr(filelock.FileLock, "acquire", without)
+    return request.param
+
+
+def test_the_lock_of_a_killed_process_is_free_and_says_who_held_it(tmp_path, locks):
+    lock = tmp_path / ".lock"
+    command = [sys.executable, "-c", HOLD, str(lock), locks]
+    holder = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert holder.stdout.readline() == "held\n"
+        for _ in range(2):  # to ask who holds it does not change the answer
+            begun = time.monotonic()
+            with pytest.raises(HeldError, match=f"process {holder.pid} on "), held(lock):
+                pass
+            assert time.monotonic() - begun < 5.0
+    finally:
+        holder.kill()
+        holder.wait()
+        holder.stdout.close()
+    with held(lock) as left:
+        assert left.startswith(f"process {holder.pid} on ")
+        assert lock.exists()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("locks")
+def test_a_lock_is_released_whatever_happens_within(tmp_path):
+    with pytest.raises(KeyError), held(tmp_path / ".lock"):
+        raise KeyError
+    assert not list(tmp_path.iterdir())
+    with held(tmp_path / ".lock") as left:
+        assert left == ""
+        with pytest.raises(HeldError, match=f"process {os.getpid()} on "), held(tmp_path / ".lock"):
+            pass
+    with held(tmp_path / ".lock"):
+        pass
+
+
+def test_a_link_is_not_followed(tmp_path):
+    (tmp_path / "mine").write_text("mine")
+    (tmp_path / ".lock").symlink_to(tmp_path / "mine")
+    with pytest.raises(OSError, match="symbolic links"), held(tmp_path / ".lock"):
+        pass
+    assert (tmp_path / "mine").read_text() == "mine"
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_nothing_is_held_after_the_block(tmp_path, monkeypatch, fails):
+    """Not even by an object that is not collected."""
+    taken, acquire = [], filelock.FileLock.acquire
+
+    def noted(self, *arguments, **options):
+        taken.append(self)
+        return acquire(self, *arguments, **options)
+
+    monkeypatch.setattr(filelock.FileLock, "acquire", noted)
+    with suppress(KeyError), held(tmp_path / ".lock"):
+        assert taken[0].is_locked
+        if fails:
+            raise KeyError
+    assert not taken[0].is_locked

@@ -19,13 +19,6 @@ BY_NUMBER = {"time": (0, "us"), "volts": (1, "V")}
 TIME, VOLTAGE = [0.0, 77e-6, 156e-6], [1.0, -2.5, 3e2]
 
 
-def shared(name: str) -> Path:
-    path = ROOT.parent / "shared" / "data" / name
-    if not path.exists():
-        pytest.skip(f"shared/data/{name} is not here")
-    return path
-
-
 def written(folder: Path, content: str | bytes, name: str = "rec.csv") -> Path:
     path = folder / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -64,16 +57,16 @@ def test_text_files_are_read(tmp_path, content):
     check(read_columns(written(tmp_path, content), WANTED))
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a.txt", "a.TSV"])
-def test_columns_by_number_without_headings(tmp_path, name):
-    check(read_columns(written(tmp_path, ROWS, name), BY_NUMBER))
-
-
-def test_a_first_row_in_quotes_is_no_heading(tmp_path):
-    """Without a delimiter it was taken for one, and its numbers were lost."""
+def test_columns_by_number_and_a_first_row_in_quotes_that_is_no_heading(tmp_path):
+    """Without a delimiter quotes were taken for headings, and their numbers were lost."""
+    for name in ("a.csv", "a.txt", "a.TSV"):
+        check(read_columns(written(tmp_path, ROWS, name), BY_NUMBER))
     check(read_columns(written(tmp_path, ROWS.replace(",", " ").replace("0 1", '"0" "1"')), BY_NUMBER))
     found = read_columns(written(tmp_path, '"1"\n"-2.5"\n"3e2"\n'), {"v": (0, "V")})
     np.testing.assert_array_equal(found["v"], VOLTAGE)
+
+
+TABS = 't [V]\tf [V]\tu [V]\n1\t5\t"6"\n2\t3\t"1"\n3\t1\t"9"\n4\t1\t"0"\n5\t7\t"7";2\n'
 
 
 @pytest.mark.parametrize(
@@ -82,39 +75,26 @@ def test_a_first_row_in_quotes_is_no_heading(tmp_path):
         ("a b [V]\n" + "1\n" * 15 + "-2.5\t\n", "a b", [1.0] * 15 + [-2.5]),
         ("a; b [V]; c\n; 1; 64\n; ; 8\n; ; 98\n; -6; 67\n-1; ; 32\n", "b", [1, np.nan, np.nan, -6, np.nan]),
         ('t [V], c, a b [V]\n5, abc, "-1"\n, start, "9"\n0.1, x, "-2"\n', "t", [5, np.nan, 0.1]),
-        (
-            't [V]\tf [V]\tu [V]\n1\t5\t"6"\n2\t3\t"1"\n3\t1\t"9"\n4\t1\t"0"\n5\t7\t"7";2\n',
-            "f",
-            [5, 3, 1, 1, 7],
-        ),
+        (TABS, "f", [5, 3, 1, 1, 7]),
+        (",x [V],when\n0,1,2024-01-01\n1,2,2024-01-02\n", "x", [1, 2]),
+        ("time,1,2\n0,5,6\n1,7,8\n", "2", [6, 8]),
+        ("field[gap],field[gap]2 [V]\n1,2\n3,4\n", "field[gap]", [1, 3]),
+        ("field[gap],field[gap]2 [V]\n1,2\n3,4\n", "field[gap]2", [2, 4]),
+        ("impedance(real),impedance(real)2 [V]\n1,2\n3,4\n", "impedance(real)", [1, 3]),
     ],
 )
-def test_delimiters_are_found_beside_blanks_and_empty_fields(tmp_path, content, column, expected):
+def test_delimiters_labels_and_headings_are_told_apart(tmp_path, content, column, expected):
     found = read_columns(written(tmp_path, content), {"x": (column, "V")}, missing=True)["x"]
     np.testing.assert_array_equal(found, expected)
-
-
-def test_row_labels_and_unused_text_columns_are_no_trouble(tmp_path):
-    path = written(tmp_path, ",Frequency,Phase,when\n0,1,180,2024-01-01\n1,2,-90,2024-01-02\n")
-    found = read_columns(path, {"f": ("Frequency", "kHz"), "p": ("Phase", "deg")})
-    np.testing.assert_array_equal(found["f"], [1e3, 2e3])
-    np.testing.assert_allclose(found["p"], [np.pi, -np.pi / 2], rtol=1e-15)  # one rounding
-
-
-def test_headings_that_are_numbers_are_found_by_name(tmp_path):
-    path = written(tmp_path, "time,1,2\n0,5,6\n1,7,8\n")
-    assert list(read_columns(path, {"a": ("2", "V"), "t": ("time", "s")})["a"]) == [6.0, 8.0]
-    with pytest.raises(DataFileError, match="first row has 'time' above a number"):
-        read_columns(path, {"a": (2, "V")})
 
 
 @pytest.mark.parametrize(
     ("heading", "asked", "factor"),
     [
-        ("x", "us", 1e-6), ("x", "ms", 1e-3), ("x", "kV", 1e3), ("x", "um", 1e-6), ("x", "Hz", 1.0),
-        ("x", "kHz", 1e3), ("x", "S/m", 1.0), ("x", "1", 1.0), ("x [-]", "1", 1.0), ("x [%]", "1", 0.01),
-        ("x [ms]", "us", 1e-3), ("x [MHz]", "Hz", 1e6), ("x[kohm]", "ohm", 1e3), ("x (mm/s)", "m/s", 1e-3),
-        ("x [uS/m]", "S/m", 1e-6), ("x [cm2]", "m2", 1e-4), ("x [min]", "s", 60.0), ("x [ns]", "s", 1e-9),
+        ("x", "us", 1e-6), ("x", "kV", 1e3), ("x", "um", 1e-6), ("x", "Hz", 1.0), ("x", "S/m", 1.0), ("x", "1", 1.0),
+        ("x [-]", "1", 1.0), ("x [%]", "1", 0.01), ("x [ms]", "us", 1e-3), ("x [MHz]", "Hz", 1e6), ("x[kohm]", "ohm", 1e3),
+        ("x (mm/s)", "m/s", 1e-3), ("x [uS/m]", "S/m", 1e-6), ("x [cm2]", "m2", 1e-4), ("x [min]", "s", 60.0),
+        ("x", "deg", np.pi / 180),
     ],
 )  # fmt: skip
 def test_units(tmp_path, heading, asked, factor):
@@ -134,29 +114,31 @@ def test_text_takes_less_than_ten_times_its_size(tmp_path):
     assert found["volts"].sum() == 500_000
 
 
+MANY = ",".join(f"heading {i}" + "x" * 500 for i in range(50)) + "\n"
+
+
 @pytest.mark.parametrize(
-    ("content", "words"),
+    ("content", "column", "words"),
     [
-        ("a," * 100_000 + "b\n1\n2\n", "has more than 100000 columns; a table has a row per sample"),
-        ("a b\n1 2\n3 4" + " 5" * 500_000, "line 3 has 1000003 characters; a table has a row per sample"),
-        ("9" * 2_000_000, "line 1 has 2000000 characters"),
+        ("a," * 100_000 + "b\n1\n2\n", "b", "has more than 100000 columns; a table has a row per sample"),
         (
-            ",".join(f"heading {i}" + "x" * 500 for i in range(50)) + "\n",
-            r"It has: heading 0x{51}, heading 1x{51}, ",
+            "a b\n1 2\n3 4" + " 5" * 500_000,
+            "b",
+            "line 3 has 1000003 characters; a table has a row per sample",
+        ),
+        ("9" * 2_000_000, "b", "line 1 has 2000000 characters"),
+        (MANY, "zork", r"It has: heading 0x{51}, heading 1x{51}, "),
+        # the time of brackets grew with the square of their length: minutes for these
+        *(
+            (f"{heading}\n1\n2\n", "x", r"there is no column 'x'|line 2 has 1 fields")
+            for heading in ("(" * 300_000, "[" * 300_000 + "]", "a" + " " * 300_000 + "[V", "a [ " * 40_000)
         ),
     ],
+    ids=["columns", "characters", "digits", "headings", "round", "square", "blanks", "open"],
 )
-def test_tables_that_are_none(tmp_path, content, words):
+def test_tables_that_are_none_take_no_time(tmp_path, content, column, words):
     with pytest.raises(DataFileError, match=words):
-        read_columns(written(tmp_path, content), {"x": ("b" if "heading" not in content else "zork", "V")})
-
-
-def test_headings_of_brackets_take_no_time(tmp_path):
-    """Their time grew with the square of their length: minutes for these."""
-    for heading in ("(" * 300_000, "[" * 300_000 + "]", "a" + " " * 300_000 + "[V", "a [ " * 40_000):
-        path = written(tmp_path, f"{heading}\n1\n2\n")
-        with pytest.raises(DataFileError, match=r"there is no column 'x'|line 2 has 1 fields"):
-            read_columns(path, {"x": ("x", "V")})
+        read_columns(written(tmp_path, content), {"x": (column, "V")})
 
 
 @given(st.lists(st.integers(-(10**9), 10**9), min_size=2, max_size=5))
@@ -165,13 +147,6 @@ def test_scaled_numbers_are_the_nearest_floats(tmp_path_factory, numbers):
     path = written(tmp_path_factory.mktemp("x"), "\n".join(map(str, numbers)))
     found = read_columns(path, {"x": (0, "us")})["x"]
     assert list(found) == [float(f"{number}e-6") for number in numbers]
-
-
-@pytest.mark.parametrize("bracketed", ["field[gap]", "impedance(real)"])
-def test_brackets_that_are_no_unit_belong_to_the_name(tmp_path, bracketed):
-    path = written(tmp_path, f"{bracketed},{bracketed}2 [V/m]\n1,2\n3,4\n")
-    assert list(read_columns(path, {"x": (bracketed, "V/m")})["x"]) == [1, 3]
-    assert list(read_columns(path, {"x": (f"{bracketed}2", "V/m")})["x"]) == [2, 4]
 
 
 HEADED = "time [s],voltage [V]\n0,1\n"
@@ -199,6 +174,7 @@ HEADED = "time [s],voltage [V]\n0,1\n"
         (HEADED + "# c\ninf,2\n2,2\n-inf,1\n", WANTED, "line 4, column 'time .s.': inf .*, nor are 1 more"),
         ("0,1\n1,2\n", {"x": (2, "V")}, "there is no column 2; they are numbered 0 to 1"),
         ("0,1\n1,2\n", {"x": (-1, "V")}, "there is no column -1"),
+        ("time,1,2\n0,5,6\n1,7,8\n", {"x": (2, "V")}, "first row has 'time' above a number"),
         ("0,1\n1,2\n", WANTED, "has no headings; ask for column 'time' by its number"),
         (HEADED, {"x": ("tme", "s")}, "no column 'tme'. Did you mean 'time'. It has: time, voltage"),
         (HEADED, {"x": ("current", "A")}, "no column 'current'. It has: time, voltage"),
@@ -255,9 +231,6 @@ def test_unreadable_file(tmp_path, monkeypatch):
         read_columns(path, BY_NUMBER)
 
 
-# ------------------------------------------------------------------------------------------- NumPy
-
-
 def test_npy_by_number_and_by_field(tmp_path):
     plain = np.array([[0, 77, 156], VOLTAGE]).T
     np.save(tmp_path / "a.npy", plain)
@@ -269,6 +242,11 @@ def test_npy_by_number_and_by_field(tmp_path):
     np.save(tmp_path / "c.npy", fields)
     check(read_columns(tmp_path / "c.npy", WANTED))
     check(read_columns(tmp_path / "c.npy", BY_NUMBER))
+
+
+SIGNALLING = np.array([1, 0x7FA00000, 3], "u4").view("f4")
+"""With a NaN that complains when it is converted."""
+NOT_PLAIN = "damaged or not a NumPy file of plain numbers"
 
 
 @pytest.mark.parametrize(
@@ -285,13 +263,10 @@ def test_npy_by_number_and_by_field(tmp_path):
             BY_NUMBER,
             "row 1 .first is 0., column 1: nan is not a finite number",
         ),
+        (np.array([SIGNALLING, SIGNALLING]).T, BY_NUMBER, "nan is not a finite number"),
         (np.zeros((3, 2), complex), BY_NUMBER, "column 0 holds 'complex128'"),
         (np.array([["a", "b"]] * 2), BY_NUMBER, "column 0 holds '<U1'"),
-        (
-            np.array([[{}, 1], [2, 3]], dtype=object),
-            BY_NUMBER,
-            "damaged or not a NumPy file of plain numbers",
-        ),
+        (np.array([[{}, 1], [2, 3]], dtype=object), BY_NUMBER, NOT_PLAIN),
         (np.zeros(3, [("time", "f8", (2,)), ("voltage", "f8")]), WANTED, "column 'time' holds 2 dimensions"),
         (np.zeros(3, [("time", "f8"), ("volt", "f8")]), WANTED, "no column 'voltage'. Did you mean 'volt'"),
     ],
@@ -302,28 +277,13 @@ def test_wrong_npy_files_are_refused(tmp_path, array, wanted, words):
         read_columns(tmp_path / "rec.npy", wanted)
 
 
-def test_numbers_that_are_none_raise_no_warning(tmp_path):
-    signalling = np.array([1, 0x7FA00000, 3], "u4").view("f4")  # NaN that complains when it is converted
-    np.save(tmp_path / "a.npy", np.array([signalling, signalling]).T)
-    with pytest.raises(DataFileError, match="nan is not a finite number"):
-        read_columns(tmp_path / "a.npy", BY_NUMBER)
-
-
-def test_several_arrays_are_refused(tmp_path):
+def test_several_arrays_and_a_size_that_is_a_lie_are_refused(tmp_path):
     np.savez(tmp_path / "a.npz", np.zeros((3, 2)))
-    (tmp_path / "a.npz").rename(tmp_path / "a.npy")
-    with pytest.raises(DataFileError, match="damaged or not a NumPy file"):
-        read_columns(tmp_path / "a.npy", BY_NUMBER)
-
-
-def test_size_that_is_a_lie_takes_no_memory(tmp_path):
     np.save(tmp_path / "a.npy", np.zeros((30, 2)))
-    raw = (tmp_path / "a.npy").read_bytes().replace(b"(30, 2), }         ", b"(30000000000, 2), }")
-    with pytest.raises(DataFileError, match="damaged"):
-        read_columns(written(tmp_path, raw, "b.npy"), BY_NUMBER)
-
-
-# ------------------------------------------------------------------------------------------ netCDF
+    lie = (tmp_path / "a.npy").read_bytes().replace(b"(30, 2), }         ", b"(30000000000, 2), }")
+    for raw in ((tmp_path / "a.npz").read_bytes(), lie):
+        with pytest.raises(DataFileError, match="damaged"):
+            read_columns(written(tmp_path, raw, "b.npy"), BY_NUMBER)
 
 
 def dataset() -> xarray.Dataset:
@@ -387,29 +347,3 @@ def test_damaged_binary_files_are_refused(tmp_path, suffix, engine):
         with pytest.raises(DataFileError, match=f"a{suffix}: (is damaged or not|the file is)") as caught:
             read_columns(path, BY_NUMBER if suffix == ".npy" else WANTED)
         assert "\n" not in str(caught.value)
-
-
-# ------------------------------------------------------------------------------------- real files
-
-
-def test_clutch_record():
-    found = read_columns(shared("clutch/square_300V_10Hz.npy"), {"time": (0, "us"), "voltage": (3, "V")})
-    steps = np.diff(found["time"])
-    assert np.all((steps > 60e-6) & (steps < 100e-6))  # printed: 77 to 79 us, jittered
-    assert 280 < found["voltage"].max() < 320  # a 0/300 V square
-    assert abs(found["voltage"].min()) < 20
-
-
-def test_impedance_records():
-    asked = {"f": ("Frequency", "Hz"), "modulus": ("Impedance", "ohm"), "phase": ("Phase", "deg")}
-    found = read_columns(shared("skin_impedance/Cal10k_51k.csv"), asked)
-    np.testing.assert_allclose(found["modulus"], 51e3, rtol=0.05)  # a 51 kohm resistor
-    assert np.all(np.abs(found["phase"]) < 0.05)
-    skin = {"f": ("Frequency", "Hz"), "sigma": ("Conductivity", "S/m"), "loss": ("Loss Factor", "1")}
-    found = read_columns(shared("skin_impedance/gabriel_measured_skin_dry.txt"), skin)
-    assert len(found["f"]) == 156
-    # the two columns are one quantity written twice: conductivity = 2 pi f eps0 loss, to the printed digits
-    again = 2 * np.pi * found["f"] * 8.8541878128e-12 * found["loss"]
-    np.testing.assert_allclose(np.median(found["sigma"] / again), 1.0, rtol=1e-3)
-    with pytest.raises(DataFileError, match="is in 'S/m', but a voltage is needed"):
-        read_columns(shared("skin_impedance/gabriel_measured_skin_dry.txt"), {"x": ("Conductivity", "V")})

@@ -1,4 +1,4 @@
-"""Binary and foreign formats: what they hold, what is omitted, and what is answered without their package."""
+"""Binary and foreign formats: which reader takes a file, what it holds, what is omitted, what a missing package is told."""
 
 import importlib.util
 import struct
@@ -9,14 +9,16 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
-import xarray
-from damaged_records import tektronix_wfm
+from damaged_records import lecroy, mat73, tektronix_wfm
+from scipy.io import wavfile
 
-from electrovib.core.errors import DataFileError
-from electrovib.data.readers.impedance_file import read_impedance_file
+import electrovib as ev
+from electrovib.core.errors import DataFileError, NoColumnError
+from electrovib.data import readers, registry
+from electrovib.data.columns import read_columns
+from electrovib.data.readers.oscilloscope_binary import _step
 from electrovib.data.recorded import check_package
-from electrovib.data.registry import FORMATS, format_lines, format_of, format_table, read_recorded
-from electrovib.data.spectrum import spectrum_of
+from electrovib.data.registry import FORMATS, CanRead, format_lines, format_of, format_table, read_recorded
 
 T = np.arange(50) * 1e-4
 V = np.sin(600 * T)
@@ -44,12 +46,6 @@ def test_numpy_rows_columns_and_fields(tmp_path):
     assert named.time == "time"
 
 
-def test_nothing_is_unpickled(tmp_path):
-    np.save(tmp_path / "a.npy", np.array([{"a": 1}], dtype=object), allow_pickle=True)
-    with pytest.raises(DataFileError, match="damaged or not a NumPy file"):
-        read_recorded(tmp_path / "a.npy")
-
-
 @pytest.mark.parametrize("compressed", [False, True])
 def test_matlab_structs_by_dotted_path(tmp_path, compressed):
     content = {
@@ -65,48 +61,42 @@ def test_matlab_structs_by_dotted_path(tmp_path, compressed):
     assert found.attributes["omitted"] == "few (7)"
 
 
-def test_matlab_of_version_73(tmp_path):
-    with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
-        file.create_dataset("record", data=np.array([T, V]))
-        file["record"].attrs["MATLAB_class"] = np.bytes_("double")
-        file.create_group("trial").attrs["MATLAB_class"] = np.bytes_("struct")
-        file["trial/force"] = V[None]
-        file["trial/force"].attrs["MATLAB_class"] = np.bytes_("double")
-    whole = (tmp_path / "a.mat").read_bytes()
-    (tmp_path / "a.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + whole[128:])
+def test_matlab_of_version_73_and_hdf5_groups_with_units(tmp_path):
+    (tmp_path / "a.mat").write_bytes(mat73({"record": np.array([T, V]).T, "trial/force": V[:, None]}))
     found = read_recorded(tmp_path / "a.mat")
     assert names(found) == ["record[0]", "record[1]", "trial.force"]
     np.testing.assert_array_equal(found.channels[1].values, V)
-
-
-def test_hdf5_groups_and_units(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["run/force"], file["run/time"], file["other"], file["word"] = V, T, V[:20], "x"
         file["run/force"].attrs["units"], file["run/time"].attrs["units"] = "N", "s"
         file["outside"] = h5py.ExternalLink("b.h5", "x")
     found = read_recorded(tmp_path / "a.h5")
     assert [(each.name, each.unit) for each in found.channels] == [("run/force", "N"), ("run/time", "s")]
-    assert found.time == "run/time"
+    assert (found.time, found.attributes["omitted"]) == ("run/time", "other (20)")
     np.testing.assert_array_equal(found.channels[0].values, V)
-    assert found.attributes["omitted"] == "other (20)"
 
 
-@pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
-def test_netcdf(tmp_path, engine):
-    measured = xarray.Dataset(
-        {"voltage": ("time", V, {"units": "mV"})}, {"time": ("time", T, {"units": "s"})}
-    )
-    measured.to_netcdf(tmp_path / "a.nc", engine=engine)
-    found = read_recorded(tmp_path / "a.nc")
-    assert {each.name: each.unit for each in found.channels} == {"voltage": "mV", "time": "s"}
-    np.testing.assert_array_equal(found.times(), T)
+def pickled(path):
+    np.save(path, np.array([{"a": 1}], dtype=object), allow_pickle=True)
 
 
-def test_a_file_that_declares_too_much_is_refused(tmp_path):
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        file.create_dataset("big", (30_000_000,), "f8", compression="gzip", fillvalue=1.0)[:10] = 1
-    with pytest.raises(DataFileError, match="packed too tightly"):
-        read_recorded(tmp_path / "a.h5")
+def packed_sheet(path):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("[Content_Types].xml", "x")
+        archive.writestr("xl/worksheets/sheet1.xml", bytes(40_000_000))
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "words"),
+    [("a.npy", pickled, "damaged or not a NumPy file"), ("a.xlsx", packed_sheet, "would unpack to 40 MB")],
+)
+def test_nothing_is_unpickled_and_nothing_unpacked_that_declares_too_much(
+    tmp_path, monkeypatch, name, write, words
+):
+    monkeypatch.setattr("electrovib.data.readers.spreadsheet.check_package", lambda *_: None)
+    write(tmp_path / name)
+    with pytest.raises(DataFileError, match=words):
+        read_recorded(tmp_path / name)
 
 
 HEADS = {
@@ -141,62 +131,18 @@ def test_formats_are_recognised_by_their_first_bytes(tmp_path, head, name, monke
     assert format_of(tmp_path / "a.unknown").name == name
 
 
-def test_the_list_of_readers_names_all_of_them():
+def test_the_list_of_readers_names_all_of_them_as_the_documentation_does():
     lines = format_lines()
     assert [line.split()[0] for line in lines[:-1]] == [each.name for each in FORMATS]
     assert sum("; needs " in line for line in lines) == len(HEADS)
-
-
-def test_the_documentation_has_the_table_of_readers():
     page = Path(__file__).parents[3] / "docs" / "importing.md"
     assert format_table() in page.read_text(encoding="utf-8")
-
-
-G = np.geomspace(1e5, 10, 20)
-Z = 100 + 5e4 / (1 + 2j * np.pi * G * 5e4 * 1e-9)
-PHASE = np.degrees(np.angle(Z))
-
-
-def rows(form, *columns):
-    return "".join(form.format(*row) for row in zip(*columns, strict=True))
-
-
-ANALYSERS = {
-    "gamry": "EXPLAIN\nTAG\tEISPOT\nTITLE\tLABEL\tx\tTest\nZCURVE\tTABLE\n\tPt\tTime\tFreq\tZreal\tZimag\tZsig\tZmod\tZphz\n"
-    "\t#\ts\tHz\tohm\tohm\tV\tohm\t°\n"
-    + rows("\t{:.0f}\t{:.6g}\t{:.9E}\t{:.9E}\t{:.9E}\t1\t{:.9E}\t{:.9E}\n", G * 0, T[:20], G, Z.real, Z.imag, abs(Z), PHASE),
-    "biologic": "EC-Lab ASCII FILE\nNb header lines : 4\n\nfreq/Hz\tRe(Z)/Ohm\t-Im(Z)/Ohm\t|Z|/Ohm\tPhase(Z)/deg\n"
-    + rows("{:.9E}\t{:.9E}\t{:.9E}\t{:.9E}\t{:.9E}\n", G, Z.real, -Z.imag, abs(Z), PHASE),
-    "chinstruments": "Nov. 1, 2019   10:00:00\nA.C. Impedance\nInit E (V) = 0\n\nFreq/Hz, Z'/ohm, Z\"/ohm, Z/ohm, Phase/deg\n\n"
-    + rows("{:.9e}, {:.9e}, {:.9e}, {:.9e}, {:.9e}\n", G, Z.real, Z.imag, abs(Z), PHASE),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", ANALYSERS)
-def test_tables_of_impedance_analysers_are_read_without_a_package(tmp_path, name, monkeypatch):
-    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    (tmp_path / "a.txt").write_text(ANALYSERS[name], encoding="utf-8")
-    assert format_of(tmp_path / "a.txt").name == "text"
-    found = spectrum_of(read_recorded(tmp_path / "a.txt"))
-    np.testing.assert_allclose(found.frequency, G[::-1], rtol=1e-8)
-    np.testing.assert_allclose(found.impedance, Z[::-1], rtol=1e-7)
 
 
 def needs(module):
     return pytest.mark.skipif(
         importlib.util.find_spec(module) is None, reason=f"needs {module}: pip install 'electrovib[formats]'"
     )
-
-
-@needs("impedance")
-@pytest.mark.parametrize("name", [*ANALYSERS, "zplot"])
-def test_impedance_analysers_by_their_package(tmp_path, name):
-    zplot = "ZPLOT2 ASCII\n  Freq(Hz)\tAmpl\tBias\tTime(Sec)\tZ'(a)\tZ''(b)\nEnd Comments\n" + rows(
-        "{:.9E}\t0\t0\t0\t{:.9E}\t{:.9E}\n", G, Z.real, Z.imag
-    )
-    (tmp_path / "a.txt").write_text(ANALYSERS.get(name, zplot), encoding="latin-1")
-    found = spectrum_of(read_impedance_file(tmp_path / "a.txt"))
-    np.testing.assert_allclose(found.impedance, Z[::-1], rtol=1e-7)
 
 
 @needs("nptdms")
@@ -214,49 +160,65 @@ def test_tdms(tmp_path):
 
 
 @needs("openpyxl")
-def test_spreadsheets(tmp_path):
+def test_spreadsheets_and_the_choice_of_a_sheet(tmp_path):
     import openpyxl
 
     book = openpyxl.Workbook()
     book.active.append(["no numbers on this sheet"])
-    sheet = book.create_sheet("second")
-    for row in (["a title"], ["time [ms]", "force [N]"], *zip(1e3 * T, V, strict=True)):
-        sheet.append(list(row))
+    for name, factor in (("first", 1), ("second", 2)):
+        sheet = book.create_sheet(name)
+        for row in (["a title"], ["time [ms]", "force [N]"], *zip(1e3 * T, factor * V, strict=True)):
+            sheet.append(list(row))
     book.save(tmp_path / "a.xlsx")
     found = read_recorded(tmp_path / "a.xlsx")
-    assert (found.time, found.attributes["sheet"]) == ("time", "second")
+    assert (found.time, found.attributes["sheet"]) == ("time", "first")
+    assert found.attributes["omitted"] == "Sheet, second"
     np.testing.assert_allclose(found.channels[1].values, V, rtol=1e-15)
+    second = read_recorded(tmp_path / "a.xlsx", part="second")
+    np.testing.assert_allclose(second.channels[1].values, 2 * V, rtol=1e-15)
+    said = r"no such sheet with content. Did you mean 'second'\? It has Sheet, first, second"
+    with pytest.raises(DataFileError, match=said):
+        read_recorded(tmp_path / "a.xlsx", part="secnd")
 
 
-def test_a_spreadsheet_that_unpacks_to_too_much_is_refused_before_it_is_unpacked(tmp_path, monkeypatch):
-    monkeypatch.setattr("electrovib.data.readers.spreadsheet.check_package", lambda *_: None)
-    with zipfile.ZipFile(tmp_path / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("[Content_Types].xml", "x")
-        archive.writestr("xl/worksheets/sheet1.xml", bytes(40_000_000))
-    with pytest.raises(DataFileError, match="would unpack to 40 MB"):
-        read_recorded(tmp_path / "a.xlsx")
+@pytest.mark.parametrize("first_ends", [True, False])
+def test_two_records_of_different_length_in_a_sheet_are_both_read(tmp_path, first_ends):
+    """Before, the columns of the shorter one were omitted without a word."""
+    openpyxl = pytest.importorskip("openpyxl", reason="needs the extra 'formats'")
+    book = openpyxl.Workbook()
+    book.active.append(["t (s)", "F (N)", "t2 (s)", "U (V)"])
+    for at in range(60):
+        one, two = [0.1 * at, 1.0 * at], [0.2 * at, 5.0 * at]
+        short = at < 25
+        book.active.append(
+            [*(one if short or not first_ends else [None] * 2), *(two if short or first_ends else [])]
+        )
+    book.save(tmp_path / "a.xlsx")
+    found = read_recorded(tmp_path / "a.xlsx")
+    assert [each.name for each in found.channels] == ["t", "F", "t2", "U"]
+    counts = [int(np.isfinite(each.values).sum()) for each in found.channels]
+    assert counts == ([25, 25, 60, 60] if first_ends else [60, 60, 25, 25])
+    signal, column, time = ("lateral_force", "F", "t") if first_ends else ("drive_voltage", "U", "t2")
+    trace = ev.import_file(tmp_path / "a.xlsx", {signal: column}, time=time)
+    np.testing.assert_allclose(trace.time, (0.1 if first_ends else 0.2) * np.arange(25))
+    np.testing.assert_allclose(trace[signal], (1.0 if first_ends else 5.0) * np.arange(25))
 
 
 @needs("RigolWFM")
-def test_a_waveform_of_lecroy(tmp_path):
-    counts = np.array([-3, 0, 5, 7, 100, -128, 4, 2], np.int8)
-    (tmp_path / "a.trc").write_bytes(lecroy(counts))
-    found = read_recorded(tmp_path / "a.trc")
-    np.testing.assert_allclose(found.channels[0].values, 0.5 * counts - 2.0, rtol=1e-6)
-    np.testing.assert_allclose(found.times(), -1e-3 + 1e-6 * np.arange(8), atol=1e-9)
-
-
-@needs("RigolWFM")
-@pytest.mark.parametrize("order", "<>")
-@pytest.mark.parametrize("version", [2, 3])
-def test_a_waveform_of_tektronix(tmp_path, version, order):
-    counts = np.array([-3, 0, 5, 7, 1000, -12800, 4, 2])
-    (tmp_path / "a.wfm").write_bytes(tektronix_wfm(counts, version=version, order=order))
+@pytest.mark.parametrize("form", ["lecroy", "2<", "2>", "3<", "3>"])
+def test_waveforms_of_lecroy_and_of_tektronix(tmp_path, form):
+    counts = np.array([-3, 0, 5, 7, 100, -128, 4, 2])
+    if form == "lecroy":
+        raw, volts, times = lecroy(counts), 0.5 * counts - 2.0, -1e-3 + 1e-6 * np.arange(8)
+    else:
+        raw = tektronix_wfm(100 * counts, version=int(form[0]), order=form[1])
+        volts, times = 0.2 * counts + 0.25, -1e-3 + 4e-6 * np.arange(8)
+    (tmp_path / "a.wfm").write_bytes(raw)
     found = read_recorded(tmp_path / "a.wfm")
-    assert [(each.name, each.unit) for each in found.channels] == [("CH 1", "V")]
-    np.testing.assert_allclose(found.channels[0].values, 2e-3 * counts + 0.25, rtol=1e-6)
-    np.testing.assert_allclose(found.times(), -1e-3 + 4e-6 * np.arange(8), atol=1e-12)
+    np.testing.assert_allclose(found.channels[0].values, volts, rtol=1e-6)
+    np.testing.assert_allclose(found.times(), times, atol=1e-9 if form == "lecroy" else 1e-12)
     assert "omitted" not in found.attributes
+    assert form == "lecroy" or [(each.name, each.unit) for each in found.channels] == [("CH 1", "V")]
 
 
 @needs("RigolWFM")
@@ -266,29 +228,116 @@ def test_a_waveform_of_tektronix_states_its_unit_its_frames_and_its_envelope(tmp
     assert found.channels[0].unit == "A"
     assert found.channels[0].values.size == 3
     assert found.attributes["omitted"] == "frames 2 to 3 of 3"
-    (tmp_path / "a.wfm").write_bytes(tektronix_wfm([1, 2, 3], storage=1))
-    with pytest.raises(DataFileError, match="envelope"):
-        read_recorded(tmp_path / "a.wfm")
-    (tmp_path / "a.wfm").write_bytes(tektronix_wfm([1, 2, 3])[:400])
-    with pytest.raises(DataFileError, match="Tektronix"):
-        read_recorded(tmp_path / "a.wfm")
+    envelope, cut = tektronix_wfm([1, 2, 3], storage=1), tektronix_wfm([1, 2, 3])[:400]
+    for raw, words in ((envelope, "envelope"), (cut, "Tektronix")):
+        (tmp_path / "a.wfm").write_bytes(raw)
+        with pytest.raises(DataFileError, match=words):
+            read_recorded(tmp_path / "a.wfm")
 
 
-def lecroy(counts):
-    """Write the descriptor of a waveform after the public template LECROY_2_3."""
-    block = bytearray(346)
-    block[0:8] = b"WAVEDESC"
-    block[16:26] = b"LECROY_2_3"
-    block[76:88] = b"LECROYtest\0\0"
-    for place, form, value in [
-        (32, "<h", 0), (34, "<h", 1), (36, "<i", 346), (60, "<i", counts.size), (116, "<i", counts.size),
-        (124, "<i", 0), (128, "<i", counts.size - 1), (144, "<i", 1), (156, "<f", 0.5), (160, "<f", 2.0),
-        (176, "<f", 1e-6), (180, "<d", -1e-3),
-    ]:  # fmt: skip
-        struct.pack_into(form, block, place, value)
-    block[196:197], block[244:245] = b"V", b"S"
-    return bytes(block) + counts.tobytes()
+def test_stamps_that_a_package_spreads_over_one_interval_less_are_mended():
+    """8192 samples over the time of 8192 samples, ends included, were 122 ppm long."""
+    times = np.linspace(-0.5, 0.5, 8192)
+    assert _step(times, 1 / 8192) == 1 / 8192
+    assert _step(times, None) == pytest.approx(1 / 8191, rel=1e-12)
+    assert _step(times, 2 / 8192) == pytest.approx(1 / 8191, rel=1e-12)  # another statement is not believed
+    assert _step(1e-3 * np.arange(100), 1e-3) == pytest.approx(1e-3, rel=1e-12)
 
 
-def test_a_package_that_is_there_is_not_asked_for(tmp_path):
-    check_package(tmp_path, "numpy", "a table")
+@pytest.mark.parametrize("kind", ["int16", "int32", "uint8", "float32"])
+def test_sound_files(tmp_path, kind):
+    exact = 0.5 * np.sin(np.linspace(0, 6, 200))
+    full = {"int16": 2**15, "int32": 2**31, "uint8": 128, "float32": 1}[kind]
+    stored = (exact * full + (128 if kind == "uint8" else 0)).astype(kind)
+    wavfile.write(tmp_path / "a.wav", 8000, np.column_stack([stored, stored]))
+    found = read_recorded(tmp_path / "a.wav")
+    assert len(found.channels) == 2
+    np.testing.assert_allclose(found.channels[1].values, exact, atol=1.01 / full if full > 1 else 1e-7)
+    np.testing.assert_allclose(np.diff(found.times()), 1 / 8000)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_sound_files_of_24_bits_in_both_byte_orders(tmp_path, order):
+    counts = [0, 1, -1, 2**23 - 1, -(2**23)]
+    data = b"".join(each.to_bytes(3, "little" if order == "<" else "big", signed=True) for each in counts)
+    form = struct.pack(f"{order}HHIIHH", 1, 1, 1000, 3000, 3, 24)
+    size = struct.Struct(f"{order}I").pack
+    parts = b"fmt " + size(16) + form + b"LIST" + size(3) + b"abc\0" + b"data" + size(len(data)) + data
+    (tmp_path / "a.wav").write_bytes(
+        (b"RIFF" if order == "<" else b"RIFX") + size(len(parts) + 4) + b"WAVE" + parts
+    )
+    found = read_recorded(tmp_path / "a.wav")
+    np.testing.assert_array_equal(found.channels[0].values, np.array(counts) / 2**23)
+    assert found.step == 1e-3
+
+
+def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
+    (tmp_path / "a.dat").write_bytes(b":WFMPRE:BYT_NR 2;")
+    assert format_of(tmp_path / "a.dat").name == "isf"
+    (tmp_path / "b.isf").write_text("t,u\n0,1\n1,2\n", encoding="utf-8")
+    answers = {each.name: each.can_read(b"t,u\n0,1", ".isf") for each in FORMATS}
+    assert {name for name, answer in answers.items() if answer is CanRead.PERHAPS} == {"isf", "text"}
+    assert CanRead.YES not in answers.values()
+    (tmp_path / "a.mat").write_text("0 1\n77 -2.5\n156 300\n")  # as MATLAB saves with -ascii
+    assert read_columns(tmp_path / "a.mat", {"v": (1, "V")})["v"].tolist() == [1.0, -2.5, 300.0]
+    np.save(tmp_path / "b.npy", np.zeros((3, 2)))
+    (tmp_path / "b.npy").rename(tmp_path / "b.csv")
+    assert read_columns(tmp_path / "b.csv", {"v": (1, "V")})["v"].tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "options", "words"),
+    [
+        ("a.raw", b"\x00\x01\x02" * 40, {}, "no format that is known. Known are .*; Tektronix"),
+        ("a.raw", b"t,u\n0,1\n1,2\n", {"reader": "txt"}, "there is no reader 'txt'. Did you mean 'text'"),
+        ("a.raw", b":WFMPRE:BYT_NR 2;", {"delimiter": ";"}, "delimiter does not belong to Tektronix"),
+        ("a.raw", b"RIFF\x10\x00\x00\x00WAVEfmt ", {}, "damaged or not a sound file"),
+        ("c.npy", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a NumPy file"),
+        ("c.nc", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a netCDF file"),
+        ("c.wav", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a sound file"),
+    ],
+)
+def test_what_is_not_known_is_refused_with_what_is(tmp_path, name, content, options, words):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(DataFileError, match=words):
+        read_recorded(tmp_path / name, **options)
+
+
+def test_options_of_text_and_columns_of_every_format(tmp_path):
+    (tmp_path / "a.csv").write_text("0;1,5\n1;2,5\n2;3,5\n", encoding="utf-8")
+    found = read_recorded(tmp_path / "a.csv", delimiter=";", decimal_comma=True)
+    np.testing.assert_array_equal(found.channels[1].values, [1.5, 2.5, 3.5])
+    wavfile.write(tmp_path / "a.wav", 8000, (np.array([0.0, 0.5, -0.25]) * 2**15).astype("i2"))
+    found = read_columns(tmp_path / "a.wav", {"x": ("channel 1", "1")})["x"]
+    np.testing.assert_array_equal(found, [0.0, 0.5, -0.25])
+    with pytest.raises(DataFileError, match="column 'channel 1' is in '1', but a voltage is needed"):
+        read_columns(tmp_path / "a.wav", {"x": (0, "V")})
+    check_package(tmp_path, "numpy", "a table")  # one that is there is not asked for
+
+
+def test_one_file_adds_a_reader(tmp_path, monkeypatch):
+    """Every module of the folder is asked, and a new one needs no line elsewhere."""
+    (tmp_path / "counts_of_a_lab.py").write_text(
+        """
+import numpy as np
+from electrovib.data.file_format import FileFormat, begins
+from electrovib.data.recorded import DataColumn, Recorded
+
+def read(path):
+    return Recorded(channels=(DataColumn(name="counts", unit="mV", values=np.array([1.0, 2.0, np.nan])),), step=1e-3)
+
+FORMAT = FileFormat(name="lab", description="counts", suffixes=(".lab",), can_read=begins(b"LAB"), read=read)
+"""
+    )
+    monkeypatch.setattr(readers, "__path__", [*readers.__path__, str(tmp_path)])
+    monkeypatch.setattr(registry, "FORMATS", registry._formats())
+    assert [each.name for each in registry.FORMATS][-1] == "text"
+    (tmp_path / "a.bin").write_bytes(b"LAB\0\1")
+    assert registry.format_of(tmp_path / "a.bin").name == "lab"
+    assert registry.read_recorded(tmp_path / "a.bin").channels[0].unit == "mV"
+    found = read_columns(tmp_path / "a.bin", {"v": ("counts", "V")}, missing=True)["v"]
+    np.testing.assert_array_equal(found, [1e-3, 2e-3, np.nan])
+    with pytest.raises(DataFileError, match=r"row 2 \(first is 0\), column 'counts': nan is not a finite"):
+        read_columns(tmp_path / "a.bin", {"v": (0, "V")})
+    with pytest.raises(NoColumnError, match=r"there is no column 'count'\. Did you mean 'counts'"):
+        read_columns(tmp_path / "a.bin", {"v": ("count", "V")})

@@ -5,9 +5,11 @@ import struct
 import zlib
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import scipy.io
+from damaged_records import mat73
 from forked import read_forked
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -31,6 +33,9 @@ def forked(monkeypatch):
 
 
 SWIPE = Path(__file__).parents[4] / "shared" / "data" / "tribometer" / "finger_swipe.mat"
+HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+NONSENSE = zlib.compress(b"\0" * 64)
+BOTH = pytest.mark.parametrize("packed", [True, False])
 
 
 def saved(folder, content, name="record.mat", **options):
@@ -48,20 +53,6 @@ def big_endian(name, values):
     data = struct.pack(">II", 3, len(numbers)) + numbers + b"\0" * (-len(numbers) % 8)
     body = flags + sizes + small_name + data
     return b"MATLAB 5.0 MAT-file".ljust(124) + b"\x01\x00MI" + struct.pack(">II", 14, len(body)) + body
-
-
-def version_73(path, content):
-    h5py = pytest.importorskip("h5py")
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, values in content.items():
-            dataset = file.create_dataset(name, data=np.asarray(values).T, compression="gzip")
-            dataset.attrs["MATLAB_class"] = np.bytes_("double")
-        file.create_group("#refs#")
-        file.create_group("about").attrs["MATLAB_class"] = np.bytes_("struct")
-    raw = bytearray(path.read_bytes())
-    raw[:128] = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
-    path.write_bytes(raw)
-    return path
 
 
 def element(kind, content, *, small=False):
@@ -88,10 +79,8 @@ def opaque(name="tbl", of="table"):
 
 def handle(name="fun"):
     """A function handle: flags of class 16, sizes, name, then a struct that is not looked at."""
-    inner = (
-        flags(2) + element(5, struct.pack("<ii", 1, 1)) + element(1, b"") + element(5, struct.pack("<i", 1))
-    )
-    inner += element(1, b"")
+    inner = flags(2) + element(5, struct.pack("<ii", 1, 1)) + element(1, b"")
+    inner += element(5, struct.pack("<i", 1)) + element(1, b"")
     return flags(16) + element(5, struct.pack("<ii", 1, 1)) + element(1, name.encode()) + element(14, inner)
 
 
@@ -115,53 +104,59 @@ def with_objects(folder, content, *, packed, extra=None):
     return path
 
 
-@pytest.mark.parametrize("packed", [True, False])
+@BOTH
 def test_objects_and_function_handles_are_listed_and_skipped(tmp_path, packed):
     path = with_objects(tmp_path, {"record": TABLE}, packed=packed)
     np.testing.assert_array_equal(read_matlab(path), TABLE)
     np.testing.assert_array_equal(read_columns(path, {"v": ("record[1]", "V")})["v"], TABLE[:, 1])
-    with pytest.raises(DataFileError) as caught:
-        read_matlab(path, "recrod")
-    has = str(caught.value).partition("It has: ")[2]
-    assert has == (
-        "tbl (object of class table), record (4 x 3 double), fun (1 x 1 function handle),"
-        " when (object of class datetime)."
-    )
-    with pytest.raises(
-        DataFileError, match=r"'tbl' is no real numeric array, but tbl \(object of class table\)"
-    ):
-        read_matlab(path, "tbl")
-    with pytest.raises(
-        DataFileError, match=r"'tbl' is an object of class table: only MATLAB reads it; save its"
-    ):
-        read_matlab(path, "tbl.force")
+    has = r"tbl \(object of class table\), record \(4 x 3 double\), fun \(1 x 1 function handle\),"
+    for wanted, words in {
+        "recrod": rf"It has: {has} when \(object of class datetime\)\.$",
+        "tbl": r"'tbl' is no real numeric array, but tbl \(object of class table\)",
+        "tbl.force": r"'tbl' is an object of class table: only MATLAB reads it; save its",
+    }.items():
+        with pytest.raises(DataFileError, match=words):
+            read_matlab(path, wanted)
 
 
-@pytest.mark.usefixtures("forked")
-@pytest.mark.parametrize("packed", [True, False])
-def test_damage_of_an_object_is_an_input_error(tmp_path, packed):
-    path = with_objects(tmp_path, {"record": TABLE}, packed=packed)
-    whole, random = path.read_bytes(), np.random.default_rng(1)
-    for length in range(129, len(whole), 3):
-        path.write_bytes(whole[:length])
-        with contextlib.suppress(DataFileError):
-            assert read_matlab(path, "record").shape == TABLE.shape
-    for _ in range(300):
+def damaged(path, whole, number):
+    """Write a file with one to three other bytes, many times."""
+    random = np.random.default_rng(4)
+    for _ in range(number):
         raw = bytearray(whole)
         for place in random.integers(124, len(raw), random.integers(1, 4)):
             raw[place] = random.integers(256)
         path.write_bytes(raw)
+        yield
+
+
+@pytest.mark.usefixtures("forked")
+@BOTH
+def test_no_damage_is_more_than_an_input_error(tmp_path, packed):
+    path = saved(tmp_path, {"record": TABLE, "rate": 1e4}, do_compression=packed)
+    refused = 0
+    for _ in damaged(path, path.read_bytes(), 500):
+        try:
+            assert read_matlab(path, "record").shape
+        except DataFileError:
+            refused += 1
+    # an unpacked file has no checksum: what hits a number goes unnoticed; a third of its bytes are numbers
+    assert refused > (430 if packed else 150)
+    path = with_objects(tmp_path, {"record": TABLE}, packed=packed)
+    whole = path.read_bytes()
+    for _ in damaged(path, whole, 300):
         with contextlib.suppress(DataFileError):
             assert read_matlab(path, "record").shape
+    for length in range(129, len(whole), 3):
+        path.write_bytes(whole[:length])
+        with contextlib.suppress(DataFileError):
+            assert read_matlab(path, "record").shape == TABLE.shape
 
 
-@pytest.mark.parametrize("packed", [True, False])
+@BOTH
 def test_fields_of_structs_are_reached_by_their_path(tmp_path, packed):
-    trial = {
-        "force": TABLE,
-        "rate": 1e4,
-        "rig": {"name": "left", "drive": {"voltage": [1.0, 2.0, 3.0]}, "none": []},
-    }
+    rig = {"name": "left", "drive": {"voltage": [1.0, 2.0, 3.0]}, "none": []}
+    trial = {"force": TABLE, "rate": 1e4, "rig": rig}
     path = saved(tmp_path, {"trial": trial, "other": TABLE}, do_compression=packed)
     np.testing.assert_array_equal(read_matlab(path, "trial.force"), TABLE)
     assert read_matlab(path, "trial.rate").tolist() == [[1e4]]
@@ -180,75 +175,62 @@ def test_fields_of_structs_are_reached_by_their_path(tmp_path, packed):
             read_columns(path, {"x": (wanted, "V")})
 
 
-def test_a_file_of_structs_alone_says_how_to_name_a_field(tmp_path):
-    path = saved(tmp_path, {"trial": {"force": TABLE}})
-    with pytest.raises(
-        DataFileError, match=r"no real numeric array; a field of a struct is named as in 'trial\.f"
-    ):
-        read_matlab(path)
-
-
-def test_an_array_of_structs_is_refused_with_a_sentence(tmp_path):
+def test_structs_alone_and_an_array_of_structs_are_answered_with_a_sentence(tmp_path):
+    with pytest.raises(DataFileError, match=r"no real numeric array; a field of .* is named as in 'trial\.f"):
+        read_matlab(saved(tmp_path, {"trial": {"force": TABLE}}))
     trials = np.zeros(3, dtype=[("force", "O")])
     for place in range(3):
         trials[place]["force"] = TABLE
     path = saved(tmp_path, {"trials": trials})
-    with pytest.raises(
-        DataFileError, match="'trials' is an array of 1 x 3 structs: save the one that is meant"
-    ):
+    with pytest.raises(DataFileError, match="'trials' is an array of 1 x 3 structs: save the one that is m"):
         read_matlab(path, "trials.force")
 
 
-def struct_of(name_length, names, *values):
+def struct_of(name_length, *values):
     body = flags(2) + element(5, struct.pack("<ii", 1, 1)) + element(1, b"s", small=True)
-    body += struct.pack("<HH4s", 5, 4, struct.pack("<i", name_length)) + element(1, names)
+    body += struct.pack("<HH4s", 5, 4, struct.pack("<i", name_length)) + element(1, b"x" * 8)
     return body + b"".join(values)
 
 
-@pytest.mark.parametrize(
-    "body",
-    [
-        struct_of(0, b"x" * 8),
-        struct_of(-1, b"x" * 8),
-        struct_of(2**31 - 1, b"x" * 8),
-        struct_of(8, b"x" * 8),
-        struct_of(8, b"x" * 8, element(9, b"\0" * 8)),
-        struct_of(8, b"x" * 8, struct.pack("<II", 14, 2**31)),
-    ],
-)
+FORGED = [*(struct_of(length) for length in (0, -1, 2**31 - 1, 8)), struct_of(8, element(9, b"\0" * 8))]
+
+
+@pytest.mark.parametrize("body", [*FORGED, struct_of(8, struct.pack("<II", 14, 2**31))])
 def test_a_forged_struct_is_one_sentence(tmp_path, body):
     path = tmp_path / "forged.mat"
-    path.write_bytes(b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + element(14, body))
-    words = (
-        r"forged\.mat: (is damaged or not a MATLAB file|'s\.x' cannot be reached|there is no field 's\.x')"
-    )
-    with pytest.raises(DataFileError, match=words):
+    path.write_bytes(HEADER + element(14, body))
+    words = r"(is damaged or not a MATLAB file|'s\.x' cannot be reached|there is no field 's\.x')"
+    with pytest.raises(DataFileError, match=rf"forged\.mat: {words}"):
         read_matlab(path, "s.x")
 
 
 def test_fields_and_objects_of_version_73(tmp_path):
-    h5py = pytest.importorskip("h5py")
-    path = version_73(tmp_path / "new.mat", {"record": TABLE})
+    path, column = tmp_path / "new.mat", [[1.0], [2.0]]
+    content = {
+        "record": TABLE,
+        "about/force": TABLE,
+        "about/rig/v": column,
+        "few/data": column,
+        "trials/x": column,
+    }
+    path.write_bytes(mat73(content, compression="gzip"))
     with h5py.File(path, "r+") as file:
-        file["about"].create_dataset("force", data=TABLE.T).attrs["MATLAB_class"] = np.bytes_("double")
-        file["about"].create_group("rig").attrs["MATLAB_class"] = np.bytes_("struct")
-        file["about/rig"].create_dataset("v", data=[[1.0, 2.0]]).attrs["MATLAB_class"] = np.bytes_("double")
-        table = file.create_dataset("tbl", data=np.array([[0xDD000000, 2, 1, 1, 1, 1]], "u4"))
-        table.attrs["MATLAB_class"], table.attrs["MATLAB_object_decode"] = np.bytes_("table"), 3
-        file.create_group("fun").attrs["MATLAB_class"] = np.bytes_("function_handle")
-        file.create_group("#subsystem#").create_dataset("MCOS", data=[1])
-        trials = file.create_group("trials")
-        trials.attrs["MATLAB_class"] = np.bytes_("struct")
-        references = trials.create_dataset("force", (3, 1), dtype=h5py.ref_dtype)
+        file.create_group("#refs#")
+        file["tbl"] = np.array([[0xDD000000, 2, 1, 1, 1, 1]], "u4")
+        file["tbl"].attrs["MATLAB_object_decode"] = 3
+        file["#subsystem#/MCOS"] = [1]
+        file["few"].attrs["MATLAB_sparse"] = 5
+        references = file.create_dataset("trials/force", (3, 1), dtype=h5py.ref_dtype)
         references[:] = file["record"].ref
+        file.create_group("fun")
         file["elsewhere"] = h5py.ExternalLink("other.mat", "record")
-        sparse = file.create_group("few")
-        sparse.attrs["MATLAB_class"], sparse.attrs["MATLAB_sparse"] = np.bytes_("double"), 5
-        sparse.create_dataset("data", data=[1.0, 2.0])
+        for name, kind in {"tbl": "table", "fun": "function_handle", "few": "double"}.items():
+            file[name].attrs["MATLAB_class"] = np.bytes_(kind)
     np.testing.assert_array_equal(read_matlab(path), TABLE)
     np.testing.assert_array_equal(read_matlab(path, "about.force"), TABLE)
     assert read_matlab(path, "about.rig.v").tolist() == [[1], [2]]
     for wanted, words in {
+        "about": r"'about' is no real numeric array, but about \(1 x 1 struct\)|about \(struct\)",
         "tbl": r"but tbl \(6 x 1 object of class table\)",
         "tbl.x": "'tbl' is an object of class table: only MATLAB reads it",
         "trials.force": "field of an array of structs",
@@ -258,23 +240,15 @@ def test_fields_and_objects_of_version_73(tmp_path):
     }.items():
         with pytest.raises(DataFileError, match=words):
             read_matlab(path, wanted)
+    whole = path.read_bytes()
+    for part in (600, len(whole) // 2, len(whole) - 10):
+        path.write_bytes(whole[:part])
+        with pytest.raises(DataFileError, match=r"new.mat: is damaged or not a MATLAB file"):
+            read_matlab(path)
 
 
-def test_a_version_73_file_that_is_too_small_for_its_sizes(tmp_path):
-    h5py = pytest.importorskip("h5py")
-    path = tmp_path / "forged.mat"
-    with h5py.File(path, "w") as file:
-        forged = file.create_dataset("a", (2**20, 2**20), dtype="f8", chunks=(64, 64))
-        forged.attrs["MATLAB_class"] = np.bytes_("double")
-    with pytest.raises(DataFileError, match=r"too small for the 1099511627776 numbers of 'a'"):
-        read_matlab(path, "a")
-
-
-@pytest.mark.parametrize("packed", [True, False])
-@pytest.mark.parametrize(
-    "kind",
-    ["f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"],
-)
+@BOTH
+@pytest.mark.parametrize("kind", ["f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"])
 def test_arrays_are_read_as_scipy_reads_them(tmp_path, packed, kind):
     values = (100 * TABLE).astype(kind)
     path = saved(tmp_path, {"record": values, "rate": 1e4, "note": "a text"}, do_compression=packed)
@@ -291,17 +265,13 @@ def test_arrays_are_read_as_scipy_reads_them(tmp_path, packed, kind):
     st.integers(1, 40),
     st.sampled_from(["f8", "f4", "i2", "u1"]),
     st.booleans(),
-    st.randoms(),
+    st.integers(0),
 )
 @settings(deadline=None, max_examples=30)
-def test_any_size_and_several_variables(tmp_path_factory, width, rows, kind, packed, random):
-    folder = tmp_path_factory.mktemp("mat")
-    made = np.random.default_rng(random.randrange(2**32))
-    content = {
-        name: made.integers(0, 100, (rows, width)).astype(kind)
-        for name in ("a", "long_name_of_a_signal", "b2")
-    }
-    path = saved(folder, content, do_compression=packed)
+def test_any_size_and_several_variables(tmp_path_factory, width, rows, kind, packed, seed):
+    made, names = np.random.default_rng(seed), ("a", "long_name_of_a_signal", "b2")
+    content = {name: made.integers(0, 100, (rows, width)).astype(kind) for name in names}
+    path = saved(tmp_path_factory.mktemp("mat"), content, do_compression=packed)
     for name, values in content.items():
         np.testing.assert_array_equal(read_matlab(path, name), values)
 
@@ -312,18 +282,6 @@ def test_three_dimensions_and_the_other_byte_order(tmp_path):
     path = tmp_path / "big.mat"
     path.write_bytes(big_endian("abc", 7 * TABLE))
     np.testing.assert_array_equal(read_matlab(path), np.rint(7 * TABLE))
-
-
-def test_version_73(tmp_path):
-    path = version_73(tmp_path / "new.mat", {"record": TABLE})
-    np.testing.assert_allclose(read_matlab(path), TABLE, rtol=0)
-    with pytest.raises(DataFileError, match=r"'about' is no real numeric array, but about \(struct\)"):
-        read_matlab(path, "about")
-    whole = path.read_bytes()
-    for part in (600, len(whole) // 2, len(whole) - 10):
-        path.write_bytes(whole[:part])
-        with pytest.raises(DataFileError, match=r"new.mat: is damaged or not a MATLAB file"):
-            read_matlab(path)
 
 
 def test_columns(tmp_path):
@@ -355,19 +313,14 @@ def test_a_drive_from_a_matlab_file(tmp_path):
         ({"record": TABLE}, "recrod[0]", "no variable 'recrod'. Did you mean 'record'. It has: record"),
         ({"record": TABLE}, "record", r"'record' is 4 x 3; name one of its columns, as in 'record\[0\]'"),
         ({"record": TABLE}, "record(:,1)", r"names no column; write 'name\[3\]'"),
-        (
-            {"a": TABLE, "b": TABLE},
-            0,
-            r"more than one numeric array; name one, as in 'a\[0\]'. It has: a \(4 x 3",
-        ),
+        ({"a": TABLE, "b": TABLE}, 0, r"more than one numeric array; .* as in 'a\[0\]'. It has: a \(4 x 3"),
         ({"text": "words", "rate": 1e4}, 0, "no real numeric array. It has: text"),
         ({"z": TABLE * 1j}, "z[0]", r"'z' is no real numeric array, but z \(4 x 3 complex double\)"),
-        ({"s": {"field": TABLE}}, "s[0]", r"'s' is no real numeric array, but s \(1 x 1 struct\)"),
         ({"cube": np.ones((2, 3, 4))}, 0, "the array is 2 x 3 x 4, not a row per sample"),
         (
             {"n": np.array([[1.0, np.nan], [2.0, 3.0]])},
             1,
-            r"row 0 \(first is 0\), column \[1\]: nan is not a finite",
+            r"row 0 \(first is 0\), column \[1\]: nan is not a fin",
         ),
     ],
 )
@@ -381,30 +334,26 @@ def test_wrong_columns(tmp_path, content, column, words):
     [
         (b"", "the file is empty"),
         (b"time,voltage\n0,1\n1,2\n", "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7"),
-        (b"MATLAB 5.0 MAT-file", "is not a MATLAB file"),
-        (b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM", "holds no variables"),
-        (b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + b"\1" * 7, "cut short: 1 bytes"),
-        (
-            b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + struct.pack("<II", 99, 0),
-            "an element of type 99",
-        ),
+        (HEADER[:19], "is not a MATLAB file"),
+        (HEADER, "holds no variables"),
+        (HEADER + b"\1" * 7, "cut short: 1 bytes"),
+        (HEADER + struct.pack("<II", 99, 0), "an element of type 99"),
+        (HEADER + struct.pack("<II", 15, len(NONSENSE)) + NONSENSE, "is damaged or not a MATLAB file"),
+        (b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + HEADER, "is damaged or not a MATLAB file"),
         (b"MATLAB 7.3 MAT-file".ljust(512), "is damaged or not a MATLAB file"),
         (b"\x89HDF\r\n\x1a\n" + b"\0" * 100, "is damaged or not a MATLAB file"),
+        ("4", "save it with -v7"),
     ],
 )
 def test_what_is_no_matlab_file(tmp_path, raw, words):
-    path = tmp_path / "x.mat"
-    path.write_bytes(raw)
+    path = saved(tmp_path, {"record": TABLE}, format="4")
+    if raw != "4":
+        path.write_bytes(raw)
     with pytest.raises(DataFileError, match=words):
         read_matlab(path)
 
 
-def test_version_4_is_refused(tmp_path):
-    with pytest.raises(DataFileError, match="save it with -v7"):
-        read_matlab(saved(tmp_path, {"record": TABLE}, format="4"))
-
-
-@pytest.mark.parametrize("packed", [True, False])
+@BOTH
 def test_a_file_cut_short_anywhere_is_refused(tmp_path, packed):
     path = saved(tmp_path, {"record": TABLE}, do_compression=packed)
     whole = path.read_bytes()
@@ -412,26 +361,6 @@ def test_a_file_cut_short_anywhere_is_refused(tmp_path, packed):
         path.write_bytes(whole[:length])
         with pytest.raises(DataFileError, match=r"record\.mat"):
             read_matlab(path)
-
-
-@pytest.mark.usefixtures("forked")
-@pytest.mark.parametrize("packed", [True, False])
-def test_no_damage_is_more_than_an_input_error(tmp_path, packed):
-    path = saved(tmp_path, {"record": TABLE, "rate": 1e4}, do_compression=packed)
-    whole = path.read_bytes()
-    random = np.random.default_rng(4)
-    refused = 0
-    for _ in range(500):
-        raw = bytearray(whole)
-        for place in random.integers(124, len(raw), random.integers(1, 4)):
-            raw[place] = random.integers(256)
-        path.write_bytes(raw)
-        try:
-            assert read_matlab(path, "record").shape
-        except DataFileError:
-            refused += 1
-    # an unpacked file has no checksum: what hits a number goes unnoticed; a third of its bytes are numbers
-    assert refused > (430 if packed else 150)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -442,11 +371,8 @@ def test_a_forged_size_asks_for_no_memory(tmp_path, seed):
     inner += struct.pack("<HH4s", 1, 1, b"a") + struct.pack("<II", 9, 8) + b"\0" * 8
     packed = zlib.compress(struct.pack("<II", 14, len(inner)) + inner)
     path = tmp_path / "forged.mat"
-    header = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
-    path.write_bytes(header + struct.pack("<II", 15, len(packed)) + packed)
-    with pytest.raises(
-        DataFileError, match=r"is damaged or not a MATLAB file \(cannot reshape array of size 1"
-    ):
+    path.write_bytes(HEADER + struct.pack("<II", 15, len(packed)) + packed)
+    with pytest.raises(DataFileError, match=r"damaged or not a MATLAB file \(cannot reshape array of size 1"):
         read_matlab(path)
 
 

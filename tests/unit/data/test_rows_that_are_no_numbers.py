@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-import electrovib as ev
 from electrovib.core.errors import DataFileError
-from electrovib.data.readers.oscilloscope_binary import _step
 from electrovib.data.registry import read_recorded
 
 T = 0.5 * np.arange(60)
@@ -84,9 +82,8 @@ def test_steps_of_a_tribometer_are_parts_with_their_units(tmp_path):
         ]  # fmt: skip
         assert found.time == "T"
         np.testing.assert_allclose(found.times(), 0.02 * np.arange(count), atol=1e-9)
-        np.testing.assert_allclose(
-            found.channels[0].values, 80 * np.sin(np.arange(count) / 9) * number, atol=1e-6
-        )
+        known = 80 * np.sin(np.arange(count) / 9) * number
+        np.testing.assert_allclose(found.channels[0].values, known, atol=1e-6)
         assert found.attributes["table"] == f"step {number}"
         assert f"step {number}" not in found.attributes["omitted"]
         assert found.attributes["Velocity"] == f"{10 * number}"
@@ -103,36 +100,3 @@ def test_tables_without_numbers_of_their_own_are_counted(tmp_path):
     assert (found.size, "table" in found.attributes) == (20, False)
     with pytest.raises(DataFileError, match="does not consist of parts"):
         read_recorded(path, part="table 1")
-
-
-@pytest.mark.parametrize("first_ends", [True, False])
-def test_two_records_of_different_length_in_a_sheet_are_both_read(tmp_path, first_ends):
-    """Before, the columns of the shorter one were omitted without a word."""
-    openpyxl = pytest.importorskip("openpyxl", reason="needs the extra 'formats'")
-    book = openpyxl.Workbook()
-    book.active.append(["t (s)", "F (N)", "t2 (s)", "U (V)"])
-    for at in range(60):
-        one, two = [0.1 * at, 1.0 * at], [0.2 * at, 5.0 * at]
-        short = at < 25
-        book.active.append(
-            [*(one if short or not first_ends else [None] * 2), *(two if short or first_ends else [])]
-        )
-    book.save(tmp_path / "a.xlsx")
-    found = read_recorded(tmp_path / "a.xlsx")
-    assert [each.name for each in found.channels] == ["t", "F", "t2", "U"]
-    assert [int(np.isfinite(each.values).sum()) for each in found.channels] == (
-        [25, 25, 60, 60] if first_ends else [60, 60, 25, 25]
-    )
-    signal, time = ("lateral_force", "t") if first_ends else ("drive_voltage", "t2")
-    trace = ev.import_file(tmp_path / "a.xlsx", {signal: "F" if first_ends else "U"}, time=time)
-    np.testing.assert_allclose(trace.time, (0.1 if first_ends else 0.2) * np.arange(25))
-    np.testing.assert_allclose(trace[signal], (1.0 if first_ends else 5.0) * np.arange(25))
-
-
-def test_stamps_that_a_package_spreads_over_one_interval_less_are_mended():
-    """8192 samples over the time of 8192 samples, ends included, were 122 ppm long."""
-    times = np.linspace(-0.5, 0.5, 8192)
-    assert _step(times, 1 / 8192) == 1 / 8192
-    assert _step(times, None) == pytest.approx(1 / 8191, rel=1e-12)
-    assert _step(times, 2 / 8192) == pytest.approx(1 / 8191, rel=1e-12)  # another statement is not believed
-    assert _step(1e-3 * np.arange(100), 1e-3) == pytest.approx(1e-3, rel=1e-12)

@@ -1,14 +1,17 @@
-"""Impedance and permittivity from tables with any headings."""
+"""Impedance and permittivity from tables with any headings, of one spectrum and of several."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.data.readers.text import read_laboratory_text
+from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of
+from electrovib.recordings.importing import list_columns
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
 GRID = np.geomspace(10, 1e5, 12)
@@ -56,17 +59,12 @@ def table(tmp_path, heading, columns):
     return read_laboratory_text(tmp_path / "a.csv")
 
 
-@pytest.mark.parametrize("heading", TABLES)
-def test_impedances(tmp_path, heading):
-    found = spectrum_of(table(tmp_path, heading, TABLES[heading]))
+@pytest.mark.parametrize("heading", TABLES | PERMITTIVITIES)
+def test_impedances_and_permittivities(tmp_path, heading):
+    found = spectrum_of(table(tmp_path, heading, (TABLES | PERMITTIVITIES)[heading]))
     np.testing.assert_allclose(found.frequency, GRID, rtol=1e-11)
-    np.testing.assert_allclose(found.impedance, Z, rtol=1e-11)
-
-
-@pytest.mark.parametrize("heading", PERMITTIVITIES)
-def test_permittivities(tmp_path, heading):
-    found = spectrum_of(table(tmp_path, heading, PERMITTIVITIES[heading]))
-    np.testing.assert_allclose(found.permittivity, EPS, rtol=1e-10)
+    of, known = (found.impedance, Z) if heading in TABLES else (found.permittivity, EPS)
+    np.testing.assert_allclose(of, known, rtol=1e-10)
     assert not found.lossless
 
 
@@ -92,32 +90,28 @@ def test_columns_may_be_stated(tmp_path):
 @pytest.mark.parametrize(
     ("heading", "columns", "words"),
     [
-        ("f,|Z|,phase", (GRID, abs(Z), np.angle(Z)), "degrees or radians"),
-        ("f,|Z|", (GRID, abs(Z)), "neither modulus and phase"),
-        ("f [V],|Z|,phase [deg]", (GRID, abs(Z), np.angle(Z)), "not a unit of Hz"),
+        ("f,|Z|,phase", (abs(Z), np.angle(Z)), "degrees or radians"),
+        ("f,|Z|", (abs(Z),), "neither modulus and phase"),
+        ("f [V],|Z|,phase [deg]", (abs(Z), np.angle(Z)), "not a unit of Hz"),
         (
             "f,eps',loss factor,sigma",
-            (GRID, EPS.real, -EPS.imag, 2 * SIGMA),
-            r"loss factor and conductivity .* differ by 0\.5",
+            (EPS.real, -EPS.imag, 2 * SIGMA),
+            r"factor and conductivity .* differ by 0\.5",
         ),
         (
             "f,eps',sigma,rho",
-            (GRID, EPS.real, SIGMA, 1.05 / SIGMA),
-            r"conductivity and resistivity of the table differ by 0\.04",
+            (EPS.real, SIGMA, 1.05 / SIGMA),
+            r"and resistivity of the table differ by 0\.04",
         ),
-        (
-            "f,eps',loss factor,loss tangent",
-            (GRID, EPS.real, -EPS.imag, -EPS.imag),
-            "loss factor and loss tangent",
-        ),
-        ("f,eps',resistivity [ohm]", (GRID, EPS.real, 1 / SIGMA), "'ohm' is not a unit of ohm m"),
-        ("f,eps',resistivity [ohm m]", (GRID, EPS.real, 0 * SIGMA), "resistivity has to be above 0"),
-        ("f,permittivity [V],sigma", (GRID, EPS.real, SIGMA), "'V' is not a unit of 1"),
+        ("f,eps',loss factor,loss tangent", (EPS.real, -EPS.imag, -EPS.imag), "loss factor and loss tangent"),
+        ("f,eps',resistivity [ohm]", (EPS.real, 1 / SIGMA), "'ohm' is not a unit of ohm m"),
+        ("f,eps',resistivity [ohm m]", (EPS.real, 0 * SIGMA), "resistivity has to be above 0"),
+        ("f,permittivity [V],sigma", (EPS.real, SIGMA), "'V' is not a unit of 1"),
     ],
 )
 def test_what_is_ambiguous_is_refused(tmp_path, heading, columns, words):
     with pytest.raises(InputError, match=words):
-        spectrum_of(table(tmp_path, heading, columns))
+        spectrum_of(table(tmp_path, heading, (GRID, *columns)))
 
 
 @pytest.mark.skipif(not FOLDER.exists(), reason="needs shared/data, which is not part of the repository")
@@ -134,3 +128,72 @@ def test_real_files(name, columns):
     found = spectrum_of(read_laboratory_text(FOLDER / name), columns=columns)
     assert found.frequency.size in (51, 156)
     assert (found.permittivity is not None) == name.startswith("gabriel")
+
+
+G = np.geomspace(1e5, 10, 29)
+
+
+def impedance(number, grid=G):
+    return 100 * number + 5e4 / (1 + 2j * np.pi * grid * 5e4 * 1e-9 * number)
+
+
+def spectra(path, *numbers, turned=()):
+    rows = ["freq/Hz,Re(Z)/Ohm,-Im(Z)/Ohm"]
+    for number in numbers:
+        grid = G[::-1] if number in turned else G
+        parts = zip(grid.tolist(), impedance(number, grid).tolist(), strict=True)
+        rows += [f"{f!r},{z.real!r},{-z.imag!r}" for f, z in parts]
+    path.write_text("\n".join(rows))
+    return rows
+
+
+@pytest.mark.parametrize("turned", [(), (2,), (1, 3)])
+def test_each_spectrum_of_a_table_is_a_part(tmp_path, turned):
+    path = tmp_path / "a.csv"
+    spectra(path, 1, 2, 3, turned=turned)
+    for part, number in ((None, 1), ("spectrum 1", 1), ("spectrum 2", 2), ("spectrum 3", 3)):
+        found = ev.import_file(path, part=part)
+        np.testing.assert_allclose(found.frequency, G[::-1])
+        np.testing.assert_allclose(found.impedance, impedance(number)[::-1])
+        others = ", ".join(f"spectrum {other}" for other in (1, 2, 3) if other != number)
+        assert f"read: spectrum {number}; not read: {others}" in found.attrs["validity"]
+        material = ev.import_material(path, part=part, area="1 cm2", thickness="1 mm")
+        assert material.material.frequency_samples.values.size == 29
+    with pytest.raises(InputError, match="3 spectra, spectrum 1 to spectrum 3"):
+        ev.import_file(path, part="spectrum 4")
+    with pytest.raises(InputError, match="not a spectrum"):
+        ev.import_file(path, {"current": "Re(Z) [A]"}, step="1 ms", part="spectrum 2")
+    listed = list_columns(path)
+    assert "read: spectrum 1; not read: spectrum 2, spectrum 3; choose with --set part=..." in listed
+
+
+def test_one_spectrum_in_any_order_is_whole_and_rows_of_no_impedance_are_omitted(tmp_path):
+    path = tmp_path / "a.csv"
+    head, *rows = spectra(path, 1)
+    assert "not read" not in ev.import_file(path).attrs["validity"]
+    path.write_text("\n".join([head, *np.random.default_rng(1).permutation(rows)]))
+    np.testing.assert_allclose(ev.import_file(path).impedance, impedance(1)[::-1])
+    path.write_text("\n".join([head, *(line for line in rows for _ in range(2))]))  # each measured twice
+    assert ev.import_file(path).frequency.size == 58
+    rows[4] = rows[4].split(",")[0] + ",0,0"
+    path.write_text("\n".join([head, *rows]))
+    assert ev.import_file(path).frequency.size == 28
+
+
+@pytest.mark.parametrize("empty", ["modulus and phase", "modulus in part", "parts", "neither"])
+def test_the_columns_that_are_filled_make_the_impedance(tmp_path, empty):
+    """Before, an EC-Lab file with zeros in |Z| and phase was read as 0 + 0j."""
+    z = impedance(1)
+    modulus, phase = (
+        (0 * abs(z), 0 * abs(z)) if empty == "modulus and phase" else (abs(z), np.degrees(np.angle(z)))
+    )
+    modulus[20:] *= empty != "modulus in part"
+    parts = 0 * z if empty == "parts" else z
+    rows = [
+        "\t".join(f"{value:.8e}" for value in row)
+        for row in zip(G, parts.real, -parts.imag, modulus, phase, strict=True)
+    ]
+    head = "EC-Lab ASCII FILE\nNb header lines : 3\nfreq/Hz\tRe(Z)/Ohm\t-Im(Z)/Ohm\t|Z|/Ohm\tPhase(Z)/deg\n"
+    (tmp_path / "a.mpt").write_text(head + "\n".join(rows))
+    found = spectrum_of(read_recorded(tmp_path / "a.mpt"))
+    np.testing.assert_allclose(found.impedance, z[::-1], rtol=1e-6)

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 import xarray
+from every_kind import only, same, small, with_sweep
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -13,66 +15,7 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import FORMAT, make_trace
 from electrovib.data.columns import read_columns
 from electrovib.data.traces import comma_separated, load_csv, load_nc, open_trace, save_csv, save_nc
-
-LAYERS = ["insulator", "gap", "stratum_corneum"]
-
-
-def small(**attributes) -> xarray.Dataset:
-    """Time, frequency, layers in both orders, complex, and every float that is easily spoilt."""
-    random = np.random.default_rng(1)
-    return make_trace(
-        {
-            "field": (("layer", "time"), random.standard_normal((3, 5))),
-            "displacement": (("time", "layer"), random.standard_normal((5, 3))),
-            "drive_voltage": (("time",), [np.nan, np.inf, -np.inf, -0.0, 5e-324]),
-            "field_gain": (("frequency", "layer"), random.standard_normal((4, 3)) + 1j),
-            "impedance": (
-                ("frequency",),
-                [1 + 2j, complex(np.nan, 1), complex(0, np.inf), complex(-0.0, -0.0)],
-            ),
-            "normal_force": ((), 0.5),
-            "permittivity": (("layer",), [3.35 + 0j, 1.0, 1560 - 2j]),
-        },
-        {"time": np.arange(5) * 0.1, "frequency": [1.0, 2.0, 3.0, 4.0], "layer": LAYERS},
-        {"solver": "modes, µ\n2 lines", "empty": "", "steps": 3, "tau": 0.1, **attributes},
-    )
-
-
-def with_sweep() -> xarray.Dataset:
-    values = np.random.default_rng(2).standard_normal((2, 2, 3, 5))
-    return make_trace(
-        {"field": (("drive.rise", "stack.gap.material", "layer", "time"), values)},
-        {
-            "time": np.arange(5) * 0.1,
-            "layer": LAYERS,
-            "drive.rise": [1e-6, 1e-3],
-            "stack.gap.material": ["air", "oil"],
-        },
-        {},
-    )
-
-
-def only(name: str) -> xarray.Dataset:
-    return make_trace({"impedance": ((name,), [1 + 1j, 2.0])}, {name: [1.0, 2.0]}, {})
-
-
-def same(first: xarray.Dataset, second: xarray.Dataset) -> None:
-    """Stricter than xarray: dtypes, order, types of attributes, and the sign of zero."""
-    xarray.testing.assert_identical(first, second)
-    assert list(first.variables) == list(second.variables)
-    assert {k: type(v) for k, v in first.attrs.items()} == {k: type(v) for k, v in second.attrs.items()}
-    for name in first.variables:
-        one, two = first[name], second[name]
-        assert one.dims == two.dims
-        assert one.dtype.kind == two.dtype.kind
-        if one.dtype.kind in "fc":
-            np.testing.assert_array_equal(signs(one.values), signs(two.values))
-
-
-def signs(values: np.ndarray) -> np.ndarray:
-    """Signs of both parts; that of NaN means nothing and no text keeps it."""
-    parts = np.stack([values.real, values.imag])
-    return np.where(np.isnan(parts), 0.0, np.copysign(1.0, parts))
+from electrovib.data.traces.matlab import save_mat
 
 
 @pytest.mark.parametrize(
@@ -98,6 +41,9 @@ def test_csv_round_trip(tmp_path, trace):
     same(trace, load_csv(path))
 
 
+BOTH = ((save_nc, load_nc, "a.nc"), (save_csv, load_csv, "a.csv"))
+
+
 def test_round_trips_notice_a_difference():
     changed = small()
     changed.impedance.values[3] = 0
@@ -111,34 +57,26 @@ def test_round_trips_notice_a_difference():
 @pytest.mark.parametrize("size", [8000, 8001, 70_000, 1_000_000])
 def test_long_attributes(tmp_path, size):
     trace = small(scenario=json.dumps({"note": "µ\n" * (size // 2)}, ensure_ascii=False), other="x" * size)
-    for save, load, name in ((save_nc, load_nc, "a.nc"), (save_csv, load_csv, "a.csv")):
+    for save, load, name in BOTH:
         save(trace, tmp_path / name)
         same(trace, load(tmp_path / name))
 
 
-def test_kinds_of_numbers(tmp_path):
-    trace = small(flag=True, count=np.int64(3), size=np.float64(2.5), array=np.array(1))
-    save_csv(trace, tmp_path / "a.csv")
-    save_nc(trace, tmp_path / "a.nc")
-    for found in (load_csv(tmp_path / "a.csv"), load_nc(tmp_path / "a.nc")):
+def test_kinds_of_numbers_and_units_are_stamped_on_save(tmp_path):
+    trace = small(flag=True, count=np.int64(3), size=np.float64(2.5), array=np.array(1)) ** 2
+    trace.time.attrs["units"] = "fortnight"
+    for save, load, name in BOTH:
+        save(trace, tmp_path / name)
+        found = load(tmp_path / name)
         assert [type(found.attrs[k]) for k in ("count", "size", "array")] == [int, float, int]
         assert found.attrs["flag"] == 1
-    whole = make_trace({"drive_voltage": (("time",), [1, 2])}, {"time": [0, 1]}, {})
-    save_csv(whole, tmp_path / "a.csv")
+        assert (found.time.units, found.field.units, found.attrs["format"]) == ("s", "V/m", FORMAT)
+    assert trace.time.units == "fortnight"  # the Trace in hand is not touched
+    save_csv(make_trace({"drive_voltage": (("time",), [1, 2])}, {"time": [0, 1]}, {}), tmp_path / "a.csv")
     assert load_csv(tmp_path / "a.csv").drive_voltage.dtype == np.float64
 
 
-def test_units_are_stamped_on_save(tmp_path):
-    squared = small() ** 2
-    squared.time.attrs["units"] = "fortnight"
-    for save, load, name in ((save_nc, load_nc, "a.nc"), (save_csv, load_csv, "a.csv")):
-        save(squared, tmp_path / name)
-        found = load(tmp_path / name)
-        assert (found.time.units, found.field.units, found.attrs["format"]) == ("s", "V/m", FORMAT)
-    assert squared.time.units == "fortnight"  # the Trace in hand is not touched
-
-
-@pytest.mark.parametrize("save", [save_nc, save_csv])
+@pytest.mark.parametrize("save", [save_nc, save_csv, save_mat])
 @pytest.mark.parametrize("value", [None, [1, 2], {"a": 1}, 1j, np.arange(2)])
 def test_attributes_that_are_neither_text_nor_number_are_refused(tmp_path, save, value):
     with pytest.raises(InputError, match=r"attribute 'bad' is of type .*, not a text or a number"):
@@ -177,32 +115,29 @@ def test_csv_is_made_for_reading(tmp_path):
 
 
 def test_csv_refuses_more_than_one_dimension(tmp_path):
-    with pytest.raises(
-        InputError, match=r"one dimension, .* runs over drive\.rise, stack.*; save as \.nc or \.mat"
-    ):
-        save_csv(with_sweep(), tmp_path / "a.csv")
     both = make_trace({"impedance": (("time", "frequency"), [[1.0]])}, {"time": [0], "frequency": [1]}, {})
-    with pytest.raises(InputError, match="'impedance' has two"):
-        save_csv(both, tmp_path / "a.csv")
-    with pytest.raises(InputError, match="neither time nor frequency"):
-        save_csv(small().isel(time=0, frequency=0), tmp_path / "a.csv")
     dates = make_trace({"current": (("time",), [1.0])}, {"time": np.array(["2024-01-01"], "M8[ns]")}, {})
-    with pytest.raises(InputError, match="'time' holds 'datetime64"):
-        save_csv(dates, tmp_path / "a.csv")
+    for trace, words in (
+        (with_sweep(), r"one dimension, .* runs over drive\.rise, stack.*; save as \.nc or \.mat"),
+        (both, "'impedance' has two"),
+        (small().isel(time=0, frequency=0), "neither time nor frequency"),
+        (dates, "'time' holds 'datetime64"),
+    ):
+        with pytest.raises(InputError, match=words):
+            save_csv(trace, tmp_path / "a.csv")
     assert not list(tmp_path.iterdir())
 
 
-FLOATS = st.floats(width=64)
+FLOATS, WHOLE = st.floats(width=64), st.complex_numbers(allow_nan=True, allow_infinity=True)
+SPOILT = [
+    (-0.0, complex(-0.0, -0.0)),
+    (5e-324, complex(np.nan, -np.inf)),
+    (1.7976931348623157e308, 0.1 + 0.2j),
+]
 
 
-@given(
-    st.lists(
-        st.tuples(FLOATS, st.complex_numbers(allow_nan=True, allow_infinity=True)), min_size=1, max_size=8
-    )
-)
-@example(
-    [(-0.0, complex(-0.0, -0.0)), (5e-324, complex(np.nan, -np.inf)), (1.7976931348623157e308, 0.1 + 0.2j)]
-)
+@given(st.lists(st.tuples(FLOATS, WHOLE), min_size=1, max_size=8))
+@example(SPOILT)
 @settings(deadline=None, max_examples=60)
 def test_csv_loses_no_bit(tmp_path_factory, rows):
     path = tmp_path_factory.mktemp("x") / "a.csv"
@@ -215,34 +150,28 @@ def test_csv_loses_no_bit(tmp_path_factory, rows):
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, RuntimeError])
 def test_interrupted_save_leaves_the_older_files(tmp_path, monkeypatch, stop):
-    path = tmp_path / "a.csv"
-    save_csv(small(steps=1), path)
-    save_nc(small(steps=1), tmp_path / "a.nc")
+    every = (*BOTH, (save_mat, None, "a.mat"))
+    for save, _, name in every:
+        save(small(steps=1), tmp_path / name)
+        with pytest.raises(InputError, match="does not exist; make it first"):
+            save(small(), tmp_path / "no" / name)
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    write_table = comma_separated._write_table
 
     def stopped(*args, **kwargs):
         raise stop
 
-    write_table = comma_separated._write_table
+    def half(out, trace, structure, over):
+        return (stopped if over == "frequency" else write_table)(out, trace, structure, over)
+
     monkeypatch.setattr(xarray.Dataset, "dump_to_store", stopped)
-    monkeypatch.setattr(
-        comma_separated,
-        "_write_table",
-        lambda out, trace, structure, over: (stopped if over == "frequency" else write_table)(
-            out, trace, structure, over
-        ),
-    )
-    for save, name in ((save_csv, "a.csv"), (save_nc, "a.nc")):
+    monkeypatch.setattr(scipy.io, "savemat", stopped)
+    monkeypatch.setattr(comma_separated, "_write_table", half)
+    for save, _, name in every:
         with pytest.raises(stop):
             save(small(steps=2), tmp_path / name)
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
-    assert len(before) == 3
-
-
-def test_no_place_to_write(tmp_path):
-    for save, name in ((save_csv, "no/a.csv"), (save_nc, "no/a.nc")):
-        with pytest.raises(InputError, match="does not exist; make it first"):
-            save(small(), tmp_path / name)
+    assert len(before) == 4
 
 
 # --------------------------------------------------------------------------------- files that are none
@@ -256,7 +185,7 @@ def saved(folder: Path) -> Path:
 def test_other_files_are_no_trace(tmp_path):
     xarray.Dataset({"x": ("t", [1.0])}).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
     (tmp_path / "a.csv").write_text("time,voltage\n0,1\n1,2\n")
-    for load, name in ((load_nc, "a.nc"), (load_csv, "a.csv")):
+    for _, load, name in BOTH:
         with pytest.raises(DataFileError, match=f"{name}: is not a Trace"):
             load(tmp_path / name)
         (tmp_path / name).write_text("")
@@ -303,17 +232,13 @@ def test_changed_csv(tmp_path, old, new, words):
     assert "\n" not in str(caught.value)
 
 
-def test_csv_cut_short(tmp_path):
+@pytest.mark.parametrize(
+    ("kept", "words"), [(-1, "4 rows over time, but 5 were saved"), (5, "no rows"), (1, "no rows")]
+)
+def test_csv_cut_short(tmp_path, kept, words):
     path = saved(tmp_path)
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[:-1]))
-    with pytest.raises(DataFileError, match="holds 4 rows over time, but 5 were saved"):
-        load_csv(path)
-    path.write_text("".join(lines[:5]))
-    with pytest.raises(DataFileError, match="holds no rows"):
-        load_csv(path)
-    path.write_text("".join(lines[:1]))
-    with pytest.raises(DataFileError, match="holds no rows"):
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:kept]))
+    with pytest.raises(DataFileError, match=f"holds {words}"):
         load_csv(path)
 
 
@@ -327,12 +252,10 @@ def test_a_trace_with_the_words_of_earlier_versions_says_what_reads_it(tmp_path)
 
 
 def test_parts_of_a_csv_belong_together(tmp_path):
-    path = saved(tmp_path)
-    other = tmp_path / "a.frequency.csv"
+    path, other = saved(tmp_path), tmp_path / "a.frequency.csv"
     with pytest.raises(DataFileError, match=r"a\.frequency\.csv: is one part of a Trace"):
         load_csv(other)
-    older = other.read_bytes()
-    changed = small()
+    older, changed = other.read_bytes(), small()
     changed.impedance[3] = 7.0
     save_csv(changed, path)
     assert load_csv(path).impedance[3] == 7.0
@@ -340,13 +263,9 @@ def test_parts_of_a_csv_belong_together(tmp_path):
     with pytest.raises(DataFileError, match=r"a\.frequency\.csv: is of another save"):
         load_csv(path)
     other.unlink()
-    with pytest.raises(
-        DataFileError, match=r"a\.frequency\.csv: there is no such file, but a\.csv was saved together"
-    ):
+    said = r"a\.frequency\.csv: there is no such file, but a\.csv was saved together"
+    with pytest.raises(DataFileError, match=said):
         load_csv(path)
-
-
-def test_stale_part_of_an_older_save_is_not_picked_up(tmp_path):
-    path = saved(tmp_path)
-    save_csv(only("time"), path)
+    save_csv(small(), path)
+    save_csv(only("time"), path)  # the part of an older save is not picked up
     same(only("time"), load_csv(path))

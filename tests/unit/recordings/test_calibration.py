@@ -1,10 +1,12 @@
-"""Calibration lines with their covariance."""
+"""Calibration lines with their covariance, and what they are for a signal."""
 
 import numpy as np
 import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+from electrovib.recordings.calibration_error import CalibrationError
+from electrovib.recordings.fit import MeasuredTrace
 
 
 def test_a_line_has_the_covariance_of_linear_regression():
@@ -29,19 +31,70 @@ def test_the_uncertainty_covers_the_truth_as_often_as_it_should():
     assert np.std(off) == pytest.approx(np.sqrt(10 / 8), rel=0.1)  # Student's t with 10 degrees of freedom
 
 
-def test_a_calibration_is_a_scale(tmp_path):
-    (tmp_path / "a.csv").write_text("t [s],u [mV]\n0,0\n1,1000\n2,2000\n", encoding="utf-8")
-    line = ev.calibrate([0, 1, 2, 3], [1.0, 3.1, 4.9, 7.0])
-    found = ev.import_file(tmp_path / "a.csv", {"normal_force": "u"}, scale={"normal_force": line})
-    np.testing.assert_allclose(found["normal_force"], line.value([0, 1, 2]))
-    assert "standard uncertainty is at most" in found.attrs["history"]
-    with pytest.raises(InputError, match="offset is part of the calibration"):
-        ev.import_file(
-            tmp_path / "a.csv",
-            {"normal_force": "u"},
-            scale={"normal_force": line},
-            offset={"normal_force": "1 V"},
-        )
+FORCE = "lateral_force_measured"
+READINGS = 0.1 + 0.4 * np.arange(5) + [2e-3, -1e-3, 1e-3, -3e-3, 1e-3]
+LINE = "reading [mV];F [N]\n" + "".join(f"{1e3 * at:.6g};{f}\n" for f, at in enumerate(READINGS))
+
+
+def calibrated(tmp_path, by=LINE, **options):
+    """A record that is calibrated by a file of readings or by a line."""
+    if isinstance(by, str):
+        (tmp_path / "cal.csv").write_text(by, encoding="utf-8")
+        options["calibration"] = {FORCE: tmp_path / "cal.csv"}
+    else:
+        options["scale"] = {FORCE: by}
+    rows = "\n".join(f"{at * 1e-3:.3f},{0.1 + 0.4 * (at % 4):.4f}" for at in range(40))
+    (tmp_path / "a.csv").write_text("t [s],u [V]\n" + rows, encoding="utf-8")
+    return ev.import_file(tmp_path / "a.csv", {FORCE: "u"}, **options)
+
+
+def error_of(trace):
+    return MeasuredTrace(trace=trace).calibration_of(FORCE)
+
+
+@pytest.mark.parametrize("by", ["file", "line"])
+def test_the_covariance_of_a_calibration_goes_with_the_signal(tmp_path, by):
+    line = ev.calibrate(READINGS, np.arange(5.0))
+    given = LINE if by == "file" else line
+    trace = calibrated(tmp_path, given)
+    force, found = trace[FORCE].values, error_of(trace)
+    np.testing.assert_allclose(force[:4], line.value(0.1 + 0.4 * np.arange(4)), rtol=1e-9)
+    # the variance of each value by zero and scale is that by the line, at every reading
+    by_parts = found.zero**2 + 2 * force * found.covariance + (force * found.gain) ** 2
+    by_line = line.standard_uncertainty(0.1 + 0.4 * (np.arange(40) % 4)) ** 2
+    np.testing.assert_allclose(by_parts, by_line, rtol=1e-9)
+    assert found.gain == pytest.approx(np.sqrt(line.covariance[1, 1]) / line.sensitivity)
+    assert "standard uncertainty is at most" in trace.attrs["history"]
+    ev.save(trace, tmp_path / "a.nc")
+    assert error_of(ev.open_trace(tmp_path / "a.nc")) == found
+    for option in ({"baseline": {FORCE: "0 s..5 ms"}}, {"detrend": [FORCE]}):
+        assert error_of(calibrated(tmp_path, given, **option)) == CalibrationError(
+            gain=found.gain
+        )  # and no zero
+    assert found.zero > 0
+
+
+ROWS = "0;1\n1;2\n2;3\n"
+
+
+@pytest.mark.parametrize(
+    ("by", "options", "words"),
+    [
+        ("a [V];b [N];c [V]\n0;1;2\n1;2;3\n2;3;4\n", {}, "two columns, the reading and the known value"),
+        ("a;b [N]\n" + ROWS, {}, "column 'a' needs a unit that is known"),
+        ("a [V];b [m]\n" + ROWS, {}, "column 'b' needs a unit of N in its heading"),
+        ("a [V];b [N]\n0;1\n0;2\n0;3\n", {}, "all readings are equal"),
+        ("a [V];b [N]\n" + ROWS, {"scale": {FORCE: "1 N/V"}}, "a scale is given too"),
+        (
+            ev.calibrate(READINGS, np.arange(5.0)),
+            {"offset": {FORCE: "1 V"}},
+            "offset is part of the calibration",
+        ),
+    ],
+)
+def test_what_is_no_calibration_is_refused(tmp_path, by, options, words):
+    with pytest.raises(InputError, match=words):
+        calibrated(tmp_path, by, **options)
 
 
 @pytest.mark.parametrize("pairs", [([0, 1], [0, 1]), ([1, 1, 1], [0, 1, 2]), ([0, 1, np.nan], [0, 1, 2])])

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from twins import COEFFICIENT, COULOMB, GAP, LAGGING, LEAK, PAIRS, TIMES, exact, noisy, pair, plate
+from twins import GAP, LEAK, PAIRS, TIMES, exact, noisy, pair, plate
 
-import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.measured import Observed
@@ -21,19 +20,21 @@ LONG = np.linspace(0, 30e-3, 1000)
 def left(noise, *, stated=None, x=None, y=None, resolution=0.0):
     """The components of residuals alone, with the degrees of freedom of a mean."""
     x = np.arange(noise.size) * 1e-3 if x is None else x
-    level = np.zeros(noise.size) if y is None else y
-    observed = Observed(
-        signal=FORCE, axis="time", x=x, y=level + noise, noise=stated, scale=np.ones(noise.size), offset=False,
-        resolution=resolution, noise_alone=stated,
-    )  # fmt: skip
-    sigma = stated or float(np.std(noise))
-    of = Residuals(recording="a", observed=observed, predicted=level, noise=sigma)
+    level, scale = np.zeros(noise.size) if y is None else y, np.ones(noise.size)
+    known = {"noise": stated, "noise_alone": stated, "resolution": resolution}
+    observed = Observed(signal=FORCE, axis="time", x=x, y=level + noise, scale=scale, offset=False, **known)
+    of = Residuals(recording="a", observed=observed, predicted=level, noise=stated or float(np.std(noise)))
     return Components(of=of, sloped=np.full((noise.size, 1), noise.size**-0.5))
 
 
 def chance(components):
     signs = components.signs()
     return min(each.chance for each in signs) * len(signs)
+
+
+def correlated(seed, count, memory):
+    drawn = np.random.default_rng(seed).normal(size=count + 400)
+    return lfilter([np.sqrt(1 - memory**2)], [1, -memory], drawn)[400:]
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -51,11 +52,8 @@ def test_a_wrong_model_is_named_and_the_right_one_is_not(name):
 @pytest.mark.parametrize(("count", "memory"), [(60, 0.0), (1000, 0.0), (1000, 0.8), (4000, 0.95)])
 def test_noise_is_no_misfit_also_where_it_is_correlated(count, memory, stated):
     """At most 7 of 400: 0.3 % of correlated noise and of independent one; 7 or more by chance in 2 of 10 000."""
-    said = 0
-    for seed in range(400):
-        drawn = np.random.default_rng([32, seed]).normal(size=count + 400)
-        noise = lfilter([np.sqrt(1 - memory**2)], [1, -memory], drawn)[400:]
-        said += chance(left(noise - noise.mean(), stated=stated)) < 0.003
+    noises = (correlated([32, seed], count, memory) for seed in range(400))
+    said = sum(chance(left(noise - noise.mean(), stated=stated)) < 0.003 for noise in noises)
     assert said <= (7 if memory < 0.9 else 14)
 
 
@@ -78,12 +76,18 @@ def test_a_slow_and_a_periodic_misfit_in_noise_are_seen(shape, where):
     assert where in best.reason
 
 
+def span_of(sign):
+    """Where a misfit is largest [ms]."""
+    return [float(text.split()[0]) for text in sign.reason.split("largest from ")[1].split(" to ")]
+
+
 def test_the_part_of_the_record_is_named():
     time = np.arange(1000) * 1e-3
     noise = np.random.default_rng(1).normal(size=time.size) + 3 * np.exp(-(((time - 0.3) / 0.05) ** 2))
-    said = min(left(noise - noise.mean(), x=time).signs(), key=lambda each: each.chance).reason
-    first, last = said.split("largest from ")[1].split(" to ")
-    assert 0.22 <= float(first.split()[0]) * 1e-3 < 0.3 < float(last.split()[0]) * 1e-3 <= 0.38
+    first, last = span_of(min(left(noise - noise.mean(), x=time).signs(), key=lambda each: each.chance))
+    assert 220 <= first < 300 < last <= 380
+    assert _around(np.array([2.0, 1.0, 3.0, 2.0, 2.0])) == (2, 4)  # more than half of the largest
+    assert _around(np.array([2.0, 3.0, 1.0])) == (0, 1)
 
 
 @pytest.mark.parametrize("count", [60, 300, 4000])
@@ -95,28 +99,26 @@ def test_a_misfit_of_few_samples_beside_an_edge_is_seen(count):
         signs = sorted(left(noise, x=time).signs(), key=lambda each: each.chance)
         assert signs[0].chance * len(signs) < 1e-3
         assert signs[0].ratio > 1
-    brief = next(each for each in signs if each.reason.count("largest from") and "slow" not in each.reason)
-    begin, end = (float(text.split()[0]) for text in brief.reason.split("largest from ")[1].split(" to "))
+    brief = next(each for each in signs if "largest from" in each.reason and "slow" not in each.reason)
+    begin, end = span_of(brief)
     assert begin <= 146
     assert end >= 136
 
 
-def test_the_ratio_of_a_brief_misfit_is_that_of_its_span_to_all_samples():
+def test_one_value_far_out_is_no_misfit_and_a_brief_one_has_the_ratio_of_its_span():
     """4 of 1600 samples hold all of the sum of squares, 1600 times what a mean of 4 has on average."""
     noise = 1e-6 * np.random.default_rng(42).normal(size=1600)
     noise[800:804] += 1.0
-    brief = left(noise, stated=None)._of_brief()
-    assert brief.ratio == pytest.approx(1600, rel=0.01)
+    assert left(noise)._of_brief().ratio == pytest.approx(1600, rel=0.01)
+    noise = np.random.default_rng(40).normal(size=1000)
+    noise[500] += 7.0
+    assert chance(left(noise)) > 0.003
 
 
-def test_what_is_more_than_half_of_the_largest_is_around_it():
-    assert _around(np.array([2.0, 1.0, 3.0, 2.0, 2.0])) == (2, 4)
-    assert _around(np.array([2.0, 3.0, 1.0])) == (0, 1)
-
-
-@pytest.mark.parametrize(("chance", "weight", "counts"), [
-    (0.0014, 1.0, True), (0.0015, 1.0, False), (1.4e-4, 0.1, True), (1.5e-4, 0.1, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("chance", "weight", "counts"),
+    [(14e-4, 1.0, True), (15e-4, 1.0, False), (1.4e-4, 0.1, True), (1.5e-4, 0.1, False)],
+)
 def test_a_test_has_its_share_of_the_false_alarms(chance, weight, counts):
     """Of 0.003 for all tests, in the proportion of their weights, here 1, 1 and 0.1."""
     weights = {1.0: (1.0, 0.1), 0.1: (1.0, 1.0)}[weight]
@@ -125,31 +127,10 @@ def test_a_test_has_its_share_of_the_false_alarms(chance, weight, counts):
     assert significant([*others, found]) == ([found] if counts else [])
 
 
-def test_a_value_far_out_alone_is_no_misfit_of_the_model():
-    noise = np.random.default_rng(40).normal(size=1000)
-    noise[500] += 7.0
-    assert chance(left(noise)) > 0.003
-
-
-def test_a_pulse_of_another_duration_and_a_memory_are_told_where_the_noise_is_not_stated():
-    times = np.linspace(0, 30e-3, 300)
-    for name, changes in (("other drive", {"drive.hold": "19 ms"}), ("memory of friction", COULOMB)):
-        base = plate(**(LAGGING if changes is COULOMB else {}))
-        signal, free = ("lateral_force", COEFFICIENT) if changes is COULOMB else (FORCE, GAP)
-        values = ev.prepare(base, free=[GAP]).signals([3e-6], names=[signal], time=times)[signal]
-        trace = make_trace({signal: (("time",), values)}, {"time": times}, {})
-        for seed in range(5):
-            recorded = noisy(trace, np.random.default_rng([41, seed]))
-            wrong = fit_scenario(plate(**changes), recorded, free=[free])
-            assert set(wrong.states.values()) == {"misfit"}, (name, seed)
-
-
 @pytest.mark.parametrize("factor", [1.0, 1.04, 1.5])
 def test_a_noise_that_is_larger_than_stated_is_a_misfit_from_5_per_cent_on(factor):
-    said = 0
-    for seed in range(20):
-        noise = factor * np.random.default_rng([34, seed]).normal(size=4000)
-        said += chance(left(noise - noise.mean(), stated=1.0)) < 0.003
+    noises = (factor * np.random.default_rng([34, seed]).normal(size=4000) for seed in range(20))
+    said = sum(chance(left(noise - noise.mean(), stated=1.0)) < 0.003 for noise in noises)
     assert said == (20 if factor > 1.1 else 0)
 
 
@@ -172,10 +153,8 @@ def test_correlated_noise_widens_the_interval_as_much_as_it_has_to():
     """The scatter of 60 estimates is that of their intervals, which independent noise would make 2.8 times too narrow."""
     clean, errors, stated = exact(PLATE, "step", times=LONG), [], []
     for seed in range(60):
-        drawn = np.random.default_rng([36, seed]).normal(size=LONG.size + 200)
         trace = clean.copy(deep=True)
-        noise = lfilter([0.6], [1, -0.8], drawn)[200:]
-        trace[FORCE].values[:] += 0.01 * trace[FORCE].values.max() * noise
+        trace[FORCE].values[:] += 0.01 * clean[FORCE].values.max() * correlated([36, seed], LONG.size, 0.8)
         found = fit_scenario(PLATE, trace, free=[GAP])
         if found.misfit.reasons:
             continue
@@ -186,21 +165,23 @@ def test_correlated_noise_widens_the_interval_as_much_as_it_has_to():
     assert 0.75 < np.std(errors) / np.mean(stated) < 1.25
 
 
+def recordings(gaps, kind, rng, *, sessions=False):
+    traces = {name: noisy(exact(PLATE.replace({GAP: gap}), kind), rng) for name, gap in gaps.items()}
+    names = [{"name": name, "session": name} if sessions else {"name": name} for name in gaps]
+    return [MeasuredTrace(trace=trace, **of) for trace, of in zip(traces.values(), names, strict=True)]
+
+
 def test_recordings_that_differ_are_told_by_the_joint_fit():
     rng = np.random.default_rng(37)
     gaps = {"a": 2.9e-6, "b": 3.0e-6, "c": 3.1e-6}
-    data = [
-        MeasuredTrace(trace=noisy(exact(PLATE.replace({GAP: gap}), "step"), rng), name=name)
-        for name, gap in gaps.items()
-    ]
-    found = fit_scenario(PLATE, data, free=[GAP, LEAK])
+    found = fit_scenario(PLATE, recordings(gaps, "step", rng), free=[GAP, LEAK])
     spread = found.misfit.between[GAP]
     assert spread.values == pytest.approx(gaps, rel=0.01)
     assert spread.between == pytest.approx(0.1e-6, rel=0.2)
     assert any(each.startswith(f"{GAP}: scatter within a recording") for each in found.misfit.reasons)
     lower, upper = found.interval(GAP)
     assert upper - lower > 0.1e-6  # each of them alone would give 0.03 um
-    alike = [MeasuredTrace(trace=noisy(exact(PLATE, "step"), rng), name=name) for name in gaps]
+    alike = recordings(dict.fromkeys(gaps, 3e-6), "step", rng)
     assert not fit_scenario(PLATE, alike, free=[GAP, LEAK]).misfit.reasons
 
 
@@ -237,13 +218,7 @@ def test_what_trades_with_a_parameter_on_its_bound_is_not_determined():
 
 
 def test_no_interval_of_a_positive_quantity_is_below_0():
-    rng = np.random.default_rng(38)
-    data = [
-        MeasuredTrace(
-            trace=noisy(exact(PLATE.replace({GAP: gap}), "impedance"), rng), name=name, session=name
-        )
-        for name, gap in (("a", 1e-6), ("b", 9e-6))
-    ]
+    data = recordings({"a": 1e-6, "b": 9e-6}, "impedance", np.random.default_rng(38), sessions=True)
     found = fit_scenario(PLATE, data, free=[GAP], varying=[GAP])
     spread = found.sessions[GAP]
     assert spread.mean < 12.7 * spread.standard_error  # Student's t with one degree of freedom

@@ -23,11 +23,8 @@ def recorded(scenario, *, seed=1, name="a", noise=0.3, **changes):
 
 def assert_true(found):
     for name, value in TRUE.items():
-        assert (
-            abs(found.estimate.values[name] - value)
-            < 4 * found.estimate.standard_deviations[name]
-            < 0.1 * value
-        )
+        error = abs(found.estimate.values[name] - value)
+        assert error < 4 * found.estimate.standard_deviations[name] < 0.1 * value
     assert not found.misfit.reasons
 
 
@@ -42,45 +39,42 @@ def test_a_voltage_series_is_fitted_with_the_voltages_of_its_recordings():
     assert len(found.prescribed) == 3
     assert "150: the drive has up to 15" in found.prescribed[2]
     assert "300 V in the scenario" in found.prescribed[2]
-    assert found.problem.prediction.prepared[2].base.drive.model_dump()["high"] == pytest.approx(
-        150, rel=2e-3
-    )
+    drive = found.problem.prediction.prepared[2].base.drive
+    assert drive.model_dump()["high"] == pytest.approx(150, rel=2e-3)
     assert found.scenario.drive.high == 300
 
 
-def test_a_noisy_recording_of_the_declared_drive_keeps_its_formula():
+def test_a_declared_drive_keeps_its_formula_and_another_course_is_taken_from_the_samples():
     scenario = plate()
     found = fit_scenario(scenario, recorded(scenario), free=[GAP, LEAK])
     assert found.problem.prediction.prepared[0].base.drive == scenario.drive
     assert not found.prescribed
     assert_true(found)
-
-
-def test_a_drive_of_another_course_is_taken_from_the_samples():
     ramp = {"model": "Trapezium", "high": "100 V", "rise": "15 ms", "hold": "5 ms", "fall": "9 ms"}
-    found = fit_scenario(plate(), recorded(plate(drive=ramp), noise=0.05), free=[GAP, LEAK])
+    found = fit_scenario(scenario, recorded(plate(drive=ramp), noise=0.05), free=[GAP, LEAK])
     assert type(found.problem.prediction.prepared[0].base.drive).__name__ == "Sampled"
     assert_true(found)
-
-
-def test_the_drive_of_the_scenario_is_kept_where_asked():
-    scenario = plate(**{"drive.high": "300 V"})
-    found = fit_scenario(scenario, recorded(plate()), free=[GAP, LEAK], keep=["drive"])
+    high = plate(**{"drive.high": "300 V"})  # that of the scenario is kept where asked
+    found = fit_scenario(high, recorded(scenario), free=[GAP, LEAK], keep=["drive"])
     assert found.estimate.values[GAP] > 6e-6
-    with pytest.raises(InputError, match="expected drive, load or motion"):
-        fit_scenario(scenario, recorded(plate()), free=[GAP], keep=["drives"])
 
 
-def test_what_contradicts_a_recording_is_refused_with_both_numbers():
-    with pytest.raises(
-        InputError, match=r"drive\.high = 300 V was stated.*up to 100\.\d V .* 300 V.*--keep drive"
-    ):
-        fit_scenario(plate(), recorded(plate(), **{"drive.high": "300 V"}), free=[GAP])
-    with pytest.raises(InputError, match=r"drive\.high is free, but.*--keep drive"):
-        fit_scenario(plate(), recorded(plate()), free=["drive.high"])
-    current = {"model": "CurrentSine", "amplitude": "1 uA", "frequency": "100 Hz"}
-    with pytest.raises(InputError, match="drive_voltage is recorded, but the scenario prescribes a current"):
-        fit_scenario(plate(drive=current), recorded(plate()), free=[GAP])
+CURRENT = {"drive": {"model": "CurrentSine", "amplitude": "1 uA", "frequency": "100 Hz"}}
+STATED = {"drive.high": "300 V"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "stated", "settings", "words"),
+    [
+        ({}, STATED, {}, r"drive\.high = 300 V was stated.*up to 100\.\d V .* 300 V.*--keep drive"),
+        ({}, {}, {"free": ["drive.high"]}, r"drive\.high is free, but.*--keep drive"),
+        (CURRENT, {}, {}, "drive_voltage is recorded, but the scenario prescribes a current"),
+        (STATED, {}, {"keep": ["drives"]}, "expected drive, load or motion"),
+    ],
+)
+def test_what_contradicts_a_recording_is_refused_with_both_numbers(changes, stated, settings, words):
+    with pytest.raises(InputError, match=words):
+        fit_scenario(plate(**changes), recorded(plate(), **stated), **{"free": [GAP]} | settings)
 
 
 def test_a_recorded_load_and_speed_drive_the_friction():

@@ -13,7 +13,6 @@ from electrovib.recordings.importing.proposal import proposed_columns
 
 TIMES = np.arange(50) * 1e-3
 A, B, C = 0.4 + TIMES, 0.2 - TIMES, 100 * np.sin(90 * TIMES)
-
 HEADINGS = {
     "time,force,voltage": {"lateral_force": 1, "drive_voltage": 2},
     "t;F_N;F_T;U": {"normal_force": 1, "lateral_force": 2, "drive_voltage": 3},
@@ -29,23 +28,24 @@ HEADINGS = {
 }  # fmt: skip
 
 
-def table(heading):
+def written(tmp_path, heading):
     sign = ";" if ";" in heading else ","
     columns = [TIMES, A, B, C][: heading.count(sign) + 1]
     rows = (sign.join(f"{value:.6f}" for value in row) for row in zip(*columns, strict=True))
     text = "\n".join([heading, *rows]) + "\n"
-    return text.replace(".", ",") if sign == ";" else text
+    (tmp_path / "a.csv").write_text(text.replace(".", ",") if sign == ";" else text)
+    return read_recorded(tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("heading", HEADINGS)
 def test_what_is_proposed_is_imported_as_printed(tmp_path, monkeypatch, heading):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.csv").write_text(table(heading))
-    recorded = read_recorded(tmp_path / "a.csv")
+    recorded = written(tmp_path, heading)
     assert {each.signal: each.column for each in proposed_columns(recorded)} == {
         signal: recorded.channels[place].name for signal, place in HEADINGS[heading].items()
     }
     listed = CliRunner().invoke(app, ["import", "a.csv"]).output
+    assert ("states no unit: s are assumed" in listed) == heading.startswith(("time,", "t;"))
     (line,) = [line for line in listed.splitlines() if line.startswith("to import it: ")]
     if not HEADINGS[heading]:
         assert 'drive_voltage="Temperature"' in line  # an example
@@ -61,6 +61,13 @@ def test_what_is_proposed_is_imported_as_printed(tmp_path, monkeypatch, heading)
     np.testing.assert_allclose(found.time, TIMES, atol=1e-9)
 
 
+@pytest.mark.parametrize("heading", ["C", "Cp [nF]", "Capacitance (pF)", "Kapazität [pF]", "LCR.CH1 (pF)"])
+def test_a_capacitance_is_recognised_by_unit_or_name(tmp_path, heading):
+    (tmp_path / "a.csv").write_text(f"time (s),{heading},T (C),Fz (N)\n0,1,20,0.5\n1,2,20,0.5\n2,3,21,0.5\n")
+    found = {each.signal: each.column for each in proposed_columns(read_recorded(tmp_path / "a.csv"))}
+    assert found == {"capacitance": heading.partition(" ")[0], "normal_force": "Fz"}
+
+
 def test_a_load_that_is_negative_is_turned(tmp_path):
     (tmp_path / "a.csv").write_text("T (sec),Fz (N)\n" + "".join(f"{t:.3f},{-1 - t:.3f}\n" for t in TIMES))
     (proposed,) = proposed_columns(read_recorded(tmp_path / "a.csv"))
@@ -69,17 +76,8 @@ def test_a_load_that_is_negative_is_turned(tmp_path):
     np.testing.assert_allclose(found.normal_force, 1 + TIMES, atol=1e-9)
 
 
-def test_a_time_without_a_unit_is_said_in_the_listing(tmp_path):
-    (tmp_path / "a.csv").write_text(table("time,force,voltage"))
-    lines = "\n".join(ev.recordings.importing.list_columns(tmp_path / "a.csv"))
-    assert "states no unit: s are assumed" in lines
-    (tmp_path / "a.csv").write_text(table("time (ms),force,voltage"))
-    assert "assumed" not in "\n".join(ev.recordings.importing.list_columns(tmp_path / "a.csv"))
-
-
 @pytest.mark.parametrize(("heading", "unit"), [("t_ms", "ms"), ("Time_s", "s"), ("Zeit_us", "us")])
 def test_a_time_has_the_unit_at_the_end_of_its_heading(tmp_path, heading, unit):
-    (tmp_path / "a.csv").write_text(table(f"{heading};F_N"))
-    recorded = read_recorded(tmp_path / "a.csv")
+    recorded = written(tmp_path, f"{heading};F_N")
     assert recorded.time == heading
     assert [each.unit for each in recorded.channels] == [unit, ""]  # N of F_N may mean normal

@@ -1,14 +1,17 @@
-"""Resonance, quality factor and drift of synthetic oscillations."""
+"""Resonance, quality factor and drift of synthetic oscillations, and impacts in a long record of a load cell."""
 
 import math
 
 import numpy as np
 import pytest
-import xarray
+from typer.testing import CliRunner
 
+from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
+from electrovib.core.trace import make_trace
 from electrovib.physics.resonance import release_seen_by_sensor
-from electrovib.recordings.transitions import measure_ring
+from electrovib.recordings.transitions import measure_ring, measure_rings, measure_times
+from electrovib.recordings.transitions.impacts import find_impacts
 
 AT, LENGTH, RATE = 0.1, 0.5, 12_800.0
 
@@ -27,13 +30,16 @@ def mode(time, *, frequency, quality, amplitude=1.0, drift=0.0, phase=0.0):
 def record(values, *, noise=0.01, seed=0):
     time = np.arange(0, LENGTH, 1 / RATE)
     white = noise * np.random.default_rng(seed).standard_normal(time.size)
-    return xarray.Dataset(
-        {"lateral_force_measured": ("time", values(time - AT) + white)}, coords={"time": time}
-    )
+    force = (("time",), values(time - AT) + white)
+    return make_trace({"lateral_force_measured": force}, {"time": time}, {})
+
+
+def ringing(time):
+    return mode(time, frequency=380.0, quality=5.0)
 
 
 def test_one_mode_after_an_impact():
-    found = measure_ring(record(lambda t: mode(t, frequency=380.0, quality=5.0)))
+    found = measure_ring(record(ringing))
     assert (found.form, found.level) == ("one mode", "constant")
     assert found.parameters["frequency"].value == pytest.approx(380.0, rel=0.01)
     assert found.parameters["quality"].value == pytest.approx(5.0, rel=0.05)
@@ -86,10 +92,8 @@ def test_a_higher_mode_that_decays_sooner_is_separated():
     ],
 )
 def test_the_level_may_change_while_the_signal_oscillates(level, form, words):
-    found = measure_ring(
-        record(lambda t: mode(t, frequency=380.0, quality=5.0) + level(t), noise=0.003),
-        at=AT, start=0.0, window=25e-3,
-    )  # fmt: skip
+    trace = record(lambda t: ringing(t) + level(t), noise=0.003)
+    found = measure_ring(trace, at=AT, start=0.0, window=25e-3)
     assert (found.form, found.level) == ("one mode", form)
     assert found.misfit < 1.3
     of = found.parameters
@@ -127,29 +131,114 @@ def test_an_oscillation_of_another_form_carries_a_warning():
     ("values", "options", "words"),
     [
         (lambda t: np.where(t < 0, 1.0, 0.0), {"at": AT}, "does not"),
-        (lambda t: mode(t, frequency=380.0, quality=5.0), {"at": 3.0}, "at = 3"),
-        (lambda t: mode(t, frequency=380.0, quality=5.0), {"start": -1.0}, "start = -1"),
-        (
-            lambda t: mode(t, frequency=380.0, quality=5.0),
-            {"at": AT, "start": 0.0, "window": 1e-3},
-            "13 samples",
-        ),
+        (ringing, {"at": 3.0}, "at = 3"),
+        (ringing, {"start": -1.0}, "start = -1"),
+        (ringing, {"at": AT, "start": 0.0, "window": 1e-3}, "13 samples"),
     ],
 )
 def test_what_is_no_oscillation_is_refused(values, options, words):
-    noise = 0.0 if words == "does not" else 0.01
     with pytest.raises(InputError, match=words):
-        measure_ring(record(values, noise=noise), **options)
+        measure_ring(record(values, noise=0.01 if values is ringing else 0.0), **options)
+
+
+def holds(parameters, frequency, quality):
+    known = {"frequency": frequency, "quality": quality}
+    return [parameters[name].lower < value < parameters[name].upper for name, value in known.items()]
 
 
 @pytest.mark.slow
 def test_intervals_of_a_ring_hold_its_frequency_and_quality():
-    inside = np.zeros(2)
-    for seed in range(25):
-        of = measure_ring(
-            record(lambda t: mode(t, frequency=380.0, quality=5.0), seed=seed, noise=0.02), at=AT, start=0.0
-        ).parameters
-        inside += [
-            of["frequency"].lower < 380 < of["frequency"].upper, of["quality"].lower < 5 < of["quality"].upper
-        ]  # fmt: skip
-    assert (inside >= 20).all()
+    found = [measure_ring(record(ringing, seed=seed, noise=0.02), at=AT, start=0.0) for seed in range(25)]
+    assert (np.sum([holds(each.parameters, 380, 5) for each in found], axis=0) >= 20).all()
+
+
+def cell(rng, *, frequency, quality, rate=20e3, length=4.0, impacts=3, noise=0.01, drift=0.02):
+    """Load cell that is struck several times, with a linear and a slow periodic drift."""
+    time = np.arange(round(length * rate)) / rate
+    values = noise * rng.standard_normal(time.size) + drift * time + 0.1 * np.sin(2 * np.pi * time / 37)
+    struck = length / (impacts + 1) * (np.arange(1, impacts + 1) + rng.uniform(-0.2, 0.2, impacts))
+    for at in struck:
+        size, phase = rng.uniform(0.5, 2.0) * rng.choice([-1, 1]), rng.uniform(-0.6, 0.6)
+        values += mode(time - at, frequency=frequency, quality=quality, amplitude=size, phase=phase)
+    return recorded(time, values), struck
+
+
+def recorded(time, values):
+    return make_trace({"normal_force_measured": (("time",), values)}, {"time": time}, {})
+
+
+@pytest.mark.parametrize(
+    ("frequency", "quality"),
+    [
+        (200.0, 3.0),
+        pytest.param(380.0, 8.0, marks=pytest.mark.slow),
+        pytest.param(600.0, 30.0, marks=pytest.mark.slow),
+    ],
+)
+def test_every_impact_is_found_and_measured(frequency, quality):
+    trace, struck = cell(np.random.default_rng(1), frequency=frequency, quality=quality)
+    found = measure_rings(trace)
+    assert [each.reference for each in found.rings] == pytest.approx(struck, abs=0.6 / frequency)
+    assert found.frequency.value == pytest.approx(frequency, rel=0.005)
+    assert found.quality.value == pytest.approx(quality, rel=0.03)
+    assert found.frequency.count == 3
+    assert not any(text.startswith("Warning") for text in found.words)
+    largest = max(found.rings, key=lambda each: np.abs(each.values).max())
+    assert measure_ring(trace).parameters["frequency"] == largest.parameters["frequency"]
+
+
+def test_a_ring_is_no_edge_and_a_release_that_rings_is_one():
+    trace, _ = cell(np.random.default_rng(2), frequency=300.0, quality=10.0, drift=0.0)
+    with pytest.raises(InputError, match=r"no clear edge.*after 3 impacts"):
+        measure_times(trace)
+    values = trace["normal_force_measured"].copy()
+    values[:] = values + np.where(trace["time"] > 3.6, 2.0, 0.0)  # one load that stays
+    stepped = trace.assign(normal_force_measured=values)
+    found = measure_times(stepped)
+    assert [each.record.reference for each in found.rising.edges] == pytest.approx([3.6], abs=1e-3)
+    assert found.falling is None
+
+
+def test_noise_and_a_drive_that_is_switched_often_are_no_impacts():
+    time, rng = np.arange(40_000) / 20e3, np.random.default_rng(3)
+    for duty in (0.3, 0.5, 0.7):
+        values = ((time * 10) % 1 < duty) + 0.01 * rng.standard_normal(time.size)
+        assert not any(each.returns for each in find_impacts(time, values))
+    values = 0.01 * np.random.default_rng(4).standard_normal(time.size)
+    assert find_impacts(time, values) == []
+    for measure in (measure_rings, measure_ring):
+        with pytest.raises(InputError, match="never leaves the noise"):
+            measure(recorded(time, values))
+    with pytest.raises(InputError, match="times its noise") as caught:
+        measure_times(recorded(time, values))
+    assert len(caught.value.problems) == 1
+
+
+def test_the_next_impact_ends_an_oscillation():
+    """Two impacts 30 ms apart: the second strikes before the first has come to rest."""
+    time = np.arange(40_000) / 20e3
+    values = 0.002 * np.random.default_rng(5).standard_normal(time.size)
+    for at, size in ((0.8, 1.0), (0.83, 1.5)):
+        values += mode(time - at, frequency=400.0, quality=12.0, amplitude=size)
+    found = measure_rings(recorded(time, values))
+    assert [each.reference for each in found.rings] == pytest.approx([0.8, 0.83], abs=1.5e-3)
+    assert found.rings[0].time[-1] < 0.03
+    for each in found.rings:
+        assert each.parameters["frequency"].value == pytest.approx(400.0, rel=0.01)
+        assert each.parameters["quality"].value == pytest.approx(12.0, rel=0.05)
+
+
+def test_the_command_answers_for_a_record_without_edges(tmp_path):
+    trace, struck = cell(np.random.default_rng(6), frequency=380.0, quality=8.0, impacts=2, length=2.0)
+    trace.to_netcdf(tmp_path / "cell.nc")
+    result = CliRunner().invoke(
+        app, ["times", str(tmp_path / "cell.nc"), "--ring", "-o", str(tmp_path / "out")]
+    )
+    assert result.exit_code == 0, result.output
+    assert "mean of 2 impacts" in result.output
+    assert "No time between levels: the signal has no clear edge" in result.output
+    assert "more mistakes" not in result.output
+    assert f"impact at {struck[0]:.3f}" in result.output
+    table = (tmp_path / "out" / "times.csv").read_text()
+    assert table.count("impact at") >= 4
+    assert "after 2 impacts" in (tmp_path / "out" / "report.html").read_text()

@@ -6,12 +6,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.rounding import (
-    coherence_of,
-    least_noise,
-    resolution_of,
-    rounding_amplitudes,
-)
+from electrovib.recordings.fit.rounding import coherence_of, least_noise, resolution_of, rounding_amplitudes
 from electrovib.view.fitted import fit_answer
 
 FRICTION, FILM = "friction.coefficient", "stack.insulator.thickness"
@@ -21,22 +16,16 @@ STEP = {"model": "Trapezium", "high": "150 V", "rise": "100 us", "hold": "100 ms
 """Forces that pass 20 steps of a converter again and again, and that pass two slowly."""
 
 
-def finger(drive):
-    return ev.load("bau_2010/sine").replace(
-        {"drive": drive, "time": {"model": "TimeGrid", "duration": "50 ms"}}
-    )
-
-
 class Twin:
     """A scenario with its friction, its exact force, and the step of its converter."""
 
     def __init__(self, drive, free):
-        self.scenario, self.free = finger(drive), free
+        grid = {"model": "TimeGrid", "duration": "50 ms"}
+        self.scenario, self.free = ev.load("bau_2010/sine").replace({"drive": drive, "time": grid}), free
         self.prepared = ev.prepare(self.scenario, free=free)
         self.truth = {path: float(value) for path, value, _ in self.scenario.parameters() if path in free}
-        self.step = (
-            np.ptp(self.force(self.truth)) / 20 if drive is SINE else self.force(self.truth).mean() / 50
-        )
+        force = self.force(self.truth)
+        self.step = np.ptp(force) / 20 if drive is SINE else force.mean() / 50
 
     def force(self, values):
         return self.prepared.signals(values, names=["lateral_force"], time=TIMES)["lateral_force"]
@@ -46,22 +35,17 @@ class Twin:
         rng = np.random.default_rng([17, seed])
         true = {name: value * (1 + 0.05 * rng.uniform(-1, 1)) for name, value in self.truth.items()}
         noise = self.step / ratio
-        values = self.force(true) + noise * rng.normal(size=TIMES.size)
-        trace = make_trace(
-            {"lateral_force": (("time",), np.round(values / self.step) * self.step)}, {"time": TIMES}, {}
-        )
+        values = np.round((self.force(true) + noise * rng.normal(size=TIMES.size)) / self.step) * self.step
+        trace = make_trace({"lateral_force": (("time",), values)}, {"time": TIMES}, {})
         recording = MeasuredTrace(trace=trace, noise={"lateral_force": noise} if stated else {})
         return true, fit_scenario(self.scenario, recording, free=self.free)
 
     def coverage(self, count, **settings):
-        covered = []
+        covered = np.zeros(len(self.free))
         for seed in range(count):
             true, found = self.fit(seed, **settings)
-            ends = [found.interval(name) for name in self.free]
-            covered.append(
-                [low <= true[name] <= high for name, (low, high) in zip(self.free, ends, strict=True)]
-            )
-        return np.mean(covered, axis=0)
+            covered += [np.clip(true[name], *found.interval(name)) == true[name] for name in self.free]
+        return covered / count
 
 
 @pytest.fixture(scope="module")
@@ -125,12 +109,12 @@ def test_the_interval_of_a_coarse_recording_includes_its_rounding_and_states_it(
     true, found = fast.fit(2, ratio=8)
     plain = found.estimate.interval(FRICTION)
     lower, upper = found.interval(FRICTION)
-    assert upper - lower > 1.1 * (plain[1] - plain[0])
+    assert upper - lower > 1.1 * np.ptp(plain)
     assert lower < true[FRICTION] < upper
     (signal,) = found.rounding.signals
     assert signal.resolution == pytest.approx(fast.step, rel=1e-9)
     assert signal.noise == pytest.approx(fast.step / 8, rel=0.5)
-    result = ev.fit(fast.scenario, MeasuredTrace(trace=recorded_of(found)), free=fast.free)
+    result = ev.fit(fast.scenario, found.problem.prediction.measured[0], free=fast.free)
     row = result.rows[0]
     assert (row.lower, row.upper) == pytest.approx((lower, upper), rel=1e-9)
     assert row.standard_error == pytest.approx(found.deviation(FRICTION))
@@ -141,19 +125,11 @@ def test_the_interval_of_a_coarse_recording_includes_its_rounding_and_states_it(
     assert "is rounded to steps of" in fit_answer(result.best, result.rows)
 
 
-def recorded_of(found):
-    """Return the recording of a fit."""
-    return found.problem.prediction.measured[0].trace
-
-
-def test_scatter_that_rounding_causes_is_not_counted_as_noise_too(fast):
+def test_scatter_that_rounding_causes_is_not_counted_as_noise_too_and_fine_steps_are_none(fast):
     _, found = fast.fit(5, ratio=100)
     plain = found.estimate.standard_deviations[FRICTION]
     assert found.rounding.deviations[FRICTION] < 0.5 * plain
     assert found.rounding.deviation(FRICTION) > plain
-
-
-def test_fine_steps_leave_the_interval_as_it_was(fast):
     _, found = fast.fit(1, ratio=0.5)
     assert found.rounding is None
     assert found.interval(FRICTION) == found.estimate.interval(FRICTION)
@@ -189,13 +165,8 @@ def test_a_weakly_determined_parameter_has_its_profile_widened(fast):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.5, 2, 5])
-def test_intervals_of_a_signal_over_many_steps_cover(fast, ratio):
-    assert np.all(np.abs(fast.coverage(200, ratio=ratio) - 0.945) <= 0.045)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ratio", [0.5, 2, 5])
-def test_intervals_of_a_slow_signal_cover(slow, ratio):
-    """Of a stated noise in 90 to 99 %; an unknown noise of a fifth of a step cannot be told from none."""
-    assert np.all(np.abs(slow.coverage(200, ratio=ratio, stated=True) - 0.945) <= 0.045)
+def test_intervals_cover(fast, slow, ratio):
+    """Of a stated noise in 90 to 99 %; an unknown noise of a fifth of a step cannot be told from none in a slow signal."""
+    for covered in (fast.coverage(200, ratio=ratio), slow.coverage(200, ratio=ratio, stated=True)):
+        assert np.all(np.abs(covered - 0.945) <= 0.045)
     assert np.all(slow.coverage(200, ratio=ratio) >= 0.9)

@@ -12,6 +12,9 @@ SKIN, INSULATOR = "stack.stratum_corneum.material.conductivity", "stack.insulato
 ELSEWHERE = {GAP: 4e-6, LEAK: 4e-9, FILM: 1.5e-6}
 PLATE = plate()
 EXACT = {kind: exact(PLATE, kind) for kind in SIGNALS}
+FORCE = "electrostatic_force"
+THICK = plate(**{FILM: "100 um", "drive.high": "3 kV"})
+"""With a film of 0.1 mm the gap discharges through its own leak: the skin's conduction is too large to count."""
 
 
 def recorded(*kinds, seed=1, **settings):
@@ -39,10 +42,43 @@ def test_joint_recordings_determine_more_than_each():
     assert all(together[name] < 0.5 * alone[name] for name in FREE)
 
 
-def test_without_noise_the_parameters_are_exact_and_in_the_scenario():
-    found = fit_scenario(PLATE, EXACT["sweep"], free=FREE, start=ELSEWHERE)
-    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-7)
-    assert truth(found.scenario) == pytest.approx(truth(PLATE), rel=1e-7)
+def with_missing(trace, **places):
+    found = trace.copy(deep=True)
+    for name, place in places.items():
+        found[name].values[place] = np.nan
+    return found
+
+
+HALF = exact(plate(**{"drive.high": "50 V"}), "step")
+WITHOUT_NOISE = {
+    "a sweep": (EXACT["sweep"], FREQUENCIES.size),
+    "settings of their own": (
+        [
+            MeasuredTrace(trace=EXACT["step"], name="a"),
+            MeasuredTrace(trace=HALF, name="b", changes={"drive.high": "50 V"}),
+        ],
+        2 * TIMES.size,
+    ),
+    "missing samples": (with_missing(EXACT["step"], electrostatic_force=np.s_[10:20]), TIMES.size - 10),
+    "of one signal each": (
+        with_missing(EXACT["sweep"].merge(EXACT["impedance"]), mean_force=3, impedance=7),
+        3 * (FREQUENCIES.size - 1),
+    ),
+    "a long one": (exact(PLATE, "step", times=np.linspace(0, 30e-3, 4000)), 4000),
+}
+
+
+@pytest.mark.parametrize("name", WITHOUT_NOISE)
+def test_without_noise_the_parameters_are_exact_and_in_the_scenario(name):
+    trace, count = WITHOUT_NOISE[name]
+    seen = []
+    report = lambda number, _: seen.append(number) or False  # noqa: E731
+    found = fit_scenario(PLATE, trace, free=FREE, start=ELSEWHERE, progress=report)
+    assert found.estimate.count == count
+    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-7 if name == "a sweep" else 1e-5)
+    assert truth(found.scenario) == pytest.approx(found.estimate.values, rel=1e-9)
+    # a long recording is searched with few samples first, which is reported as well
+    assert name != "a long one" or len(seen) > found.estimate.evaluations
 
 
 def test_signals_without_noise_or_that_are_zero_are_fitted_together():
@@ -61,73 +97,29 @@ def test_signals_without_noise_or_that_are_zero_are_fitted_together():
 
 def test_an_unknown_zero_is_fitted_beside_the_parameters():
     trace = noisy(EXACT["step"], np.random.default_rng(2))
-    trace["electrostatic_force"].values[:] += 0.05
-    recording = MeasuredTrace(trace=trace, name="a", offsets=("electrostatic_force",))
+    trace[FORCE].values[:] += 0.05
+    recording = MeasuredTrace(trace=trace, name="a", offsets=(FORCE,))
     found = fit_scenario(PLATE, recording, free=[GAP, LEAK])
-    assert found.estimate.values["a: zero of electrostatic_force"] == pytest.approx(0.05, abs=0.005)
+    assert found.estimate.values[f"a: zero of {FORCE}"] == pytest.approx(0.05, abs=0.005)
     assert found.estimate.values[GAP] == pytest.approx(3e-6, rel=0.05)
     biased = fit_scenario(PLATE, MeasuredTrace(trace=trace), free=[GAP, LEAK])
     assert biased.residuals[0].root_mean_square > 1.5 * found.residuals[0].root_mean_square
-
-
-def test_the_zero_of_a_complex_signal_shifts_its_real_part():
     trace = EXACT["impedance"].copy(deep=True)
-    trace["impedance"].values[:] += 500.0
-    recording = MeasuredTrace(trace=trace, name="z", offsets=("impedance",))
-    found = fit_scenario(PLATE, recording, free=FREE)
+    trace["impedance"].values[:] += 500.0  # of a complex signal it shifts the real part
+    found = fit_scenario(PLATE, MeasuredTrace(trace=trace, name="z", offsets=("impedance",)), free=FREE)
     assert found.estimate.values["z: zero of impedance"] == pytest.approx(500.0, rel=1e-6)
 
 
 def test_stated_noise_scales_the_deviations_and_settles_the_sum_of_squares():
-    peak = EXACT["step"]["electrostatic_force"].values.max()
+    peak = EXACT["step"][FORCE].values.max()
     small, large = (
-        fit_scenario(PLATE, recorded("step", noise={"electrostatic_force": factor * peak}), free=[GAP, LEAK])
+        fit_scenario(PLATE, recorded("step", noise={FORCE: factor * peak}), free=[GAP, LEAK])
         for factor in (0.01, 0.02)
     )
     assert 30 < small.estimate.sum_of_squares < 95  # 58 degrees of freedom
-    for name in (GAP, LEAK):
-        assert large.estimate.standard_deviations[name] == pytest.approx(
-            2 * small.estimate.standard_deviations[name], rel=1e-4
-        )
+    for name, deviation in small.estimate.standard_deviations.items():
+        assert large.estimate.standard_deviations[name] == pytest.approx(2 * deviation, rel=1e-4)
     assert small.residuals[0].noise == 0.01 * peak
-
-
-def test_each_recording_has_its_own_settings():
-    half = exact(plate(**{"drive.high": "50 V"}), "step")
-    both = [
-        MeasuredTrace(trace=EXACT["step"], name="a"),
-        MeasuredTrace(trace=half, name="b", changes={"drive.high": "50 V"}),
-    ]
-    found = fit_scenario(PLATE, both, free=FREE, start=ELSEWHERE)
-    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
-
-
-def test_samples_that_are_no_number_are_left_out():
-    trace = EXACT["step"].copy(deep=True)
-    trace["electrostatic_force"].values[10:20] = np.nan
-    found = fit_scenario(PLATE, trace, free=FREE, start=ELSEWHERE)
-    assert found.estimate.count == TIMES.size - 10
-    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
-
-
-def test_signals_of_one_recording_may_have_different_missing_samples():
-    trace = EXACT["sweep"].merge(EXACT["impedance"]).copy(deep=True)
-    trace["mean_force"].values[3] = np.nan
-    trace["impedance"].values[7] = np.nan
-    found = fit_scenario(PLATE, trace, free=FREE, start=ELSEWHERE)
-    assert found.estimate.count == 3 * (FREQUENCIES.size - 1)
-    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
-
-
-def test_a_long_recording_is_searched_with_few_samples_and_ends_with_all():
-    long = exact(PLATE, "step", times=np.linspace(0, 30e-3, 4000))
-    seen = []
-    found = fit_scenario(
-        PLATE, long, free=FREE, start=ELSEWHERE, progress=lambda count, _: seen.append(count) or False
-    )
-    assert found.estimate.count == 4000
-    assert found.estimate.values == pytest.approx(truth(PLATE), rel=1e-5)
-    assert len(seen) > found.estimate.evaluations  # the rough search reports as well
 
 
 @pytest.mark.parametrize("after", [1, 3])
@@ -136,40 +128,39 @@ def test_the_callback_cancels(after):
         fit_scenario(PLATE, recorded("sweep"), free=FREE, progress=lambda count, _: count >= after)
 
 
+SWEEP = recorded("sweep")
+
+
 @pytest.mark.parametrize(
-    ("settings", "words"),
+    ("recordings", "settings", "words"),
     [
-        ({"free": ["stack.gap.thicknes"]}, r"stack\.gap\.thicknes: .*stack\.gap\.thickness"),
-        ({"free": []}, "at least one parameter"),
-        ({"free": [GAP, GAP]}, "named twice"),
-        ({"free": [GAP], "varying": [LEAK]}, "not among the free"),
-        ({"free": [GAP], "varying": [GAP]}, "all recordings are of one"),
-        ({"free": ["stack.insulator.material.conductivity"]}, r"is 0, .* no scale"),
-        ({"free": [GAP], "start": {GAP: 10.0}}, "expected a number from"),
-        ({"free": [GAP], "signals": ["impedance"]}, "no signal to fit"),
+        (SWEEP, {"free": ["stack.gap.thicknes"]}, r"stack\.gap\.thicknes: .*stack\.gap\.thickness"),
+        (SWEEP, {"free": []}, "at least one parameter"),
+        (SWEEP, {"free": [GAP, GAP]}, "named twice"),
+        (SWEEP, {"varying": [LEAK]}, "not among the free"),
+        (SWEEP, {"varying": [GAP]}, "all recordings are of one"),
+        (SWEEP, {"free": ["stack.insulator.material.conductivity"]}, r"is 0, .* no scale"),
+        (SWEEP, {"start": {GAP: 10.0}}, "expected a number from"),
+        (SWEEP, {"signals": ["impedance"]}, "no signal to fit"),
+        (recorded("step", offsets=(FORCE,)) * 2, {}, "own"),
+        (recorded("step", noise={"force": 1.0}), {}, r"'force'.*no such signal"),
+        (recorded("step", noise={FORCE: 0.0}), {}, "above 0"),
+        (exact(PLATE, "step", times=TIMES[5:7]), {"free": FREE}, "at least as many"),
+        ([], {}, "at least one recording"),
+        (
+            ev.simulate(PLATE),
+            {"signals": [FORCE, "drive_voltage"]},
+            "signals = 'drive_voltage': the scenario pre",
+        ),
     ],
 )
-def test_mistakes_are_named(settings, words):
+def test_mistakes_are_named(recordings, settings, words):
     with pytest.raises(InputError, match=words):
-        fit_scenario(PLATE, recorded("sweep"), **settings)
-
-
-def test_recordings_need_their_own_names_and_known_signals():
-    with pytest.raises(InputError, match="own"):
-        fit_scenario(PLATE, recorded("step", offsets=("electrostatic_force",)) * 2, free=[GAP])
-    with pytest.raises(InputError, match=r"'force'.*no such signal"):
-        fit_scenario(PLATE, recorded("step", noise={"force": 1.0}), free=[GAP])
-    with pytest.raises(InputError, match="above 0"):
-        fit_scenario(PLATE, recorded("step", noise={"electrostatic_force": 0.0}), free=[GAP])
-    with pytest.raises(InputError, match="at least as many"):
-        fit_scenario(PLATE, exact(PLATE, "step", times=TIMES[5:7]), free=FREE)
-    with pytest.raises(InputError, match="at least one recording"):
-        fit_scenario(PLATE, [], free=[GAP])
+        fit_scenario(PLATE, recordings, **{"free": [GAP]} | settings)
 
 
 def test_a_product_that_alone_is_determined_is_named():
-    free = [FILM, INSULATOR, GAP]
-    found = fit_scenario(PLATE, recorded("impedance"), free=free)
+    found = fit_scenario(PLATE, recorded("impedance"), free=[FILM, INSULATOR, GAP])
     assert found.states == {FILM: "not", INSULATOR: "not", GAP: "well"}
     (worst,) = found.undetermined
     assert worst.exponents == pytest.approx({FILM: 1.0, INSULATOR: 1.0}, rel=0.02)
@@ -182,9 +173,7 @@ def test_a_product_that_alone_is_determined_is_named():
 
 
 def test_the_decay_on_a_thick_film_determines_the_leak_and_not_the_skin():
-    """With a film of 0.1 mm the gap discharges through its own leak: the skin's conduction is too large to count."""
-    thick = plate(**{FILM: "100 um", "drive.high": "3 kV"})
-    found = fit_scenario(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
+    found = fit_scenario(THICK, noisy(exact(THICK, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
     assert found.states == {LEAK: "well", SKIN: "not"}
     assert found.interval(LEAK)[0] < 2e-9 < found.interval(LEAK)[1]
     assert SKIN in found.why_no_interval(SKIN)
@@ -231,53 +220,39 @@ def test_the_profile_agrees_with_the_symmetric_interval_where_that_holds():
 
 @pytest.mark.slow
 def test_the_profile_of_what_is_not_determined_is_open_and_may_still_give_a_limit():
-    thick = plate(**{FILM: "100 um", "drive.high": "3 kV"})
-    found = fit_scenario(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
-    profiled = found.profile(SKIN)
+    found = fit_scenario(THICK, noisy(exact(THICK, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
+    profiled, problem, values = found.profile(SKIN), found.problem, found.estimate.values
     assert (profiled.lower, profiled.open_below, profiled.open_above) == (0.0, True, False)
-    allowed, start = 4.007, found.estimate.sum_of_squares  # F(1, 58) at 95 %
-    rise = (
-        found.problem.rise(SKIN, profiled.upper, found.estimate.values, found.problem.prediction.free) - start
-    )
-    assert rise / found.estimate.variance == pytest.approx(allowed, rel=1e-2)
+    rise = problem.rise(SKIN, profiled.upper, values, problem.prediction.free) - found.estimate.sum_of_squares
+    assert rise / found.estimate.variance == pytest.approx(4.007, rel=1e-2)  # F(1, 58) at 95 %
     assert profiled.upper > 1.8e-6
 
 
 @pytest.mark.slow
 def test_criteria_choose_the_leak_where_there_is_one():
     without = plate(**{LEAK: 0.0})
-    for scenario, recording in ((PLATE, EXACT["step"]), (without, exact(without, "step"))):
+    for scenario in (PLATE, without):
         data = [
-            MeasuredTrace(trace=noisy(recording, np.random.default_rng(4)), name="force"),
-            MeasuredTrace(trace=noisy(exact(scenario, "impedance"), np.random.default_rng(5)), name="z"),
+            MeasuredTrace(trace=noisy(exact(scenario, kind), np.random.default_rng(seed)), name=kind)
+            for seed, kind in ((4, "step"), (5, "impedance"))
         ]
         leaky, tight = fit_scenario(PLATE, data, free=[GAP, LEAK]), fit_scenario(without, data, free=[GAP])
-        assert (leaky.aicc < tight.aicc) == (scenario is PLATE)
-        assert (leaky.bic < tight.bic) == (scenario is PLATE)
+        assert (leaky.aicc < tight.aicc) == (leaky.bic < tight.bic) == (scenario is PLATE)
 
 
 @pytest.mark.parametrize("count", [2, 6])
 def test_parameters_that_differ_between_sessions(count):
     rng = np.random.default_rng(7)
-    gaps = 3e-6 * (1 + 0.1 * rng.normal(size=count))
+    gaps = {f"day {at}": gap for at, gap in enumerate(3e-6 * (1 + 0.1 * rng.normal(size=count)))}
     data = [
-        MeasuredTrace(
-            trace=noisy(exact(plate(**{GAP: gap}), "sweep"), rng), name=f"day {at}", session=f"day {at}"
-        )
-        for at, gap in enumerate(gaps)
+        MeasuredTrace(trace=noisy(exact(plate(**{GAP: gap}), "sweep"), rng), name=day, session=day)
+        for day, gap in gaps.items()
     ]
     found = fit_scenario(PLATE, data, free=[GAP, FILM], varying=[GAP])
-    spread = found.sessions[GAP]
-    assert list(spread.values.values()) == pytest.approx(gaps, rel=0.05)
-    assert spread.mean == pytest.approx(gaps.mean(), rel=0.03)
-    assert spread.between == pytest.approx(gaps.std(ddof=1), rel=0.2)
+    spread, values = found.sessions[GAP], np.array([*gaps.values()])
+    assert [*spread.values.values()] == pytest.approx(values, rel=0.05)
+    assert spread.mean == pytest.approx(values.mean(), rel=0.03)
+    assert spread.between == pytest.approx(values.std(ddof=1), rel=0.2)
     assert spread.within < 0.3 * spread.between
     assert "too narrow" in spread.in_words("m")
     assert found.scenario.stack.layers["gap"].thickness == spread.mean
-
-
-def test_a_signal_that_the_scenario_prescribes_is_refused_where_it_is_asked_for():
-    trace = ev.simulate(PLATE)
-    asked = ["electrostatic_force", "drive_voltage"]
-    with pytest.raises(InputError, match=r"signals = 'drive_voltage': the scenario prescribes it"):
-        fit_scenario(PLATE, trace, free=[GAP], start={GAP: 4e-6}, signals=asked)

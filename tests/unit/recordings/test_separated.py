@@ -29,21 +29,16 @@ FREE = (
     "rig.lateral.damping_ratio",
 )
 READING = "lateral_force_measured"
-CREEP = {
-    "model": "Creep",
-    "steady": {"model": "Coulomb", "coefficient": 0.5},
-    "relaxations": [{"share": 0.2, "time": "4 ms"}],
-}
+STEADY, RELAXATIONS = {"model": "Coulomb", "coefficient": 0.5}, [{"share": 0.2, "time": "4 ms"}]
+CREEP = {"friction": {"model": "Creep", "steady": STEADY, "relaxations": RELAXATIONS}}
+POWER = {"friction": {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}}
+PIEZO = {"natural_frequency": "2 kHz", "damping_ratio": 0.02, "time_constant": "10 s"}
 RIG = {
     "model": "Tribometer",
     "lateral": {"model": "LateralSensor", "natural_frequency": "400 Hz", "damping_ratio": 0.1},
-    "normal": {
-        "model": "PiezoSensor",
-        "natural_frequency": "2 kHz",
-        "damping_ratio": 0.02,
-        "time_constant": "10 s",
-    },
+    "normal": {"model": "PiezoSensor"} | PIEZO,
 }
+DIGITISER = {"sampling_rate": 1e4, "bits": 8, "normal_range": 2, "lateral_range": 2, "seed": 1}
 
 
 def chain(**changes):
@@ -85,12 +80,8 @@ def central(prediction, values, name):
     [
         ({}, FREE, (READING,)),
         ({}, FREE[:3], ("electrostatic_force", "current", "lateral_force", "skin_speed")),
-        ({"friction": CREEP}, ("friction.steady.coefficient", "contact.area"), ("lateral_force", READING)),
-        (
-            {"friction": {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}},
-            ("friction.coefficient", "friction.exponent", "load.normal_force"),
-            ("lateral_force", "skin_displacement"),
-        ),
+        (CREEP, ("friction.steady.coefficient", "contact.area"), ("lateral_force", READING)),
+        (POWER, (FREE[0], "friction.exponent", "load.normal_force"), ("lateral_force", "skin_displacement")),
         ({}, ("drive.high", "circuit.return_path.resistance", "finger.mass"), ("current", "skin_speed")),
     ],
 )
@@ -125,20 +116,9 @@ def test_the_derivative_after_a_friction_coefficient_takes_no_difference(monkeyp
     "changes",
     [
         {},
-        {"friction": CREEP},
-        {"friction": {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}},
-        {
-            "rig": RIG
-            | {
-                "digitiser": {
-                    "sampling_rate": 1e4,
-                    "bits": 8,
-                    "normal_range": 2,
-                    "lateral_range": 2,
-                    "seed": 1,
-                }
-            }
-        },
+        CREEP,
+        POWER,
+        {"rig": RIG | {"digitiser": DIGITISER}},
         {"drive": {"model": "Sine", "amplitude": "80 V", "frequency": "700 Hz"}},
     ],
     ids=str,
@@ -265,14 +245,9 @@ def test_a_search_along_an_undetermined_combination_is_ended_and_names_it(names)
     (worst,) = found.undetermined
     sign = np.sign(worst.exponents[FREE[0]])
     assert worst.exponents == pytest.approx({FREE[0]: sign, FREE[1]: -sign}, abs=0.05)
-    assert (
-        found.estimate.sum_of_squares
-        < 1.001
-        * found.problem.minimum(
-            found.problem.prediction.free | {FREE[0]: FreeParameter(start=0.5, lower=0.499, upper=0.501)},
-            known=False,
-        ).sum_of_squares
-    )
+    near = {FREE[0]: FreeParameter(start=0.5, lower=0.499, upper=0.501)}
+    joint = found.problem.minimum(found.problem.prediction.free | near, known=False)
+    assert found.estimate.sum_of_squares < 1.001 * joint.sum_of_squares
     assert "further steps made" in fit_answer(found, ())
 
 
@@ -280,9 +255,8 @@ def test_a_search_along_an_undetermined_combination_is_ended_and_names_it(names)
 def test_the_table_of_an_undetermined_fit_takes_no_long_search():
     scenario, measured, settings, count = linked("5")
     rows = {row.name: row for row in ev.fit(scenario, measured, **settings).rows}
-    assert (
-        len(count) < 3000
-    )  # 800 of them for the profile of the zero; 7,000 before it ended at an undetermined combination
+    # 800 of them for the profile of the zero; 7,000 before it ended at an undetermined combination
+    assert len(count) < 3000
     zero = f"recording: zero of {READING}"
     assert [rows[name].state for name in (*FREE[:2], zero)] == ["not", "not", "not"]
     assert rows[zero].note.startswith(f"a change of it is hidden by changes of {FREE[0]}, {FREE[1]}, which")
