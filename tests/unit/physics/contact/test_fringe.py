@@ -12,10 +12,11 @@ from electrovib.core.errors import InputError
 from electrovib.physics.fringe import edge_excess, fringe_factor
 
 FILM = {"electrical_thickness": 32e-6, "film_thickness": 90e-6, "film_permittivity": 3.35}
-radii = st.floats(-3, 4).map(lambda power: 10**power)
-permittivities = st.floats(1, 10)
-shares = st.floats(0, 0.99)
-CASES = {"ratio": radii, "permittivity": permittivities, "share": shares}
+CASES = {
+    "ratio": st.floats(-3, 4).map(lambda power: 10**power),
+    "permittivity": st.floats(1, 10),
+    "share": st.floats(0, 0.99),
+}
 
 
 @pytest.mark.parametrize(
@@ -23,19 +24,15 @@ CASES = {"ratio": radii, "permittivity": permittivities, "share": shares}
     [(2e-3, False, 10.4), (5e-3, False, 4.2), (10e-3, False, 2.1), (20e-3, False, 1.0), (10e-3, True, 4.2)],
 )
 def test_the_numbers_of_the_document(width, round_contact, percent):
-    finger = {"electrical_thickness": 90e-6 / 3.35 + 5e-6 + 200e-6 / 1560, "edge_radius": 0.2e-3}
-    film = {"film_thickness": 90e-6, "film_permittivity": 3.35}
-    factor = fringe_factor(width=width, round_contact=round_contact, **finger, **film)
+    thickness = 90e-6 / 3.35 + 5e-6 + 200e-6 / 1560
+    given = FILM | {"electrical_thickness": thickness, "edge_radius": 0.2e-3}
+    factor = fringe_factor(width=width, round_contact=round_contact, **given)
     assert round(100 * (float(factor) - 1), 1) == percent
 
 
-def in_units_of_thickness(permittivity, share, ratio):
-    return {
-        "electrical_thickness": 1.0,
-        "film_thickness": share * permittivity,
-        "film_permittivity": permittivity,
-        "edge_radius": ratio,
-    }
+def in_units_of_thickness(permittivity, share, ratio, scale=1.0):
+    film = {"film_thickness": scale * share * permittivity, "film_permittivity": permittivity}
+    return film | {"electrical_thickness": scale, "edge_radius": scale * ratio}
 
 
 def test_a_square_edge_without_a_film_is_the_conformal_map():
@@ -62,38 +59,28 @@ def test_a_well_rounded_edge_is_a_slowly_varying_gap(ratio, permittivity, share)
 
 
 @settings(max_examples=60, deadline=None)
-@given(**CASES)
-def test_the_film_adds_to_the_excess(permittivity, share, ratio):
-    bare = edge_excess(electrical_thickness=1.0, edge_radius=ratio)
-    covered = edge_excess(**in_units_of_thickness(permittivity, share, ratio))
-    assert covered >= bare * (1 - 1e-2)  # the passage from square to round is fitted
-    assert edge_excess(**in_units_of_thickness(1.0, share, ratio)) == pytest.approx(bare, rel=1e-12)
-
-
-@settings(max_examples=60, deadline=None)
 @given(scale=st.floats(1e-7, 1e3), round_contact=st.booleans(), **CASES)
-def test_only_ratios_of_lengths_matter(permittivity, share, ratio, scale, round_contact):
+def test_only_ratios_of_lengths_matter_and_the_film_adds(permittivity, share, ratio, scale, round_contact):
     case = in_units_of_thickness(permittivity, share, ratio)
-    scaled = case | {name: scale * case[name] for name in case if name != "film_permittivity"}
+    scaled = in_units_of_thickness(permittivity, share, ratio, scale)
     whole = fringe_factor(width=200.0, round_contact=round_contact, **case)
-    assert fringe_factor(width=200 * scale, round_contact=round_contact, **scaled) == pytest.approx(
-        whole, rel=1e-12
-    )
-    assert whole > 1
+    found = fringe_factor(width=200 * scale, round_contact=round_contact, **scaled)
+    assert 1 < whole == pytest.approx(found, rel=1e-12)
+    bare = edge_excess(electrical_thickness=1.0, edge_radius=ratio)
+    assert edge_excess(**case) >= bare * (1 - 1e-2)  # the passage from square to round is fitted
+    assert edge_excess(**in_units_of_thickness(1.0, share, ratio)) == pytest.approx(bare, rel=1e-12)
 
 
 def test_a_wide_contact_needs_no_correction():
     widths = np.geomspace(1e-3, 1e3, 7)
-    for round_contact in (False, True):
-        factor = fringe_factor(width=widths, edge_radius=1e-3, round_contact=round_contact, **FILM)
+    strip, disc = (
+        fringe_factor(width=widths, edge_radius=1e-3, round_contact=each, **FILM) for each in (False, True)
+    )
+    for factor in (strip, disc):
         assert np.all(np.diff(factor) < 0)
         assert factor[-1] == pytest.approx(1.0, abs=2e-6)
     # the perimeter over the area of a disc is twice that of a strip
-    strip, disc = (fringe_factor(width=1e3, round_contact=shape, **FILM) - 1 for shape in (False, True))
-    assert disc == pytest.approx(2 * strip, rel=1e-6)
-
-
-def test_arguments_broadcast():
+    assert disc[-1] - 1 == pytest.approx(2 * (strip[-1] - 1), rel=1e-6)
     factor = fringe_factor(width=np.array([[1e-3], [1e-2]]), edge_radius=np.array([0.0, 1e-4, 1e-3]), **FILM)
     assert factor.shape == (2, 3)
     assert np.all(np.diff(factor, axis=1) > 0)
@@ -123,16 +110,13 @@ def test_what_was_not_compared_with_the_field_is_refused(change, words):
         fringe_factor(**({"width": 5e-3} | FILM | change))
 
 
-def test_the_limits_themselves_are_allowed():
+def test_the_limits_themselves_are_allowed_and_every_mistake_is_listed():
     film = {"electrical_thickness": 1.0, "film_thickness": 9.9, "film_permittivity": 10.0}
     assert np.isfinite(edge_excess(**film))
     narrow = 2 * (9.9 + 0.01)
     assert fringe_factor(width=narrow, **film) > 1
     with pytest.raises(InputError, match="2 times film and gap"):
         fringe_factor(width=0.99 * narrow, **film)
-
-
-def test_every_mistake_is_listed():
     with pytest.raises(InputError) as caught:
         edge_excess(electrical_thickness=-1.0, film_permittivity=0.5, edge_radius=np.nan)
     assert len(caught.value.problems) == 3
