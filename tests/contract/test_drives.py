@@ -34,22 +34,19 @@ def away_from_breaks(drive, times, distance):
     return times[near > distance]
 
 
-def test_a_drive_is_the_sum_of_its_parts(drive_class, build):
+def test_a_drive_is_the_sum_of_its_parts_and_its_slope_is_the_derivative(drive_class, build):
     drive = build(drive_class)
     times = somewhere(drive, first=-0.5, last=1.5)
-    total = sum(part.value(times) for part in drive.parts())
-    np.testing.assert_array_equal(drive.voltage(times), total)
-    assert np.max(np.abs(total)) > 0
-    rate = sum(part.slope(times) for part in drive.parts())
-    np.testing.assert_array_equal(drive.slope(times), rate)
-
-
-def test_nan_passes(drive_class, build):
-    drive = build(drive_class)
-    times = np.append(somewhere(drive, 5), np.nan)
-    voltage = drive.voltage(times)
-    assert np.isnan(voltage[-1])
-    np.testing.assert_array_equal(voltage[:-1], drive.voltage(times[:-1]))
+    for whole, name in ((drive.voltage, "value"), (drive.slope, "slope")):
+        total = sum(getattr(part, name)(times) for part in drive.parts())
+        np.testing.assert_array_equal(whole(times), total)
+        assert np.max(np.abs(total)) > 0 or name == "slope"
+    step = 1e-6 * drive.duration
+    times = away_from_breaks(drive, somewhere(drive), 2 * step)
+    numeric = (drive.voltage(times + step) - drive.voltage(times - step)) / (2 * step)
+    steepest = max(float(np.max(np.abs(numeric))), height(drive) / drive.duration)
+    # central difference: third derivative times step^2, below 1e-6 of the steepest slope here
+    np.testing.assert_allclose(drive.slope(times), numeric, rtol=0, atol=1e-5 * steepest)
 
 
 def test_the_period_is_the_period(drive_class, build):
@@ -57,12 +54,13 @@ def test_the_period_is_the_period(drive_class, build):
     if drive.period is None:
         return
     times = somewhere(drive)
-    np.testing.assert_allclose(
-        drive.voltage(times + drive.period), drive.voltage(times), rtol=0, atol=1e-9 * height(drive)
-    )
+
+    def off(after):
+        return np.max(np.abs(drive.voltage(times + after) - drive.voltage(times))) / height(drive)
+
+    assert off(drive.period) < 1e-9
     for share in (2, 3, 5, 7):
-        shorter = drive.voltage(times + drive.period / share) - drive.voltage(times)
-        assert np.max(np.abs(shorter)) > 1e-3 * height(drive), f"repeats after {share} times less already"
+        assert off(drive.period / share) > 1e-3, f"repeats after {share} times less already"
 
 
 @given(data=st.data())
@@ -83,16 +81,6 @@ def test_drawn_periods_are_periods(drive_class, drawn, data):
     np.testing.assert_allclose(drive.voltage(later), drive.voltage(times), rtol=0, atol=atol)
 
 
-def test_the_slope_is_the_derivative(drive_class, build):
-    drive = build(drive_class)
-    step = 1e-6 * drive.duration
-    times = away_from_breaks(drive, somewhere(drive), 2 * step)
-    numeric = (drive.voltage(times + step) - drive.voltage(times - step)) / (2 * step)
-    steepest = max(float(np.max(np.abs(numeric))), height(drive) / drive.duration)
-    # central difference: third derivative times step^2, below 1e-6 of the steepest slope here
-    np.testing.assert_allclose(drive.slope(times), numeric, rtol=0, atol=1e-5 * steepest)
-
-
 @given(data=st.data())
 @settings(max_examples=30)
 def test_drawn_voltages_are_finite(drive_class, drawn, data):
@@ -109,21 +97,13 @@ def test_a_trapezium_begins_and_ends_at_low(drawn, data):
     if drive.delay + drive.rise > 0:
         assert drive.voltage(0.0) == drive.low
     end = drive.delay + drive.rise + drive.hold + drive.fall
-    for time in (end * (1 + 1e-12) + 1e-30, 2 * end + 1, 1e6 * end + 1):
-        assert drive.voltage(time) == drive.low
+    after = np.array([end * (1 + 1e-12) + 1e-30, 2 * end + 1, 1e6 * end + 1])
+    np.testing.assert_array_equal(drive.voltage(after), drive.low)
     voltage = drive.voltage(np.linspace(0, drive.duration, 101))
     lowest, highest = sorted((drive.low, drive.high))
     slack = 1e-12 * (abs(lowest) + abs(highest))
     assert np.all((voltage >= lowest - slack) & (voltage <= highest + slack))
     assert drive.voltage(-1.0) == 0
-
-
-def test_a_repeating_trapezium_rests_at_low(build):
-    drive = build(Trapezium).replace({"repeat": "0.5 s", "delay": "10 ms", "low": "-3 V"})
-    for cycle in range(3):
-        assert drive.voltage(cycle * 0.5 + 0.005) == -3
-        assert drive.voltage(cycle * 0.5 + 0.1) == drive.high
-        assert drive.voltage(cycle * 0.5 + 0.4) == -3
 
 
 @given(data=st.data())
@@ -142,15 +122,3 @@ def test_a_burst_begins_and_ends_at_zero(drawn, data):
 def test_a_sum_of_nothing_is_refused(discovered):
     with pytest.raises(ValueError):
         discovered["drive_class"]["Sum"].model_validate({"drives": []})
-
-
-def test_a_wrong_period_is_refused(build, discovered):
-    drive = build(discovered["drive_class"]["Sine"])
-    times = somewhere(drive)
-    with pytest.raises(AssertionError):
-        np.testing.assert_allclose(
-            drive.voltage(times + 1.0001 * drive.period),
-            drive.voltage(times),
-            rtol=0,
-            atol=1e-9 * height(drive),
-        )
