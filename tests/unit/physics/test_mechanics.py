@@ -163,21 +163,15 @@ def test_a_friction_says_what_it_remembers_and_whether_it_deflects():
 # ------------------------------------------------------------------------------ load, motion, distance, amplifier
 
 
-@pytest.mark.parametrize(
-    ("time_profile", "times", "shares"),
-    [
-        (Steady(), [0, 1], [1, 1]),
-        (Press(begin=0.1, rise=0.1), [0, 0.1, 0.15, 0.2, 9], [0, 0, 0.5, 1, 1]),
-        (LiftOff(begin=0.1, fall=0.1), [0, 0.1, 0.15, 0.2, 9], [1, 1, 0.5, 0, 0]),
-        (Swipe(rise=0.1, hold=0.2, fall=0.1), [0, 0.05, 0.1, 0.3, 0.35, 1], [0, 0.5, 1, 1, 0.5, 0]),
-        (Swipe(rise=0.1, hold=0.0, fall=0.1), [0, 0.1, 0.15], [0, 1, 0.5]),
-    ],
-)
-def test_shares_of_a_load(time_profile, times, shares):
-    np.testing.assert_allclose(time_profile.share(times), shares, atol=1e-12)
-    load = Load(normal_force=0.4, time_profile=time_profile)
-    np.testing.assert_allclose(load.forces(times), 0.4 * np.array(shares), atol=1e-12)
-    assert time_profile.is_constant == (set(shares) == {1})
+def test_shares_of_a_load():
+    """Where a swipe does not hold, at the ends of a press, and profiles that never change."""
+    swipe = Swipe(rise=0.1, hold=0.0, fall=0.1)
+    np.testing.assert_allclose(swipe.share([0, 0.1, 0.15, 1]), [0, 1, 0.5, 0], atol=1e-12)
+    load = Load(normal_force=0.4, time_profile=Press(rise=0.1))
+    np.testing.assert_allclose(load.forces([0.0, 0.05, 1.0]), [0.0, 0.2, 0.4])
+    half = Corners(points=({"time": 0.1, "share": 0.5}, {"time": 0.2, "share": 0.5}))
+    profiles = (Steady(), half, Press(rise=0.1), LiftOff(begin=0.1, fall=0.1), swipe)
+    assert [each.is_constant for each in profiles] == [True, True, False, False, False]
 
 
 TOUCH = TouchAndLift(far=1e-3, near=1e-6, begin=0.1, approach=0.2, touch=0.1, lift=0.2)
@@ -215,9 +209,7 @@ def test_what_cannot_be_followed_is_refused(kind, content, word):
         read_model(kind, content)
 
 
-def test_a_profile_that_never_changes_is_constant_and_an_amplifier_aims_clips_and_sinks():
-    half = Corners(points=({"time": 0.1, "share": 0.5}, {"time": 0.2, "share": 0.5}))
-    assert half.is_constant
+def test_an_amplifier_aims_clips_and_sinks():
     amplifier = Amplifier(gain=100.0, saturation=150.0)
     np.testing.assert_allclose(amplifier.aim([-2.0, 1.0, 2.0, np.nan]), [-150.0, 100.0, 150.0, np.nan])
     assert amplifier.is_limited

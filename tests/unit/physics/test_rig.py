@@ -28,15 +28,11 @@ def test_no_value_is_assumed(kind):
 
 def test_sensors_over_frequency():
     plain = LateralSensor(natural_frequency=500.0, damping_ratio=0.05)
-    assert abs(plain.gain(1e4)) == pytest.approx(1 / np.hypot(1 - 400, 2.0), rel=1e-12)
-    sensor = plain.replace({"bandwidth": 1e4, "creep": SensorCreep(share=-0.02, time=5.0)})
-    assert sensor.gain(0.0) == pytest.approx(0.98)
-    assert abs(sensor.gain(1.0)) == pytest.approx(1.0, abs=1e-4)  # long before the creep, far below resonance
-    assert abs(sensor.gain(500.0)) == pytest.approx(10 / np.hypot(1, 0.05), rel=1e-6)
+    assert plain.replace({"creep": SensorCreep(share=-0.02, time=5.0)}).gain(0.0) == pytest.approx(0.98)
+    assert abs(plain.gain(500.0)) == pytest.approx(10, rel=1e-6)
     piezo = PiezoSensor(natural_frequency=2e3, damping_ratio=0.02, time_constant=10.0)
     assert piezo.gain(0.0) == 0  # blind to what lasts
     assert abs(piezo.gain(1 / (20 * np.pi))) == pytest.approx(np.sqrt(0.5))
-    assert abs(piezo.gain(50.0)) == pytest.approx(1.0, abs=1e-3)
 
 
 def test_levels():
