@@ -40,11 +40,9 @@ STEADY = Coulomb(coefficient=0.5)
 # ------------------------------------------------------------------------------ finger
 
 
-def test_a_finger_is_overdamped_elastic_then_damped_then_massive():
+def test_a_finger_is_overdamped_and_lumped():
     assert FINGER.natural_frequency() == pytest.approx(410.94, rel=1e-4)  # sqrt(1000/1.5e-4)/(2 pi)
     assert FINGER.damping_ratio() == pytest.approx(1.2910, rel=1e-4)
-    assert FINGER.compliance(1.0) == pytest.approx(1e-3, rel=1e-2)
-    assert FINGER.compliance(1e5) == pytest.approx(-1 / (1.5e-4 * (2e5 * np.pi) ** 2), rel=2e-2)
     assert np.angle(FINGER.compliance(FINGER.natural_frequency())) == pytest.approx(-np.pi / 2)
     frequency = np.geomspace(0.1, 1e5, 50)
     scaled = FINGER.compliance_at_rest() * FINGER.resonance().at(frequency)
@@ -90,9 +88,6 @@ def test_a_growth_that_leaves_the_range_is_told(growth, speed, words):
 
 
 def test_frictions_without_memory():
-    for load, pull in ((0.4, 0.3), (20.0, 0.0)):
-        flat = PowerLaw(coefficient=0.5, at_force=1.0, exponent=0.0).lateral_force(load, pull, NONE)
-        assert flat == pytest.approx(STEADY.lateral_force(load, pull, NONE))
     # Seo 2009, abstract: friction on aluminium falls by 46 % from 1 to 20 N; the exponent of the docstring
     law = PowerLaw(coefficient=0.6, at_force=1.0, exponent=-0.206)
     assert law.lateral_force(20.0, 0.0, NONE) / 20 / 0.6 == pytest.approx(0.54, abs=0.002)

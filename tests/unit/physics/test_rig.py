@@ -48,19 +48,6 @@ def test_levels():
     assert clipped.tolist() == [False] * 5 + [True, True, False, True, True]
 
 
-@given(st.floats(-3, 3), st.integers(1, 24))
-def test_a_reading_is_half_a_level_off_unless_clipped(force, bits):
-    digitiser = Digitiser(sampling_rate=1.0, bits=bits, normal_range=2.0, lateral_range=1.0, seed=0)
-    level = 4.0 / 2**bits
-    reading = digitiser.reading(force, full_scale=2.0)
-    off = abs(reading - force)
-    if reading == digitiser.levels(force, full_scale=2.0) * level:
-        assert off <= level / 2 * (1 + 1e-9)
-    else:
-        assert off > level / 2 * (1 - 1e-9)
-        assert abs(force) > 2.0 - level
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [

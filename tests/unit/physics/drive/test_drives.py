@@ -46,6 +46,13 @@ def test_a_step_and_a_square_have_the_level_after_a_jump():
     assert np.array_equal(at(always, 0, 0.5, 1.0, 1.5), [10, 10, 10, 10])
 
 
+def test_a_trapezium_once_and_repeated():
+    drive, again = Trapezium(high=10, low=2, delay=1, rise=2, hold=3, fall=4), Trapezium(**ONCE, repeat=5)
+    assert at(drive, -1, 0, 1, 2, 3, 6, 8, 99) == pytest.approx([0, 2, 2, 6, 10, 10, 6, 2], abs=1e-14)
+    assert (drive.period, drive.duration) == (None, 13)
+    assert again.period == again.duration == 5
+
+
 @pytest.mark.parametrize("edges", [(0, 0.01), (0.01, 0), (0, 0)])
 def test_a_trapezium_with_jumps(edges):
     drive = Trapezium(high=10, rise=edges[0], hold=1, fall=edges[1], delay=1)

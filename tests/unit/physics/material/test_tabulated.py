@@ -166,51 +166,38 @@ def test_the_numbers_of_a_file_are_hashed_and_replaced_with_it(tmp_path):
 
 FOUR = [1.0, 2.0, 3.0, 4.0]
 RESISTIVITY = {"model": "Resistivity"}
+OPEN = {"loss": RESISTIVITY}
+LOWER, EQUAL = [10.0, 100.0, 50.0, 1e4, 1e5], [10.0, 100.0, 100.0, 1e4, 1e5]
+GAIN, VOID = [2000.0, 300.0, -1e-3, 50.0, 20.0], [1000.0, 0.0, 500.0, 300.0, 200.0]
+DRAWN = [
+    "= 1 mS/m alone",
+    "row 0 (first is 0), 10 Hz",
+    "whole loss of the table there is 2000",
+    "0 to 1.113 uS/m",
+]
+THIRD = "row 2 (first is 0), "
 FAULTS = [
     ({name: [] for name in ROWS}, ["holds no rows", 'file = "skin.csv"']),
     ({name: values[:3] for name, values in ROWS.items()}, ["at least 4 rows, not 3"]),
     ({"loss_samples": FOUR}, ["differ in length", "frequency 5", "loss factor 4"]),
-    (
-        {"frequency_samples": [10.0, 100.0, 50.0, 1e4, 1e5]},
-        ["must rise", "row 2 (first is 0), 50 Hz, comes after 100 Hz", "sort the table"],
-    ),
-    (
-        {"frequency_samples": [10.0, 100.0, 100.0, 1e4, 1e5]},
-        ["must rise", "row 2 (first is 0), 100 Hz, repeats 100 Hz"],
-    ),
+    ({"frequency_samples": LOWER}, ["must rise", f"{THIRD}50 Hz, comes after 100 Hz", "sort the table"]),
+    ({"frequency_samples": EQUAL}, ["must rise", f"{THIRD}100 Hz, repeats 100 Hz"]),
     ({"frequency_samples": [0.0, *FOUR]}, ["row 0", "frequency must be above 0 Hz"]),
     ({"frequency_samples": [-5.0, *FOUR]}, ["row 0", "-5 Hz", "above 0 Hz"]),
     ({"permittivity_samples": [np.nan, *FOUR]}, ["row 0 (first is 0)", "permittivity = nan", "not a finite"]),
     ({"frequency_samples": [*FOUR, np.inf]}, ["row 4", "frequency = inf"]),
     (
-        {"loss_samples": [2000.0, 300.0, -1e-3, 50.0, 20.0]},
-        ["row 2 (first is 0), 1000 Hz", "loss factor = -0.001 must be 0 or more", "Im eps* > 0", "active"],
+        {"loss_samples": GAIN},
+        [f"{THIRD}1000 Hz", "factor = -0.001 must be 0 or more", "Im eps* > 0", "active"],
     ),
-    (
-        {"permittivity_samples": [1000.0, 0.0, 500.0, 300.0, 200.0]},
-        ["row 1 (first is 0), 100 Hz", "permittivity = 0 must be above 0"],
-    ),
-    (
-        {"loss": RESISTIVITY, "loss_samples": [1e5, 1e4, -1e3, 1e2, 1.0]},
-        ["row 2 (first is 0), 1000 Hz", "resistivity = -1000 must be above 0", "active"],
-    ),
-    ({"loss": RESISTIVITY, "loss_samples": [1e5, 1e4, 1e3, 1e2, 0.0]}, ["row 4", "= 0 must be above 0"]),
-    (
-        {"conductivity": "1 mS/m"},
-        [
-            "= 1 mS/m alone",
-            "row 0 (first is 0), 10 Hz",
-            "whole loss of the table there is 2000",
-            "0 to 1.113 uS/m",
-        ],
-    ),
+    ({"permittivity_samples": VOID}, ["row 1 (first is 0), 100 Hz", "permittivity = 0 must be above 0"]),
+    (OPEN | {"loss_samples": [3, 2, -1e3, 1, 1]}, [f"{THIRD}1000 Hz", "= -1000 must be above 0", "active"]),
+    (OPEN | {"loss_samples": [1e5, 1e4, 1e3, 1e2, 0.0]}, ["row 4", "resistivity = 0 must be above 0"]),
+    ({"conductivity": "1 mS/m"}, DRAWN),
     ({"loss": {"model": "Conductivity"}, "frequency_samples": [1e-320, *FOUR]}, ["row 0", "too large"]),
     ({"loss": RESISTIVITY | {"unit": "S/m"}}, ["loss.unit = 'S/m'", "a resistivity", "'ohm m'"]),
     ({"frequency_unit": "ms"}, ["frequency_unit = 'ms'", "a frequency"]),
-    (
-        {"loss": {"model": "Resistvity"}},
-        ["unknown LossColumn model 'Resistvity'", "Did you mean 'Resistivity'"],
-    ),
+    ({"loss": {"model": "Resistvity"}}, ["LossColumn model 'Resistvity'", "Did you mean 'Resistivity'"]),
     ({"loss": {"model": "LossFactor", "colum": "loss"}}, ["loss.colum: unknown", "Did you mean 'column'?"]),
     ({"loss_samples": ["a", *FOUR]}, ["loss_samples", "not numbers"]),
 ]

@@ -1,4 +1,4 @@
-"""Added friction of textures and the paths over them, against closed forms."""
+"""Added friction of textures and the paths over them, against closed forms; tests/contract hold the waveforms."""
 
 from __future__ import annotations
 
@@ -25,21 +25,6 @@ def added(found, x, y=0.0, speed=0.03):
     x = np.asarray(x, dtype=float)
     position = np.stack([x, np.full(x.shape, y)], axis=-1)
     return found.added_friction(position, np.broadcast_to([speed, 0.0], position.shape), PLATE)
-
-
-@pytest.mark.parametrize(
-    ("waveform", "at", "expected"),
-    [
-        ("SinusoidalWaveform", [0, 0.25, 0.5, 0.75, 1.125], [0, 1, 0, -1, math.sqrt(0.5)]),
-        ("TriangularWaveform", [0, 0.125, 0.25, 0.5, 0.75, 1.0], [0, 0.5, 1, 0, -1, 0]),
-        ("RectangularWaveform", [-0.025, 0, 0.0125, 0.025, 0.3, 0.5, 0.6, 1.2], [-1, 0, 0.5, 1, 1, 0, -1, 1]),
-        ("SawtoothWaveform", [0, 0.475, 0.95, 0.975, 1.0], [-1, 0, 1, 0, -1]),
-    ],
-)
-def test_waveforms_of_a_grating(waveform, at, expected):
-    grating = texture("Grating", period="2 mm", amplitude="1 mN", waveform={"model": waveform})
-    found = added(grating, np.array(at) * 2e-3)
-    np.testing.assert_allclose(found, MM * (1 + np.array(expected)), atol=1e-15)
 
 
 def test_a_grating_varies_along_its_angle_and_a_duty_is_the_width_of_its_ridges():
