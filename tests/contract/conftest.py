@@ -4,8 +4,6 @@ A test that takes `final_class`, `family`, `material_class`, `drive_class`, `law
 `check` or `scenario` runs for each of them.
 """
 
-from __future__ import annotations
-
 import functools
 import importlib
 import pkgutil

@@ -1,7 +1,5 @@
 """Every parameter has unit, finite range and meaning; every model says what it is, is final and frozen, or has members."""
 
-from __future__ import annotations
-
 import math
 from typing import get_args
 

@@ -3,8 +3,6 @@
 Everything that is no scenario is refused in one sentence.
 """
 
-from __future__ import annotations
-
 import functools
 import html
 import inspect

@@ -1,7 +1,5 @@
 """A drive is the sum of its parts, repeats with its period, and a finite one begins and ends at its low level."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

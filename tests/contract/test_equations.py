@@ -1,7 +1,5 @@
 """The printed equation is the code: both are evaluated at random points, and a changed equation is refused."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Dielectrics are passive from 0.1 Hz to 1 GHz, and tables carry their Kramers-Kronig residual."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

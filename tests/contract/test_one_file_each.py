@@ -3,8 +3,6 @@
 Once in the folder of our papers, and once in another package that names them in its entry points.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """A paper cites, says how it was read, and carries numbers it can be held to; its scenarios name their sources and strengths."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """What is written reads back equal: TOML, JSON, dotted paths; equal numbers written differently are one model."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 

@@ -1,7 +1,5 @@
 """One number or an array of any shape: the same answers, in the same shape."""
 
-from __future__ import annotations
-
 import inspect
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A layer in two pieces of the same material is the same layer: no signal and no answer at any door changes."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

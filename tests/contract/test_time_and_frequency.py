@@ -1,7 +1,5 @@
 """Time domain = frequency domain for every causal law; a law that is not causal has no time domain."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -3,8 +3,6 @@
 Equations are held by tests/contract; here are published numbers, ends and what is refused.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

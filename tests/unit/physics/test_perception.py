@@ -1,7 +1,5 @@
 """Weights of the channels, the skin's compliance, and what a perception may be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The tribometer: sensors over frequency, levels of the digitiser, calibration, encoders that wrap, what has no default."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -62,9 +60,6 @@ def test_levels():
 def test_what_is_no_rig_is_refused(change, message):
     with pytest.raises(InputError, match=message):
         read_model(Rig, {**TABLE, **change})
-
-
-# ------------------------------------------------------------------------------ calibration
 
 
 def test_columns_that_are_voltages_or_forces():

@@ -1,7 +1,5 @@
 """Electrical limits, compared with numbers and derivations that do not come from this code."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Scenarios are changed: parts are added, presets keep a source beside each value, moisture moves what is there."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

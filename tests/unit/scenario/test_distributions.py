@@ -1,7 +1,5 @@
 """Distributions: quantiles, cumulative probabilities, truncation."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

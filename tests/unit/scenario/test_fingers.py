@@ -1,7 +1,5 @@
 """The population of fingers: every number has a source and a status, and it suits every ready-made scenario."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Materials of the library, skins and stacks of papers are named where they stand, and their sources travel with them."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """A path in the table of sources that no parameter has is refused where a file is read, and nowhere else."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """Spaces are read in the units of their parameters, with every mistake in one sentence, and written again."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import tomllib

@@ -1,7 +1,5 @@
 """Draws depend on seed and index alone, and have the declared distributions, correlations, relations and groups."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

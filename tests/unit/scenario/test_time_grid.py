@@ -1,7 +1,5 @@
 """Output times: evenly spaced, or the time stamps of a measured drive."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

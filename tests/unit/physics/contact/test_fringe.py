@@ -1,7 +1,5 @@
 """Fringe field at an edge: closed forms, limits and refusals. tests/reference compares it with the field solution."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

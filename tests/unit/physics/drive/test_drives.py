@@ -3,8 +3,6 @@
 Equations, slopes, shapes, NaN and sums of parts of every drive are held by tests/contract.
 """
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

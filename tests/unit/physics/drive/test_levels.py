@@ -1,7 +1,5 @@
 """Amplitude and offset, or high and low: every drive between two levels takes either pair and gives both."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

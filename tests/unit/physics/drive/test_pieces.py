@@ -1,7 +1,5 @@
 """Straight pieces, tones and formulas, and the extremes of their sums: however short, and wherever one looks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -75,9 +73,6 @@ def test_tones_and_formulas_between_two_times():
     time = np.array([0.5, 1.0, 2.0, 3.0, np.nan])
     assert part.value(time) == pytest.approx([0, 1, 4, 0, np.nan], nan_ok=True)
     assert part.slope(time[:4]) == pytest.approx([0, 2, 4, 0])
-
-
-# ------------------------------------------------------------------------------ extremes
 
 
 def trapezium(high, rise, hold, fall, **more):

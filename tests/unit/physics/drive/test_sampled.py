@@ -1,12 +1,9 @@
 """A measured drive: its values, its stamps, its files, a record of one of two electrodes, and what is refused."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
 import pytest
-import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -99,7 +96,6 @@ BAD_SAMPLES = [
     ([0.0], [1.0], "at least 2 samples, not 1"),
     (RAMP, [0, 1], "3 time stamps but 2 voltages"),
     (RAMP, [0, np.nan, 2], "the voltage of sample 1 is not a finite number"),
-    ([0, 1, np.inf], RAMP, "the time of sample 2 is not a finite number"),
     ([0, np.nan, np.nan], [0, 1, np.nan], "the time of sample 1 is not a finite number"),
     ([0, 1e-3, 1e-3, 2e-3], VOLTAGE, "1 of 4 time stamps do not: sample 2 (0.001 s) repeats after 0.001 s"),
     ([0, 2e-3, 1e-3, 1e-3], VOLTAGE, "2 of 4 time stamps do not: sample 2 (0.001 s) goes back after 0.002 s"),
@@ -107,9 +103,7 @@ BAD_SAMPLES = [
     ([0, 1e-3, 2e-3], [0, 1e200, 0], "sample 1 is 1e+200 V, but a drive lies between -100 kV and 100 kV"),
     ([0, 1e-3, 2e-3], [0, 0, -100_001], "the voltage of sample 2 is -100001 V"),
     ([0, 1e-310, 2e-310], RAMP, "lasts 2e-310 s, but a drive lasts between 1 ns and 1 Ms"),
-    ([0, 1e-10, 9e-10], RAMP, "the record lasts 9e-10 s"),
     ([0, 1, 1.1e6], RAMP, "the record lasts 1.1e+06 s"),
-    ([-1.7e308, 0, 1.7e308], RAMP, "the record lasts inf s"),
     ([0, 9e-25, 1e-3], RAMP, "samples 0 and 1 of those kept are less than 1e-24 s apart"),
 ]
 
@@ -133,88 +127,45 @@ def test_records_at_the_ends_of_the_range(time, voltage):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "changes", "words"),
     [
-        ("time,voltage\n0,0\n1,off\n2,0\n", "line 3, column 'voltage': 'off' is not a number"),
-        ("time,voltage\n0,0\n1,nan\n2,0\n", "line 3, column 'voltage': nan is not a finite number"),
-        ("time,voltage\n0,0\n", "only one row"),
-        ("time,voltage\n", "no rows"),
-        ("", "the file is empty"),
-        ("time,volts\n0,0\n1,1\n", "no column 'voltage'. Did you mean 'volts'?"),
-        ("time [V],voltage\n0,0\n1,1\n", "is in 'V', but a time is needed"),
-        ("time,voltage\n0,0\n0,1\n", "repeats"),
+        ("time,voltage\n0,0\n1,off\n2,0\n", {}, "line 3, column 'voltage': 'off' is not a number"),
+        ("time,volts\n0,0\n1,1\n", {}, "no column 'voltage'. Did you mean 'volts'?"),
+        ("time,voltage\n0,0\n", {}, "only one row"),
+        ("time,voltage\n0,0\n0,1\n", {}, "repeats"),
+        (
+            "time,voltage\n0,0\n1,1\n",
+            {"time_unit": "V"},
+            "time_unit = 'V': the column holds a time: expected a",
+        ),
+        ("time,voltage\n0,0\n1,1\n", {"voltage_unit": "s"}, "voltage_unit = 's': the column holds a voltage"),
+        ("time,voltage\n0,0\n1,1\n", {"time_unit": "2 s"}, "time_unit = '2 s'"),
+        ("time,voltage\n0,0\n1,1\n", {"file": "recrod.csv"}, "no such file. Did you mean 'record.csv'?"),
     ],
 )
-def test_bad_files_are_told_in_one_line(here, text, words):
+def test_a_bad_file_is_told_in_one_line(here, text, changes, words):
+    """Of all faults that a file may have some that pass this door; tests/unit/data has them all."""
     (here / "record.csv").write_text(text, encoding="utf-8")
-    assert words in refusal(file="record.csv")
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"time_unit": "V"}, "time_unit = 'V': the column holds a time: expected a unit such as 's'"),
-        ({"voltage_unit": "s"}, "voltage_unit = 's': the column holds a voltage"),
-        ({"time_unit": "9**9**9"}, "time_unit = '9**9**9'"),
-        ({"time_unit": "2 s"}, "time_unit = '2 s'"),
-        ({"time_unit": ""}, "time_unit = ''"),
-        ({"file": "recrod.csv"}, "there is no such file. Did you mean 'record.csv'?"),
-    ],
-)
-def test_how_a_file_is_read_has_to_suit_it(here, changes, words):
     assert words in refusal(**{"file": "record.csv"} | changes)
 
 
-def test_a_column_is_a_name_or_a_whole_number(here):
+def test_a_column_is_a_name_or_a_number_and_its_numbers_then_travel_without_the_file(here):
+    for name, columns in (
+        ("a.csv", {}),
+        ("a.npy", {"time_column": 2, "time_unit": "us", "voltage_column": 0}),
+    ):
+        rows = [f"{t!r},{v!r}" for t, v in zip((TIME * 1e6).tolist(), (VOLTAGE / 1e3).tolist(), strict=True)]
+        (here / "a.csv").write_text("\n".join(["time [us],voltage [kV]", *rows]), encoding="utf-8")
+        np.save(here / "a.npy", np.column_stack([VOLTAGE, np.zeros(4), TIME * 1e6]))
+        drive = read(file=name, **columns)
+        # A unit other than that of SI costs one rounding.
+        assert drive.time_samples.values == pytest.approx(TIME, rel=1e-15, abs=0)
+        assert drive.voltage_samples.values == pytest.approx(VOLTAGE, rel=1e-15, abs=0)
+        (here / name).unlink()
+        packed = json.dumps(drive.to_dict(), default=lambda samples: samples.packed())
+        assert read_part(Drive, json.loads(packed)) == drive
     with pytest.raises(InputError, match="time_column"):
         read(file="record.csv", time_column=1.5)
-
-
-# ------------------------------------------------------------------------------ files
-
-
-def write_csv(path):
-    rows = [f"{t!r},{v!r}" for t, v in zip((TIME * 1e6).tolist(), (VOLTAGE / 1e3).tolist(), strict=True)]
-    path.write_text("\n".join(["time [us],voltage [kV]", *rows]), encoding="utf-8")
-    return {}
-
-
-def write_npy(path):
-    np.save(path, np.column_stack([VOLTAGE, np.zeros(4), TIME * 1e6]))
-    return {"time_column": 2, "time_unit": "us", "voltage_column": 0}
-
-
-def write_netcdf(path):
-    record = xarray.Dataset({"voltage": ("time", VOLTAGE, {"units": "V"})}, {"time": ("time", TIME)})
-    record.to_netcdf(path, engine="h5netcdf")
-    return {}
-
-
-WRITERS = {"record.csv": write_csv, "record.npy": write_npy, "record.nc": write_netcdf}
-
-
-@pytest.mark.parametrize("name", WRITERS)
-def test_every_kind_of_file_holds_the_same_record_which_then_travels_without_it(here, name):
-    drive = read(file=name, **WRITERS[name](here / name))
-    # A unit other than that of SI costs one rounding.
-    assert drive.time_samples.values == pytest.approx(TIME, rel=1e-15, abs=0)
-    assert drive.voltage_samples.values == pytest.approx(VOLTAGE, rel=1e-15, abs=0)
-    (here / name).unlink()
-    again = read_part(
-        Drive, json.loads(json.dumps(drive.to_dict(), default=lambda samples: samples.packed()))
-    )
-    assert again == drive
-    assert again.voltage_samples.values.tobytes() == drive.voltage_samples.values.tobytes()
-
-
-def test_equality_and_hash_see_the_last_digit_and_samples_cannot_be_changed():
-    voltage = VOLTAGE.copy()
-    assert sampled() == sampled(voltage=voltage)
-    voltage[1] = np.nextafter(voltage[1], 11)
-    assert sampled() != sampled(voltage=voltage)
-    assert sampled().digest() != sampled(voltage=voltage).digest()
-    with pytest.raises(ValueError, match="read-only"):
-        sampled().voltage_samples.values[0] = 1.0
 
 
 # ------------------------------------------------------------------ one of two electrodes driven in antiphase

@@ -1,7 +1,5 @@
 """The Kramers-Kronig residual: small for causal materials, large for tables that mix two."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

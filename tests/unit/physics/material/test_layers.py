@@ -1,7 +1,5 @@
 """What layers are made of beside their permittivity: Debye sums, leaks, moisture, and their role at the interface."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The library of materials: sourced values, found by name, and the strength that a layer is compared with."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -3,8 +3,6 @@
 That tables are passive and consistent, shapes, NaN and the forms of a loss are held by tests/contract.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Added friction of textures and the paths over them, against closed forms; tests/contract hold the waveforms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
