@@ -112,7 +112,10 @@ def test_scenarios_round_trip_and_their_words_are_not_physics(scenario):
         assert again.sources == scenario.sources
         assert again.to_json() == scenario.to_json()
     assert_same(scenario.replace({"title": "another"}), scenario)
-    scenario.replace({"load.normal_force": "1 N"})
+    for path, value, quantity in scenario.parameters():
+        if value:  # what people are shown, put back in, is the same within the digits shown
+            again = value_at(scenario.replace({path: format_quantity(value, quantity.unit, digits=12)}), path)
+            assert abs(again / value - 1) < 1e-11
     assert scenario.canonical() == before  # changes leave the original alone
 
 
@@ -180,38 +183,3 @@ def test_another_model_takes_its_own_parameters():
         FIG6.replace({"drive.model": "Sine", "drive.amplitude": "100 V"})
     with pytest.raises(InputError, match="unknown parameter 'rise' of Sine"):
         FIG6.replace({**changes, "drive.rise": 1.0})
-
-
-def test_every_mistake_of_a_change_is_told_at_once():
-    wrong = {"drive.hihg": 1, "drive.rise": "2 V", "stack.air": {}, "load.normal_force": -1, "title.x": 1}
-    with pytest.raises(InputError) as caught:
-        FIG6.replace(wrong)
-    told = {
-        "drive.hihg": "unknown parameter 'hihg' of Trapezium. Did you mean 'high'?",
-        "stack.air": "no layer 'air'; its layers are insulator, stratum_corneum. A new layer needs a thickness,",
-        "title.x": "'title' is a single value, without parameters of its own",
-        "drive.rise": "'2 V': expected a time, for instance '36 ms'",
-        "load.normal_force": "is in SI, so this is -1 N; must lie between 0 N and 1 kN",
-    }
-    found = {problem.path: problem for problem in caught.value.problems}
-    assert list(found) == list(told)
-    assert all(words in found[path] for path, words in told.items())
-
-
-def test_paths_lead_into_lists():
-    terms = [{"strength": 1e3, "relaxation_time": 1e-6}, {"strength": 10, "relaxation_time": 1e-3}]
-    skin = {"model": "ColeCole", "permittivity_high": 4, "conductivity": 1e-4, "terms": terms}
-    scenario = FIG6.replace({"stack.stratum_corneum.material": skin})
-    path = "stack.stratum_corneum.material.terms.1.broadening"
-    assert value_at(scenario, path) == 0.0
-    assert value_at(scenario.replace({path: 0.2}), path) == 0.2
-    with pytest.raises(InputError, match="has entries 0 to 1"):
-        scenario.replace({path.replace(".1.", ".2."): 0.2})
-
-
-def test_shown_numbers_read_back(scenario):
-    """What people are shown, put back in, is the same within the digits shown."""
-    for path, value, quantity in scenario.parameters():
-        if value:
-            again = value_at(scenario.replace({path: format_quantity(value, quantity.unit, digits=12)}), path)
-            assert abs(again / value - 1) < 1e-11

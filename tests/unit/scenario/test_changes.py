@@ -183,9 +183,10 @@ def test_another_model_leaves_no_source_of_the_former_behind():
 
 def test_mistakes_of_a_preset_are_told_at_once_with_the_nearest_name():
     with pytest.raises(InputError) as caught:
-        made({"drive.levle": (3.0, "a"), "contact.aera": 1e-4})
+        made({"drive.levle": (3.0, "a"), "contact.aera": 1e-4, "friction.coefficient": -1})
     assert "Did you mean 'level'" in str(caught.value)
     assert "Did you mean 'area'" in str(caught.value)
+    assert "friction.coefficient = -1: must lie between" in str(caught.value)
     with pytest.raises(InputError, match=r"load\.normal_force"):
         made({"load.normal_force": (-1.0, "a")})
 

@@ -248,13 +248,9 @@ def test_noise_may_take_five_percent_of_the_conduction():
 # ------------------------------------------------------------------------------ what it says of itself
 
 
-@pytest.mark.parametrize("noise", [0.01, 0.03])
-def test_kramers_kronig_residual_tells_noise_from_nonsense(noise):
-    # A residual is about the noise; 51 points determine that of 1 % to a tenth, so half is far off.
-    assert measured(SKIN, BAND, noise=noise).kramers_kronig == pytest.approx(noise, rel=0.5)
-    mixed = measured(SKIN, BAND)
-    loss = mixed.loss_samples.values * (BAND / 1e3) ** 0.3
-    assert mixed.replace({"loss_samples": loss, "conductivity": 0}).kramers_kronig > 0.1
+def test_the_kramers_kronig_residual_is_the_noise_unless_rows_are_too_few():
+    # 51 points determine that of 1 % to a tenth, so half is far off
+    assert measured(SKIN, BAND, noise=0.01).kramers_kronig == pytest.approx(0.01, rel=0.5)
     assert np.isnan(tabulated(**{name: values[:4] for name, values in ROWS.items()}).kramers_kronig)
 
 
