@@ -56,15 +56,12 @@ def test_a_profile_counts_in_part_when_slow_and_fades_within_one_step_beyond_its
     np.testing.assert_allclose(share, [0, 0.5, 1, 1, 0.75, 0, 0], atol=1e-12)
 
 
-def test_recorded_friction_is_replayed_above_its_baseline():
+def test_recorded_friction_is_replayed_above_its_lowest_value():
     record = {"position_samples": [0, MM, 2e-3], "friction_force_samples": [0.25, 0.27, 0.26]}
     lowest = added(texture("RecordedFrictionForce", **record, scale=3.0), [0, 0.5e-3, MM, 2e-3])
     np.testing.assert_allclose(lowest, 3 * np.array([0, 0.01, 0.02, 0.01]), atol=1e-15)
     given = added(texture("RecordedFrictionForce", **record, baseline="240 mN"), [0, MM])
     np.testing.assert_allclose(given, [0.01, 0.03], atol=1e-15)
-    record = {"position_samples": [0, MM], "friction_coefficient_samples": [0.5, 0.6], "baseline": 0.45}
-    coefficient = added(texture("RecordedFrictionCoefficient", **record), [0, MM])
-    np.testing.assert_allclose(coefficient, 0.4 * np.array([0.05, 0.15]), rtol=1e-12)
 
 
 def test_a_picture_maps_0_and_255_to_nothing_and_to_the_most_and_ends_at_its_edges():
