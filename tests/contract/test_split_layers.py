@@ -74,7 +74,16 @@ def check(name, *layers):
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_all_layers_of_a_scenario_in_two_change_no_signal(name):
+def test_a_shipped_scenario_simulates_and_all_of_its_layers_in_two_change_no_signal(name):
+    """Without a warning, which is an error here, and without a number that is not finite."""
+    trace = whole(name)
+    for signal, row in trace.data_vars.items():
+        rests = signal == "lateral_force" and "friction at rest" in trace.attrs["validity"]
+        assert np.all(np.isnan(row.values) if rests else np.isfinite(row.values)), signal
+        assert row.attrs["units"]
+    assert float(np.max(trace.electrostatic_force)) > 0
+    assert trace.attrs["solver"]
+    assert trace.attrs["solver_reason"]
     check(name, *(layer for layer in SHIPPED[name].stack.layers if AS_IT_IS.get(name) != layer))
 
 

@@ -121,18 +121,6 @@ def test_the_comparison_can_fail(discovered):
     assert abs(from_phasors(scenario, 1.01 * FREQUENCY) / expected - 1) > 100 * EXACT
 
 
-def test_shipped_scenarios_simulate(scenario):
-    """Without a warning, which is an error here, and without a number that is not finite."""
-    trace = simulate(scenario)
-    for name, signal in trace.data_vars.items():
-        rests = name == "lateral_force" and "friction at rest" in trace.attrs["validity"]
-        assert np.all(np.isnan(signal.values) if rests else np.isfinite(signal.values)), name
-        assert signal.attrs["units"]
-    assert float(np.max(trace.electrostatic_force)) > 0
-    assert trace.attrs["solver"]
-    assert trace.attrs["solver_reason"]
-
-
 @pytest.mark.parametrize("state", ["PeriodicState", "AtRest"])
 def test_laws_that_are_not_causal_refuse_edges(law_class, discovered, state):
     trapezium = {"model": "Trapezium", "high": 1000, "rise": 0.036, "hold": 0.1, "fall": 0.036, "repeat": 0.4}

@@ -130,7 +130,6 @@ WRONG = [
     ("GreyscalePicture", TOO_MANY, "4000000 are allowed"),
     ("RecordedPath", {}, "holds no samples"),
     ("RecordedPath", path([0, 1], [0]), "different numbers of samples: 2 of time, 1 of x"),
-    ("RecordedPath", path([0], [0]), "at least 2 samples"),
     ("RecordedPath", path([0, 1], [0, math.inf]), "the x of sample 1 is not a finite number"),
     ("RecordedPath", path([0, 1, 1], [0, 0, 0]), "time must increase, but sample 2"),
     ("RecordedPath", path([0, 1e4], [0, 0]), "an hour is allowed"),
