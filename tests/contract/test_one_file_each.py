@@ -222,28 +222,16 @@ def test_the_catalogue_and_the_citations_have_them(environment):
         assert offered in page
 
 
-A_PAPER = ("paper_cites", "paper_carries_a_check")
-A_MODEL = (
-    "every_number",
-    "says_what_it_is",
-    "a_member_is_built",
-    "cannot_be_subclassed",
-    "round_trip",
-    "every_path",
-)
+A_PAPER = "paper_cites paper_carries_a_check"
+A_MODEL = "every_number says_what_it_is a_member_is_built cannot_be_subclassed round_trip every_path changed_equations"
+A_PRESET = "scenarios_round_trip names_the_source each_insulator shipped_scenario"
 TAKEN = {
     "law_2099": A_PAPER,
-    "friction_2099": (*A_PAPER, "check_passes"),
-    "skin_2099": (*A_PAPER, "check_passes", "skins_are_passive"),
-    "preset_2099": (
-        *A_PAPER,
-        "scenarios_round_trip",
-        "names_the_source",
-        "each_insulator",
-        "shipped_scenarios",
-    ),
-    "SaturatingStress": (*A_MODEL, "check_passes", "equations_hold", "scalar_equals_array", "steady_force"),
-    "TwoPaces": (*A_MODEL, "changed_equations"),
+    "friction_2099": f"{A_PAPER} check_passes",
+    "skin_2099": f"{A_PAPER} check_passes skins_are_passive",
+    "preset_2099": f"{A_PAPER} check_passes {A_PRESET}",
+    "SaturatingStress": f"{A_MODEL} check_passes equations_hold scalar_equals_array steady_force",
+    "TwoPaces": A_MODEL,
 }
 """What is contributed to words in the names of contract tests that have to run for it."""
 
@@ -253,7 +241,9 @@ def test_the_contract_tests_take_each_of_them(environment):
     said = call(environment, "-m", "pytest", str(TESTS), *options, cwd=TESTS.parent.parent)
     passed = [line for line in said.splitlines() if line.startswith("PASSED")]
     for name, words in TAKEN.items():
-        missing = [word for word in words if not any(word in line and name in line for line in passed)]
+        missing = [
+            word for word in words.split() if not any(word in line and name in line for line in passed)
+        ]
         assert not missing, name
     # the law is among those that run on a stack, with each filling of the finger
     assert len([line for line in passed if "test_steady_force_under_a_sine" in line]) >= 6
