@@ -4,8 +4,6 @@ A test that takes `final_class`, `family`, `material_class`, `drive_class`, `law
 `check` or `scenario` runs for each of them.
 """
 
-from __future__ import annotations
-
 import functools
 import importlib
 import pkgutil
@@ -23,7 +21,7 @@ from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.material import Material
-from electrovib.physics.stack import Layer, Stack
+from electrovib.physics.stack import Stack
 
 
 @functools.cache
@@ -51,19 +49,12 @@ def of_family(family):
     return {name: kind for name, kind in find_members(family).items() if kind in model_classes()}
 
 
-def skins():
+def offered(what):
+    """Return the skins or the scenarios of all papers by "paper-name"."""
     found = {}
     for author_year, module in papers().items():
-        for name, skin in getattr(module, "skins", dict)().items():
-            found[f"{author_year}-{name}"] = skin
-    return found
-
-
-def scenarios():
-    found = {}
-    for author_year, module in papers().items():
-        for name, scenario in getattr(module, "scenarios", dict)().items():
-            found[f"{author_year}-{name}"] = scenario
+        for name, thing in getattr(module, what, dict)().items():
+            found[f"{author_year}-{name}"] = thing
     return found
 
 
@@ -91,16 +82,15 @@ def checks():
 
 @functools.cache
 def discovered():
-    finals = {readable(kind): kind for kind in model_classes() if not kind.is_family}
     return {
-        "final_class": finals,
+        "final_class": {readable(kind): kind for kind in model_classes() if not kind.is_family},
         "family": {readable(kind): kind for kind in model_classes() if kind.is_family},
         "material_class": of_family(Material),
         "drive_class": of_family(Drive),
         "law_class": of_family(ForceLaw),
         "paper": dict(papers()),
-        "skin": skins(),
-        "scenario": scenarios(),
+        "skin": offered("skins"),
+        "scenario": offered("scenarios"),
         "asked": checks(),
     }
 
@@ -199,8 +189,3 @@ def near_example():
             return kind.model_validate(dict(kind.example) | (more or {}))
 
     return near
-
-
-@pytest.fixture(scope="session")
-def layer_class():
-    return Layer

@@ -1,7 +1,5 @@
 """The population of fingers: every number has a source and a status, and it suits every ready-made scenario."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from electrovib.apps.cli import app
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.core.status import STATUSES
+from electrovib.physics.moisture import Moisture
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.study.catalogue.populations import entries_of
 from electrovib.view.populations import EXAMPLE, as_markdown
@@ -45,29 +44,20 @@ def test_the_population_suits_scenarios_and_reports_what_they_lack(name):
     ev.load(name).replace({path: float(value[0]) for path, value in found.draw(1, 0, 1).items()})
 
 
-def test_dry_and_moist_fingers_differ_tenfold_in_their_time_constant():
+def test_dry_and_moist_fingers_women_and_men_differ():
     found = ev.read_space(FILM, "fingers")
     draws, groups = found.draw(1, 0, 20_000), found.draw_groups(1, 0, 20_000)["moisture"]
     tau = VACUUM_PERMITTIVITY * draws["stack.stratum_corneum.material.permittivity"] / draws[CONDUCTIVITY]
     dry, moist = (np.median(tau[groups == group]) for group in ("dry", "moist"))
-    assert dry / moist == pytest.approx(10, rel=0.05)
-    assert dry == pytest.approx(5e-3, rel=0.05)
-
-
-def test_women_and_men_differ_in_the_exponent_of_a_constant_phase_skin():
-    scenario = "vezzoli_2014/fig7"
-    found = ev.read_space(scenario, "fingers")
+    assert (dry / moist, dry) == (pytest.approx(10, rel=0.05), pytest.approx(5e-3, rel=0.05))
+    found = ev.read_space("vezzoli_2014/fig7", "fingers")  # whose skin is of constant phase
     exponent = found.draw(1, 0, 1000)["stack.stratum_corneum.material.exponent"]
     groups = found.draw_groups(1, 0, 1000)["sex"]
-    assert set(exponent[groups == "women"]) == {0.8025}
-    assert set(exponent[groups == "men"]) == {0.7545}
+    assert [set(exponent[groups == group]) for group in ("women", "men")] == [{0.8025}, {0.7545}]
 
 
 def test_moisture_of_a_scenario_takes_the_place_of_the_conductivity():
-    wet = {
-        "level": 0.5, "dry_gap_resistivity": 1e12, "wet_gap_resistivity": 1e6, "dry_coefficient": 0.4, "wet_coefficient": 0.8,
-    }  # fmt: skip
-    found = ev.read_space(ev.load("bau_2010/sine").replace({"moisture": wet}), "fingers")
+    found = ev.read_space(ev.load("bau_2010/sine").replace({"moisture": dict(Moisture.example)}), "fingers")
     assert "moisture.level" in found.paths
     assert {CONDUCTIVITY, "friction.coefficient"} <= set(found.omitted)
     assert set(found.draw(1, 0, 100)["moisture.level"]) == {0.0, 1.0}
@@ -83,8 +73,7 @@ def test_a_scenario_without_a_skin_layer_is_refused():
 def test_the_command_and_the_function_show_every_distribution():
     listing = ev.spaces("fingers")
     tables = read_shipped("fingers")
-    for path in tables["space"]:
-        assert path in str(listing)
+    assert all(path in str(listing) for path in tables["space"])
     assert "unverified, cited from memory, low confidence" in str(listing)
     assert [record.name for record in ev.spaces()] == list(shipped_names())
     assert "<table" in listing._repr_html_()
@@ -95,13 +84,10 @@ def test_the_command_and_the_function_show_every_distribution():
         ev.spaces("finger")
 
 
-def test_the_page_is_as_the_populations_are():
+def test_the_page_is_as_the_populations_are_and_its_example_is_read():
     # to renew it: python -c "from electrovib.view.populations import EXAMPLE, as_markdown as page; print(page(), end='')"
     assert PAGE.read_text(encoding="utf-8") == as_markdown()
     assert "| unverified, cited from memory | low |" in as_markdown()
-
-
-def test_the_example_of_the_page_is_read():
     found = ev.read_space("vezzoli_2014/fig6", tomllib.loads(EXAMPLE))
     draws = found.draw(1, 0, 4000)
     assert (draws["stack.insulator.thickness"] < draws["stack.stratum_corneum.thickness"]).all()
