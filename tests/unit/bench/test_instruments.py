@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.bench import drivers
 from electrovib.bench.clock import SimulatedClock
 from electrovib.bench.connections import connect
 from electrovib.bench.drivers.hp_33120a import Hp33120a, mismatches
@@ -61,6 +60,7 @@ def ready(driver, *, load=True):
 
 
 def test_a_burst_is_played_once_and_rests_at_0_v(generator):
+    """No driver sends a reset, which is followed by a continuous sine, as the state before the first command is."""
     clock, twin, driver = generator
     clock.sleep(0.25e-3)
     assert output(clock, twin) == pytest.approx(0.1)
@@ -75,6 +75,10 @@ def test_a_burst_is_played_once_and_rests_at_0_v(generator):
         clock.sleep(0.5)
         assert output(clock, twin) == 0
     assert driver.settings()["FUNC:SHAP?"] == "USER"
+    assert not [command for command in twin.received if "RST" in command]
+    twin.send(b"*RST")
+    clock.sleep(0.25e-3)
+    assert output(clock, twin) == pytest.approx(0.1)
 
 
 def test_a_load_of_50_ohm_doubles_the_open_voltage(generator):
@@ -86,6 +90,8 @@ def test_a_load_of_50_ohm_doubles_the_open_voltage(generator):
     assert output(clock, twin) == pytest.approx(10)
     driver.set_load()
     assert float(driver.settings()["VOLT?"]) == pytest.approx(20)
+    with pytest.raises(BenchError, match="-222"):  # by the generator itself
+        driver.set_amplitude(21.0)
 
 
 def test_a_load_that_does_not_read_back_is_refused(generator):
@@ -116,22 +122,6 @@ def test_waveforms_that_do_not_fit_or_do_not_rest_at_0_are_refused(generator):
             driver.download(np.array(codes, np.int16), 0.8, 10.0)
     twin.send(b"DATA:DAC VOLATILE, #216" + np.full(8, 3000, ">i2").tobytes())
     assert driver.link.ask("SYST:ERR?").startswith("-222")
-
-
-def test_a_voltage_beyond_the_generator_is_refused_by_it(generator):
-    _, _, driver = generator
-    ready(driver)
-    with pytest.raises(BenchError, match="-222"):
-        driver.set_amplitude(21.0)
-
-
-def test_a_continuous_sine_follows_a_reset_and_no_driver_sends_one(generator):
-    clock, twin, driver = generator
-    ready(driver)
-    assert not [command for command in twin.received if "RST" in command]
-    twin.send(b"*RST")
-    clock.sleep(0.25e-3)
-    assert output(clock, twin) == pytest.approx(0.1)
 
 
 def test_the_oscilloscope_records_before_and_after_the_trigger(oscilloscope):
@@ -228,23 +218,32 @@ def test_headers_are_short_or_long(header, known):
     assert matches("VOLTage:OFFSet", header) == known
 
 
-def test_blocks_that_are_cut_off_or_too_long_are_refused():
-    class Replying:
-        def __init__(self, reply):
-            self.reply = reply
+class Replying:
+    """An instrument that gives one reply to everything."""
 
-        def send(self, message):
-            pass
+    def __init__(self, reply):
+        self.reply = reply
 
-        def receive(self):
-            return self.reply
+    def send(self, message):
+        pass
 
-    for reply, words in (
-        (b"#15abcd", "announced a block of 5 bytes and sent 4"), (b"#15abcdef", "sent 6"), (b"#3", "cut off"),
-        (b"hello", "where a binary block was expected"), (b"#0abc", "where a binary block"),
-    ):  # fmt: skip
-        with pytest.raises(BenchError, match=words):
-            Link("oscilloscope", Replying(reply)).ask_block("CURV?")
+    def receive(self):
+        return self.reply
+
+
+@pytest.mark.parametrize(
+    ("reply", "words"),
+    [
+        (b"#15abcd", "announced a block of 5 bytes and sent 4"),
+        (b"#15abcdef", "sent 6"),
+        (b"#3", "cut off"),
+        (b"hello", "where a binary block was expected"),
+        (b"#0abc", "where a binary block"),
+    ],
+)
+def test_blocks_that_are_cut_off_or_too_long_are_refused(reply, words):
+    with pytest.raises(BenchError, match=words):
+        Link("oscilloscope", Replying(reply)).ask_block("CURV?")
     assert Link("oscilloscope", Replying(b"#15abcde")).ask_block("CURV?") == b"abcde"
     with pytest.raises(BenchError, match="where a number was expected"):
         Link("oscilloscope", Replying(b"x")).ask_number("ACQ:STATE?")
@@ -267,31 +266,18 @@ def test_the_trace_states_instruments_settings_limits_and_the_current_limiter():
 
 def test_a_burst_of_microseconds_and_a_finger_in_a_periodic_state_are_recorded():
     """The simulated finger is at rest before the burst; its times are resolved far below a microsecond."""
-    short = {
-        "drive.rise": 1e-6,
-        "drive.hold": 1e-6,
-        "drive.fall": 1e-6,
+    short = {f"drive.{name}": 1e-6 for name in ("rise", "hold", "fall")} | {
         "drive.high": 1.0,
         "time.duration": 3e-6,
     }
-    bench = read_settings().replace(
-        {"limits.voltage": 1.0, "amplifier.gain": 1.0, "oscilloscope.voltage.ratio": 1.0}
-    )
-    scenario = ev.load(SCENARIO, changes=short)
-    sine = {
-        "drive": {"model": "Sine", "amplitude": 1.0, "frequency": 100.0},
-        "time.initial_state": {"model": "PeriodicState"},
-    }
-    trace = ev.run_bench(scenario, bench=bench, simulate=True, finger=ev.load(SCENARIO, changes=sine))
+    ones = {"limits.voltage": 1.0, "amplifier.gain": 1.0, "oscilloscope.voltage.ratio": 1.0}
+    sine = {"drive": {"model": "Sine", "amplitude": 1.0, "frequency": 100.0}}
+    finger = ev.load(SCENARIO, changes=sine | {"time.initial_state": {"model": "PeriodicState"}})
+    bench = read_settings().replace(ones)
+    trace = ev.run_bench(ev.load(SCENARIO, changes=short), bench=bench, simulate=True, finger=finger)
     assert float(trace.time[-1]) == pytest.approx(3.6e-6, rel=0.01)
     # readings of 20 mV
     assert float(trace.plate_voltage.sel(time=slice(1e-6, 2e-6)).mean()) == pytest.approx(1.0, abs=0.02)
-
-
-def test_drivers_are_known_by_name():
-    assert set(drivers.GENERATORS) == {"hp_33120a"}
-    assert set(drivers.OSCILLOSCOPES) == {"tektronix_tds3014b"}
-    drivers.check_drivers(read_settings())
 
 
 def test_forces_beyond_the_declared_range_are_stated():
@@ -358,17 +344,14 @@ def test_messages_by_visa(visa):
     assert visa.written[0] == b"*IDN?\n"
 
 
-def test_without_pyvisa_the_line_that_installs_it_is_given(monkeypatch):
+def test_a_missing_pyvisa_and_an_instrument_out_of_reach_are_named(monkeypatch):
+    with pytest.raises(
+        BenchError, match=r"oscilloscope at 'TCPIP::127\.0\.0\.1::1::SOCKET' cannot be reached"
+    ):
+        connect({"oscilloscope": "TCPIP::127.0.0.1::1::SOCKET"})
     monkeypatch.setitem(sys.modules, "pyvisa", None)
     with pytest.raises(InputError, match=r"pip install 'electrovib\[bench\]'"):
         connect({"generator": "GPIB0::10::INSTR"})
-
-
-def test_an_instrument_that_cannot_be_reached_is_named():
-    with pytest.raises(
-        BenchError, match=r"the oscilloscope at 'TCPIP::127\.0\.0\.1::1::SOCKET' cannot be reached"
-    ):
-        connect({"oscilloscope": "TCPIP::127.0.0.1::1::SOCKET"})
 
 
 def test_readings_are_calibrated_with_sensitivity_and_zero():
@@ -385,10 +368,8 @@ def test_readings_are_calibrated_with_sensitivity_and_zero():
 def test_one_process_holds_a_bench():
     with one_process({"generator": "nobody"}) as left:
         assert left == ""
-        with (
-            pytest.raises(BenchError, match="another process uses this bench"),
-            one_process({"generator": "nobody"}),
-        ):
+        second = one_process({"generator": "nobody"})
+        with pytest.raises(BenchError, match="another process uses this bench"), second:
             pass
         with one_process({"generator": "another"}):
             pass
