@@ -30,19 +30,23 @@ MODELS = {
 
 
 @pytest.fixture(scope="module")
-def pages():
-    """Return the pages of all models by the name of the model."""
+def build():
+    """Return a function that imports a part of the build of the documentation."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-        written = importlib.import_module("models").pages()
-    return {Path(name).stem: page for name, page in written.items()}
+        yield importlib.import_module
+
+
+@pytest.fixture(scope="module")
+def pages(build):
+    """Return the pages of all models by the name of the model."""
+    return {Path(name).stem: page for name, page in build("models").pages().items()}
 
 
 @pytest.fixture
-def lines(monkeypatch):
+def lines(build):
     """Return the function that draws an equation."""
-    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-    return importlib.import_module("formula").lines
+    return build("formula").lines
 
 
 @pytest.mark.parametrize(
@@ -66,21 +70,12 @@ def lines(monkeypatch):
         ("sum(term.x for term in terms)", [r"\sum_{\mathrm{term}\,\in\,\mathrm{terms}} \mathrm{term.\!x}"]),
         ("part.whole().at(x)", [r"\mathrm{part.\!at}\left(x\right)"]),
         ("(a, b[x])", [r"\left(a,\ b_{x}\right)"]),
-        (
-            "1 + (a if t < b else 0)",
-            [r"1 + a \quad \mathrm{for}\ t < b", r"1 + 0 \quad \mathrm{otherwise}"],
-        ),
-        (
-            "a if b is None else c",
-            [r"a \quad \mathrm{without}\ b", r"c \quad \mathrm{otherwise}"],
-        ),
+        ("1 + (a if t < b else 0)", [r"1 + a \quad \mathrm{for}\ t < b", r"1 + 0 \quad \mathrm{otherwise}"]),
+        ("a if b is None else c", [r"a \quad \mathrm{without}\ b", r"c \quad \mathrm{otherwise}"]),
     ],
 )
 def test_an_equation_is_drawn_in_the_order_in_which_it_is_declared(lines, text, expected):
     assert lines("F", text) == [f"F = {line}" for line in expected]
-
-
-def test_a_derivative_is_drawn_as_one(lines):
     assert lines("gap'", "-a") == [r"\frac{\mathrm{d}\,\mathrm{gap}}{\mathrm{d}t} = -a"]
 
 
