@@ -42,10 +42,9 @@ def played(tmp_path, twin_in_place, at_zero):
     def call(*, with_enable=True, output="t.nc", report=None):
         twins = twin_in_place(with_enable=with_enable)
         before = {number: signal.signal(number, late) for number in map(signal.Signals.__getitem__, SIGNALS)}
+        path = None if output is None else tmp_path / output
         try:
-            found = ev.run_bench(
-                SCENARIO, simulate=True, output=None if output is None else tmp_path / output, report=report
-            )
+            found = ev.run_bench(SCENARIO, simulate=True, output=path, report=report)
         except BaseException as error:  # noqa: BLE001  # also a signal
             found = error
         finally:
@@ -121,9 +120,8 @@ def test_what_was_read_is_kept_as_it_is_where_no_trace_can_be_made(
     assert BY_HAND in str(found)
     assert BY_HAND in capsys.readouterr().err
     (raw,) = tmp_path.iterdir()
-    assert f"written as a Trace: MemoryError: injected; what was read is kept as it is: {raw}" in "; ".join(
-        str(found).split("\n")
-    )
+    said = "; ".join(str(found).split("\n"))
+    assert f"written as a Trace: MemoryError: injected; what was read is kept as it is: {raw}" in said
     content = json.loads(raw.read_text("utf-8"))
     assert content["burst"] == ("low-voltage burst" if step else "full burst")
     assert max(content["channels"]["voltage"]) == pytest.approx(20 if step else 1000, rel=0.1)

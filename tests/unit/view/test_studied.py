@@ -149,11 +149,9 @@ def test_a_scenario_at_the_edge_of_its_population_is_named(found):
 
 @pytest.mark.parametrize(("lowest", "scale"), [(1e-6, "log"), (5e-4, "linear")])
 def test_bands_that_would_touch_zero_have_a_logarithmic_axis(found, lowest, scale):
-    rows = np.array(found["electrostatic_force_percentile"].values)
-    rows[:] = np.geomspace(lowest, 1e-3, len(rows))[:, None]
-    spread = found.assign(electrostatic_force_percentile=(found["electrostatic_force_percentile"].dims, rows))
-    spread = spread.assign_coords(percentile=found["percentile"])
-    axes = ev.plot.bands(spread)
+    percentiles = found["electrostatic_force_percentile"].copy(deep=True)
+    percentiles[:] = np.geomspace(lowest, 1e-3, len(percentiles))[:, None]
+    axes = ev.plot.bands(found.assign(electrostatic_force_percentile=percentiles))
     assert axes.get_yscale() == scale
     if scale == "log":
         assert lowest / 10 < axes.get_ylim()[0] < lowest

@@ -5,19 +5,11 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import pytest
 
 import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.scenario import load, scenario_of
-from electrovib.view.summary import (
-    diagnostics,
-    key_numbers,
-    opening,
-    provenance,
-    scenario_text,
-    versions,
-)
+from electrovib.view.summary import diagnostics, key_numbers, opening, provenance, scenario_text, versions
 from electrovib.view.swept import quantity_ranges, swept_texts
 
 PEAK = "peak electrostatic_force"
@@ -77,23 +69,17 @@ def test_diagnostics(trace, measured):
         assert diagnostics(broken) == []
 
 
-@pytest.mark.parametrize(
-    ("states", "line"),
-    [
-        ({"a": "ok", "b": "ok"}, "Validity: 2 ok."),
-        ({"a": "warning", "b": "ok"}, "Validity: 1 ok, 1 warning (a)."),
-        (
-            {"a, 1": "warning", "b": "warning", "c": "unknown"},
-            "Validity: 2 warnings (a, 1; b), 1 unknown (c).",
-        ),
-    ],
-)
-def test_the_opening_states_the_result_and_counts_the_diagnostics(states, line):
+def test_the_opening_states_the_result_and_counts_the_diagnostics():
     found = ramp(np.array([0.0, 1.0]), np.array([0.5, 2.0]))
     assert opening(found) == "Largest electrostatic force: 2 N."
-    diagnostics = [{"name": name, "state": state, "text": ""} for name, state in states.items()]
-    found.attrs["validity"] = json.dumps(diagnostics)
-    assert opening(found) == f"Largest electrostatic force: 2 N. {line}"
+    for states, line in (
+        ({"a": "ok", "b": "ok"}, "2 ok"),
+        ({"a": "warning", "b": "ok"}, "1 ok, 1 warning (a)"),
+        ({"a, 1": "warning", "b": "warning", "c": "unknown"}, "2 warnings (a, 1; b), 1 unknown (c)"),
+    ):
+        spoken = [{"name": name, "state": state, "text": ""} for name, state in states.items()]
+        found.attrs["validity"] = json.dumps(spoken)
+        assert opening(found) == f"Largest electrostatic force: 2 N. Validity: {line}."
 
 
 def test_provenance(trace, measured):
