@@ -53,22 +53,9 @@ def everything_public():
     return [thing for path, module in modules() for thing in public_things(path, module)]
 
 
-def decorators(node):
-    return {ast.unparse(decorator) for decorator in node.decorator_list}
-
-
 def arguments(node):
     found = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
     return [argument for argument in found if argument.arg not in {"self", "cls"}]
-
-
-def sentence_with_units(thing):
-    """A single argument needs no sections where the one sentence has the units: 'Voltage [V] at a time [s].'"""
-    return len(arguments(thing.node)) == 1 and re.search(r"\[[^\]]+\]", thing.text) is not None
-
-
-def gives_something(node):
-    return node.returns is not None and ast.unparse(node.returns) not in {"None", "NoReturn"}
 
 
 def called_by_users():
@@ -87,13 +74,17 @@ def named(thing):
     return f"{thing.__module__}.{thing.__qualname__}".removeprefix("electrovib.")
 
 
-def needs_sections(thing, called):
+def sections(thing, called):
+    """Sections that a docstring needs; a single argument none where a sentence has the units: 'Voltage [V] at a time [s].'"""
     node = thing.node
-    if not isinstance(node, ast.FunctionDef) or thing.where not in called:
-        return False
-    if decorators(node) & {"property", "model_validator", "overload"} or not arguments(node):
-        return False
-    return not sentence_with_units(thing)
+    if not isinstance(node, ast.FunctionDef) or thing.where not in called or not arguments(node):
+        return []
+    if {ast.unparse(each) for each in node.decorator_list} & {"property", "model_validator", "overload"}:
+        return []
+    if len(arguments(node)) == 1 and re.search(r"\[[^\]]+\]", thing.text):
+        return []
+    gives = node.returns is not None and ast.unparse(node.returns) not in {"None", "NoReturn"}
+    return ["Parameters", "Returns"] if gives else ["Parameters"]
 
 
 def test_everything_public_says_what_it_is():
@@ -114,13 +105,10 @@ def first_sentence(text):
 def test_what_is_called_is_described():
     called, lacking = called_by_users(), []
     for thing in everything_public():
-        if needs_sections(thing, called):
-            wanted = ["Parameters"] + ["Returns"] * gives_something(thing.node)
-            missing = [
-                name for name in wanted if f"{name}\n---" not in thing.text.replace("Yields\n", "Returns\n")
-            ]
-            if missing:
-                lacking.append(f"{thing.where}: {', '.join(missing)}")
+        text = thing.text.replace("Yields\n", "Returns\n")
+        lacking += [
+            f"{thing.where}: {name}" for name in sections(thing, called) if f"{name}\n---" not in text
+        ]
     assert not lacking, f"{len(lacking)}:\n" + "\n".join(lacking)
     wanted = {"solve.simulate.simulate", "view.plots.over_time.force", "physics.force.base.ForceLaw.pressure"}
     assert wanted <= called
