@@ -101,8 +101,8 @@ def test_whole_experiment(drawn):
     module = example("whole_experiment")
     found = {law: module.main(scenario, fingers=2, bursts=2) for law, scenario in module.LAWS.items()}
     base = ev.load("vezzoli_2014/fig6", changes=module.SET_UP)
-    drawn = ev.read_space(base, "fingers").draw(module.SEED, 0, 2)
-    at_end = lateral_by_law(drawn, ramp=module.RISE) * drawn["contact.area"] / base.contact_area
+    fingers = ev.read_space(base, "fingers").draw(module.SEED, 0, 2)
+    at_end = lateral_by_law(fingers, ramp=module.RISE) * fingers["contact.area"] / base.contact_area
     by_law, in_gap = found.values()
     for each, force in zip(by_law, at_end, strict=True):
         # the last 4 ms of the rise are averaged, in which the force still grows

@@ -62,22 +62,21 @@ def commands(text):
     return found
 
 
-FILES = {name: block["text"] for text in TEXTS.values() for block in blocks(text) if (name := file_of(block))}
 OTHERS = {
     path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
     for path in (ROOT / "docs").rglob("*.md")
 }
-SNIPPETS = {
-    page: [block["text"] for block in blocks(text) if block["language"] == "python" and not file_of(block)]
-    for page, text in (OTHERS | TEXTS).items()
-}
+
+
+def unnamed(text, language):
+    """Blocks of a language that are no file."""
+    return [block["text"] for block in blocks(text) if block["language"] == language and not file_of(block)]
+
+
+FILES = {name: block["text"] for text in TEXTS.values() for block in blocks(text) if (name := file_of(block))}
+SNIPPETS = {page: unnamed(text, "python") for page, text in (OTHERS | TEXTS).items()}
 """Of every page of the documentation, those included whose commands are not run here."""
-FRAGMENTS = [
-    block["text"]
-    for text in TEXTS.values()
-    for block in blocks(text)
-    if block["language"] == "toml" and "schema" not in block["text"] and not file_of(block)
-]
+FRAGMENTS = [each for text in TEXTS.values() for each in unnamed(text, "toml") if "schema" not in each]
 MARKED = [block["text"].strip() for block in blocks(TEXTS["README.md"]) if is_marked(block)]
 SHOWN = {"toml", "python", "csv", "sh", "text"}
 
