@@ -8,17 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import brentq
 
-from electrovib.core.constants import eps0
 from electrovib.core.discovery import papers
 from electrovib.papers import aliabbasi_2022, aliabbasi_2024, meyer_2013, plutchik_1963, shultz_2018
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
-
-
-def force_of_100_volts(scenario, frequency):
-    return float(mean_force(scenario, phasors(scenario, np.array([frequency])), amplitude=100.0)[0])
 
 
 def test_a_fitted_maximum_says_so_and_a_conductor_has_none():
@@ -33,15 +27,6 @@ def test_a_fitted_maximum_says_so_and_a_conductor_has_none():
     assert aliabbasi_2022.maximum(conductor) is None or aliabbasi_2022.maximum(conductor) > 1e5
 
 
-@pytest.mark.parametrize("wanted", [50.0, 20e3])
-def test_any_maximum_can_be_had_by_the_leak(wanted):
-    def found(decade):
-        return aliabbasi_2022.maximum_of(gap_resistivity=10**decade, skin=plutchik_1963.material())
-
-    decade = brentq(lambda decade: math.log(found(decade) / wanted), 5.5, 9.5, xtol=1e-3)
-    assert found(decade) == pytest.approx(wanted, rel=2e-2)
-
-
 @given(gap=st.floats(0.1e-6, 50e-6), decade=st.floats(6, 10), frequency=st.floats(1, 1e5))
 def test_gap_and_force_come_back_from_impedances_whatever_leaks(gap, decade, frequency):
     scenario = aliabbasi_2024.scenarios()["chain"].replace(
@@ -50,7 +35,8 @@ def test_gap_and_force_come_back_from_impedances_whatever_leaks(gap, decade, fre
     found, force = aliabbasi_2024.estimate(scenario, frequency=frequency, voltage=100.0)
     # the gap's reactance is what is left of sums up to 1e4 times larger, and a part of the leak of 1e-5 at the least
     assert found / gap == pytest.approx(1.0, rel=1e-6)
-    assert force / force_of_100_volts(scenario, frequency) == pytest.approx(1.0, rel=1e-6)
+    law = mean_force(scenario, phasors(scenario, np.array([frequency])), amplitude=100.0)
+    assert force / law == pytest.approx([1.0], rel=1e-6)
 
 
 def test_the_remaining_impedance_is_that_of_a_leaky_gap():
@@ -87,17 +73,6 @@ def test_a_body_hides_part_of_the_rise():
         for name, scenario in shultz_2018.scenarios().items()
     }
     assert 3.5 < found["sliding"] / found["at_rest"] < 3.6
-
-
-@pytest.mark.parametrize("gap", [1e-9, 1e-3])
-def test_limits_of_the_gap_plane(gap):
-    scenario = shultz_2018.scenarios()["sliding"].replace(
-        {"stack.gap.thickness": gap, "circuit.return_path.resistance": 0.0}
-    )
-    thickness = 1e-6 / 3.9 + 200e-6 / 1560 if gap < 1e-6 else gap
-    # 1 nm of gap is 2.6e-3 of K, K is 4e-4 of 1 mm; both twice in the square
-    closed = eps0 * 1e-4 * 100.0**2 / (4 * thickness**2)
-    assert force_of_100_volts(scenario, 1e5) / closed == pytest.approx(1.0, rel=6e-3)
 
 
 @pytest.mark.parametrize(("frequency", "share"), [(50.0, 1 / 101), (1500.0, 0.9), (5000.0, 1 / 1.01)])

@@ -27,7 +27,6 @@ from electrovib.solve.simulate import simulate
 
 COATING = {"thickness": 1e-6, "permittivity": 3.9}
 FILM = {"thickness": 90e-6, "permittivity": 3.35}
-FINGER = {"radius": 1e-2, "modulus": 50e3}
 
 
 @pytest.mark.parametrize(
@@ -84,18 +83,16 @@ def test_friction_without_voltage_is_on_the_plateau():
         np.testing.assert_allclose(found, (load + pull) / load, rtol=1e-5)  # p/(E* h') is 1e-3 at most
 
 
-@pytest.mark.parametrize(
-    ("slope", "expected"),
-    [
-        (balasubramanian_2025.CUT_OFF_SLOPE, 1104.0),
-        (balasubramanian_2025.MASS_SLOPE, 2.584e-3),
-        (balasubramanian_2025.STIFFNESS_SLOPE, 323.2),
-    ],
-)
-def test_slopes_from_20_to_100_mm_per_s(slope, expected):
-    assert balasubramanian_2025.change(slope=slope) == pytest.approx(expected, rel=1e-12)
-    found = balasubramanian_2025.at_speed(speed=0.13, slope=slope, known_at=0.05, known=500.0)
-    assert found == pytest.approx(500.0 + expected, rel=1e-12), "80 mm/s above the known one"
+def test_slopes_from_20_to_100_mm_per_s():
+    paper = balasubramanian_2025
+    for slope, rise in (
+        (paper.CUT_OFF_SLOPE, 1104.0),
+        (paper.MASS_SLOPE, 2.584e-3),
+        (paper.STIFFNESS_SLOPE, 323.2),
+    ):
+        assert paper.change(slope=slope) == pytest.approx(rise, rel=1e-12)
+        found = paper.at_speed(speed=0.13, slope=slope, known_at=0.05, known=500.0)
+        assert found == pytest.approx(500.0 + rise, rel=1e-12), "80 mm/s above the known one"
 
 
 def test_a_difference_threshold_in_volts_and_newtons():
@@ -125,29 +122,20 @@ def test_energy_strength_and_range_of_adhesion(voltage, coating, energy, strengt
     assert at(1.0) == pytest.approx(pull / 4, rel=1e-12)
 
 
-@pytest.mark.parametrize(("load", "gain"), [(0.1, 45.5), (0.5, 18.5), (2.0, 8.9)])
-def test_growth_of_an_adhesive_sphere(load, gain):
-    """In percent, whatever the modulus."""
-    assert 100 * popov_2018.area_gain(normal_force=load) == pytest.approx(gain, abs=0.06)
+def test_growth_of_an_adhesive_sphere():
+    """The same at each modulus; without energy it is that of Hertz."""
     energy = adhesion.separation_energy(voltage=100.0, **COATING)
     for modulus in (5e3, 5e6):
-        sphere = {"normal_force": load, "radius": 1e-2, "modulus": modulus}
+        sphere = {"normal_force": 0.5, "radius": 1e-2, "modulus": modulus}
         growth = adhesion.contact_area(**sphere, energy=energy) / adhesion.contact_area(**sphere)
-        assert 100 * (growth - 1) == pytest.approx(gain, abs=0.06)
-
-
-def test_without_energy_the_sphere_is_that_of_hertz():
+        assert growth - 1 == pytest.approx(0.185, abs=6e-4)
+        assert growth - 1 == pytest.approx(popov_2018.area_gain(normal_force=0.5), rel=1e-12)
+        radius = np.sqrt(adhesion.contact_area(**sphere) / np.pi)
+        assert 4 * modulus * radius**3 / (3 * 1e-2) == pytest.approx(0.5, rel=1e-12)
     assert adhesion.adhesive_load(normal_force=0.3, radius=1e-2, energy=0.0) == 0.3
-    radius = np.sqrt(adhesion.contact_area(normal_force=0.3, **FINGER) / np.pi)
-    assert 4 * FINGER["modulus"] * radius**3 / (3 * FINGER["radius"]) == pytest.approx(0.3, rel=1e-12)
 
 
-@given(
-    thickness=st.floats(1e-7, 1e-3),
-    permittivity=st.floats(1, 100),
-    area=st.floats(1e-6, 1e-3),
-    voltage=st.floats(1, 1e4),
-)
+@given(st.floats(1e-7, 1e-3), st.floats(1, 100), st.floats(1e-6, 1e-3), st.floats(1, 1e4))
 def test_the_law_of_strong_is_the_insulator_plane_of_one_layer(thickness, permittivity, area, voltage):
     changes = {
         "drive": {"model": "Step", "level": voltage},
@@ -157,9 +145,8 @@ def test_the_law_of_strong_is_the_insulator_plane_of_one_layer(thickness, permit
     }
     scenario = strong_1970.scenarios()["display"].replace(changes)
     force = simulate(scenario, time=np.array([0.0, 10.0])).electrostatic_force[-1]
-    unverified = strong_1970.static_force(
-        thickness=thickness, permittivity=permittivity, area=area, voltage=voltage
-    )
+    layer = {"thickness": thickness, "permittivity": permittivity}
+    unverified = strong_1970.static_force(**layer, area=area, voltage=voltage)
     by_hand = eps0 * permittivity * area * voltage**2 / (2 * thickness**2)
     assert unverified / by_hand == pytest.approx(1.0, rel=1e-12)  # rounding
     # the body's resistance still charges the plate: e^(-10 s/RC), RC at most 1e-3 s
