@@ -21,7 +21,7 @@ SILENT = {"compare"}
 """Steps in which nothing is sent."""
 WITH_BLOCKS = {"low-voltage burst", "full burst", "records"}
 AT_ONCE = {"exception": RuntimeError, "keyboard": KeyboardInterrupt, "SIGTERM": None}
-COMMUNICATION = ("timeout", "wrong answer", "disconnect")
+COMMUNICATION = {"timeout": TimeoutError, "wrong answer": None, "disconnect": ConnectionResetError}
 CASES = [
     *((step, fault) for step in STEPS for fault in AT_ONCE),
     *((step, fault) for step in STEPS if step not in SILENT for fault in COMMUNICATION),
@@ -39,7 +39,7 @@ class Injector:
     def report(self, step):
         self.step = step
         if step == self.wanted and step in SILENT:
-            self.at_once()
+            self.fire()
 
     @property
     def is_on(self):
@@ -47,45 +47,33 @@ class Injector:
             return False
         return self.step == self.wanted or (self.fired and self.fault == "disconnect")
 
-    def at_once(self):
+    def fire(self):
         self.fired = True
         if self.fault == "SIGTERM":
             os.kill(os.getpid(), signal.SIGTERM)
         else:
-            raise AT_ONCE[self.fault]("injected")
+            raise (AT_ONCE | COMMUNICATION)[self.fault]("injected")
 
 
 class Faulty:
     """A connection that fails as the injector tells."""
 
     def __init__(self, inner, injector):
-        self.inner, self.injector = inner, injector
+        self.inner, self.injector, self.close = inner, injector, inner.close
 
     def send(self, message):
-        injector = self.injector
-        if injector.is_on and injector.fault in AT_ONCE:
-            injector.at_once()
-        if injector.is_on and injector.fault in {"disconnect", "timeout"}:
-            injector.fired = True
-            raise (
-                ConnectionResetError("the cable was pulled")
-                if injector.fault == "disconnect"
-                else TimeoutError
-            )
+        if self.injector.is_on and self.injector.fault in {*AT_ONCE, "timeout", "disconnect"}:
+            self.injector.fire()
         self.inner.send(message)
 
     def receive(self):
-        injector, reply = self.injector, self.inner.receive()
-        if injector.is_on and injector.fault == "wrong answer":
-            injector.fired = True
-            return b"banana"
-        if injector.is_on and injector.fault == "truncated block" and reply.startswith(b"#"):
-            injector.fired = True
-            return reply[:-100]
-        return reply
-
-    def close(self):
-        self.inner.close()
+        reply = self.inner.receive()
+        cut_off = reply[:-100] if reply.startswith(b"#") else reply
+        spoiled = {"wrong answer": b"banana", "truncated block": cut_off}.get(self.injector.fault, reply)
+        if not self.injector.is_on or spoiled == reply:
+            return reply
+        self.injector.fired = True
+        return spoiled
 
 
 @pytest.fixture
@@ -113,17 +101,15 @@ def stopped(tmp_path, monkeypatch, twin_in_place):
     return call
 
 
-def slow_apart_from_bursts(step, fault):
-    """Most cases of four faults, which take the same path as the others, are left to the slow tests."""
-    slow = fault in {"exception", "keyboard", "timeout", "wrong answer"} and step not in {
-        "enable",
-        "compare",
-        "full burst",
-    }
-    return pytest.param(step, fault, marks=[pytest.mark.slow] if slow else [])
+def moments():
+    """Every case; most of four faults, which take the same path as the others, are left to the slow tests."""
+    for step, fault in CASES:
+        is_slow = fault not in {"SIGTERM", "disconnect", "truncated block"}
+        is_slow = is_slow and step not in {"enable", "compare", "full burst"}
+        yield pytest.param(step, fault, marks=[pytest.mark.slow] if is_slow else [])
 
 
-@pytest.mark.parametrize(("step", "fault"), [slow_apart_from_bursts(*case) for case in CASES])
+@pytest.mark.parametrize(("step", "fault"), [*moments()])
 def test_a_fault_ends_with_0_v_a_sentence_and_the_data(stopped, at_zero, step, fault):
     error, twin, injector, trace = stopped(step, fault)
     assert injector.fired

@@ -21,6 +21,7 @@ from electrovib.view.reproduce import _write, reproduce, shown
 
 X = np.linspace(0, 1, 20)
 AXES = {"x": ("time", "s"), "y": ("force", "N")}
+LINE = Curve(label="a", x=X, y=X)
 BAND = Curve(label="a, b", x=X, y=X, upper=X + 1)
 SHORT = Curve(label="c", x=X[:2] / 3, y=np.array([np.nan, 0.1]))
 
@@ -41,13 +42,7 @@ def found():
             Row("sum", "sum of charges", None, 1e-16, "1", "check", "0 is exact"),
         ),
         panels=(
-            Panel(
-                id="fig1",
-                title="Figure 1",
-                caption="One & only.",
-                **AXES,
-                curves=(Curve(label="a", x=X, y=X),),
-            ),
+            Panel(id="fig1", title="Figure 1", caption="One & only.", **AXES, curves=(LINE,)),
             Panel(id="fig2", title="Figure 2", caption="Two.", **AXES, curves=(BAND, SHORT)),
         ),
         pages=(
@@ -70,8 +65,7 @@ def paper(found, monkeypatch):
     asked = []
     fake = ModuleType("nobody_2099")
     fake.reproduce = lambda *, skin: asked.append(skin) or found
-    bare = ModuleType("bare_2099")
-    known = {"nobody_2099": fake, "bare_2099": bare}
+    known = {"nobody_2099": fake, "bare_2099": ModuleType("bare_2099")}
     monkeypatch.setattr(discovery, "paper", known.__getitem__)
     monkeypatch.setattr(discovery, "papers", lambda: known)
     return asked
@@ -191,41 +185,27 @@ def test_what_it_wrote_is_replaced_and_what_it_did_not_write_is_kept(tmp_path, f
         _write(found, tmp_path, inputs=[skin], force=True)
 
 
-@pytest.mark.parametrize("there", [False, True])
-@pytest.mark.parametrize("at", [1, 4, 6])
-def test_an_interruption_leaves_nothing_half_done(tmp_path, monkeypatch, found, there, at):
-    folder = tmp_path / "out"
-    if there:
+@pytest.mark.parametrize("older", [{}, {"numbers.json": "older"}], ids=["new", "there"])
+@pytest.mark.parametrize("at", [0, 1, 6])
+def test_what_fails_or_is_interrupted_leaves_nothing_half_done(tmp_path, monkeypatch, found, older, at):
+    """While a figure is drawn, or at the first or the sixth file."""
+    folder, calls, whole = tmp_path / "out", [], Path.write_bytes
+    for name, text in older.items():
         folder.mkdir()
-        (folder / "numbers.json").write_text("older", encoding="utf-8")
-    calls = []
-    whole = Path.write_bytes
+        (folder / name).write_text(text, encoding="utf-8")
 
-    def interrupted(self, content):
+    def interrupted(self, content=b"", **_):
         calls.append(self)
-        if len(calls) == at:
-            whole(self, content[:10])
+        if at in (0, len(calls)):
             raise KeyboardInterrupt
         return whole(self, content)
 
-    monkeypatch.setattr(Path, "write_bytes", interrupted)
+    monkeypatch.setattr("pathlib.Path.write_bytes" if at else "electrovib.view.reproduce.drawn", interrupted)
     with pytest.raises(KeyboardInterrupt):
         _write(found, folder, force=True)
-    if there:
-        assert [file.name for file in folder.iterdir()] == ["numbers.json"]
-        assert read(folder, "numbers.json") == "older"
-    else:
-        assert not folder.exists()
-
-
-def test_a_figure_that_cannot_be_drawn_leaves_no_folder(tmp_path, monkeypatch, found):
-    def broken(*_):
-        raise RuntimeError("drawing")
-
-    monkeypatch.setattr("electrovib.view.reproduce.drawn", broken)
-    with pytest.raises(RuntimeError, match="drawing"):
-        _write(found, tmp_path / "out")
-    assert list(tmp_path.iterdir()) == []
+    assert folder.exists() == bool(older)
+    assert {name: read(folder, name) for name in older} == older
+    assert len(list(tmp_path.rglob("*.*"))) == len(older)
 
 
 def test_a_paper_without_reproduction_and_an_output_that_is_a_file_are_refused(tmp_path, paper):
