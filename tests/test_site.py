@@ -299,9 +299,13 @@ def test_question_number_and_time_are_those_of_the_run(part, tmp_path):
         ".. _label:\n\n\nA title\n=======\n\ntext\n\n.. rst-class:: sphx-glr-script-out\n\n .. code-block:: none\n\n"
         "    pull-in at 201.78 V\n    more\n\n   **Total running time of the script:** (1 minutes 2.541 seconds)\n"
     )
-    assert results.result_of(page) == ("A title", "pull-in at 201.78 V", "63 s")
-    assert results.result_of(page.replace("(1 minutes 2.541", "(2 minutes 1.6"))[2] == "122 s"
-    assert results.result_of(page.replace("(1 minutes 2.541", "(0 minutes 0.0943"))[2] == "0.09 s"
+    for time, shown in (
+        ("1 minutes 2.541", "63 s"),
+        ("2 minutes 1.6", "122 s"),
+        ("0 minutes 0.0943", "0.09 s"),
+    ):
+        of_time = page.replace("1 minutes 2.541", time)
+        assert results.result_of(of_time) == ("A title", "pull-in at 201.78 V", shown)
     headed = results.headed(page, "pull_in")
     assert "A title\n=======\n\n:Question: At which voltage" in headed
     assert ":Number: ``pull-in at 201.78 V``\n:Time to run: 63 s\n" in headed

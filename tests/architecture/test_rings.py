@@ -25,34 +25,12 @@ PLACES = {name.strip(): place for place, line in enumerate(reversed(LAYERS)) for
 """Height of each room, core at 0."""
 
 
-def lint(configuration, folder):
-    """Run import-linter as its command does, in a folder that holds the configuration."""
-    script = "import sys; from importlinter.cli import lint_imports_command as c; c(sys.argv[1:])"
-    command = [sys.executable, "-c", script, "--config", str(configuration), "--no-cache"]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
-
-
 def test_layers_are_kept():
-    done = lint(ROOT / "pyproject.toml", ROOT)
+    script = "from importlinter.cli import lint_imports_command as c; c(['--no-cache'])"
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 kept, 0 broken" in done.stdout
-
-
-def test_a_broken_layer_would_be_noticed(tmp_path):
-    """With two layers swapped the same tool refuses."""
-    layers = list(LAYERS)
-    first, second = layers.index("solve"), layers.index("core")
-    layers[first], layers[second] = layers[second], layers[first]
-    listed = "\n  ".join(layers)
-    wrong = tmp_path / "wrong.ini"
-    wrong.write_text(
-        "[importlinter]\nroot_package = electrovib\n\n[importlinter:contract:one]\nname = one\ntype = layers\n"
-        f"containers =\n  electrovib\nlayers =\n  {listed}\n",
-        encoding="utf-8",
-    )
-    done = lint(wrong, tmp_path)
-    assert done.returncode != 0
-    assert "BROKEN" in done.stdout
 
 
 def test_every_folder_is_a_package_in_a_layer_in_the_order_of_the_data():

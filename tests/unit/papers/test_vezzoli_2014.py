@@ -95,44 +95,41 @@ def test_no_row_mixes_laws(rows):
         assert lateral == pytest.approx((0.3 * min(forces), 0.6 * max(forces)))
 
 
-@pytest.mark.parametrize(
-    ("name", "expect", "digits"),
-    [
-        ("C_i", 32.96, 0.005),
-        ("C_sc", 6.906, 0.0005),
-        ("static_force_1000V", 56.55, 0.005),
-        ("equation_3", 1.004772, 1e-6),
-        # by hand: K = 90 um/3.35 + T/1560, law (1) goes as 1/(K (T + 90 um)), the Maxwell stress in the gap as 1/K^2
-        ("thickness_spread_law_1", 2.5974, 5e-5),
-        ("thickness_spread_gap", 1.0143, 5e-5),
-        ("suspended_force_constant", 1.0, 1e-3),
-        ("suspended_force_leaky", 0.0, 1e-6),
-    ],
-)
-def test_single_numbers(rows, name, expect, digits):
-    """Half of the last digit of a number computed apart from this code."""
-    assert rows[name].ours == pytest.approx(expect, abs=digits)
+NUMBERS = {
+    "C_i": (32.96, 0.005),
+    "C_sc": (6.906, 0.0005),
+    "static_force_1000V": (56.55, 0.005),
+    "equation_3": (1.004772, 1e-6),
+    # by hand: K = 90 um/3.35 + T/1560, law (1) goes as 1/(K (T + 90 um)), the Maxwell stress in the gap as 1/K^2
+    "thickness_spread_law_1": (2.5974, 5e-5),
+    "thickness_spread_gap": (1.0143, 5e-5),
+    "suspended_force_constant": (1.0, 1e-3),
+    "suspended_force_leaky": (0.0, 1e-6),
+}
+"""Numbers computed apart from this code, with half of their last digit."""
+RANGES = {
+    "tau_giraud": (0.0503, 6.63),  # Gabriel dry, constant phase 0.85
+    # the force of an exponential voltage decays twice as fast
+    "tau_giraud_force": (0.02515, 3.315),
+    "tau_giraud_measured": (0.02515, 3.315),
+    "tau_giraud_decay": (3.85, 7.7),
+    "attraction_measured": (2 / 0.6, 5 / 0.3),
+    # eps0 A V^2/(2 (K + gap)^2) with K = 27.0 um and gaps of 1 um and 0
+    "past_force_gap": (565.0, 607.6),
+    "return_path_film": (0.567, 0.854),
+    "return_path_coating": (0.00173, 0.0219),
+    "causality_residual": (0.0843, 0.281),  # Gabriel wet, palmar 20 uS: printed bounds 8 to 30 %
+}
+"""With three digits."""
 
 
-@pytest.mark.parametrize(
-    ("name", "low", "high"),
-    [
-        ("tau_giraud", 0.0503, 6.63),  # Gabriel dry, constant phase 0.85
-        # the force of an exponential voltage decays twice as fast
-        ("tau_giraud_force", 0.02515, 3.315),
-        ("tau_giraud_measured", 0.02515, 3.315),
-        ("tau_giraud_decay", 3.85, 7.7),
-        # 2 mN/0.6 and 5 mN/0.3
-        ("attraction_measured", 3.333, 16.67),
-        # eps0 A V^2/(2 (K + gap)^2) with K = 27.0 um and gaps of 1 um and 0
-        ("past_force_gap", 565.0, 607.6),
-        ("return_path_film", 0.567, 0.854),
-        ("return_path_coating", 0.00173, 0.0219),
-        ("causality_residual", 0.0843, 0.281),  # Gabriel wet, palmar 20 uS: printed bounds 8 to 30 %
-    ],
-)
-def test_ranges(rows, name, low, high):
-    assert rows[name].ours == pytest.approx((low, high), rel=5e-3)  # three digits
+@pytest.mark.parametrize("name", [*NUMBERS, *RANGES])
+def test_numbers_and_ranges_of_rows(rows, name):
+    if name in NUMBERS:
+        expect, digits = NUMBERS[name]
+        assert rows[name].ours == pytest.approx(expect, abs=digits)
+    else:
+        assert rows[name].ours == pytest.approx(RANGES[name], rel=5e-3)
     printed = {"tau_giraud": 7.7, "tau_giraud_measured": 6.0}
     assert rows[name].paper == printed.get(name, rows[name].paper)
 
@@ -149,23 +146,24 @@ def test_ramp_that_gives_the_printed_force(case, ramp):
     assert found == pytest.approx(ramp * 1e-3, rel=3e-2)
 
 
-@pytest.mark.parametrize(
-    ("skin", "rise", "word"),
-    [
-        ("paper point", 1 / 0.981, "open, flat"),
-        ("Gabriel wet", 1 / 0.25, "consistent"),
-        ("Gabriel dry", 1 / 0.003, "open, still rising"),
-        ("palmar men 20 uS", 1 / 0.15, "consistent"),
-        ("palmar women 20 uS", 1 / 0.13, "consistent"),
-        ("palmar men 10 uS", 1 / 0.41, "open, peaks"),
-        ("palmar men 2 uS", 1 / 1.31, "open, falls"),
-        ("1963 impedance", 1 / 0.56, "open, peaks"),
-    ],
-)
-def test_figure_7_by_skin(skin, rise, word):
+SHAPES = {
+    "paper point": (0.981, "open, flat"),
+    "Gabriel wet": (0.25, "consistent"),
+    "Gabriel dry": (0.003, "open, still rising"),
+    "palmar men 20 uS": (0.15, "consistent"),
+    "palmar women 20 uS": (0.13, "consistent"),
+    "palmar men 10 uS": (0.41, "open, peaks"),
+    "palmar men 2 uS": (1.31, "open, falls"),
+    "1963 impedance": (0.56, "open, peaks"),
+}
+
+
+@pytest.mark.parametrize("skin", SHAPES)
+def test_figure_7_by_skin(skin):
+    """Two digits of the reciprocal of the rise, of 0.003 one."""
+    reciprocal, word = SHAPES[skin]
     found = compute.rise_and_saturation(compute.force_skins()[skin].material)
-    # two digits of the reciprocal, of 0.003 one
-    assert found[0] == pytest.approx(rise, rel=0.15 if skin == "Gabriel dry" else 0.04)
+    assert found[0] == pytest.approx(1 / reciprocal, rel=0.15 if skin == "Gabriel dry" else 0.04)
     assert by_skin.Shape(*found).words.startswith(word)
 
 
