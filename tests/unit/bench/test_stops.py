@@ -1,5 +1,6 @@
 """A stop at any moment of a run, also inside an import: 0 V, output off, the sentence, and the data; only then anything else."""
 
+import itertools
 import json
 import os
 import signal
@@ -182,8 +183,11 @@ def test_a_complete_run_states_how_the_bench_was_left(played, monkeypatch, capsy
         raise RuntimeError("the session is invalid")
 
     monkeypatch.setattr(TwinInstrument, "close", fail)
-    found, _ = played(with_enable=with_enable, output=None)
+    found, twin = played(with_enable=with_enable, output=None)
     assert (found.attrs["complete"], found.attrs["left"]) == (1, sentence)
+    switched = [on for _, on in twin.plant._switched]
+    assert switched.count(True) == 2
+    assert (True, True) not in itertools.pairwise(switched), "off while the amplitude changes"
     assert f"electrovib: {sentence}\n" in capsys.readouterr().err
 
 
