@@ -17,11 +17,24 @@ ROOT = Path(__file__).parent.parent
 
 def example(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture
+def drawn(tmp_path):
+    """Return a function that draws the figure of an example, or saves one, and sees that there is something on it."""
+
+    def draw(module, *of, into=False):
+        file = tmp_path / "figure.png"
+        if into:
+            module.draw(*of, file)
+        else:
+            module.draw(*of).savefig(file)
+        assert file.stat().st_size > 5000
+
+    return draw
 
 
 def test_step_by_hand():
@@ -44,22 +57,19 @@ def test_measured_drive():
     assert 0.98 * 5.0898e-3 < example("measured_drive").main() < 5.0898e-3
 
 
-def test_field_solution():
-    planar, work, fringe, leaky = np.abs(example("field_solution").main())
+def test_field_solution(drawn):
+    module = example("field_solution")
+    planar, work, fringe, leaky = np.abs(module.main())
     # asked: 0.1 % of the Maxwell stress in the gap law and of the leaky stack; stated: 0.02 % between stress and virtual work,
     # 4 % of an excess that is 3 % of the force for the correction
     assert planar < 1e-3
     assert work < 2e-4
     assert fringe < 2e-3
     assert leaky < 1e-3
+    drawn(module, into=True)
 
 
-def test_field_solution_is_drawn(tmp_path):
-    example("field_solution").draw(tmp_path / "field.png")
-    assert (tmp_path / "field.png").stat().st_size > 10_000
-
-
-def test_measured_swipe(tmp_path):
+def test_measured_swipe(drawn):
     module = example("measured_swipe")
     swipe = module.main()
     low, high = swipe.friction.ends
@@ -68,11 +78,10 @@ def test_measured_swipe(tmp_path):
     # and the 50 ms in which friction sets in leave less than 1 %
     assert swipe.friction.value == pytest.approx(0.4, rel=1e-2)
     assert max(swipe.friction.choices.values()) > 0.43
-    module.draw(swipe).savefig(tmp_path / "swipe.png")
-    assert (tmp_path / "swipe.png").stat().st_size > 5000
+    drawn(module, swipe)
 
 
-def test_clutch_release(tmp_path):
+def test_clutch_release(drawn):
     module = example("clutch_release")
     release = module.main()
     # noise of 5 mN on 0.7 N over about 110 samples
@@ -84,17 +93,16 @@ def test_clutch_release(tmp_path):
     for name, true in (("frequency", 350), ("quality", 3), ("delay", 0.5e-3)):
         assert abs(getattr(release, name) - true) < 3 * release.uncertainty[name].standard_error
     assert release.misfit_without > 0.3
-    module.draw(release).savefig(tmp_path / "release.png")
-    assert (tmp_path / "release.png").stat().st_size > 5000
+    drawn(module, release)
 
 
 @pytest.mark.slow
-def test_whole_experiment(tmp_path):
+def test_whole_experiment(drawn):
     module = example("whole_experiment")
     found = {law: module.main(scenario, fingers=2, bursts=2) for law, scenario in module.LAWS.items()}
     base = ev.load("vezzoli_2014/fig6", changes=module.SET_UP)
-    drawn = ev.read_space(base, "fingers").draw(module.SEED, 0, 2)
-    at_end = lateral_by_law(drawn, ramp=module.RISE) * drawn["contact.area"] / base.contact_area
+    fingers = ev.read_space(base, "fingers").draw(module.SEED, 0, 2)
+    at_end = lateral_by_law(fingers, ramp=module.RISE) * fingers["contact.area"] / base.contact_area
     by_law, in_gap = found.values()
     for each, force in zip(by_law, at_end, strict=True):
         # the last 4 ms of the rise are averaged, in which the force still grows
@@ -107,8 +115,7 @@ def test_whole_experiment(tmp_path):
     assert max(each.at_the_top(each.own) for each in by_law) < module.PAPER[0] / 2
     assert max(each.attraction for each in in_gap) > 20e-3
     assert "the paper states 2 to 5 mN" in module.table(by_law)
-    module.draw(found).savefig(tmp_path / "experiment.png")
-    assert (tmp_path / "experiment.png").stat().st_size > 20_000
+    drawn(module, found)
 
 
 def test_every_example_is_tested():
@@ -116,7 +123,7 @@ def test_every_example_is_tested():
     assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested
 
 
-def test_stick_slip(tmp_path):
+def test_stick_slip(drawn):
     module = example("stick_slip")
     traces = module.main()
     largest = {label: float(trace.lateral_force.max()) for label, trace in traces.items()}
@@ -126,10 +133,10 @@ def test_stick_slip(tmp_path):
     assert largest["500 V held"] / largest["no voltage"] == pytest.approx(1 + 0.1519 / 0.5, rel=0.02)
     assert largest["500 V, force at 100 Hz"] < largest["500 V held"] - 0.05
     assert all(trace.attrs["friction_events"] > 10 for trace in traces.values())
-    module.draw(traces).savefig(tmp_path / "stick_slip.png")
+    drawn(module, traces)
 
 
-def test_constant_force(tmp_path):
+def test_constant_force(drawn):
     module = example("constant_force")
     found, predicted = module.main()
     # V0 (1 + t/tau) inside 1 kV for 1 s, tau = 7.7 ms: 56.55 mN (1/131)^2; the ramp from 0 V adds to the time
@@ -144,11 +151,10 @@ def test_constant_force(tmp_path):
     for stray, force in zip(module.STRAY, predicted, strict=True):
         slope = (found.carriers[place] / 3e3) ** 2
         assert force == pytest.approx(found.forces[stray][place] * slope, rel=5e-3)
-    module.draw(found, tmp_path / "force.png")
-    assert (tmp_path / "force.png").stat().st_size > 10_000
+    drawn(module, found, into=True)
 
 
-def test_pull_in(tmp_path):
+def test_pull_in(drawn):
     module = example("pull_in")
     loop, snap = module.main()
     # a linear spring shortened by the load: V^2 = 8 k (K + g)^3/(27 eps0), g = 20 um less 200 Pa over 1e8 Pa/m
@@ -157,14 +163,13 @@ def test_pull_in(tmp_path):
     assert len(jumped) == 1
     assert 0 <= jumped[0] - snap < 0.5
     assert loop.down.voltage[loop.down.jump][0] < 0.6 * snap
-    module.draw(loop, snap).savefig(tmp_path / "pull_in.png")
+    drawn(module, loop, snap)
 
 
-def test_picture_texture(tmp_path):
+def test_picture_texture(drawn, tmp_path):
     module = example("picture_texture")
     rendered = module.main(tmp_path)
     # asked: the force averaged over a carrier period to 1 %, the stream equal to the drive to 1e-9
     assert 0 < rendered.drive.misfit < 0.01
     assert rendered.difference < 1e-9
-    module.draw(rendered, tmp_path / "picture_texture.png")
-    assert (tmp_path / "picture_texture.png").stat().st_size > 10_000
+    drawn(module, rendered, into=True)

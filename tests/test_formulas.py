@@ -30,57 +30,44 @@ MODELS = {
 
 
 @pytest.fixture(scope="module")
-def pages():
-    """Return the pages of all models by the name of the model."""
+def build():
+    """Return a function that imports a part of the build of the documentation."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-        written = importlib.import_module("models").pages()
-    return {Path(name).stem: page for name, page in written.items()}
+        yield importlib.import_module
+
+
+@pytest.fixture(scope="module")
+def pages(build):
+    """Return the pages of all models by the name of the model."""
+    return {Path(name).stem: page for name, page in build("models").pages().items()}
 
 
 @pytest.fixture
-def lines(monkeypatch):
+def lines(build):
     """Return the function that draws an equation."""
-    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-    return importlib.import_module("formula").lines
+    return build("formula").lines
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("1/stiffness", [r"\frac{1}{\mathrm{stiffness}}"]),
         ("eps0*E**2/2", [r"\frac{\varepsilon_0\,E^{2}}{2}"]),
         ("2*(a + b)", [r"2\,\left(a + b\right)"]),
-        ("1 - free_gap", [r"1 - \mathrm{free\_gap}"]),
-        ("a - (b - c)", [r"a - \left(b - c\right)"]),
         ("a/(b/c)", [r"\frac{a}{\frac{b}{c}}"]),
-        ("-a*b", [r"-a\,b"]),
-        ("a*(-b)", [r"a\,\left(-b\right)"]),
         ("a**(b/(2*c))", [r"a^{b / \left(2\,c\right)}"]),
         ("(-a)**2", [r"\left(-a\right)^{2}"]),
-        ("-a**2", ["-a^{2}"]),
         ("a % b - c", [r"\left(a\ \mathrm{mod}\ b\right) - c"]),
-        ("load*speed", [r"\mathrm{load} \cdot \mathrm{speed}"]),
         ("a*load**2*part.at(x)", [r"a\,\mathrm{load}^{2} \cdot \mathrm{part.\!at}\left(x\right)"]),
-        ("-load*speed", [r"-\mathrm{load} \cdot \mathrm{speed}"]),
         ("sum(term.x for term in terms)", [r"\sum_{\mathrm{term}\,\in\,\mathrm{terms}} \mathrm{term.\!x}"]),
         ("part.whole().at(x)", [r"\mathrm{part.\!at}\left(x\right)"]),
         ("(a, b[x])", [r"\left(a,\ b_{x}\right)"]),
-        (
-            "1 + (a if t < b else 0)",
-            [r"1 + a \quad \mathrm{for}\ t < b", r"1 + 0 \quad \mathrm{otherwise}"],
-        ),
-        (
-            "a if b is None else c",
-            [r"a \quad \mathrm{without}\ b", r"c \quad \mathrm{otherwise}"],
-        ),
+        ("1 + (a if t < b else 0)", [r"1 + a \quad \mathrm{for}\ t < b", r"1 + 0 \quad \mathrm{otherwise}"]),
+        ("a if b is None else c", [r"a \quad \mathrm{without}\ b", r"c \quad \mathrm{otherwise}"]),
     ],
 )
 def test_an_equation_is_drawn_in_the_order_in_which_it_is_declared(lines, text, expected):
     assert lines("F", text) == [f"F = {line}" for line in expected]
-
-
-def test_a_derivative_is_drawn_as_one(lines):
     assert lines("gap'", "-a") == [r"\frac{\mathrm{d}\,\mathrm{gap}}{\mathrm{d}t} = -a"]
 
 
@@ -129,9 +116,8 @@ def read_back(latex):
     latex = re.sub(r"\\mathrm{([^}]*)}", lambda match: match[1].replace(r"\_", "_"), latex)
     latex = re.sub(r"\\sum_{(\w+)\\,\\in\\,(\w+)} (.*)$", r"sum(\3 for \1 in \2)", latex)
     latex = latex.replace(r"\leq", "<=").replace(r"\cdot", "*").replace(r",\ ", ", ").replace(r"\,", "*")
-    latex = (
-        latex.replace(r"\left|", "Abs(").replace(r"\right|", ")").replace(r"\left", "").replace(r"\right", "")
-    )
+    for sign, word in {r"\left|": "Abs(", r"\right|": ")", r"\left": "", r"\right": ""}.items():
+        latex = latex.replace(sign, word)
     text, rest = without_braces(re.sub(r"\\(sin|cos|exp)\b", r"\1", latex))
     assert not rest
     return ast.parse(text.strip(), mode="eval").body

@@ -52,6 +52,10 @@ def table(file, header, *columns):
     np.savetxt(file, np.column_stack(columns), fmt="%.9g", delimiter=",", header=header, comments="")
 
 
+def kept(folder, name, columns):
+    ev.save(ev.import_file(folder / f"{name}.csv", columns), folder / f"{name}.nc")
+
+
 def pulses(time):
     """Three pulses of different lengths, 1 within them: edges that repeat with no period."""
     return sum(((time > low) & (time < high)).astype(float) for low, high in ((3, 4), (4.7, 6), (6.9, 7.4)))
@@ -60,15 +64,13 @@ def pulses(time):
 def spectrum_of_skin(folder, random):
     """Write the impedance of a layer of skin; return its frequencies and permittivities."""
     frequency = np.geomspace(10, 1e5, 41)
-    permittivity = (
-        3 + 1500 / (1 + (2j * np.pi * frequency * 1e-3) ** 0.8) + 2e-6 / (2j * np.pi * frequency * 8.854e-12)
-    )
-    impedance = 200e-6 / (2j * np.pi * frequency * 8.854e-12 * permittivity * 1e-4)
+    turn = 2j * np.pi * frequency
+    permittivity = 3 + 1500 / (1 + (turn * 1e-3) ** 0.8) + 2e-6 / (turn * 8.854e-12)
+    impedance = 200e-6 / (turn * 8.854e-12 * permittivity * 1e-4)
     impedance *= 1 + 0.005 * random.standard_normal(frequency.size)
     header = "frequency [Hz],Z real [ohm],Z imag [ohm]"
     table(folder / "spectrum.csv", header, frequency, impedance.real, impedance.imag)
-    twice = [np.tile(each, 2) for each in (frequency, impedance.real, impedance.imag)]
-    table(folder / "spectra.csv", header, *twice)
+    table(folder / "spectra.csv", header, *np.tile((frequency, impedance.real, impedance.imag), 2))
     return frequency, permittivity
 
 
@@ -82,16 +84,14 @@ def of_instruments(folder):
     late = time + 0.0123
     measured = 0.4 * pulses(late) + 1e-3 * random.standard_normal(time.size)
     table(folder / "force.csv", "time [s],F [N],Sync [V]", time, measured, 5 * pulses(late))
-    columns = {"lateral_force_measured": "F [N]", "plate_voltage": "Sync [V]"}
-    ev.save(ev.import_file(folder / "force.csv", columns), folder / "force.nc")
+    kept(folder, "force", {"lateral_force_measured": "F [N]", "plate_voltage": "Sync [V]"})
     ev.save(ev.simulate("vezzoli_2014/fig6"), folder / "run.nc")
     fine = np.arange(0, 0.6, 50e-6)
     voltage = np.where((fine > 0.1) & (fine < 0.5) & ((fine * 1000) % 1 < 0.5), 300.0, 2.0)
     shape = release_seen_by_sensor(fine, start=0.5, fall_time=0.1e-3, frequency=350.0, quality=3.0)
     force = 0.05 + 0.7 * shape * np.clip((fine - 0.1) / 0.1, 0, 1) + 2e-3 * random.standard_normal(fine.size)
     table(folder / "clutch.csv", "time [s],U [V],F [N]", fine, voltage, force)
-    columns = {"drive_voltage": "U [V]", "lateral_force_measured": "F [N]"}
-    ev.save(ev.import_file(folder / "clutch.csv", columns), folder / "clutch.nc")
+    kept(folder, "clutch", {"drive_voltage": "U [V]", "lateral_force_measured": "F [N]"})
     spectrum_of_skin(folder, random)
 
 
@@ -209,9 +209,8 @@ def test_everything_in_the_running_text_is_run_or_has_no_values():
     while waiting:
         command = waiting.pop()
         waiting += getattr(command, "commands", {}).values()
-        options |= {
-            name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)
-        }
+        for parameter in command.params:
+            options.update(parameter.opts, parameter.secondary_opts)
     found = [each for page in PAGES for each in running_text(page)]
     for each in found:
         name, *values = each.split(maxsplit=1)
@@ -222,10 +221,7 @@ def test_everything_in_the_running_text_is_run_or_has_no_values():
             assert callable(getattr(ev, each.removeprefix("ev."))), each
     assert CALLS | NOT_IN_FULL | set(OPTIONS) <= set(found)
     assert sum(each.startswith("electrovib ") and is_in_full(each) for each in found) == 1
-
-
-def test_every_page_with_commands_is_run():
-    """Here, or by the tests of transcripts and guides."""
+    # every page with commands is run here, or by the tests of transcripts and guides
     pages = {path.name for path in DOCS.glob("*.md") if commands(path.name)}
     assert pages - {"design.md", "tutorial.md"} == set(PAGES)
     assert [len(commands(page)) for page in PAGES] == [7, 6, 4]

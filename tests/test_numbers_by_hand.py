@@ -108,35 +108,28 @@ def test_six_lines_and_the_scenario_of_the_readme():
 
 def test_the_voltage_that_the_readme_designs_for_1_mn():
     """The force is a square of the voltage: 1 kV times the root of 1 mN over the peak at 1 kV."""
-    assert 'design my.toml --want "peak electrostatic_force = 1 mN" --free drive.high' in document(
-        "README.md"
-    )
+    shown = 'design my.toml --want "peak electrostatic_force = 1 mN" --free drive.high'
+    assert shown in document("README.md")
     found = ev.design(my_toml(), want="peak electrostatic_force = 1 mN", free="drive.high")
     _, force = attraction(TRAPEZIUM, conductivity=1.79e-6)
     value = 1000 * math.sqrt(1e-3 / force.max())
     assert sorted(each.value for each in found.solutions) == pytest.approx([-value, value], rel=1e-4)
 
 
-def test_the_series_resistor_that_the_readme_asks_for():
-    """V/I, V^2/R, R C and C V^2/2 of the film under the contact, by hand."""
+def test_the_series_resistor_and_the_peak_current_of_the_readme():
+    """V/I, V^2/R, R C and C V^2/2 of the film under the contact; C_i (dV/dt - dV_s/dt) at the end of the rise, 915.437 nA."""
     assert 'check my.toml --set limits.body_current="250 uA" --series-resistor' in document("README.md")
     found = ev.series_resistor(my_toml(), set={"limits.body_current": "250 uA"})
-    film = EPS0 * PERMITTIVITY * AREA / FILM
-    expected = {
-        "voltage": 1000, "current": 250e-6, "resistance": 4e6, "power": 0.25, "capacitance": film,
-        "time_constant": 4e6 * film, "corner": 1 / (2 * math.pi * 4e6 * film), "stored_energy": film * 1000**2 / 2,
-    }  # fmt: skip
-    assert {name: getattr(found, name) for name in expected} == pytest.approx(expected, rel=1e-6)
-
-
-def test_the_peak_current_that_a_check_of_the_readme_states():
-    """At the end of the rise: C_i (dV/dt - dV_s/dt), 915.437 nA, where the current is steep on one side only."""
     film, skin = EPS0 * PERMITTIVITY * AREA / FILM, EPS0 * OF_SKIN * AREA / SKIN
+    expected = {"voltage": 1000, "current": 250e-6, "resistance": 4e6, "power": 0.25, "capacitance": film}
+    expected |= {"time_constant": 4e6 * film, "corner": 1 / (2 * math.pi * 4e6 * film)}
+    expected |= {"stored_energy": film * 1000**2 / 2}
+    assert {name: getattr(found, name) for name in expected} == pytest.approx(expected, rel=1e-6)
     fading = math.exp(-36e-3 / ((film + skin) / (1.79e-6 * AREA / SKIN)))
-    expected = film * 1000 / 36e-3 * (1 - film / (film + skin) * fading)
+    peak = film * 1000 / 36e-3 * (1 - film / (film + skin) * fading)
     swept = ev.sweep(my_toml(), {"drive.high": [1000.0]}, quantities=["peak current"])
-    assert float(swept["peak current"][0]) == pytest.approx(expected, rel=1e-7)
-    assert ev.check(my_toml()).value("peak current") == pytest.approx(expected, rel=1e-6)
+    assert float(swept["peak current"][0]) == pytest.approx(peak, rel=1e-7)
+    assert ev.check(my_toml()).value("peak current") == pytest.approx(peak, rel=1e-6)
 
 
 def test_the_sweep_of_its_guide():
@@ -152,11 +145,8 @@ def test_the_sweep_of_its_guide():
             pieces = [(rise, 1000.0), *TRAPEZIUM[1:]]
             times, force = attraction(pieces, film=film, each=20_001)
             _, source, skin = skin_voltage(pieces, film=film, each=20_001)
-            expected = [
-                np.trapezoid(force, times) / times[-1],
-                0.5 * np.ptp(force),
-                np.max(source - skin) / film,
-            ]
+            mean = np.trapezoid(force, times) / times[-1]
+            expected = [mean, 0.5 * np.ptp(force), np.max(source - skin) / film]
             # 1 kohm in series delays a ramp of 1 ms by the 0.3 us in which it charges the film
             assert [float(found[name][row, column]) for name in names] == pytest.approx(expected, rel=1e-3)
 
@@ -187,9 +177,8 @@ def test_the_population_of_the_guide():
     expected = np.percentile(forces, [5, 50, 95], axis=0)
     assert np.max(np.abs(found.electrostatic_force_percentile.values - expected)) < 2e-4 * expected.max()
     clear = np.min(np.abs(forces - 1e-3), axis=0) > 1e-6
-    np.testing.assert_array_equal(
-        found.electrostatic_force_exceedance.values[0][clear], np.mean(forces > 1e-3, axis=0)[clear]
-    )
+    share = found.electrostatic_force_exceedance.values[0]
+    np.testing.assert_array_equal(share[clear], np.mean(forces > 1e-3, axis=0)[clear])
 
 
 def test_the_capacitance_of_the_guide():
@@ -198,36 +187,24 @@ def test_the_capacitance_of_the_guide():
     _, load, read = np.array([row.split(",") for row in rows.partition("```")[0].split()], dtype=float).T
 
     def capacitance(load, exponent, gap):
-        return (
-            1e12
-            * EPS0
-            * AREA
-            * (load / 0.5) ** exponent
-            / (FILM / PERMITTIVITY + gap * 1e-6 + SKIN / OF_SKIN)
-        )
+        thickness = FILM / PERMITTIVITY + gap * 1e-6 + SKIN / OF_SKIN
+        return 1e12 * EPS0 * AREA * (load / 0.5) ** exponent / thickness
 
     found, covariance = curve_fit(capacitance, load, read, p0=[0.6, 1.0])
     wide = student.ppf(0.975, load.size - 2) * np.sqrt(np.diag(covariance))
     number = r"([\d.]+) \(([\d.]+) to ([\d.]+)"
     text = document("docs/how_to/my_recording.md")
-    for words, value, width, digit in zip(
-        (f"The exponent is {number}", "the gap " + number.replace(r" \(", r" um \(")),
-        found,
-        wide,
-        (1e-3, 1e-2),
-        strict=True,
-    ):
-        shown = [float(each) for each in re.findall(words, text)[0]]
+    words = (f"The exponent is {number}", "the gap " + number.replace(r" \(", r" um \("))
+    for pattern, value, width, digit in zip(words, found, wide, (1e-3, 1e-2), strict=True):
+        shown = [float(each) for each in re.findall(pattern, text)[0]]
         assert shown == pytest.approx([value, value - width, value + width], abs=0.7 * digit)
 
 
 def test_the_paper_of_the_guide_prints_what_its_law_gives():
     """500 V over 20 um of film and 5 um of air, and what the skin has lost of its share after 1 ms."""
     text = document("docs/how_to/my_paper.md")
-    volt, film, gap, force = map(
-        float,
-        re.findall(r"(\d+) V across a film of (\d+) um and a gap of (\d+) um attract with (\d+) mN", text)[0],
-    )
+    words = r"(\d+) V across a film of (\d+) um and a gap of (\d+) um attract with (\d+) mN"
+    volt, film, gap, force = map(float, re.findall(words, text)[0])
     breakdown = printed(r'"breakdown": "(\d+) MV/m"', text) * 1e6
     pieces = [(1e-9, volt), (1e-3, volt)]
     _, _, skin = skin_voltage(pieces, film=film * 1e-6, gap=gap * 1e-6)

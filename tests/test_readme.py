@@ -48,40 +48,35 @@ def is_marked(block):
 
 def commands(text):
     """Commands in lines of text and in blocks, in their order."""
+
+    def shell_lines(match):
+        shown = match["text"] if match["language"] == "sh" and not is_marked(match.groupdict()) else ""
+        return f"{match['before']}\n{shown}"
+
     found = []
-    for line in BLOCK.sub(lambda match: shell_lines(match.groupdict()), text).splitlines():
-        if line.startswith("electrovib "):
-            found.append(line)
-        else:
-            found += [
-                one
-                for one in COMMAND.findall(line)
-                if one in RUN_WITHOUT_OPTIONS or not PLACEHOLDER.search(one)
-            ]
+    for line in BLOCK.sub(shell_lines, text).splitlines():
+        inline = [
+            one for one in COMMAND.findall(line) if one in RUN_WITHOUT_OPTIONS or not PLACEHOLDER.search(one)
+        ]
+        found += [line] if line.startswith("electrovib ") else inline
     return found
 
 
-def shell_lines(block):
-    shown = block["text"] if block["language"] == "sh" and not is_marked(block) else ""
-    return f"{block['before']}\n{shown}"
-
-
-FILES = {name: block["text"] for text in TEXTS.values() for block in blocks(text) if (name := file_of(block))}
 OTHERS = {
     path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
     for path in (ROOT / "docs").rglob("*.md")
 }
-SNIPPETS = {
-    page: [block["text"] for block in blocks(text) if block["language"] == "python" and not file_of(block)]
-    for page, text in (OTHERS | TEXTS).items()
-}
+
+
+def unnamed(text, language):
+    """Blocks of a language that are no file."""
+    return [block["text"] for block in blocks(text) if block["language"] == language and not file_of(block)]
+
+
+FILES = {name: block["text"] for text in TEXTS.values() for block in blocks(text) if (name := file_of(block))}
+SNIPPETS = {page: unnamed(text, "python") for page, text in (OTHERS | TEXTS).items()}
 """Of every page of the documentation, those included whose commands are not run here."""
-FRAGMENTS = [
-    block["text"]
-    for text in TEXTS.values()
-    for block in blocks(text)
-    if block["language"] == "toml" and "schema" not in block["text"] and not file_of(block)
-]
+FRAGMENTS = [each for text in TEXTS.values() for each in unnamed(text, "toml") if "schema" not in each]
 MARKED = [block["text"].strip() for block in blocks(TEXTS["README.md"]) if is_marked(block)]
 SHOWN = {"toml", "python", "csv", "sh", "text"}
 
@@ -107,20 +102,18 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+def typed(words, folder):
+    command = [sys.executable, "-m", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+
+
 def electrovib(command, folder):
     """Run a command as a user types it."""
     program, *arguments = shlex.split(command)
     assert program == "electrovib"
     if arguments[0] == "explore":
         return served(arguments, folder)
-    done = subprocess.run(
-        [sys.executable, "-m", "electrovib", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    done = typed(["electrovib", *arguments], folder)
     # how a simulated bench was left is always stated
     other = [line for line in done.stderr.splitlines() if not line.startswith("electrovib: simulated: ")]
     assert (done.returncode, other) == (0, []), f"{command}: {done.stderr}"
@@ -149,20 +142,13 @@ def served(arguments, folder):
 
 
 def test_every_block_is_run_by_one_of_these_tests():
-    assert set(FILES) == {
-        "my.toml",
-        "screen.toml",
-        "sliding.toml",
-        "skin.csv",
-        "drive.csv",
-        "force.csv",
-        "press.csv",
-        "law.py",
-        "record.py",
-        "bench.toml",
-        "example_2099.py",
-        "pyproject.toml",
-    }
+    scenarios, tables = (
+        {"my.toml", "screen.toml", "sliding.toml"},
+        {"skin.csv", "drive.csv", "force.csv", "press.csv"},
+    )
+    others = {"law.py", "record.py", "bench.toml", "example_2099.py", "pyproject.toml"}
+    assert set(FILES) == scenarios | tables | others
+    counted = 0
     for page, text in TEXTS.items():
         shown = blocks(text)
         toctrees = text.count("```{toctree}")
@@ -170,15 +156,10 @@ def test_every_block_is_run_by_one_of_these_tests():
         assert {block["language"] for block in shown} <= SHOWN, page
         names = [file_of(block) for block in shown if file_of(block)]
         assert len(names) == len(set(names)), page
-        for line in (
-            line for block in shown if block["language"] == "sh" for line in block["text"].splitlines()
-        ):
-            assert line.startswith("electrovib ") or "install" in line or line == "python record.py", (
-                f"{page}: {line}"
-            )
-    assert sum(len([block for block in blocks(text) if file_of(block)]) for text in TEXTS.values()) == len(
-        FILES
-    )
+        counted += len(names)
+        for line in "".join(block["text"] for block in shown if block["language"] == "sh").splitlines():
+            assert line.startswith("electrovib ") or "install" in line or line == "python record.py", line
+    assert counted == len(FILES)
     assert all(commands(text) for page, text in TEXTS.items() if not page.endswith(("index.md", "sweeps.md")))
     known = commands(TEXTS["README.md"])
     rows = [line for line in TEXTS["README.md"].splitlines() if line.startswith("| `electrovib")]
@@ -189,10 +170,8 @@ def test_every_block_is_run_by_one_of_these_tests():
 def test_a_command_with_a_placeholder_is_not_run():
     text = "`electrovib init NAME -o my.toml` or `electrovib times`, then `electrovib compare` and `electrovib run a.toml`"
     assert commands(text) == ["electrovib compare", "electrovib run a.toml"]
-    assert commands("as\n\n```sh\nelectrovib run b\nelectrovib run NAME\n```") == [
-        "electrovib run b",
-        "electrovib run NAME",
-    ]
+    shown = "as\n\n```sh\nelectrovib run b\nelectrovib run NAME\n```"
+    assert commands(shown) == ["electrovib run b", "electrovib run NAME"]
     assert commands("<!-- install -->\n```sh\nelectrovib run b\n```") == []
 
 
@@ -214,9 +193,14 @@ def test_the_python_blocks_run(page, tmp_path, monkeypatch, capsys):
         assert "insulator" in judged
 
 
-def test_the_first_scenario_runs(folder):
+def test_the_first_scenario_and_its_fragments_run(folder):
     # 2.56 mN at the end of a 36 ms ramp with tau 7.75 ms
     assert float(ev.run(folder / "my.toml").electrostatic_force.max()) == pytest.approx(2.57e-3, rel=1e-2)
+    assert FRAGMENTS
+    for fragment in FRAGMENTS:
+        (folder / "my.toml").write_text(f"{FILES['my.toml']}{fragment}", encoding="utf-8")
+        trace = ev.run("my.toml")
+        assert "the declared limit (limits.voltage)" in trace.attrs["validity"]
 
 
 @pytest.mark.slow
@@ -225,14 +209,6 @@ def test_the_second_scenario_runs(folder):
     # 300 V over 27 um and a gap of 5 um, which does not leak: eps0 A V^2/(2 (K + g)^2)
     assert float(trace.electrostatic_force.max()) == pytest.approx(38.9e-3, rel=2e-2)
     assert trace.attrs["energy_residual"] < 1e-6
-
-
-def test_a_fragment_is_part_of_a_scenario(folder):
-    assert FRAGMENTS
-    for fragment in FRAGMENTS:
-        (folder / "my.toml").write_text(f"{FILES['my.toml']}{fragment}", encoding="utf-8")
-        trace = ev.run("my.toml")
-        assert "the declared limit (limits.voltage)" in trace.attrs["validity"]
 
 
 def test_what_installs_and_tests_is_run_as_written_before_a_change_lands():
@@ -302,14 +278,7 @@ def test_the_commands_of_a_guide_run_one_after_the_other(page, folder):
 @pytest.mark.slow
 @pytest.mark.parametrize(("command", "shown"), TRANSCRIPTS)
 def test_a_command_prints_what_the_page_shows(command, shown, tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-m", *shlex.split(command)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    done = typed(shlex.split(command), tmp_path)
     assert done.returncode == ("No value of" in shown), done.stderr
     printed = " ".join(done.stdout.split())
     for line in shown.splitlines():
@@ -318,10 +287,8 @@ def test_a_command_prints_what_the_page_shows(command, shown, tmp_path):
 
 
 def test_every_transcript_is_found():
-    pages = [text for text in OTHERS.values() if "    $ electrovib" in text]
-    assert len(TRANSCRIPTS) >= 6
-    # one command of design.md reads a file of the reader and shows no output
-    assert sum(text.count("    $ electrovib") for text in pages) == len(TRANSCRIPTS) + 1
+    """One command of design.md reads a file of the reader and shows no output."""
+    assert sum(text.count("    $ electrovib") for text in OTHERS.values()) == len(TRANSCRIPTS) + 1 >= 7
 
 
 @pytest.mark.slow

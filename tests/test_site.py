@@ -21,14 +21,10 @@ import electrovib as ev
 from electrovib.study.catalogue.items import everything, paper_items, scenario_items
 
 ROOT = Path(__file__).parent.parent
+EXAMPLES = [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("*.ipynb")]
 NOT_RUN = "whole_experiment"
-LOADED = {
-    "script": "src",
-    "img": "src",
+LOADED = dict.fromkeys(("script", "img", "source", "iframe", "video"), "src") | {
     "link": "href",
-    "source": "src",
-    "iframe": "src",
-    "video": "src",
     "object": "data",
 }
 """Elements that load a file when a page is opened, and the attribute that names it."""
@@ -85,53 +81,37 @@ def site(tmp_path_factory):
     run = rf"sphinx_gallery_conf.filename_pattern=^(?!.*{NOT_RUN}).*\.py$"
     options = ["-q", "-W", "--keep-going", "-D", run]
     command = [sys.executable, "-m", "sphinx", *options, str(docs), str(folder / "html")]
-    package = str(Path(ev.__file__).parents[1])
-    done = subprocess.run(
-        command,
-        env=os.environ | {"PYTHONPATH": package},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=600,
-    )
+    package = os.environ | {"PYTHONPATH": str(Path(ev.__file__).parents[1])}
+    done = subprocess.run(command, env=package, capture_output=True, text=True, check=False, timeout=600)
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     return folder / "html"
 
 
-def pages_of(site):
+@pytest.fixture(scope="module")
+def pages(site):
     """Return the pages; the theme keeps a template for pages among its files."""
-    return [file for file in sorted(site.rglob("*.html")) if "_static" not in file.parts]
+    return {file: Page(file) for file in sorted(site.rglob("*.html")) if "_static" not in file.parts}
 
 
 @pytest.mark.slow
-def test_no_page_loads_anything_from_a_network(site):
-    pages = pages_of(site)
+def test_pages_load_files_that_are_there_and_nothing_from_a_network(site, pages):
     assert len(pages) > 150
-    for file in pages:
-        assert not [address for address in Page(file).loaded if is_of_network(address)], file
-    for file in site.rglob("*.css"):
-        assert not STYLE.findall(file.read_text(encoding="utf-8")), file
-    for file in site.rglob("*.js"):
-        assert not SCRIPT.findall(file.read_text(encoding="utf-8")), file
+    for file, page in pages.items():
+        for address in page.loaded:
+            assert not is_of_network(address), f"{file}: {address}"
+            there = file.parent / address.partition("?")[0].partition("#")[0]
+            assert address.startswith("data:") or there.exists(), f"{file}: {address}"
+    for ending, pattern in (("css", STYLE), ("js", SCRIPT)):
+        for file in site.rglob(f"*.{ending}"):
+            assert not pattern.findall(file.read_text(encoding="utf-8")), file
 
 
 @pytest.mark.slow
-def test_what_a_page_loads_is_there(site):
-    for file in pages_of(site):
-        for address in Page(file).loaded:
-            if not address.startswith("data:"):
-                assert (file.parent / address.partition("?")[0].partition("#")[0]).exists(), (
-                    f"{file}: {address}"
-                )
-
-
-@pytest.mark.slow
-def test_links_lead_to_pages_of_the_site_and_outside_only_from_references(site):
+def test_links_lead_to_pages_of_the_site_and_outside_only_from_references(site, pages):
     """No link inside the site is broken, and none leads outside but those of publications."""
-    found = {file: Page(file) for file in pages_of(site)}
-    assert sum(len(page.links) for page in found.values()) > 5000
+    assert sum(len(page.links) for page in pages.values()) > 5000
     outside = set()
-    for file, page in found.items():
+    for file, page in pages.items():
         for address in page.links:
             target, _, anchor = address.partition("#")
             if is_of_network(address):
@@ -140,8 +120,8 @@ def test_links_lead_to_pages_of_the_site_and_outside_only_from_references(site):
                 continue
             there = (file.parent / target).resolve() if target else file
             assert there.exists(), f"{file}: {address}"
-            if anchor and there in found:
-                assert anchor in found[there].anchors, f"{file}: {address}"
+            if anchor and there in pages:
+                assert anchor in pages[there].anchors, f"{file}: {address}"
     assert outside == {"reference"}
 
 
@@ -165,27 +145,22 @@ def test_every_model_paper_function_and_material_has_a_page(site):
     for name in dir(ev):
         if name not in {"plot", "__version__"}:
             assert (generated / "functions" / f"{name}.html").exists(), name
-    commands = (generated / "commands.html").read_text(encoding="utf-8")
-    assert "--series-resistor" in commands
-    materials = (site / "materials.html").read_text(encoding="utf-8")
-    assert "silica" in materials
+    assert "--series-resistor" in (generated / "commands.html").read_text(encoding="utf-8")
+    assert "silica" in (site / "materials.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
 def test_every_text_and_every_example_is_a_page(site, part):
     results = part("gallery_results")
-    texts = [
-        path.relative_to(ROOT / "docs")
-        for path in (ROOT / "docs").rglob("*.md")
-        if "generated" not in path.parts
-    ]
+    texts = [path for path in (ROOT / "docs").rglob("*.md") if "generated" not in path.parts]
     assert len(texts) > 15
-    assert all((site / text.with_suffix(".html")).exists() for text in texts)
+    for text in texts:
+        assert (site / text.relative_to(ROOT / "docs").with_suffix(".html")).exists()
     guides = (site / "how_to" / "index.html").read_text(encoding="utf-8")
     for guide in ("bench", "fitting", "importing", "populations"):
         assert f'href="../{guide}.html"' in guides
     gallery = (site / "gallery" / "index.html").read_text(encoding="utf-8")
-    for example in [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("*.ipynb")]:
+    for example in EXAMPLES:
         assert f"{example.stem}.html" in gallery
         (shown,) = (site / "gallery").rglob(f"{example.stem}.html")
         text = shown.read_text(encoding="utf-8")
@@ -212,31 +187,24 @@ def test_pages_are_shown_by_a_browser_without_a_network(site):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
     of_the_theme = {"summary-name"}  # arrows of the navigation
     problems, asked = [], []
-
-    def note(request):
-        asked.append(request.url)
-
-    def fault(error):
-        problems.append(str(error))
-
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         for scheme, width in (("light", 1280), ("dark", 390)):
-            context = browser.new_context(
-                viewport={"width": width, "height": 900}, color_scheme=scheme, offline=True
-            )
-            page = context.new_page()
-            page.on("request", note)
-            page.on("pageerror", fault)
+            size = {"width": width, "height": 900}
+            page = browser.new_context(viewport=size, color_scheme=scheme, offline=True).new_page()
+            page.on("request", lambda request: asked.append(request.url))
+            page.on("pageerror", lambda error: problems.append(str(error)))
             for name in ("index", "tutorial", "explanation/1_how_it_works", "gallery/index", "nomenclature"):
                 page.goto((site / f"{name}.html").as_uri())
                 missing = "[...document.images].filter(one => one.complete && !one.naturalWidth).map(one => one.src)"
-                problems += page.evaluate(missing)
+                problems.extend(page.evaluate(missing))
                 root = "document.documentElement"
                 assert page.evaluate(f"{root}.scrollWidth <= {root}.clientWidth"), name
-                for found in axe.run(page).response["violations"]:
-                    if found["impact"] in {"serious", "critical"} and found["id"] not in of_the_theme:
-                        problems.append(f"{name}: {found['id']}")
+                problems.extend(
+                    f"{name}: {found['id']}"
+                    for found in axe.run(page).response["violations"]
+                    if found["impact"] in {"serious", "critical"} and found["id"] not in of_the_theme
+                )
             page.goto((site / "search.html").as_uri() + "?q=leaking+gap")
             page.wait_for_selector("#search-results li")
             assert page.locator("#search-results li").count() > 3
@@ -251,13 +219,7 @@ def part(monkeypatch):
     return importlib.import_module
 
 
-@pytest.fixture
-def models(part):
-    """Return the part of the build that writes the pages of models."""
-    return part("models")
-
-
-def test_the_pages_of_papers_have_what_the_papers_declare(part):
+def test_the_pages_of_papers_and_commands_have_what_these_declare(part):
     pages = part("papers_pages").pages()
     plain, linked = part("rst").plain, part("rst").linked
     for item in paper_items(own=True):
@@ -273,9 +235,6 @@ def test_the_pages_of_papers_have_what_the_papers_declare(part):
     for item in scenario_items():
         assert f"``{item.record.name}``" in pages["scenarios.rst"]
     assert ":doc:`../models/force_law/Vezzoli2014Causal`" in pages["papers/vezzoli_2014.rst"]
-
-
-def test_the_page_of_commands_has_every_option(part):
     (text,) = part("commands").pages().values()
     for shown in ("electrovib bench run\n", "``SCENARIO``", "``--series-resistor``", "``--output, -o``"):
         assert shown in text
@@ -297,9 +256,7 @@ def test_every_example_is_in_the_gallery_under_its_question(part, tmp_path):
     gallery = part("gallery")
     gallery.collect(ROOT / "examples", tmp_path / "gallery")
     found = {path.stem: path for path in (tmp_path / "gallery").rglob("*.py")}
-    assert set(found) == {
-        path.stem for path in (ROOT / "examples").iterdir() if path.suffix in {".py", ".ipynb"}
-    }
+    assert set(found) == {path.stem for path in EXAMPLES}
     for names in gallery.QUESTIONS.values():
         assert len({found[name].parent for name in names}) == 1
     listed = [name for names in gallery.QUESTIONS.values() for name in names]
@@ -342,18 +299,19 @@ def test_question_number_and_time_are_those_of_the_run(part, tmp_path):
         ".. _label:\n\n\nA title\n=======\n\ntext\n\n.. rst-class:: sphx-glr-script-out\n\n .. code-block:: none\n\n"
         "    pull-in at 201.78 V\n    more\n\n   **Total running time of the script:** (1 minutes 2.541 seconds)\n"
     )
-    assert results.result_of(page) == ("A title", "pull-in at 201.78 V", "63 s")
-    assert results.result_of(page.replace("(1 minutes 2.541", "(2 minutes 1.6"))[2] == "122 s"
-    assert results.result_of(page.replace("(1 minutes 2.541", "(0 minutes 0.0943"))[2] == "0.09 s"
+    for time, shown in (
+        ("1 minutes 2.541", "63 s"),
+        ("2 minutes 1.6", "122 s"),
+        ("0 minutes 0.0943", "0.09 s"),
+    ):
+        of_time = page.replace("1 minutes 2.541", time)
+        assert results.result_of(of_time) == ("A title", "pull-in at 201.78 V", shown)
     headed = results.headed(page, "pull_in")
     assert "A title\n=======\n\n:Question: At which voltage" in headed
     assert ":Number: ``pull-in at 201.78 V``\n:Time to run: 63 s\n" in headed
     assert results.headed("A title\n=====\n\nunlisted", "other") == "A title\n=====\n\n\n\nunlisted"
-    for folder, name, text in (
-        ("1_b", "stick_slip", "A title\n====\n"),
-        ("1_b", "pull_in", page),
-        ("0_a", "z", page),
-    ):
+    unrun = "A title\n====\n"
+    for folder, name, text in (("1_b", "stick_slip", unrun), ("1_b", "pull_in", page), ("0_a", "z", page)):
         (tmp_path / folder).mkdir(exist_ok=True)
         (tmp_path / folder / f"{name}.rst").write_text(text, encoding="utf-8")
     (tmp_path / "1_b" / "index.rst").touch()
@@ -372,17 +330,9 @@ def test_an_equation_is_a_picture_that_stands_on_the_line_of_the_text(part):
     assert drawn("V")[3] == pytest.approx(0, abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("address", "expected"),
-    [
-        ("https://a.org/b.js", True),
-        ("//a.org/b.js", True),
-        ("_static/b.js", False),
-        ("data:image/png;base64,a//", False),
-    ],
-)
-def test_what_is_of_a_network(address, expected):
-    assert is_of_network(address) is expected
+def test_what_is_of_a_network():
+    assert all(is_of_network(address) for address in ("https://a.org/b.js", "//a.org/b.js"))
+    assert not any(is_of_network(address) for address in ("_static/b.js", "data:image/png;base64,a//"))
 
 
 def test_a_thumbnail_shows_a_panel_that_can_be_read(part):

@@ -2,13 +2,12 @@
 
 import json
 import sys
-import types
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.bench import drivers
 from electrovib.bench.clock import SimulatedClock
 from electrovib.bench.connections import connect
 from electrovib.bench.drivers.hp_33120a import Hp33120a, mismatches
@@ -61,6 +60,7 @@ def ready(driver, *, load=True):
 
 
 def test_a_burst_is_played_once_and_rests_at_0_v(generator):
+    """No driver sends a reset, which is followed by a continuous sine, as the state before the first command is."""
     clock, twin, driver = generator
     clock.sleep(0.25e-3)
     assert output(clock, twin) == pytest.approx(0.1)
@@ -75,6 +75,10 @@ def test_a_burst_is_played_once_and_rests_at_0_v(generator):
         clock.sleep(0.5)
         assert output(clock, twin) == 0
     assert driver.settings()["FUNC:SHAP?"] == "USER"
+    assert not [command for command in twin.received if "RST" in command]
+    twin.send(b"*RST")
+    clock.sleep(0.25e-3)
+    assert output(clock, twin) == pytest.approx(0.1)
 
 
 def test_a_load_of_50_ohm_doubles_the_open_voltage(generator):
@@ -86,22 +90,12 @@ def test_a_load_of_50_ohm_doubles_the_open_voltage(generator):
     assert output(clock, twin) == pytest.approx(10)
     driver.set_load()
     assert float(driver.settings()["VOLT?"]) == pytest.approx(20)
-
-
-def test_a_load_that_does_not_read_back_is_refused(generator):
-    _, twin, driver = generator
+    with pytest.raises(BenchError, match="-222"):  # by the generator itself
+        driver.set_amplitude(21.0)
+    twin.send(b"OUTP:LOAD 50")
     twin._commands["OUTPut:LOAD"] = lambda _: None
     with pytest.raises(BenchError, match=r"reports a load of 50 ohm.*twice as much"):
         driver.set_load()
-
-
-def test_points_go_out_with_the_most_significant_byte_first(generator):
-    _, twin, driver = generator
-    ready(driver)
-    assert twin._memory[:4] == (0, 1000, 2000, 2047)
-    twin.send(b"FORM:BORD SWAP")
-    twin.send(b"DATA:DAC VOLATILE, #216" + np.array([0, 1, 2, 3, 4, 5, 6, 0], "<i2").tobytes())
-    assert twin._memory == (0, 1, 2, 3, 4, 5, 6, 0)
 
 
 def test_waveforms_that_do_not_fit_or_do_not_rest_at_0_are_refused(generator):
@@ -116,22 +110,12 @@ def test_waveforms_that_do_not_fit_or_do_not_rest_at_0_are_refused(generator):
             driver.download(np.array(codes, np.int16), 0.8, 10.0)
     twin.send(b"DATA:DAC VOLATILE, #216" + np.full(8, 3000, ">i2").tobytes())
     assert driver.link.ask("SYST:ERR?").startswith("-222")
-
-
-def test_a_voltage_beyond_the_generator_is_refused_by_it(generator):
-    _, _, driver = generator
+    # points go out with the most significant byte first
     ready(driver)
-    with pytest.raises(BenchError, match="-222"):
-        driver.set_amplitude(21.0)
-
-
-def test_a_continuous_sine_follows_a_reset_and_no_driver_sends_one(generator):
-    clock, twin, driver = generator
-    ready(driver)
-    assert not [command for command in twin.received if "RST" in command]
-    twin.send(b"*RST")
-    clock.sleep(0.25e-3)
-    assert output(clock, twin) == pytest.approx(0.1)
+    assert twin._memory[:4] == (0, 1000, 2000, 2047)
+    twin.send(b"FORM:BORD SWAP")
+    twin.send(b"DATA:DAC VOLATILE, #216" + np.array([0, 1, 2, 3, 4, 5, 6, 0], "<i2").tobytes())
+    assert twin._memory == (0, 1, 2, 3, 4, 5, 6, 0)
 
 
 def test_the_oscilloscope_records_before_and_after_the_trigger(oscilloscope):
@@ -157,17 +141,23 @@ def test_the_oscilloscope_records_before_and_after_the_trigger(oscilloscope):
 
 
 class Scripted:
-    """An oscilloscope whose preamble and curve are given."""
+    """An instrument whose replies are given: one to everything, or one to each question."""
 
-    def __init__(self, preamble, counts):
-        data = counts.astype(">i2").tobytes()
-        self.replies = {b"WFMP?": preamble.encode(), b"CURV?": b"#5%d" % len(data) + data}
+    def __init__(self, replies):
+        self.replies = replies
 
     def send(self, message):
         self.asked = message
 
     def receive(self):
-        return self.replies[self.asked]
+        return self.replies if isinstance(self.replies, bytes) else self.replies[self.asked]
+
+
+def recorded(preamble, counts):
+    """Return what the driver reads of an oscilloscope with a preamble and a curve."""
+    data = counts.astype(">i2").tobytes()
+    replies = {b"WFMP?": preamble.encode(), b"CURV?": b"#5%d" % len(data) + data}
+    return TektronixTds3014b(Link("oscilloscope", Scripted(replies))).record(1)
 
 
 PREAMBLE = (
@@ -178,7 +168,7 @@ PREAMBLE = (
 
 def test_a_record_is_scaled_by_its_preamble():
     counts = np.arange(10_000) - 5000
-    times, voltages = TektronixTds3014b(Link("oscilloscope", Scripted(PREAMBLE, counts))).record(1)
+    times, voltages = recorded(PREAMBLE, counts)
     np.testing.assert_allclose(times, 1e-3 + 2e-5 * (np.arange(10_000) - 100), rtol=1e-12)
     np.testing.assert_allclose(voltages, 0.5 + 1e-4 * (counts - 1000), rtol=1e-12)
 
@@ -194,9 +184,8 @@ def test_a_record_is_scaled_by_its_preamble():
     ],
 )
 def test_a_preamble_that_does_not_fit_is_refused(wrong, words):
-    scripted = Scripted(PREAMBLE.replace(*wrong), np.zeros(10_000))
     with pytest.raises(BenchError, match=words):
-        TektronixTds3014b(Link("oscilloscope", scripted)).record(1)
+        recorded(PREAMBLE.replace(*wrong), np.zeros(10_000))
 
 
 def test_scales_hold_the_range():
@@ -220,34 +209,27 @@ def test_another_model_is_refused_unless_it_is_named(oscilloscope, text, word):
         assert named.identify() == text
 
 
+def test_headers_are_short_or_long():
+    assert all(matches("VOLTage:OFFSet", header) for header in ("VOLT:OFFS", "voltage:offset"))
+    assert not any(matches("VOLTage:OFFSet", header) for header in ("VOLTA:OFFS", "VOLT", "OFFS"))
+
+
 @pytest.mark.parametrize(
-    ("header", "known"),
-    [("VOLT:OFFS", True), ("voltage:offset", True), ("VOLTA:OFFS", False), ("VOLT", False), ("OFFS", False)],
+    ("reply", "words"),
+    [
+        (b"#15abcd", "announced a block of 5 bytes and sent 4"),
+        (b"#15abcdef", "sent 6"),
+        (b"#3", "cut off"),
+        (b"hello", "where a binary block was expected"),
+        (b"#0abc", "where a binary block"),
+    ],
 )
-def test_headers_are_short_or_long(header, known):
-    assert matches("VOLTage:OFFSet", header) == known
-
-
-def test_blocks_that_are_cut_off_or_too_long_are_refused():
-    class Replying:
-        def __init__(self, reply):
-            self.reply = reply
-
-        def send(self, message):
-            pass
-
-        def receive(self):
-            return self.reply
-
-    for reply, words in (
-        (b"#15abcd", "announced a block of 5 bytes and sent 4"), (b"#15abcdef", "sent 6"), (b"#3", "cut off"),
-        (b"hello", "where a binary block was expected"), (b"#0abc", "where a binary block"),
-    ):  # fmt: skip
-        with pytest.raises(BenchError, match=words):
-            Link("oscilloscope", Replying(reply)).ask_block("CURV?")
-    assert Link("oscilloscope", Replying(b"#15abcde")).ask_block("CURV?") == b"abcde"
+def test_blocks_that_are_cut_off_or_too_long_are_refused(reply, words):
+    with pytest.raises(BenchError, match=words):
+        Link("oscilloscope", Scripted(reply)).ask_block("CURV?")
+    assert Link("oscilloscope", Scripted(b"#15abcde")).ask_block("CURV?") == b"abcde"
     with pytest.raises(BenchError, match="where a number was expected"):
-        Link("oscilloscope", Replying(b"x")).ask_number("ACQ:STATE?")
+        Link("oscilloscope", Scripted(b"x")).ask_number("ACQ:STATE?")
 
 
 def test_the_trace_states_instruments_settings_limits_and_the_current_limiter():
@@ -263,43 +245,21 @@ def test_the_trace_states_instruments_settings_limits_and_the_current_limiter():
     assert trace.lateral_force.attrs["calibration"] == "0.1 N/V, zero 0 V"
     assert float(abs(trace.plate_voltage - trace.drive_voltage).max()) < 15
     assert trace.time.values[0] == pytest.approx(0, abs=1e-9)
+    assert "beyond" not in trace.attrs["comparisons"]
 
 
 def test_a_burst_of_microseconds_and_a_finger_in_a_periodic_state_are_recorded():
     """The simulated finger is at rest before the burst; its times are resolved far below a microsecond."""
-    short = {
-        "drive.rise": 1e-6,
-        "drive.hold": 1e-6,
-        "drive.fall": 1e-6,
-        "drive.high": 1.0,
-        "time.duration": 3e-6,
-    }
-    bench = read_settings().replace(
-        {"limits.voltage": 1.0, "amplifier.gain": 1.0, "oscilloscope.voltage.ratio": 1.0}
-    )
-    scenario = ev.load(SCENARIO, changes=short)
-    sine = {
-        "drive": {"model": "Sine", "amplitude": 1.0, "frequency": 100.0},
-        "time.initial_state": {"model": "PeriodicState"},
-    }
-    trace = ev.run_bench(scenario, bench=bench, simulate=True, finger=ev.load(SCENARIO, changes=sine))
+    short = {f"drive.{name}": 1e-6 for name in ("rise", "hold", "fall")}
+    short |= {"drive.high": 1.0, "time.duration": 3e-6}
+    ones = {"limits.voltage": 1.0, "amplifier.gain": 1.0, "oscilloscope.voltage.ratio": 1.0}
+    sine = {"drive": {"model": "Sine", "amplitude": 1.0, "frequency": 100.0}}
+    finger = ev.load(SCENARIO, changes=sine | {"time.initial_state": {"model": "PeriodicState"}})
+    bench = read_settings().replace(ones)
+    trace = ev.run_bench(ev.load(SCENARIO, changes=short), bench=bench, simulate=True, finger=finger)
     assert float(trace.time[-1]) == pytest.approx(3.6e-6, rel=0.01)
     # readings of 20 mV
     assert float(trace.plate_voltage.sel(time=slice(1e-6, 2e-6)).mean()) == pytest.approx(1.0, abs=0.02)
-
-
-def test_drivers_are_known_by_name():
-    assert set(drivers.GENERATORS) == {"hp_33120a"}
-    assert set(drivers.OSCILLOSCOPES) == {"tektronix_tds3014b"}
-    drivers.check_drivers(read_settings())
-
-
-def test_forces_beyond_the_declared_range_are_stated():
-    content = ev.plan_bench(SCENARIO).settings.to_dict()
-    content["forces"]["lateral"] |= {"low": 0.0, "high": 0.2}
-    trace = ev.run_bench(SCENARIO, bench=content, simulate=True)
-    assert "of 10000 readings of the lateral force lie beyond 0 N to 200 mN" in trace.attrs["comparisons"]
-    assert "beyond" not in ev.run_bench(SCENARIO, simulate=True).attrs["comparisons"]
 
 
 class VisaIOError(Exception):
@@ -310,36 +270,20 @@ class VisaIOError(Exception):
         self.error_code = error_code
 
 
-class Resource:
-    """Stands for a resource of pyvisa."""
+@pytest.fixture
+def visa(monkeypatch):
+    """Put a stand-in for pyvisa in place and return its one resource."""
 
-    def __init__(self):
-        self.written, self.replies, self.is_closed = [], [], False
-
-    def write_raw(self, message):
-        self.written.append(message)
-
-    def read_raw(self):
-        reply = self.replies.pop(0)
+    def read_raw():
+        reply = resource.replies.pop(0)
         if isinstance(reply, Exception):
             raise reply
         return reply
 
-    def close(self):
-        self.is_closed = True
-
-
-@pytest.fixture
-def visa(monkeypatch):
-    """Put a stand-in for pyvisa in place and return its one resource."""
-    resource = Resource()
-    package = types.SimpleNamespace(
-        constants=types.SimpleNamespace(StatusCode=types.SimpleNamespace(error_timeout=-1)),
-        errors=types.SimpleNamespace(VisaIOError=VisaIOError),
-        ResourceManager=lambda: types.SimpleNamespace(
-            open_resource=lambda _, timeout: resource if timeout > 0 else None
-        ),
-    )
+    resource, package = MagicMock(replies=[], read_raw=read_raw), MagicMock()
+    package.constants.StatusCode.error_timeout = -1
+    package.errors.VisaIOError = VisaIOError
+    package.ResourceManager().open_resource = lambda _, timeout: resource if timeout > 0 else None
     monkeypatch.setitem(sys.modules, "pyvisa", package)
     return resource
 
@@ -354,41 +298,36 @@ def test_messages_by_visa(visa):
     with pytest.raises(BenchError, match="is no longer connected"):
         link.ask("VOLT?")
     link.close()
-    assert visa.is_closed
-    assert visa.written[0] == b"*IDN?\n"
+    visa.close.assert_called_once()
+    assert visa.write_raw.call_args_list[0].args == (b"*IDN?\n",)
 
 
-def test_without_pyvisa_the_line_that_installs_it_is_given(monkeypatch):
+def test_a_missing_pyvisa_and_an_instrument_out_of_reach_are_named(monkeypatch):
+    with pytest.raises(
+        BenchError, match=r"oscilloscope at 'TCPIP::127\.0\.0\.1::1::SOCKET' cannot be reached"
+    ):
+        connect({"oscilloscope": "TCPIP::127.0.0.1::1::SOCKET"})
     monkeypatch.setitem(sys.modules, "pyvisa", None)
     with pytest.raises(InputError, match=r"pip install 'electrovib\[bench\]'"):
         connect({"generator": "GPIB0::10::INSTR"})
 
 
-def test_an_instrument_that_cannot_be_reached_is_named():
-    with pytest.raises(
-        BenchError, match=r"the oscilloscope at 'TCPIP::127\.0\.0\.1::1::SOCKET' cannot be reached"
-    ):
-        connect({"oscilloscope": "TCPIP::127.0.0.1::1::SOCKET"})
-
-
-def test_readings_are_calibrated_with_sensitivity_and_zero():
+def test_readings_are_calibrated_and_forces_beyond_the_declared_range_are_stated():
     content = ev.plan_bench(SCENARIO).settings.to_dict()
-    content["forces"]["lateral"] |= {"sensitivity": -0.1, "zero": 0.5}
+    content["forces"]["lateral"] |= {"sensitivity": -0.1, "zero": 0.5, "low": 0.0, "high": 0.2}
     trace = ev.run_bench(SCENARIO, bench=content, simulate=True)
     assert float(trace.lateral_force.mean()) == pytest.approx(0.2503, rel=2e-3)
-    force = ev.plan_bench(SCENARIO, bench=content).settings.forces.lateral
-    assert force.quantity(np.array([0.5, -1.5])).tolist() == [0, 0.2]
-    current = ev.plan_bench(SCENARIO).settings.oscilloscope.current
-    assert current.quantity(np.array([1.0])) == pytest.approx(100e-6)
+    assert "of 10000 readings of the lateral force lie beyond 0 N to 200 mN" in trace.attrs["comparisons"]
+    settings = ev.plan_bench(SCENARIO, bench=content).settings
+    assert settings.forces.lateral.quantity(np.array([0.5, -1.5])).tolist() == [0, 0.2]
+    assert settings.oscilloscope.current.quantity(np.array([1.0])) == pytest.approx(100e-6)
 
 
 def test_one_process_holds_a_bench():
     with one_process({"generator": "nobody"}) as left:
         assert left == ""
-        with (
-            pytest.raises(BenchError, match="another process uses this bench"),
-            one_process({"generator": "nobody"}),
-        ):
+        second = one_process({"generator": "nobody"})
+        with pytest.raises(BenchError, match="another process uses this bench"), second:
             pass
         with one_process({"generator": "another"}):
             pass

@@ -104,34 +104,29 @@ def test_after_sigkill_the_plate_is_at_0_v_within_one_burst(tmp_path):
         assert state.ask_number("PLATE?") == 0
         time.sleep(0.1)
         assert state.ask_number("PLATE?") == 0
-        assert (
-            state.ask("ENABLED?") == "1"
-        )  # nothing was left to disable it: the finite burst is what protects
+        # nothing was left to disable it: the finite burst is what protects
+        assert state.ask("ENABLED?") == "1"
         with one_process(ev.plan_bench(SCENARIO, bench=file).settings.resources) as left:
             assert left.startswith("running, process ")  # the lock of a killed process is free, and says so
 
 
-def test_sigterm_during_the_burst_ends_at_0_v_and_disabled(tmp_path):
+@pytest.mark.parametrize(
+    ("number", "code", "words"),
+    [
+        (signal.SIGTERM, 143, "stopped in the step 'full burst': the process was asked to end (SIGTERM)"),
+        (signal.SIGINT, 130, "interrupted by the operator"),
+    ],
+)
+def test_a_signal_during_the_burst_ends_at_0_v_and_disabled(tmp_path, number, code, words):
     with served(tmp_path) as (file, state), playing(file, tmp_path) as run:
         assert wait_for(lambda: state.ask_number("PLATE?") > 100)
-        run.send_signal(signal.SIGTERM)
+        run.send_signal(number)
         out, _ = run.communicate(timeout=30)
-        assert run.returncode == 143, out
-        assert "stopped in the step 'full burst': the process was asked to end (SIGTERM)" in out
+        assert run.returncode == code, out
+        assert words in out
         assert state.ask_number("PLATE?") == 0
         assert state.ask("ENABLED?") == "0"
         assert ev.open_trace(tmp_path / "t.incomplete.nc").attrs["burst"] == "low-voltage burst"
-
-
-def test_ctrl_c_during_the_burst_ends_at_0_v_and_disabled(tmp_path):
-    with served(tmp_path) as (file, state), playing(file, tmp_path) as run:
-        assert wait_for(lambda: state.ask_number("PLATE?") > 100)
-        run.send_signal(signal.SIGINT)
-        out, _ = run.communicate(timeout=30)
-        assert run.returncode == 130, out
-        assert "interrupted by the operator" in out
-        assert state.ask_number("PLATE?") == 0
-        assert state.ask("ENABLED?") == "0"
 
 
 def test_real_instruments_are_played_over_sockets_and_a_second_process_is_refused(tmp_path):

@@ -1,7 +1,5 @@
 """Drive, record and fit on the simulated bench: the parameters of its finger come back."""
 
-import functools
-
 import numpy as np
 import pytest
 
@@ -11,17 +9,15 @@ SCENARIO = "vezzoli_2014/fig6"
 FRICTION, LEAK = "friction.coefficient", "stack.stratum_corneum.material.conductivity"
 FILM = "stack.insulator.thickness"
 START = {FRICTION: 0.4, LEAK: 3e-6, FILM: 60e-6}
-"""Elsewhere than the finger of the simulated bench."""
 
 
-@functools.cache
-def truth():
-    scenario = ev.load(SCENARIO)
-    return {
-        FRICTION: scenario.friction.coefficient,
-        LEAK: scenario.stack.stratum_corneum.material.conductivity,
-        FILM: scenario.stack.insulator.thickness,
-    }
+OF = ev.load(SCENARIO)
+TRUE = {
+    FRICTION: OF.friction.coefficient,
+    LEAK: OF.stack.stratum_corneum.material.conductivity,
+    FILM: OF.stack.insulator.thickness,
+}
+"""The finger of the simulated bench."""
 
 
 def fitted(seed, **options):
@@ -33,7 +29,7 @@ def fitted(seed, **options):
 def test_a_recording_of_the_bench_gives_its_finger_back(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows = fitted(1, output="t.nc")
-    for name, value in truth().items():
+    for name, value in TRUE.items():
         assert abs(rows[name].value - value) < 4 * rows[name].standard_error
         assert 0 < rows[name].standard_error < 0.2 * value
     again = ev.fit(SCENARIO, "t.nc", free=[FRICTION], signals=["lateral_force"])
@@ -52,7 +48,7 @@ def test_intervals_hold_the_parameters_in_89_of_100_seeds():
     hits = dict.fromkeys(START, 0)
     for seed in range(100):
         rows = fitted(seed)
-        for name, value in truth().items():
+        for name, value in TRUE.items():
             hits[name] += rows[name].lower <= value <= rows[name].upper
     assert min(hits.values()) >= 89, hits
 

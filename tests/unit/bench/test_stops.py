@@ -1,6 +1,6 @@
 """A stop at any moment of a run, also inside an import: 0 V, output off, the sentence, and the data; only then anything else."""
 
-import functools
+import itertools
 import json
 import os
 import signal
@@ -16,11 +16,9 @@ from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
 from electrovib.bench.link import Link
 from electrovib.bench.sequence import STEPS
-from electrovib.bench.twin.simulated import SimulatedBench
+from electrovib.bench.twin.commands import TwinInstrument
 
 SCENARIO = "vezzoli_2014/fig6"
-ENABLE = {"on": "OUTP ON", "off": "OUTP OFF", "state": "OUTP?"}
-ORIGINAL = run.plan_bench
 SIGNALS = {"SIGINT": KeyboardInterrupt, "SIGTERM": BenchStopped, "SIGHUP": BenchStopped}
 BY_HAND = "simulated: the generator is at 0 V; SWITCH THE HIGH VOLTAGE OFF BY HAND"
 DISABLED = "simulated: the generator is at 0 V, and the high voltage is disabled"
@@ -31,45 +29,29 @@ END = {
 """What the end of a run calls."""
 
 
-@functools.cache
-def plan(with_enable):
-    content = ORIGINAL(SCENARIO).settings.to_dict()
-    content["amplifier"]["enable"] = ENABLE if with_enable else None
-    return ORIGINAL(SCENARIO, bench=content)
-
-
 class Late(BaseException):
     """A signal that reached the process after the run had given its handlers back."""
 
 
 @pytest.fixture
-def played(tmp_path, monkeypatch):
+def played(tmp_path, twin_in_place, at_zero):
     """Run on the simulated bench among handlers of the process; return what was raised or returned, and the twin."""
-    twins = []
-
-    class Seen(SimulatedBench):
-        def __init__(self, *arguments, **named):
-            super().__init__(*arguments, **named)
-            twins.append(self)
 
     def late(number, _):
         raise Late(signal.Signals(number).name)
 
     def call(*, with_enable=True, output="t.nc", report=None):
-        monkeypatch.setattr(run, "SimulatedBench", Seen)
-        monkeypatch.setattr(run, "plan_bench", lambda *_, **__: plan(with_enable))
+        twins = twin_in_place(with_enable=with_enable)
         before = {number: signal.signal(number, late) for number in map(signal.Signals.__getitem__, SIGNALS)}
+        path = None if output is None else tmp_path / output
         try:
-            found = ev.run_bench(
-                SCENARIO, simulate=True, output=None if output is None else tmp_path / output, report=report
-            )
+            found = ev.run_bench(SCENARIO, simulate=True, output=path, report=report)
         except BaseException as error:  # noqa: BLE001  # also a signal
             found = error
         finally:
             for number, former in before.items():
                 signal.signal(number, former)
-        twins[0].clock.sleep(plan(with_enable).duration)
-        assert twins[0].plate_voltage() == 0
+        assert at_zero(twins[0])
         return found, twins[0]
 
     return call
@@ -139,9 +121,8 @@ def test_what_was_read_is_kept_as_it_is_where_no_trace_can_be_made(
     assert BY_HAND in str(found)
     assert BY_HAND in capsys.readouterr().err
     (raw,) = tmp_path.iterdir()
-    assert f"written as a Trace: MemoryError: injected; what was read is kept as it is: {raw}" in "; ".join(
-        str(found).split("\n")
-    )
+    said = "; ".join(str(found).split("\n"))
+    assert f"written as a Trace: MemoryError: injected; what was read is kept as it is: {raw}" in said
     content = json.loads(raw.read_text("utf-8"))
     assert content["burst"] == ("low-voltage burst" if step else "full burst")
     assert max(content["channels"]["voltage"]) == pytest.approx(20 if step else 1000, rel=0.1)
@@ -194,22 +175,19 @@ def test_an_import_that_fails_because_it_is_interrupted_is_an_interrupt(played):
     assert "interrupted by the operator; an unexpected error, ImportError: a compiled library" in str(found)
 
 
-def test_connections_that_cannot_be_closed_change_nothing(played, tmp_path, monkeypatch):
-    from electrovib.bench.twin.commands import TwinInstrument
+@pytest.mark.parametrize(("with_enable", "sentence"), [(True, DISABLED), (False, BY_HAND)])
+def test_a_complete_run_states_how_the_bench_was_left(played, monkeypatch, capsys, with_enable, sentence):
+    """Connections that cannot be closed change nothing."""
 
     def fail(_):
         raise RuntimeError("the session is invalid")
 
     monkeypatch.setattr(TwinInstrument, "close", fail)
-    found, _ = played()
-    assert found.attrs["complete"] == 1
-    assert (tmp_path / "t.nc").exists()
-
-
-@pytest.mark.parametrize(("with_enable", "sentence"), [(True, DISABLED), (False, BY_HAND)])
-def test_a_complete_run_states_how_the_bench_was_left(played, capsys, with_enable, sentence):
-    found, _ = played(with_enable=with_enable, output=None)
-    assert found.attrs["left"] == sentence
+    found, twin = played(with_enable=with_enable, output=None)
+    assert (found.attrs["complete"], found.attrs["left"]) == (1, sentence)
+    switched = [on for _, on in twin.plant._switched]
+    assert switched.count(True) == 2
+    assert (True, True) not in itertools.pairwise(switched), "off while the amplitude changes"
     assert f"electrovib: {sentence}\n" in capsys.readouterr().err
 
 

@@ -1,12 +1,17 @@
-"""A document as a page: its sentences, warnings, tables and figures, each in its place."""
+"""A document as a page: its sentences, warnings, tables and figures, each in its place, and figures as text."""
 
 from __future__ import annotations
+
+import re
+from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.study.reproduction import Curve, Page, Panel, Table
+from electrovib.view import plots
 from electrovib.view.documents import Document, Drawing, drawn, html, on_page
+from electrovib.view.svg import inline, to_png, to_svg
 
 LINE = Curve(label="force", x=np.array([0.0, 1.0]), y=np.array([1.0, 2.0]))
 PANEL = Panel(
@@ -48,3 +53,27 @@ def test_on_a_page_the_title_of_a_figure_is_its_heading_alone():
         assert figure.axes[0].get_title(loc="left") == ""
         assert placed.caption.endswith("Curves: p.csv")
     assert tuple(drawn(DRAWING).get_size_inches()) == (2.0, 1.0)
+
+
+def test_the_same_figure_gives_the_same_bytes_without_a_date(trace):
+    first, second = (to_svg(plots.force(trace).figure) for _ in range(2))
+    assert first == second
+    assert "<metadata" not in first
+    assert to_png(plots.force(trace).figure) == to_png(plots.force(trace).figure)
+    assert to_svg(plots.drive(trace).figure) != first
+    ET.fromstring(first)
+
+
+def test_inline_figures_share_a_page_without_sharing_names(trace):
+    svg = to_svg(plots.drive(trace).figure)
+    element = inline(svg, name="one", words='a "drive" & more')
+    assert element.startswith("<svg ")
+    assert 'aria-label="a &quot;drive&quot; &amp; more"' in element
+    for address in ("http://", "https://", "xmlns", "xlink", "<!DOCTYPE"):
+        assert address not in element
+    names = re.findall(r'\bid="([^"]*)"', element)
+    assert names
+    assert all(name.startswith("one-") for name in names)
+    used = re.findall(r'href="#([^"]*)"', element) + re.findall(r"url\(#([^)]*)\)", element)
+    assert used
+    assert set(used) <= set(names)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.scenario import scenario_of
+from electrovib.scenario.toml import to_toml
 from electrovib.solve.simulate import simulate
 from electrovib.study.sweep import sweep
 from electrovib.view import report as module
@@ -33,12 +33,9 @@ class Page(HTMLParser):
         if tag not in VOID:
             self.open.append(tag)
         for name, value in attrs:
-            if name in {"src", "href", "data", "action", "srcset", "xlink:href"} and not value.startswith(
-                ("#", "data:,")
-            ):
-                self.fetched.append(value)
-            if name == "id":
-                self.names.append(value)
+            loads = name in {"src", "href", "data", "action", "srcset", "xlink:href"}
+            self.fetched += [value] if loads and not value.startswith(("#", "data:,")) else []
+            self.names += [value] if name == "id" else []
             assert not name.startswith("on")
 
     def handle_startendtag(self, tag, attrs):
@@ -61,69 +58,51 @@ def written(tmp_path, traces, **more):
     return text, page
 
 
-def test_a_page_needs_nothing_from_elsewhere(tmp_path, trace, other, swept, measured):
+def test_a_page_needs_nothing_from_elsewhere_and_is_the_same_twice(tmp_path, trace, other, swept, measured):
+    texts = []
     for traces in (trace, [trace, other, measured], swept, measured):
         text, page = written(tmp_path, traces)
         assert page.fetched == []
         assert not {"script", "iframe", "object", "img", "embed"} & set(page.tags)
-        assert "http://" not in text
-        assert "https://" not in text
-        assert "@import" not in text
-        used = re.findall(r"url\(#([^)]*)\)", text)
+        for address in ("http://", "https://", "@import"):
+            assert address not in text
         assert not re.search(r"url\((?!#)", text)
-        assert set(used) <= set(page.names)
+        assert set(re.findall(r"url\(#([^)]*)\)", text)) <= set(page.names)
         assert len(page.names) == len(set(page.names))
+        texts.append(text)
+    assert written(tmp_path, trace)[0] == texts[0]
 
 
 def test_what_a_report_of_a_run_holds(tmp_path, trace):
+    """It opens with the result and its validity."""
     text, page = written(tmp_path, trace)
-    words = set(page.words)
-    assert "Glass & <film>" in words
-    assert {
-        "Validity",
-        "Key numbers",
-        "Stack",
-        "Over time",
-        "Over frequency",
-        "Parameters",
-        "Models",
-    } <= words
-    assert trace.attrs["scenario_hash"] in words
-    assert {"warning", "ok"} <= words
-    thinner = simulate(
-        scenario_of(trace).replace({"stack.gap.thickness": "4 um"}), time=np.linspace(0, 0.1, 11)
-    )
-    assert "unknown" in written(tmp_path, thinner)[1].words  # Paschen's law says nothing of it
-    assert "90 µm" in words
-    assert "data sheet of the film" in words
-    assert "pressure = ε₀·E²/2" in words
-    assert any(word.startswith("Python 3") for word in words)
+    headings = {"Validity", "Key numbers", "Stack", "Over time", "Over frequency", "Parameters", "Models"}
+    shown = {"Glass & <film>", "warning", "ok", "90 µm", "data sheet of the film", "pressure = ε₀·E²/2"}
+    assert headings | shown | {trace.attrs["scenario_hash"]} <= set(page.words)
+    assert any(word.startswith("Python 3") for word in page.words)
     assert page.tags.count("svg") == 3
     assert '<span class="word warning">warning</span>' in text
-    assert "effective voltage" not in words
-
-
-def test_the_page_opens_with_the_result_and_its_validity(tmp_path, trace, other):
-    _, page = written(tmp_path, trace)
+    assert "effective voltage" not in page.words
     numbers, validity, stack = (page.words.index(word) for word in ("Key numbers", "Validity", "Stack"))
+    assert numbers < validity < stack
     before = " ".join(page.words[:numbers])
     peak = float(trace.electrostatic_force.max())
-    assert f"Largest electrostatic force: {peak / 1e-3:.4g} mN. Validity: " in before
-    assert "warning (" in before
-    assert "electrowetting" in before
-    assert numbers < validity < stack
-    several = written(tmp_path, {"a": trace, "b": other})[1]
-    assert several.words.count("a:") == several.words.count("b:") == 1
-
-
-def test_effective_voltage_stands_where_the_law_has_one(tmp_path, trace, other):
-    assert 'aria-label="Over time: drive, effective voltage,' in written(tmp_path, other)[0]
-    assert 'aria-label="Over time: drive, voltage across each layer,' in written(tmp_path, trace)[0]
+    for words in (
+        f"Largest electrostatic force: {peak / 1e-3:.4g} mN. Validity: ",
+        "warning (",
+        "electrowetting",
+    ):
+        assert words in before
+    thinner = scenario_of(trace).replace({"stack.gap.thickness": "4 um"})
+    _, page = written(tmp_path, simulate(thinner, time=np.linspace(0, 0.1, 11)))
+    assert "unknown" in page.words, "Paschen's law says nothing of it"
 
 
 def test_several_traces_show_first_what_differs(tmp_path, trace, other):
+    """An effective voltage stands where the law has one."""
     text, page = written(tmp_path, {"Maxwell stress in the gap": trace, "effective medium": other})
     assert "2 Traces compared" in page.words
+    assert page.words.count("effective medium:") == 1
     differs, same = page.words.index("What differs"), page.words.index("What is the same")
     between = page.words[differs:same]
     assert {"5 µm", "1 µm", "MaxwellStressInGap", "EffectiveMedium"} <= set(between)
@@ -131,55 +110,42 @@ def test_several_traces_show_first_what_differs(tmp_path, trace, other):
     assert "90 µm" in page.words[same:]
     assert page.tags.count("svg") == 4
     assert text.count("<summary>Scenario of") == 2
+    assert 'aria-label="Over time: drive, effective voltage,' in written(tmp_path, other)[0]
+    assert 'aria-label="Over time: drive, voltage across each layer,' in written(tmp_path, trace)[0]
 
 
 def test_a_sweep_says_what_was_swept(tmp_path, swept):
+    """A curve over the parameter, never records on top of each other."""
     _, page = written(tmp_path, swept)
-    assert "Each diagnostic is that of the case nearest to its limit, or furthest beyond it." in page.words
-    assert "Over stack.gap.thickness" in page.words
-    assert "Taken over the whole time." in page.words
-    assert "Over time" not in page.words, "a curve over the parameter, never records on top of each other"
+    for words in (
+        "Each diagnostic is that of the case nearest to its limit, or furthest beyond it.",
+        "Over stack.gap.thickness",
+        "Taken over the whole time.",
+        "100 nm … 100 µm (15 values)",
+    ):
+        assert words in page.words
+    assert "Over time" not in page.words
     assert page.tags.count("svg") == 2
-    assert "100 nm … 100 µm (15 values)" in page.words
 
 
-def test_a_measurement_shows_what_there_is(tmp_path, measured):
+def test_a_measurement_shows_what_there_is_and_its_text_stays_text(tmp_path, measured):
     _, page = written(tmp_path, measured)
     assert page.tags.count("svg") == 1
     assert "N. N." in page.words
     assert "Parameters" not in page.words
-
-
-def test_a_scenario_of_another_version_is_reported(tmp_path, trace):
-    old = trace.copy()
-    old.attrs["scenario"] = '{"schema": 0}'
-    _, page = written(tmp_path, old)
-    assert any("cannot be read by this version" in word for word in page.words)
-
-
-def test_an_empty_trace_gives_a_page(tmp_path, measured):
-    _, page = written(tmp_path, measured.drop_vars(["lateral_force", "drive_voltage"]), title="nothing")
-    assert "nothing" in page.words
-    assert "svg" not in page.tags
-
-
-def test_the_same_trace_gives_the_same_page(tmp_path, trace):
-    first, _ = written(tmp_path, trace)
-    second, _ = written(tmp_path, trace)
-    assert first == second
-
-
-def test_text_of_a_user_stays_text(tmp_path, measured):
     evil = measured.copy()
     evil.attrs |= {"title": "<script>alert(1)</script>", "note": '"><img src=x>'}
     text, page = written(tmp_path, evil)
     assert not {"script", "img"} & set(page.tags)
     assert "&lt;script&gt;" in text
+    _, page = written(tmp_path, measured.drop_vars(["lateral_force", "drive_voltage"]), title="nothing")
+    assert "nothing" in page.words
+    assert "svg" not in page.tags
+    _, page = written(tmp_path, measured.assign_attrs(scenario='{"schema": 0}'))
+    assert any("cannot be read by this version" in word for word in page.words)
 
 
 def test_files_scenarios_and_labels(tmp_path, scenario, measured):
-    from electrovib.scenario.toml import to_toml
-
     file = tmp_path / "film.toml"
     file.write_text(to_toml(scenario), encoding="utf-8")
     found = collect([str(file), file, measured, scenario])
@@ -189,43 +155,22 @@ def test_files_scenarios_and_labels(tmp_path, scenario, measured):
     assert list(collect(measured)) == ["tribometer"]
 
 
-def test_everything_that_cannot_be_loaded_is_reported_at_once(tmp_path, trace):
+def test_what_cannot_be_loaded_or_written_is_refused_before_the_work(tmp_path, monkeypatch, trace):
+    monkeypatch.setattr(module, "page_of", lambda *_, **__: pytest.fail("drawn in vain"))
     with pytest.raises(InputError) as caught:
         report([trace, "missing_2099/nothing", str(tmp_path / "gone.toml")], tmp_path / "r.html")
     assert len(caught.value.problems) == 2
+    for name in ("no/such/folder/r.html", "."):
+        with pytest.raises(ElectrovibError):
+            report(trace, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["no/such/folder/r.html", "."])
-def test_an_unwritable_output_is_refused_before_the_work(tmp_path, monkeypatch, trace, name):
-    monkeypatch.setattr(module, "page_of", lambda *_, **__: pytest.fail("drawn in vain"))
-    with pytest.raises(ElectrovibError):
-        report(trace, tmp_path / name)
-
-
-def test_an_interrupted_report_leaves_the_older_one(tmp_path, monkeypatch, trace):
-    path = tmp_path / "r.html"
-    path.write_text("older", encoding="utf-8")
-
-    def half(self, text, **_):
-        with self.open("w", encoding="utf-8") as file:
-            file.write(text[:1000])
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Path, "write_text", half)
-    with pytest.raises(KeyboardInterrupt):
-        report(trace, path, force=True)
-    monkeypatch.undo()
-    assert path.read_text(encoding="utf-8") == "older"
-    assert [file.name for file in tmp_path.iterdir()] == ["r.html"]
 
 
 def test_a_sweep_over_three_parameters_draws_maps_at_the_ends_of_the_first(tmp_path, scenario):
     over = {"drive.high": [10.0, 20.0, 30.0], "stack.gap.thickness": [1e-6, 5e-6], "drive.rise": [1e-3, 2e-3]}
     cube = sweep(scenario, over, quantities=["mean electrostatic_force"])
     _, page = written(tmp_path, {"cube": cube, "one": sweep(scenario, {}, quantities=["peak current"])})
-    words = " ".join(page.words)
-    assert "Over stack.gap.thickness and drive.rise: cube" in words
-    assert "at drive.high = 10 V." in words
-    assert "at drive.high = 30 V." in words
-    assert "drive.high = 20 V" not in words
+    text = " ".join(page.words)
+    title = "Over stack.gap.thickness and drive.rise: cube"
+    assert all(words in text for words in (title, "at drive.high = 10 V.", "at drive.high = 30 V."))
+    assert "drive.high = 20 V" not in text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +20,10 @@ from electrovib.view import plots
 from electrovib.view.reproduce import _write, reproduce, shown
 
 X = np.linspace(0, 1, 20)
+AXES = {"x": ("time", "s"), "y": ("force", "N")}
+LINE = Curve(label="a", x=X, y=X)
+BAND = Curve(label="a, b", x=X, y=X, upper=X + 1)
+SHORT = Curve(label="c", x=X[:2] / 3, y=np.array([np.nan, 0.1]))
 
 
 @pytest.fixture
@@ -37,25 +42,8 @@ def found():
             Row("sum", "sum of charges", None, 1e-16, "1", "check", "0 is exact"),
         ),
         panels=(
-            Panel(
-                id="fig1",
-                title="Figure 1",
-                caption="One & only.",
-                x=("time", "s"),
-                y=("force", "N"),
-                curves=(Curve(label="a", x=X, y=X),),
-            ),
-            Panel(
-                id="fig2",
-                title="Figure 2",
-                caption="Two.",
-                x=("time", "s"),
-                y=("force", "N"),
-                curves=(
-                    Curve(label="a, b", x=X, y=X, upper=X + 1),
-                    Curve(label="c", x=X[:2] / 3, y=np.array([np.nan, 0.1])),
-                ),
-            ),
+            Panel(id="fig1", title="Figure 1", caption="One & only.", **AXES, curves=(LINE,)),
+            Panel(id="fig2", title="Figure 2", caption="Two.", **AXES, curves=(BAND, SHORT)),
         ),
         pages=(
             Page("What this paper leaves open", ("First paragraph.", "Second one.")),
@@ -77,8 +65,7 @@ def paper(found, monkeypatch):
     asked = []
     fake = ModuleType("nobody_2099")
     fake.reproduce = lambda *, skin: asked.append(skin) or found
-    bare = ModuleType("bare_2099")
-    known = {"nobody_2099": fake, "bare_2099": bare}
+    known = {"nobody_2099": fake, "bare_2099": ModuleType("bare_2099")}
     monkeypatch.setattr(discovery, "paper", known.__getitem__)
     monkeypatch.setattr(discovery, "papers", lambda: known)
     return asked
@@ -86,6 +73,10 @@ def paper(found, monkeypatch):
 
 BESIDE = {"numbers.json", "rest.md", "causes.csv", "sources.csv"}
 FILES = BESIDE | {"report.html"} | {f"fig{n}.{kind}" for n in (1, 2) for kind in ("svg", "png", "csv")}
+
+
+def read(folder, name):
+    return (folder / name).read_text(encoding="utf-8")
 
 
 def test_all_files_are_written_into_a_new_folder(tmp_path, paper, found):
@@ -97,31 +88,28 @@ def test_all_files_are_written_into_a_new_folder(tmp_path, paper, found):
     ET.parse(folder / "fig1.svg")
 
 
-def test_numbers_are_those_of_the_rows(tmp_path, found):
-    _write(found, tmp_path)
-    numbers = json.loads((tmp_path / "numbers.json").read_text(encoding="utf-8"))
+def test_numbers_and_curves_are_written_as_they_are(tmp_path, found):
+    """To the last bit; a curve with its band, its gaps, and names that hold a comma, also one that is not drawn."""
+    twice = Curve(label="b", x=X, y=2 * X, drawn=False)
+    hidden = replace(found.panels[0], curves=(*found.panels[0].curves, twice))
+    assert [line.get_label() for line in plots.panel(hidden).lines] == ["a"]
+    _write(replace(found, panels=(hidden, found.panels[1])), tmp_path)
+    numbers = json.loads(read(tmp_path, "numbers.json"))
     assert numbers == [row.to_dict() for row in found.ordered]
     assert [each["id"] for each in numbers] == ["own", "tau", "C", "rise", "hold", "past", "ramp", "sum"]
     assert numbers[1]["ours"] == [0.05, 6.6]
     assert numbers[6]["paper"] is None
-
-
-def test_curves_are_written_as_tables(tmp_path, found):
-    """To the last bit; with its band, its gaps, and names that hold a comma."""
-    _write(found, tmp_path)
-    with (tmp_path / "fig2.csv").open(encoding="utf-8", newline="") as file:
-        heading, *lines = csv.reader(file)
+    heading, *lines = csv.reader(io.StringIO(read(tmp_path, "fig2.csv")))
     assert heading == ["curve", "time [s]", "force [N]", "force [N], upper edge"]
     band = [line for line in lines if line[0] == "a, b"]
     assert [tuple(map(float, line[1:])) for line in band] == [(x, x, x + 1) for x in X.tolist()]
-    assert [line for line in lines if line[0] == "c"] == [
-        ["c", "0.0", "", ""],
-        ["c", repr(float(X[1] / 3)), "0.1", ""],
-    ]
-    with (tmp_path / "fig1.csv").open(encoding="utf-8", newline="") as file:
-        heading, *lines = csv.reader(file)
+    short = [["c", "0.0", "", ""], ["c", repr(float(X[1] / 3)), "0.1", ""]]
+    assert [line for line in lines if line[0] == "c"] == short
+    heading, *lines = csv.reader(io.StringIO(read(tmp_path, "fig1.csv")))
     assert heading == ["curve", "time [s]", "force [N]"]
-    assert len(lines) == len(X)
+    assert lines[-1] == ["b", "1.0", "2.0"]
+    assert len(lines) == 2 * len(X)
+    assert "All curves: fig1.csv" in read(tmp_path, "report.html")
 
 
 def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tmp_path, found):
@@ -131,23 +119,12 @@ def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tm
     )
     assert found.count() == counted
     _write(found, tmp_path)
-    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    text = read(tmp_path, "report.html")
     order = [
-        counted,
-        "One thing to know.",
-        "Another: 5 µm.",
-        "The paper's numbers",
-        "its own reading",
-        "time constant",
-        "capacitance",
-        "roughly constant",
-        "force in the past",
-        "fig1.csv",
-        "<td>wet</td>",
-        "What this paper leaves open",
-        "Quantities of which the paper states nothing",
-        "a short one",
-        "Checks of this software",
+        *(counted, "One thing to know.", "Another: 5 µm."),
+        *("The paper's numbers", "its own reading", "time constant", "capacitance", "roughly constant"),
+        *("force in the past", "fig1.csv", "<td>wet</td>", "What this paper leaves open"),
+        *("Quantities of which the paper states nothing", "a short one", "Checks of this software"),
         "sum of charges",
     ]
     places = [text.index(words) for words in order]
@@ -157,153 +134,91 @@ def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tm
     assert "a short one" not in between
 
 
-def test_what_the_page_shortens_is_whole_in_a_file_that_it_names(tmp_path, found):
+def test_the_page_fetches_nothing_and_names_the_files_of_what_it_shortens(tmp_path, found):
     _write(found, tmp_path)
-    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    text = read(tmp_path, "report.html")
     for words in (
-        "a short one",
-        "Shortened.",
-        "In full: rest.md",
-        "<td>sliding</td>",
-        "Whole table: causes.csv",
+        *("a short one", "Shortened.", "In full: rest.md", "<td>sliding</td>", "Whole table: causes.csv"),
+        *(f'<span class="word {name}">{name}</span>' for name in ("reproduced", "open", "disagrees")),
+        *("On &lt;nothing&gt;", "32.96 pF", "0.05 … 6.6 ms", "5 µm", "One &amp; only.", "Second one."),
+        *("<td>wet</td>", "Somebody 2000", "numpy"),
+        r"$\nosuchthing{x}$",  # what mathtext cannot draw is shown as it is written
     ):
         assert words in text, words
-    for words in ("a long note", "In full, and at length.", "how, exactly", "fresh film", "somewhere"):
+    left_out = ("a long note", "In full, and at length.", "how, exactly", "fresh film", "somewhere")
+    for words in (*left_out, "http://", "https://", "<script", "<img", "src="):
         assert words not in text, words
-    assert "a long note" in (tmp_path / "numbers.json").read_text(encoding="utf-8")
-    rest = (tmp_path / "rest.md").read_text(encoding="utf-8")
-    assert rest == "# The rest\n\nIn full, and at length.\n\nMore.\n"
-    causes = (tmp_path / "causes.csv").read_text(encoding="utf-8")
-    assert causes == 'cause,"how, exactly"\nsliding,fresh film\n'
-    assert (tmp_path / "sources.csv").read_text(encoding="utf-8") == "source\nsomewhere\n"
-
-
-def test_a_curve_that_is_not_drawn_is_in_the_file_of_the_curves(tmp_path, found):
-    hidden = replace(
-        found.panels[0], curves=(*found.panels[0].curves, Curve(label="b", x=X, y=2 * X, drawn=False))
-    )
-    assert [line.get_label() for line in plots.panel(hidden).lines] == ["a"]
-    _write(replace(found, panels=(hidden,)), tmp_path)
-    assert "\nb,1.0,2.0\n" in (tmp_path / "fig1.csv").read_text(encoding="utf-8")
-    assert "All curves: fig1.csv" in (tmp_path / "report.html").read_text(encoding="utf-8")
-
-
-def test_the_page_has_everything_and_fetches_nothing(tmp_path, found):
-    _write(found, tmp_path)
-    text = (tmp_path / "report.html").read_text(encoding="utf-8")
-    for words in (
-        "On &lt;nothing&gt;",
-        '<span class="word reproduced">reproduced</span>',
-        '<span class="word open">open</span>',
-        '<span class="word disagrees">disagrees</span>',
-        "32.96 pF",
-        "0.05 … 6.6 ms",
-        "5 µm",
-        "One &amp; only.",
-        "Second one.",
-        "<td>wet</td>",
-        "Somebody 2000",
-        "numpy",
-    ):
-        assert words in text, words
-    for address in ("http://", "https://", "<script", "<img", "src="):
-        assert address not in text
     assert text.count("<svg") == 2 + 2
-    # what mathtext cannot draw is shown as it is written
-    assert r"$\nosuchthing{x}$" in text
+    assert "a long note" in read(tmp_path, "numbers.json")
+    assert read(tmp_path, "rest.md") == "# The rest\n\nIn full, and at length.\n\nMore.\n"
+    assert read(tmp_path, "causes.csv") == 'cause,"how, exactly"\nsliding,fresh film\n'
+    assert read(tmp_path, "sources.csv") == "source\nsomewhere\n"
 
 
-def test_writing_twice_gives_the_same_bytes_and_leaves_other_files(tmp_path, found):
+def test_what_it_wrote_is_replaced_and_what_it_did_not_write_is_kept(tmp_path, found):
+    """The same reproduction gives the same bytes; other numbers replace the earlier ones."""
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
+
+    def content():
+        return {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+
     _write(found, tmp_path)
-    first = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    first = content()
     _write(found, tmp_path)
-    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == first
+    assert content() == first
     assert set(first) == FILES | {"mine.txt"}
-
-
-def test_what_it_did_not_write_is_kept(tmp_path, found):
-    _write(found, tmp_path)
-    (tmp_path / "fig1.csv").write_text("changed since", encoding="utf-8")
-    (tmp_path / "report.html").write_text("another page", encoding="utf-8")
-    (tmp_path / "numbers.json").write_text("[]", encoding="utf-8")
-    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    _write(replace(found, rows=found.rows[:1]), tmp_path)
+    assert content()["numbers.json"] != first["numbers.json"]
+    changed = {"fig1.csv": "changed since", "report.html": "another page", "numbers.json": "[]"}
+    for name, text in changed.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    before = content()
     with pytest.raises(InputError, match="--force") as caught:
         _write(found, tmp_path)
-    told = {Path(problem.partition(":")[0]).name for problem in caught.value.problems}
-    assert told == {"fig1.csv", "report.html", "numbers.json"}
-    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+    assert {Path(problem.partition(":")[0]).name for problem in caught.value.problems} == set(changed)
+    assert content() == before
     _write(found, tmp_path, force=True)
     _write(found, tmp_path)
-
-
-def test_an_earlier_reproduction_is_replaced_by_one_with_other_numbers(tmp_path, found):
-    _write(found, tmp_path)
-    before = (tmp_path / "numbers.json").read_bytes()
-    _write(replace(found, rows=found.rows[:1]), tmp_path)
-    assert (tmp_path / "numbers.json").read_bytes() != before
-
-
-def test_the_table_of_the_own_skin_is_not_replaced(tmp_path, found):
     skin = tmp_path / "fig1.csv"
     skin.write_text("frequency,permittivity", encoding="utf-8")
     with pytest.raises(InputError, match=r"fig1\.csv: is an input"):
         _write(found, tmp_path, inputs=[skin], force=True)
 
 
-@pytest.mark.parametrize("there", [False, True])
-@pytest.mark.parametrize("at", [1, 4, 6])
-def test_an_interruption_leaves_nothing_half_done(tmp_path, monkeypatch, found, there, at):
-    folder = tmp_path / "out"
-    if there:
+@pytest.mark.parametrize("older", [{}, {"numbers.json": "older"}], ids=["new", "there"])
+@pytest.mark.parametrize("at", [0, 1, 6])
+def test_what_fails_or_is_interrupted_leaves_nothing_half_done(tmp_path, monkeypatch, found, older, at):
+    """While a figure is drawn, or at the first or the sixth file."""
+    folder, calls, whole = tmp_path / "out", [], Path.write_bytes
+    for name, text in older.items():
         folder.mkdir()
-        (folder / "numbers.json").write_text("older", encoding="utf-8")
-    calls = []
-    whole = Path.write_bytes
+        (folder / name).write_text(text, encoding="utf-8")
 
-    def interrupted(self, content):
+    def interrupted(self, content=b"", **_):
         calls.append(self)
-        if len(calls) == at:
-            whole(self, content[:10])
+        if at in (0, len(calls)):
             raise KeyboardInterrupt
         return whole(self, content)
 
-    monkeypatch.setattr(Path, "write_bytes", interrupted)
+    monkeypatch.setattr("pathlib.Path.write_bytes" if at else "electrovib.view.reproduce.drawn", interrupted)
     with pytest.raises(KeyboardInterrupt):
         _write(found, folder, force=True)
-    if there:
-        assert {file.name: file.read_text(encoding="utf-8") for file in folder.iterdir()} == {
-            "numbers.json": "older"
-        }
-    else:
-        assert not folder.exists()
+    assert folder.exists() == bool(older)
+    assert {name: read(folder, name) for name in older} == older
+    assert len(list(tmp_path.rglob("*.*"))) == len(older)
 
 
-def test_a_figure_that_cannot_be_drawn_leaves_no_folder(tmp_path, monkeypatch, found):
-    def broken(*_):
-        raise RuntimeError("drawing")
-
-    monkeypatch.setattr("electrovib.view.reproduce.drawn", broken)
-    with pytest.raises(RuntimeError, match="drawing"):
-        _write(found, tmp_path / "out")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_paper_without_reproduction_names_those_with_one(tmp_path, paper):
-    with pytest.raises(
-        InputError, match=r"'bare_2099' has nothing to reproduce\. Papers that have: nobody_2099"
-    ):
+def test_a_paper_without_reproduction_and_an_output_that_is_a_file_are_refused(tmp_path, paper):
+    words = r"'bare_2099' has nothing to reproduce\. Papers that have: nobody_2099"
+    with pytest.raises(InputError, match=words):
         reproduce("bare_2099", tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_an_output_that_is_a_file_is_refused_before_the_work(tmp_path, paper):
     file = tmp_path / "file"
     file.write_text("mine", encoding="utf-8")
     for output in (file, file / "below"):
         with pytest.raises(InputError, match="is a file, not a folder"):
             reproduce("nobody_2099", output)
-    assert paper == []
+    assert paper == [], "before the work"
 
 
 def test_numbers_are_shown_in_the_unit_of_the_row():

@@ -15,15 +15,10 @@ from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.study.population.words import nominal_words
 
+UNIFORM = {"model": "Uniform", "low": 0.2, "high": 0.9, "source": "B. Author 2098", "status": "full text"}
 SPACE_WITH_SOURCES = {
     PATH: SPACE[PATH] | {"source": "A. Author 2099", "status": "unverified", "confidence": "low"},
-    "friction.coefficient": {
-        "model": "Uniform",
-        "low": 0.2,
-        "high": 0.9,
-        "source": "B. Author 2098",
-        "status": "full text",
-    },
+    "friction.coefficient": UNIFORM,
 }
 
 
@@ -56,15 +51,12 @@ def test_bands_are_the_percentiles(found):
     assert labels == ["5 to 95 % of the fingers", "25 to 75 % of the fingers", "median", "mean"]
 
 
-def test_exceedance_probabilities_are_drawn(found):
+def test_exceedance_probabilities_are_drawn_and_other_signals_refused(found):
     ax = ev.plot.exceedance(found)
     assert [line.get_label() for line in ax.lines] == ["above 200 µN", "above 1 mN"]
     np.testing.assert_array_equal(ax.lines[1].get_ydata(), found["electrostatic_force_exceedance"].values[1])
     with pytest.raises(InputError, match="no threshold"):
         ev.plot.exceedance(found.drop_vars("electrostatic_force_exceedance"))
-
-
-def test_another_signal_is_refused(found):
     with pytest.raises(InputError, match="Did you mean 'electrostatic_force'"):
         ev.plot.bands(found, "electrostatic_forces")
 
@@ -72,16 +64,11 @@ def test_another_signal_is_refused(found):
 def test_the_page_states_bands_sources_and_validity(found, tmp_path):
     page = ev.report(found, tmp_path / "study.html").read_text(encoding="utf-8")
     for words in (
-        "Study of 1100 fingers",
-        "95th percentile",
+        *("Study of 1100 fingers", "95th percentile", "A. Author 2099", "full text", "seed 1", "stand-in"),
         f"{PATH} (unverified, cited from memory)",
-        "A. Author 2099",
-        "full text",
         "unverified, cited from memory, low confidence",
         "LogNormal: median 200 µm, factor 1.5",
         "the drawn fingers are not judged one by one",
-        "seed 1",
-        "stand-in",
         "exact order statistics",
     ):
         assert words in page, words
@@ -102,24 +89,17 @@ def test_the_page_of_a_store_is_that_of_its_result(tmp_path, monkeypatch):
 def test_the_bands_as_csv(found, tmp_path):
     (path,) = ev.save(found, tmp_path / "bands.csv")
     lines = path.read_text(encoding="utf-8").splitlines()
-    remarks = [line for line in lines if line.startswith("#")]
-    assert any("1100 fingers, seed 1" in line for line in remarks)
-    assert any("unverified, cited from memory" in line for line in remarks)
-    assert any("single fingers are not judged" in line for line in remarks)
+    remarks = " ".join(line for line in lines if line.startswith("#"))
+    for words in ("1100 fingers, seed 1", "unverified, cited from memory", "single fingers are not judged"):
+        assert words in remarks
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     assert len(rows) == found.sizes["time"]
-    assert (
-        float(rows[-1]["electrostatic_force percentile 95 [N]"])
-        == found["electrostatic_force_percentile"].values[4, -1]
-    )
-    assert (
-        float(rows[-1]["electrostatic_force variance [N^2]"])
-        == found["electrostatic_force_variance"].values[-1]
-    )
-    assert (
-        float(rows[-1]["electrostatic_force exceedance of 1 mN [1]"])
-        == found["electrostatic_force_exceedance"].values[1, -1]
-    )
+    for column, value in {
+        "percentile 95 [N]": found["electrostatic_force_percentile"].values[4, -1],
+        "variance [N^2]": found["electrostatic_force_variance"].values[-1],
+        "exceedance of 1 mN [1]": found["electrostatic_force_exceedance"].values[1, -1],
+    }.items():
+        assert float(rows[-1][f"electrostatic_force {column}"]) == value
     ev.save(found, path)  # ours
     path.write_text("mine")
     with pytest.raises(InputError, match="--force"):
@@ -169,11 +149,9 @@ def test_a_scenario_at_the_edge_of_its_population_is_named(found):
 
 @pytest.mark.parametrize(("lowest", "scale"), [(1e-6, "log"), (5e-4, "linear")])
 def test_bands_that_would_touch_zero_have_a_logarithmic_axis(found, lowest, scale):
-    rows = np.array(found["electrostatic_force_percentile"].values)
-    rows[:] = np.geomspace(lowest, 1e-3, len(rows))[:, None]
-    spread = found.assign(electrostatic_force_percentile=(found["electrostatic_force_percentile"].dims, rows))
-    spread = spread.assign_coords(percentile=found["percentile"])
-    axes = ev.plot.bands(spread)
+    percentiles = found["electrostatic_force_percentile"].copy(deep=True)
+    percentiles[:] = np.geomspace(lowest, 1e-3, len(percentiles))[:, None]
+    axes = ev.plot.bands(found.assign(electrostatic_force_percentile=percentiles))
     assert axes.get_yscale() == scale
     if scale == "log":
         assert lowest / 10 < axes.get_ylim()[0] < lowest

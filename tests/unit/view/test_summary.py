@@ -5,19 +5,11 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import pytest
 
 import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.scenario import load, scenario_of
-from electrovib.view.summary import (
-    diagnostics,
-    key_numbers,
-    opening,
-    provenance,
-    scenario_text,
-    versions,
-)
+from electrovib.view.summary import diagnostics, key_numbers, opening, provenance, scenario_text, versions
 from electrovib.view.swept import quantity_ranges, swept_texts
 
 PEAK = "peak electrostatic_force"
@@ -35,39 +27,29 @@ def test_key_numbers_of_a_run(trace):
     assert found["largest field, stratum corneum"].endswith("V/m")
 
 
-@pytest.mark.parametrize("gap", [False, True])
-def test_the_mean_weights_uneven_stamps_and_leaves_out_what_is_missing(gap):
-    times = np.sort(np.concatenate([np.linspace(0, 1, 2001), np.linspace(0, 0.1, 5000)]))
-    times = np.unique(times)
-    values = times.copy()
-    if gap:
-        values[(times > 0.4) & (times < 0.6)] = np.nan
-    # a ramp from 0 to 1 N has the mean 0.5 N, also without its middle; a plain average would give 0.19
-    assert key_numbers(ramp(times, values))["mean electrostatic force"] == "500 mN"
-    assert np.nanmean(values) < 0.3
+def test_the_mean_weights_uneven_stamps_and_leaves_out_what_is_missing():
+    times = np.unique(np.concatenate([np.linspace(0, 1, 2001), np.linspace(0, 0.1, 5000)]))
+    for values in (times, np.where((times > 0.4) & (times < 0.6), np.nan, times)):
+        # a ramp from 0 to 1 N has the mean 0.5 N, also without its middle; a plain average would give 0.19
+        assert key_numbers(ramp(times, values))["mean electrostatic force"] == "500 mN"
+        assert np.nanmean(values) < 0.3
+    assert key_numbers(ramp(np.array([0.0]), np.array([2.0])))["mean electrostatic force"] == "2 N"
+    empty = key_numbers(ramp(np.arange(3.0), np.full(3, np.nan)))
+    assert empty["largest electrostatic force"] == "no numbers"
 
 
-def test_one_sample_and_no_number():
-    found = key_numbers(ramp(np.array([0.0]), np.array([2.0])))
-    assert found["mean electrostatic force"] == "2 N"
-    assert (
-        key_numbers(ramp(np.arange(3.0), np.full(3, np.nan)))["largest electrostatic force"] == "no numbers"
-    )
-
-
-def test_a_sweep_gives_ranges_and_where_their_ends_are(swept):
-    name = "peak electrostatic_force"
-    low, high = (float(value) for value in swept[name].values[[-1, 0]])
-    assert key_numbers(swept)[name] == (
+def test_a_sweep_gives_ranges_where_their_ends_are_and_what_is_not_known(swept):
+    low, high = (float(value) for value in swept[PEAK].values[[-1, 0]])
+    assert key_numbers(swept)[PEAK] == (
         f"{low / 1e-3:.4g} mN (at stack.gap.thickness = 100 µm) to"
         f" {high / 1e-3:.4g} mN (at stack.gap.thickness = 100 nm)"
     )
-    assert quantity_ranges(swept, plain=True)[name].endswith("(at stack.gap.thickness = 100 nm)")
-    assert "100 um" in quantity_ranges(swept, plain=True)[name]
+    assert opening(swept).startswith("Peak electrostatic force: ")
+    assert "(at stack.gap.thickness = 100 nm)" in opening(swept)
+    plain = quantity_ranges(swept, plain=True)[PEAK]
+    assert plain.endswith("(at stack.gap.thickness = 100 nm)")
+    assert "100 um" in plain
     assert swept_texts(swept) == {"stack.gap.thickness": "100 nm … 100 µm (15 values)"}
-
-
-def test_what_is_not_known_of_a_sweep_is_counted(swept):
     partly = swept.copy(deep=True)
     partly["peak current"][3] = np.nan
     partly["swing lateral_force"][:] = np.nan
@@ -87,34 +69,24 @@ def test_diagnostics(trace, measured):
         assert diagnostics(broken) == []
 
 
-@pytest.mark.parametrize(
-    ("states", "line"),
-    [
-        ({"a": "ok", "b": "ok"}, "Validity: 2 ok."),
-        ({"a": "warning", "b": "ok"}, "Validity: 1 ok, 1 warning (a)."),
-        (
-            {"a, 1": "warning", "b": "warning", "c": "unknown"},
-            "Validity: 2 warnings (a, 1; b), 1 unknown (c).",
-        ),
-    ],
-)
-def test_the_opening_states_the_result_and_counts_the_diagnostics(states, line):
+def test_the_opening_states_the_result_and_counts_the_diagnostics():
     found = ramp(np.array([0.0, 1.0]), np.array([0.5, 2.0]))
     assert opening(found) == "Largest electrostatic force: 2 N."
-    diagnostics = [{"name": name, "state": state, "text": ""} for name, state in states.items()]
-    found.attrs["validity"] = json.dumps(diagnostics)
-    assert opening(found) == f"Largest electrostatic force: 2 N. {line}"
-
-
-def test_the_opening_of_a_sweep_is_the_range_of_its_first_quantity(swept):
-    assert opening(swept).startswith("Peak electrostatic force: ")
-    assert "(at stack.gap.thickness = 100 nm)" in opening(swept)
+    for states, line in (
+        ({"a": "ok", "b": "ok"}, "2 ok"),
+        ({"a": "warning", "b": "ok"}, "1 ok, 1 warning (a)"),
+        ({"a, 1": "warning", "b": "warning", "c": "unknown"}, "2 warnings (a, 1; b), 1 unknown (c)"),
+    ):
+        spoken = [{"name": name, "state": state, "text": ""} for name, state in states.items()]
+        found.attrs["validity"] = json.dumps(spoken)
+        assert opening(found) == f"Largest electrostatic force: 2 N. Validity: {line}."
 
 
 def test_provenance(trace, measured):
     found = provenance(trace)
     assert found["hash of the scenario"] == trace.attrs["scenario_hash"]
     assert found["solver"] == "transient"
+    assert {"Python", "electrovib", "numpy", "scipy", "xarray", "pydantic"} <= set(versions())
     assert found["largest error of a material reduced to relaxations"].endswith(" %")
     assert not any("dropped" in words for words in found)
     dropped = trace.copy()
@@ -135,7 +107,3 @@ def test_the_scenario_repeats_but_leaves_long_records_out(scenario, tmp_path):
     text = scenario_text(scenario.replace({"drive": drive}))
     assert text.count("(measured samples, omitted here)") == 2
     assert "base64" not in text
-
-
-def test_versions_name_the_parts():
-    assert {"Python", "electrovib", "numpy", "scipy", "xarray", "pydantic"} <= set(versions())

@@ -22,25 +22,20 @@ def texts(ax):
     return [text.get_text() for text in ax.texts]
 
 
-def test_a_curve_over_one_parameter(swept):
+def test_a_curve_over_one_parameter(swept, over_two):
+    """A logarithmic axis where the values have decades between them."""
     ax = plots.quantity(swept, FORCE)
     (line,) = ax.lines
     np.testing.assert_array_equal(line.get_ydata(), swept[FORCE].values)
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
-    assert ax.get_xlabel() == "stack.gap.thickness [µm]"
-    assert ax.get_ylabel() == "peak electrostatic force [mN]"
-
-
-def test_a_curve_over_decades_has_a_logarithmic_axis(swept):
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("stack.gap.thickness [µm]", "peak electrostatic force [mN]")
     wide = swept.copy(deep=True)
     wide[FORCE][0] = 100 * float(swept[FORCE].max())
     assert plots.quantity(wide, FORCE).get_yscale() == "log"
-
-
-def test_even_values_have_an_even_axis(over_two):
     ax = plots.quantity(over_two.isel({"stack.gap.thickness": 2}), "swing lateral_force")
-    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "linear")
-    assert ax.get_xlabel() == "drive.high [V]"
+    assert (ax.get_xscale(), ax.get_yscale(), ax.get_xlabel()) == ("linear", "linear", "drive.high [V]")
+    wide[FORCE][:] = np.nan
+    assert texts(plots.quantity(wide, FORCE)) == ["no numbers to draw"]
 
 
 def test_a_map_over_two_parameters_has_labelled_lines(over_two):
@@ -52,27 +47,14 @@ def test_a_map_over_two_parameters_has_labelled_lines(over_two):
     assert all(text.endswith("N") for text in shown)
     assert ax.get_title(loc="left") == "peak electrostatic force"
     ax.figure.canvas.draw()
-
-
-def test_a_hole_in_a_map_is_white_and_named(over_two):
     holed = over_two.copy(deep=True)
     holed[FORCE][0, 0] = np.nan
     assert plots.quantity(holed, FORCE).get_title(loc="left").endswith("white: unknown")
-
-
-@pytest.mark.parametrize(("value", "words"), [(2e-3, "2 mN everywhere"), (np.nan, "no numbers to draw")])
-def test_a_map_of_one_value_says_it(over_two, value, words):
-    flat = over_two.copy(deep=True)
-    flat[FORCE][:] = value
-    ax = plots.quantity(flat, FORCE)
-    assert texts(ax) == [words]
-    ax.figure.canvas.draw()
-
-
-def test_a_curve_of_nothing_says_so(swept):
-    empty = swept.copy(deep=True)
-    empty[FORCE][:] = np.nan
-    assert texts(plots.quantity(empty, FORCE)) == ["no numbers to draw"]
+    for value, words in ((2e-3, "2 mN everywhere"), (np.nan, "no numbers to draw")):
+        holed[FORCE][:] = value
+        ax = plots.quantity(holed, FORCE)
+        assert texts(ax) == [words]
+        ax.figure.canvas.draw()
 
 
 def test_what_cannot_be_drawn_is_refused(over_two, swept, trace, scenario):
