@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from declared_equations import CONSTANTS, symbols
 
-from electrovib.study.catalogue.items import everything
+from electrovib.studies.catalogue.items import everything
 
 ROOT = Path(__file__).parents[1]
 WORDS = {

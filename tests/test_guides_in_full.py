@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 
 import electrovib as ev
 from electrovib.apps.cli import app
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.relaxation import release_seen_by_sensor
 
 DOCS = Path(__file__).parent.parent / "docs"
 COMMAND = re.compile(r"^(?:    )?(electrovib (?:.*\\\n)*.*)$", re.MULTILINE)

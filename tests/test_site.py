@@ -18,7 +18,7 @@ import pytest
 from PIL import Image
 
 import electrovib as ev
-from electrovib.study.catalogue.items import everything, paper_items, scenario_items
+from electrovib.studies.catalogue.items import everything, paper_items, scenario_items
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("*.ipynb")]

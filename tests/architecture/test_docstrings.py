@@ -14,7 +14,7 @@ from typing import NamedTuple
 from source import SOURCE, nodes_of, tree_of
 
 import electrovib
-from electrovib.study.catalogue.families import families
+from electrovib.studies.catalogue.items import families
 
 
 class Public(NamedTuple):

@@ -13,7 +13,7 @@ import electrovib as ev
 from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.diagnostics import warning_lines
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.data.marks import Form, is_ours
 from electrovib.studies.texture import TextureDrive
 from electrovib.view.documents import check_answer
@@ -172,5 +172,15 @@ def test_a_figure_is_written_alone_and_no_mark_protects_it(tmp_path):
 
 
 def test_remarks_follow_warnings_and_tables_follow_sentences():
-    assert [line.strip() for line in repr(Sketch()).splitlines()] == ["one", "two", "", "Numbers", "-------", "a", "1", "", "r"]
+    assert [line.strip() for line in repr(Sketch()).splitlines()] == [
+        "one",
+        "two",
+        "",
+        "Numbers",
+        "-------",
+        "a",
+        "1",
+        "",
+        "r",
+    ]
     assert TextureDrive.__repr__ is Answer.__repr__

@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 from pydantic_core import PydanticUndefined
 
-from electrovib.core.checks import STATUSES
+from electrovib.core.citation import STATUSES
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model, read_model
 from electrovib.core.quantity import quantity_of

@@ -23,10 +23,10 @@ from electrovib.apps.explorer.page.words import judged_words
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.scenario.toml import to_toml
 from electrovib.solve.quantities.answer import validity
-from electrovib.study.reproduction import Reproduction
+from electrovib.studies.reproduction import Reproduction
 
 mpl.use("Agg")
 PRESET, MEAN, FORCE = "vezzoli_2014/fig6", "mean electrostatic_force", "electrostatic_force"

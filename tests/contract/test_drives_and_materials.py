@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from electrovib.core.checks import STATUSES
+from electrovib.core.citation import STATUSES
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.edges import Trapezium
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 from electrovib.physics.drive.sines import Burst
 from electrovib.physics.skin import Skin, time_constant
 

@@ -17,7 +17,7 @@ from electrovib.physics.time_profile import TimeProfile
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.study.catalogue.items import everything
+from electrovib.studies.catalogue.items import everything
 
 AGREEMENT = 1e-12
 """Relative: rounding of a dozen operations and of a complex power."""

@@ -24,7 +24,7 @@ Claims: {claims} Does not claim: anything above 10 MV/m.
 
 from __future__ import annotations
 
-from electrovib.core.checks import Check
+from electrovib.core.citation import Check
 
 CITATION = "{author}, {title}, Journal of Examples (2099), doi:10.0000/{author}.2099"
 STATUS = "full text"
@@ -208,7 +208,7 @@ def test_they_run(environment, tmp_path):
 
 def test_the_catalogue_and_the_citations_have_them(environment):
     code = (
-        "from electrovib.study import catalogue; from electrovib.core.discovery import papers;"
+        "from electrovib.studies import catalogue; from electrovib.core.discovery import papers;"
         " print(catalogue.models(complete=True));"
         " print(*(catalogue.models(name) for name in papers()));"
         " print(*(catalogue.bibtex(papers()[name], name) for name in papers()))"

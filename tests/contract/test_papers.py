@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from electrovib.core.checks import STATUSES, Check
+from electrovib.core.citation import STATUSES, Check
 from electrovib.core.discovery import offers
 from electrovib.physics.material import Material
 from electrovib.physics.safety import film_diagnostic

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import NotCausalError
-from electrovib.physics.interface import IMPLIED, ORDER
+from electrovib.physics.stack import IMPLIED, ORDER
 from electrovib.scenario import load
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate

@@ -14,8 +14,8 @@ import xarray
 from matplotlib.figure import Figure
 
 import electrovib as ev
-from electrovib.core.trace import make_trace
-from electrovib.study.reproduction import Table
+from electrovib.core.answer import Table
+from electrovib.core.signals import make_trace
 from electrovib.view.notebook import register
 
 IPython = pytest.importorskip("IPython")

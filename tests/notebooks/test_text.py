@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.scenario.toml import to_toml
 
 SCENARIO = ev.load("vezzoli_2014/fig6")

@@ -11,7 +11,7 @@ import pytest
 from scenario_parts import AREA, SETTLED, debye, diagnostics, grounded, sine, square, step, trapezium
 
 from electrovib.core.constants import eps0
-from electrovib.export.spice.circuit import BuiltCircuit
+from electrovib.exports.spice.circuit import BuiltCircuit
 from electrovib.papers.palmar_1995 import MEN, palmar
 from electrovib.physics.conduction import FieldConduction
 from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami

@@ -13,10 +13,10 @@ import pytest
 from scenario_parts import constant, floating, layer, model, polarity, prony, sine, square, trapezium
 
 from electrovib.core.errors import InputError
-from electrovib.export.spice.netlist import netlist
-from electrovib.export.spice.timing import Timing
+from electrovib.exports.spice.circuit import Timing
+from electrovib.exports.spice.netlist import netlist
 from electrovib.papers.palmar_1995 import skins
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 from electrovib.scenario import paper_scenario
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
 from electrovib.data.traces import open_trace
-from electrovib.export.save import save
+from electrovib.exports.save import save
 from electrovib.scenario import load, scenario_of
 from electrovib.solve.equilibrium import equilibrium
 from electrovib.solve.simulate import simulate

@@ -11,18 +11,17 @@ import pytest
 from scenario_parts import FINGER, constant, model, polarity, sine, square, step
 
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.papers import vardar_2017
 from electrovib.physics.perception import ElasticSkin, ElasticViscousSkin, Pacinian, Perception
 from electrovib.scenario import load
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.study.felt_spectrum import Lines, lines
-from electrovib.study.felt_threshold import threshold_over_frequency, threshold_ratio
-from electrovib.study.perceive import perceive
-from electrovib.study.percept import compare_percepts
-from electrovib.study.sensation import just_felt, sensation_of
+from electrovib.studies.felt_spectrum import Lines, lines
+from electrovib.studies.felt_threshold import threshold_over_frequency, threshold_ratio
+from electrovib.studies.perceive import compare_percepts, perceive
+from electrovib.studies.sensation import just_felt, sensation_of
 
 SINE = vardar_2017.scenarios()["sine"]
 ALONE = Perception(channels=(Pacinian(),))

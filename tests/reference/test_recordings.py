@@ -12,7 +12,7 @@ import pytest
 from electrovib.core.model import read_model
 from electrovib.data.columns import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
-from electrovib.physics.rig_channels import TribometerChannels
+from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import read_recording
 from electrovib.recordings.release import fit_release
 from electrovib.recordings.release.model import damped_sine

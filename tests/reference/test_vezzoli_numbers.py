@@ -13,7 +13,7 @@ from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.study.surfaces import FILM, SCREEN, cell, compare_surfaces
+from electrovib.studies.surfaces import FILM, SCREEN, cell, compare_surfaces
 
 ROUNDING = 1e-12  # a handful of roundings of formula and modes
 GAP, MEDIUM = "MaxwellStressInGap", "EffectiveMedium"

@@ -18,11 +18,12 @@ import pytest
 import xarray
 
 import electrovib as ev
+from electrovib.core.answer import Curve, Panel
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.data.atomic import writing
 from electrovib.data.marks import Form, is_ours
-from electrovib.study.reproduction import Curve, Panel, Reproduction
+from electrovib.studies.reproduction import Reproduction
 from electrovib.view import report, reproduce, svg
 
 NAMES = ("a.nc", "a.csv", "a.mat", "a.html", "a.cir", "a.toml", "out")

@@ -43,7 +43,7 @@ def asked(name: str, output: Path | None) -> dict:
 def make_stores(folder: Path) -> None:
     """Write one complete store and two whose studies were ended within their second block."""
     import electrovib as ev
-    from electrovib.study.population import StudyCancelledError
+    from electrovib.studies.population import StudyCancelledError
 
     for name in STORES:
         end = None if name == "complete" else lambda done, _: done >= 1280
@@ -361,7 +361,7 @@ def cases(folder: Path, first: int, last: int, growth: int = 0):
 
 def main() -> None:
     from electrovib.solve import population
-    from electrovib.study.population import tiles
+    from electrovib.studies.population import tiles
 
     population.population = stand_in
     tiles.TileSizes.measured = in_quarters

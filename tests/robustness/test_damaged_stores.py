@@ -28,7 +28,7 @@ def quarters(monkeypatch):
 
     monkeypatch.setattr("electrovib.view.studied.study_page", lambda found, **_: str(found.attrs))
     monkeypatch.setattr("electrovib.solve.population.population", stand_in)
-    monkeypatch.setattr("electrovib.study.population.tiles.TileSizes.measured", in_quarters)
+    monkeypatch.setattr("electrovib.studies.population.tiles.TileSizes.measured", in_quarters)
 
 
 def test_some_damaged_stores_are_refused_at_every_door(tmp_path, quarters):
@@ -44,7 +44,7 @@ def test_without_its_checksums_a_store_is_misread(tmp_path, quarters, monkeypatc
     """The damages do harm: not all of them are refused for another reason."""
     from damaged_stores import cases
 
-    monkeypatch.setattr("electrovib.study.population.store.refuse_damaged", lambda *_: None)
+    monkeypatch.setattr("electrovib.studies.population.store.refuse_damaged", lambda *_: None)
     assert {said[0] for case in wrong(cases(tmp_path, 1000, 1060)) for said in case[3].values()} >= {
         "wrong",
         "crashed",

@@ -11,10 +11,10 @@ from waveform_files import read_back
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.export.waveform import FORMATS
-from electrovib.physics.drive.held import Held
-from electrovib.study.check import sampled
-from electrovib.study.check.values import checked_values
+from electrovib.exports.waveform import FORMATS
+from electrovib.physics.drive.sampled import Held
+from electrovib.studies.check import sampled
+from electrovib.studies.check.function import checked_values
 
 EDGE = 5e-6
 JOINED = {suffix: {} if suffix == ".pwl" else {"edge": "line"} for suffix in FORMATS}

@@ -7,8 +7,7 @@ import itertools
 import numpy as np
 from scipy.linalg import expm
 
-from electrovib.physics.drive.parts import Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.scenario import PeriodicState
 from electrovib.solve.stack.expand import modes
 from product.axes import REPEATS

@@ -15,8 +15,7 @@ import warnings
 import numpy as np
 from scipy.integrate import ODEintWarning, odeint, solve_ivp
 
-from electrovib.physics.drive.parts import Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.physics.motion import TremblingDistance
 
 EPS0 = 8.8541878128e-12

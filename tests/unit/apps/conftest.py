@@ -9,7 +9,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.apps.cli import main
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.scenario.toml import to_toml
 
 

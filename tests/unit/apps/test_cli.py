@@ -12,7 +12,7 @@ import electrovib as ev
 from electrovib.apps.cli.map_lines import judged
 from electrovib.apps.cli.run import _range
 from electrovib.core.budget import BudgetError, allowed
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
 
 
@@ -254,7 +254,7 @@ def test_where_nothing_is_felt_or_it_is_not_known_the_reason_is_stated(said, mon
     still = said("run vardar_2017/sine --set 'drive={ model = \"Step\", level = 0 }'")
     assert "not felt: nothing moves the skin" in still
     assert "felt" not in said("run vardar_2017/sine --over drive.frequency=30Hz:60Hz:2")
-    monkeypatch.setattr("electrovib.study.perceive.perceive", too_long := TooLong())
+    monkeypatch.setattr("electrovib.studies.perceive.perceive", too_long := TooLong())
     line = "felt or not: takes more than 30 s to compute (--all takes that time)"
     assert line in said("run vardar_2017/sine").splitlines()
     assert "felt or not: not known: too long" in said("run vardar_2017/sine --all").splitlines()

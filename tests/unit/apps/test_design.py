@@ -9,7 +9,7 @@ import pytest
 import electrovib as ev
 from electrovib.bench.settings import read_settings
 from electrovib.core.errors import InputError
-from electrovib.study.design.function import FORMS, form_of
+from electrovib.studies.design.function import FORMS, form_of
 
 WISH = "mean electrostatic_force = 50 mN"
 ASKED = f"design bau_2010/sine --want '{WISH}' --free drive.amplitude"
@@ -47,7 +47,7 @@ def test_what_can_be_played_is_written_within_limits_alone(said, refused, cli, h
 
 
 def test_a_wrong_suffix_is_refused_before_anything_is_computed(refused, monkeypatch):
-    monkeypatch.setattr("electrovib.study.design.function.design", lambda *_, **__: pytest.fail("computed"))
+    monkeypatch.setattr("electrovib.studies.design.function.design", lambda *_, **__: pytest.fail("computed"))
     assert "a design is written as .toml, .json, .csv" in refused(f"{ASKED} -o found.xyz")
 
 

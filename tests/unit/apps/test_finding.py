@@ -164,7 +164,7 @@ def python(code, environment=None):
 
 def test_only_the_paper_that_is_written_is_imported_for_a_completion():
     code = (
-        "import sys; from electrovib.apps.cli.completion import scenario_names;"
+        "import sys; from electrovib.apps.cli.options import scenario_names;"
         " print(*scenario_names('bau_2010/'), any('kaczmarek' in name for name in sys.modules))"
     )
     assert python(code) == "bau_2010/sine False\n"

@@ -11,7 +11,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import CancelledError
 from electrovib.scenario.space import read_space
 from electrovib.scenario.toml import to_toml

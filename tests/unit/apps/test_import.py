@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.core.trace import make_trace
-from electrovib.recordings.calibration_error import CalibrationError
+from electrovib.core.signals import make_trace
+from electrovib.recordings.calibration import CalibrationError
 from electrovib.scenario.toml import to_toml
 
 TIME = np.linspace(0, 0.1, 201)

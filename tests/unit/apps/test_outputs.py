@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 import xarray
+from electrovib.view.checked import write_check
 
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours
-from electrovib.export.design import write_design
-from electrovib.study.population.files import write_group
+from electrovib.exports.design import write_design
+from electrovib.studies.population.files import write_group
 from electrovib.view import report
-from electrovib.view.checked import write_check
 
 QUICK = {"time.samples": 21, "frequency.samples": 3, "sources": {}, "drive.rise": "1 ms"}
 PULSE = ev.load("vezzoli_2014/fig6", changes=QUICK | {"drive.hold": "1 ms", "drive.fall": "1 ms"})

@@ -16,7 +16,7 @@ from electrovib.apps.progress import items_shown, progress_words
 from electrovib.core.errors import InputError
 from electrovib.core.items import computed, each_item, items_heard
 from electrovib.data.marks import Form
-from electrovib.study.population import study
+from electrovib.studies.population import study
 from electrovib.view import reproduce as page
 
 STUDY = "study vezzoli_2014/fig6 --space space.toml"
@@ -90,10 +90,10 @@ def test_an_interrupted_command_says_how_far_it_came(closed, cli, said, monkeypa
 
 def test_the_function_has_the_name_of_its_package():
     assert inspect.signature(ev.study) == inspect.signature(study)
-    import electrovib.study.sweep  # which makes the package an attribute
+    import electrovib.studies.sweep  # which makes the package an attribute
 
     assert callable(ev.study)
-    assert ev.study.sweep is electrovib.study.sweep
+    assert ev.study.sweep is electrovib.studies.sweep
 
 
 def test_workers_are_a_number_or_the_address_of_a_scheduler():

@@ -17,7 +17,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import Model, read_model
 from electrovib.core.search import STAGES, Searchable, as_question, closest_entries, search, suggestions
 from electrovib.physics.drive.base import Drive
-from electrovib.study import catalogue
+from electrovib.studies import catalogue
 
 NAME, LAST, ALIAS, _, PREFIX, WORDS, SPELLING = STAGES
 MODULE = '''

@@ -11,15 +11,13 @@ import numpy as np
 import pytest
 
 from electrovib.core import versions
-from electrovib.core.checks import STATUSES, Check
-from electrovib.core.column_unit import column_unit, is_unit_of
+from electrovib.core.citation import STATUSES, UNVERIFIED, Check, status_text
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.formulas import formula_lines
 from electrovib.core.model import Model, read_model
-from electrovib.core.signals import SIGNALS, signal
-from electrovib.core.status import UNVERIFIED, status_text
-from electrovib.core.trace import FORMAT, make_trace, stamp
+from electrovib.core.quantity import column_unit, is_unit_of
+from electrovib.core.signals import FORMAT, SIGNALS, make_trace, signal, stamp
 from electrovib.core.units import KINDS
 
 

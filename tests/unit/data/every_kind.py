@@ -3,7 +3,7 @@
 import numpy as np
 import xarray
 
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 
 TIME, LAYERS = np.arange(5) * 0.1, ["insulator", "gap", "stratum_corneum"]
 

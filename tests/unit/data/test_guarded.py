@@ -15,7 +15,7 @@ import pytest
 
 from electrovib.core.budget import content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.data.columns import read_columns
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.hdf5 import reader as netcdf_reader
@@ -26,7 +26,7 @@ MODULE = """
 import os, signal, sys, time
 import numpy as np
 from electrovib.core.errors import DataFileError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 def numbers(path, times):
     print("a library that prints")
     yield "text", ["é", {"a": times}]

@@ -12,7 +12,7 @@ from damaged_records import mat73
 from every_kind import LAYERS, same, small, with_sweep
 
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.data.traces.matlab import load_mat, matlab_names, save_mat
 
 

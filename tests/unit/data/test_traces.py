@@ -12,7 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.core.trace import FORMAT, make_trace
+from electrovib.core.signals import FORMAT, make_trace
 from electrovib.data.columns import read_columns
 from electrovib.data.traces import comma_separated, load_csv, load_nc, open_trace, save_csv, save_nc
 from electrovib.data.traces.matlab import save_mat

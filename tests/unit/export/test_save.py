@@ -7,9 +7,9 @@ import pytest
 import xarray
 
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.data.traces import load_csv, load_mat, load_nc, open_trace
-from electrovib.export.save import check_output, save
+from electrovib.exports.save import check_output, save
 from electrovib.scenario import load
 
 SIZES = {"time": 2, "frequency": 2, "layer": 1}

@@ -16,16 +16,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import electrovib as ev
-import electrovib.export.save  # it binds the package to the name of the function
+import electrovib.exports.save  # it binds the package to the name of the function
 from electrovib.apps.cli import main
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError, NotCausalError
 from electrovib.core.model import read_model
-from electrovib.export.spice.equation import written
-from electrovib.export.spice.formula import Formula
-from electrovib.export.spice.netlist import netlist
-from electrovib.export.spice.reading import MeterReading
-from electrovib.export.spice.text import Names, continued, number, remark
+from electrovib.exports.spice.formula import Formula
+from electrovib.exports.spice.ladder import written
+from electrovib.exports.spice.netlist import netlist
+from electrovib.exports.spice.section import MeterReading
+from electrovib.exports.spice.text import Names, continued, number, remark
 from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.force import MaxwellStressInGap
 from electrovib.scenario import Scenario
@@ -144,7 +144,7 @@ def test_header_remarks_and_analyses_say_where_it_comes_from():
 
 def test_the_same_scenario_gives_the_same_text_in_every_process():
     code = (
-        "from electrovib.export.spice.netlist import netlist; from electrovib.scenario import paper_scenario;"
+        "from electrovib.exports.spice.netlist import netlist; from electrovib.scenario import paper_scenario;"
         "print(netlist(paper_scenario('vezzoli_2014/fig6_gap'), name='c'), end='')"
     )
     command = [sys.executable, "-c", code]
@@ -396,7 +396,7 @@ def without_mark(path):
 
 
 def test_the_function_keeps_its_name_and_takes_a_scenario_a_trace_or_its_tables_but_no_sweep(tmp_path):
-    assert electrovib.export.save.save is ev.save
+    assert electrovib.exports.save.save is ev.save
     path = ev.export(FIG6, tmp_path / "a.cir", set={"drive.high": "500 V"})
     np.testing.assert_array_equal(pwl(path.read_text(), "V_drive_1")[:, 1], [0, 500, 500, 0])
     ev.save(ev.simulate(scenario()), tmp_path / "one.nc")

@@ -13,13 +13,14 @@ import pytest
 from markupsafe import Markup
 from scipy.integrate import solve_ivp
 
+from electrovib.core.answer import REFERENCE
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
 from electrovib.core.items import items_heard
 from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
 from electrovib.papers.vezzoli_2014.looks import MEANINGS
-from electrovib.study.reproduction import REFERENCE, Row, verdict_over
-from electrovib.view.plots.reproduced import PALETTE
+from electrovib.studies.reproduction import Row, verdict_over
+from electrovib.view.plots.of_answers import PALETTE
 from electrovib.view.report_figures import PageFigure
 from electrovib.view.reproduce import file_of, page_of, to_csv
 from electrovib.view.units import typeset

@@ -26,7 +26,7 @@ from electrovib.physics.friction import (
     PowerLaw,
 )
 from electrovib.physics.motion import Distance, Motion, TouchAndLift, TremblingDistance
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.physics.time_profile import Corners, LiftOff, Press, Steady, Swipe, TimeProfile
 
 FINGER = MassSpringDamper(mass="0.15 g", stiffness="1 kN/m", damping="1 N s/m")

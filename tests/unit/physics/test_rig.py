@@ -7,8 +7,16 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
-from electrovib.physics.rig import Digitiser, LateralSensor, PiezoSensor, Rig, SensorCreep
-from electrovib.physics.rig_channels import Encoder, ForceChannel, TribometerChannels
+from electrovib.physics.rig import (
+    Digitiser,
+    Encoder,
+    ForceChannel,
+    LateralSensor,
+    PiezoSensor,
+    Rig,
+    SensorCreep,
+    TribometerChannels,
+)
 
 DIGITISER = {"sampling_rate": "10 kHz", "bits": 8, "normal_range": "2 N", "lateral_range": "1 N", "seed": 3}
 NORMAL = {"natural_frequency": "2 kHz", "damping_ratio": 0.02, "time_constant": "10 s"}

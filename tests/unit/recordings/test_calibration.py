@@ -5,7 +5,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.recordings.calibration_error import CalibrationError
+from electrovib.recordings.calibration import CalibrationError
 from electrovib.recordings.fit import MeasuredTrace
 
 

@@ -9,7 +9,7 @@ from twins import GAP, plate
 import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.view.plots import over_time
 

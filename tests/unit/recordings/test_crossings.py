@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import t
 
-from electrovib.recordings.correlated import autocovariance, covariance, line
+from electrovib.recordings.interval import autocovariance, covariance, line
 from electrovib.recordings.transitions import crossings
 from electrovib.recordings.transitions.crossings import EdgeLevels, levels_of
 from electrovib.recordings.transitions.edges import edge_record, reference_times

@@ -10,8 +10,13 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.importing import list_columns
-from electrovib.recordings.importing.periods import average_periods, find_edges
-from electrovib.recordings.importing.steps import resampled, shifted, trigger_time
+from electrovib.recordings.importing.reduction import (
+    average_periods,
+    find_edges,
+    resampled,
+    shifted,
+    trigger_time,
+)
 from electrovib.recordings.rail import at_extreme, at_rail
 
 T = np.arange(0, 2, 1e-3)

@@ -7,10 +7,10 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.importing.beside import residuals
-from electrovib.recordings.importing.common_edges import match_edges
-from electrovib.recordings.importing.periods import SignalEdges
+from electrovib.recordings.importing.merging import match_edges
+from electrovib.recordings.importing.reduction import SignalEdges
 
 SHIFT, RATIO = 0.37, 1 + 80e-6
 RISES, FALLS = np.array([0.5, 1.1, 1.9, 2.35]), np.array([0.8, 1.5, 2.2, 2.7])

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from twins import GAP, LEAK, PAIRS, TIMES, exact, noisy, pair, plate
 
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.measured import Observed
 from electrovib.recordings.fit.misfit import Components, Sign, _around, significant

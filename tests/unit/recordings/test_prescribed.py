@@ -6,7 +6,7 @@ from twins import GAP, LEAK, TIMES, exact, noisy, plate
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 
 FORCE, FRICTION = "electrostatic_force", "friction.coefficient"

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.drive.sampled import KeepIncreasing
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.recordings.release import fit_release
 from electrovib.recordings.release.model import damped_sine, drive_end
 

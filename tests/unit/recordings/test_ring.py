@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.core.signals import make_trace
+from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.recordings.transitions import measure_ring, measure_rings, measure_times
 from electrovib.recordings.transitions.impacts import find_impacts
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.rounding import coherence_of, least_noise, resolution_of, rounding_amplitudes
 from electrovib.view.fitted import fit_answer

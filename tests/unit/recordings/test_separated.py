@@ -9,7 +9,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.discovery import find_members
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
 from electrovib.recordings.fit import fit_scenario

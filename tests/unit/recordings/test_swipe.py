@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
-from electrovib.physics.rig_channels import TribometerChannels
+from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import calibrated, read_recording
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
 from electrovib.recordings.swipe.reduce import block_means, over_baselines, standard_error

@@ -12,10 +12,13 @@ from scipy.stats import t
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
-from electrovib.physics.relaxation import stretched_exponential, stretched_seen_by_sensor
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.relaxation import (
+    release_seen_by_sensor,
+    stretched_exponential,
+    stretched_seen_by_sensor,
+)
 from electrovib.recordings.transitions import Sensor, measure_ring, measure_times
 from electrovib.recordings.transitions.relaxation import RelaxationForm
 from electrovib.recordings.transitions.sensor import read_sensor

@@ -3,7 +3,7 @@
 import numpy as np
 
 import electrovib as ev
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import MeasuredTrace
 from electrovib.recordings.fit.prediction import Prediction
 

@@ -12,10 +12,10 @@ from electrovib.physics.material import Constant
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, load, plain, preset, sourced
-from electrovib.scenario.moisture import moistened
+from electrovib.scenario.experiment import moistened
 from electrovib.scenario.sources import BY_THE_USER
 from electrovib.solve.simulate import simulate
-from electrovib.study.sweep import parse_over
+from electrovib.studies.sweep import parse_over
 
 TOUCHING = load("vezzoli_2014/fig6")
 PLASTIC = {"model": "Constant", "permittivity": 3.35}

@@ -9,12 +9,12 @@ from typer.testing import CliRunner
 
 import electrovib as ev
 from electrovib.apps.cli import app
+from electrovib.core.citation import STATUSES
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
-from electrovib.core.status import STATUSES
 from electrovib.physics.moisture import Moisture
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
-from electrovib.study.catalogue.populations import entries_of
+from electrovib.studies.catalogue.populations import entries_of
 from electrovib.view.populations import EXAMPLE, as_markdown
 
 PAGE = Path(__file__).parents[3] / "docs" / "populations.md"

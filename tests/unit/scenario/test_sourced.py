@@ -10,7 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.moisture import Moisture
 from electrovib.scenario import Scenario, read_part
-from electrovib.scenario.sourced import wrong_sources
+from electrovib.scenario.sources import wrong_sources
 
 GAP = "vezzoli_2014/fig6_gap"
 MISSPELT = "Did you mean 'stack.gap.thickness'?"

@@ -10,8 +10,7 @@ from plain_recursion import march_loop
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import circling
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, circling
 from electrovib.solve.diagnostics import memory, peaks
 from electrovib.solve.diagnostics.peaks import MOST_CORNERS
 from electrovib.solve.electrics import straight

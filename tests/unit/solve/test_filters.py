@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 from electrovib.physics.finger import MassSpringDamper
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.physics.rig import Digitiser, LateralSensor, PiezoSensor, SensorCreep, Tribometer
 from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, response
 from electrovib.solve.mechanics import filters

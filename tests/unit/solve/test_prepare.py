@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.budget import BudgetError
 from electrovib.core.errors import InputError
-from electrovib.core.numbers import with_numbers
+from electrovib.core.paths import with_numbers
 from electrovib.papers import palmar_1995
 from electrovib.scenario.space import read_space
 from electrovib.solve import expanded

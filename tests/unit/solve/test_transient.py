@@ -15,8 +15,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Chirped, Smooth
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Chirped, Linear, Smooth
 from electrovib.solve.electrics.formulas import GONE, chirp_response, smooth_states
 from electrovib.solve.electrics.straight import MANY_SAMPLES, SharedModes
 from electrovib.solve.electrics.transient import transient

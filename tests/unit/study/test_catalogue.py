@@ -15,8 +15,8 @@ from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.material.library import materials
 from electrovib.scenario import Scenario
-from electrovib.study import catalogue
-from electrovib.study.catalogue.items import everything
+from electrovib.studies import catalogue
+from electrovib.studies.catalogue.items import everything
 
 MODELS = {name: kind for family in catalogue.families() for name, kind in find_members(family).items()}
 

@@ -14,10 +14,10 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import load
-from electrovib.study.compare import compare
-from electrovib.study.compare.materials import AS_IT_IS
-from electrovib.study.compare.static import static_force
-from electrovib.study.explain import explain
+from electrovib.studies.compare import compare
+from electrovib.studies.compare.laws import static_force
+from electrovib.studies.compare.materials import AS_IT_IS
+from electrovib.studies.compare.result import explain
 
 FIG6, BEHIND_GAP = load("vezzoli_2014/fig6"), load("vezzoli_2014/fig6_gap")
 PLANE = "MaxwellStressInGap"

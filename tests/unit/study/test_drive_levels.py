@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.levels import LevelledDrive, Swing
 from electrovib.scenario import preset
 from electrovib.scenario.toml import to_toml
-from electrovib.study.catalogue.described import parameters
+from electrovib.studies.catalogue.pages import parameters
 
 MEAN, BASE = "mean electrostatic_force", "bau_2010/sine"
 MODULATION = {"carrier": 1000, "modulation": 100, "depth": 0.5}

@@ -15,7 +15,7 @@ from electrovib.core.errors import InputError
 from electrovib.scenario.distributions import Normal, Uniform
 from electrovib.scenario.space import Group, Grouping, Space
 from electrovib.solve import prepare
-from electrovib.study.sensitivity.indices import _bootstrap, _estimates, _terms, sobol
+from electrovib.studies.sensitivity import _bootstrap, _estimates, _terms, sobol
 
 STATIC = "vezzoli_2014/fig6_static"
 AREA, VOLTAGE = "contact.area", "drive.high"

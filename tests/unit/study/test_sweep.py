@@ -10,17 +10,17 @@ import pytest
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.data.traces import load_csv
-from electrovib.export.save import save
+from electrovib.exports.save import save
 from electrovib.papers import palmar_1995
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load, scenario_of
 from electrovib.solve.quantities import DEFAULTS, Together, answer, read_name, solved, together
 from electrovib.solve.simulate import simulate
-from electrovib.study.felt_spectrum import lines
-from electrovib.study.perceive import perceive
-from electrovib.study.sweep import parse_over, sweep
-from electrovib.study.sweep.checks import over_all
-from electrovib.study.sweep.run import _scenarios
+from electrovib.studies.felt_spectrum import lines
+from electrovib.studies.perceive import perceive
+from electrovib.studies.sweep import parse_over, sweep
+from electrovib.studies.sweep.run import _scenarios
+from electrovib.studies.sweep.table import over_all
 
 SCENARIO = load("vezzoli_2014/fig6")
 MEAN, PEAK, THICKNESS = "mean electrostatic_force", "peak electrostatic_force", "stack.insulator.thickness"

@@ -7,10 +7,10 @@ import sys
 import numpy as np
 import pytest
 
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
-from electrovib.study.sweep import sweep
+from electrovib.studies.sweep import sweep
 
 CONTENT = {
     "title": "Glass & <film>",

@@ -12,7 +12,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.scenario import scenario_of
 from electrovib.scenario.toml import to_toml
 from electrovib.solve.simulate import simulate
-from electrovib.study.sweep import sweep
+from electrovib.studies.sweep import sweep
 from electrovib.view import report as module
 from electrovib.view.report import collect, report
 

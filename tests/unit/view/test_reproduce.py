@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from electrovib.core import discovery
+from electrovib.core.answer import Curve, Page, Panel, Table
 from electrovib.core.errors import InputError
-from electrovib.study.reproduction import Curve, Page, Panel, Reproduction, Row, Table
+from electrovib.studies.reproduction import Reproduction, Row
 from electrovib.view import plots
 from electrovib.view.reproduce import _write, reproduce, shown
 

@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
-from electrovib.study.population.words import nominal_words
+from electrovib.core.signals import make_trace
+from electrovib.studies.population.result import nominal_words
 
 UNIFORM = {"model": "Uniform", "low": 0.2, "high": 0.9, "source": "B. Author 2098", "status": "full text"}
 SPACE_WITH_SOURCES = {

@@ -7,10 +7,18 @@ import json
 import numpy as np
 
 import electrovib as ev
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.scenario import load, scenario_of
-from electrovib.view.summary import diagnostics, key_numbers, opening, provenance, scenario_text, versions
-from electrovib.view.swept import quantity_ranges, swept_texts
+from electrovib.view.summary import (
+    diagnostics,
+    key_numbers,
+    opening,
+    provenance,
+    quantity_ranges,
+    scenario_text,
+    swept_texts,
+    versions,
+)
 
 PEAK = "peak electrostatic_force"
 

@@ -6,8 +6,8 @@ import uuid
 
 import pytest
 
-from electrovib.apps.explorer.capacity import FIRST_CONNECTION, RequestLimits, has_room
 from electrovib.apps.explorer.limits import LARGEST_REQUEST, LARGEST_UPLOAD, MOST_CONNECTIONS, MOST_PAGES
+from electrovib.apps.explorer.server import FIRST_CONNECTION, RequestLimits, has_room
 
 LOOP = asyncio.new_event_loop()
 ROOT = {"type": "http", "path": "/", "headers": []}

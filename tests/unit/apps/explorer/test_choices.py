@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.apps.explorer.choices import AS_GIVEN, carried, choices, chosen, inline
 from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.controls import STEPS, Control, controls
-from electrovib.apps.explorer.declared import blanks, parameters_of
+from electrovib.apps.explorer.controls import STEPS, Control, blanks, controls, parameters_of
 from electrovib.apps.explorer.further import FREQUENCY, TIME, Further
 from electrovib.apps.explorer.page.plots import content
 from electrovib.apps.explorer.state import PageState, presets, read_query, scenario_of

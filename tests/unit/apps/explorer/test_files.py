@@ -11,9 +11,16 @@ import electrovib as ev
 from electrovib.apps.explorer import limits, reading
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.downloads import DOWNLOADS
-from electrovib.apps.explorer.fitting import MOST_FREE, RunningFit, fittable
 from electrovib.apps.explorer.page.words import fit_words
-from electrovib.apps.explorer.reading import named, read_upload, read_uploaded_scenario, shown_name
+from electrovib.apps.explorer.reading import (
+    MOST_FREE,
+    RunningFit,
+    fittable,
+    named,
+    read_upload,
+    read_uploaded_scenario,
+    shown_name,
+)
 from electrovib.core.errors import ElectrovibError, InputError
 
 FIG6 = "vezzoli_2014/fig6"

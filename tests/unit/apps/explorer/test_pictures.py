@@ -25,11 +25,8 @@ from electrovib.apps.explorer.further import (
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page import words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
-from electrovib.apps.explorer.pictures.axis import Axis
-from electrovib.apps.explorer.pictures.felt import detection, felt, laws, recorded
-from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure, thinned
-from electrovib.apps.explorer.pictures.over_frequency import over_frequency
-from electrovib.apps.explorer.pictures.over_time import over_time
+from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure, thinned
+from electrovib.apps.explorer.pictures.plots import detection, felt, laws, over_frequency, over_time, recorded
 from electrovib.apps.explorer.session import Pinned
 from electrovib.apps.explorer.state import presets
 from electrovib.core.constants import eps0

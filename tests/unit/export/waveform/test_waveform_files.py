@@ -15,9 +15,9 @@ from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import left_by_a_kill
 from electrovib.data.readers.wave_audio import read_wave
-from electrovib.export.waveform import FORMATS
-from electrovib.study.check import read_drive
-from electrovib.study.waveform import sampling_error, waveform
+from electrovib.exports.waveform import FORMATS
+from electrovib.studies.check import read_drive
+from electrovib.studies.waveform import sampling_error, waveform
 
 FIG6 = "vezzoli_2014/fig6"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Smooth, Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, Smooth, Tones
 
 ONCE = Linear(np.array([0.0, 1.0, 3.0]), np.array([0.0, 4.0, -2.0]), np.array([2.0, 6.0, 5.0]))
 AGAIN = Linear(ONCE.times, ONCE.before, ONCE.after, 3.0)

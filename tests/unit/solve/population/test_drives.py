@@ -7,7 +7,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.pieces import SLACK
+from electrovib.physics.drive.parts import SLACK
 from electrovib.solve.population import population
 from electrovib.solve.population.arrays import _agree
 from electrovib.solve.population.response import excitation, respond

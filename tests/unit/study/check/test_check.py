@@ -18,14 +18,14 @@ from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import Limits
 from electrovib.solve.diagnostics.judge import discontinuities
 from electrovib.solve.quantities import of_record
-from electrovib.study.check import (
+from electrovib.studies.check import (
     LimitsFrom,
     cleared_for_output,
     limits_from,
     sampled,
     strictest,
 )
-from electrovib.study.check.declared import LINES_TO_ADD
+from electrovib.studies.check.declared import LINES_TO_ADD
 
 FIG6 = "vezzoli_2014/fig6"
 CAPACITANCE = 8.8541878128e-12 * 1e-4 / (90e-6 / 3.35 + 200e-6 / 1560)

@@ -7,19 +7,19 @@ import re
 
 import numpy as np
 import pytest
+from electrovib.view.checked import resistor_table
 
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.units import parse_quantity
-from electrovib.physics.series_resistor import (
+from electrovib.physics.body_current import (
     corner_frequency,
     largest_supply_voltage,
     resistor_power,
     smallest_series_resistance,
     stored_energy_behind,
 )
-from electrovib.study.check import cleared_as_played
-from electrovib.view.checked import resistor_table
+from electrovib.studies.check import cleared_as_played
 
 FIG6 = "vezzoli_2014/fig6"
 

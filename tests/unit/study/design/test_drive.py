@@ -14,13 +14,13 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError, NotCausalError
 from electrovib.physics.limits import Limits
-from electrovib.study.check import cleared_for_output
-from electrovib.study.design.drive import design_drive, read_target
-from electrovib.study.design.drive.carrier import chosen_carrier
-from electrovib.study.design.drive.trade import Trade, best_factor
-from electrovib.study.design.drive.trade import _held as held_start
-from electrovib.study.design.gain import carrier_gain
-from electrovib.study.design.limits import Bounds
+from electrovib.studies.check import cleared_for_output
+from electrovib.studies.design.drive import design_drive, read_target
+from electrovib.studies.design.drive.carrier import chosen_carrier
+from electrovib.studies.design.drive.trade import Trade, best_factor
+from electrovib.studies.design.drive.trade import _held as held_start
+from electrovib.studies.design.gain import carrier_gain
+from electrovib.studies.design.limits import Bounds
 
 FIG6, GAP, FIG7 = "vezzoli_2014/fig6", "vezzoli_2014/fig6_gap", "vezzoli_2014/fig7"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}

@@ -15,7 +15,7 @@ from electrovib.core.budget import budget
 from electrovib.core.discovery import offers, paper_names
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.study.design import parameter
+from electrovib.studies.design import parameter
 
 SINE = ev.load("bau_2010/sine")
 MEAN, FREE = "mean electrostatic_force", "drive.amplitude"

@@ -12,16 +12,16 @@ import re
 
 import numpy as np
 import pytest
+from electrovib.view.plate import as_csv, as_html, figure_of
 from typer.testing import CliRunner
 
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.export.design import write_design
-from electrovib.study.design.plate import pareto_set
-from electrovib.study.design.plate.candidates import PERCEIVED
-from electrovib.view.plate import as_csv, as_html, figure_of
+from electrovib.exports.design import write_design
+from electrovib.studies.design.plate import pareto_set
+from electrovib.studies.design.plate.candidates import PERCEIVED
 
 PERMITTIVITY, GAP, AREA, STRENGTH = 3.0, 20e-6, 1e-4, 20e6
 FORCE, FILM = "mean electrostatic_force", "film strength, insulator"

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.study.check.result import FAIL, PASS, UNKNOWN, CheckResult, CheckRow
-from electrovib.study.design.limits import Limited, obtainable
-from electrovib.study.design.search import (
+from electrovib.studies.check.result import FAIL, PASS, UNKNOWN, CheckResult, CheckRow
+from electrovib.studies.design.limits import Limited, obtainable
+from electrovib.studies.design.search import (
     EVEN,
     Function,
     explore,

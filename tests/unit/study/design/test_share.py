@@ -14,8 +14,8 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.study.design import share
-from electrovib.study.design.fingers import (
+from electrovib.studies.design import share
+from electrovib.studies.design.fingers import (
     Covered,
     DrawnFingers,
     by_gain,
@@ -24,8 +24,8 @@ from electrovib.study.design.fingers import (
     needed,
     quantile_ranks,
 )
-from electrovib.study.design.search import inside_band
-from electrovib.study.design.wanted import read_wanted
+from electrovib.studies.design.search import inside_band
+from electrovib.studies.design.wanted import read_wanted
 
 PERMITTIVITY, GAP, AREA, MEDIAN, FACTOR = 3.0, 20e-6, 1e-4, 5e-6, 1.5
 PATH, VOLTS, MEAN = "stack.insulator.thickness", "drive.amplitude", "mean electrostatic_force"

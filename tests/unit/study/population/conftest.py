@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from stand_in_population import SPACE, StandInPopulation, stand_in
 
-from electrovib.study.population import StudyCancelledError, study
+from electrovib.studies.population import StudyCancelledError, study
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def tiles(monkeypatch):
     """Set the number of fingers of every tile."""
 
     def fix(size):
-        sizes = "electrovib.study.population.tiles"
+        sizes = "electrovib.studies.population.tiles"
         monkeypatch.setattr(f"{sizes}.TileSizes.measured", lambda self, *_: setattr(self, "wanted", size))
         monkeypatch.setattr(f"{sizes}._FIRST", size)
 

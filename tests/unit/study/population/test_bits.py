@@ -10,10 +10,10 @@ from stand_in_population import PATH, SPACE, StandInPopulation, stand_in
 
 from electrovib.scenario import load
 from electrovib.scenario.space import read_space
-from electrovib.study.population import StudyCancelledError, open_study, study
-from electrovib.study.population.fingers import Evaluator, Statistics
-from electrovib.study.population.tiles import TileSizes, largest_tile
-from electrovib.study.population.words import percentile_words
+from electrovib.studies.population import StudyCancelledError, open_study, study
+from electrovib.studies.population.fingers import Evaluator, Statistics
+from electrovib.studies.population.result import percentile_words
+from electrovib.studies.population.tiles import TileSizes, largest_tile
 
 ASKED = {"n": 5000, "exceed": ["1 mN"], "draws": True}
 FORCE = "electrostatic_force"
@@ -126,11 +126,11 @@ def test_threads_do_not_change_the_numbers(monkeypatch, same, memory, exceed):
         evaluated.add((start, stop, threading.get_ident()))
         return original(self, start, stop, rows)
 
-    monkeypatch.setattr("electrovib.study.population.tiles.thread_count", lambda _: 3)
-    monkeypatch.setattr("electrovib.study.population.tiles._HERE", 1e3)
+    monkeypatch.setattr("electrovib.studies.population.tiles.thread_count", lambda _: 3)
+    monkeypatch.setattr("electrovib.studies.population.tiles._HERE", 1e3)
     monkeypatch.setattr(Evaluator, "tile", noted)
     for size, most in ((5e4, 250), (3e5, 1024)):
-        monkeypatch.setattr("electrovib.study.population.tiles._BYTES", size)
+        monkeypatch.setattr("electrovib.studies.population.tiles._BYTES", size)
         evaluated.clear()
         same(study(scenario, "fingers", **asked), reference)
         assert {stop - start for start, stop, _ in evaluated} == {most, 7000 % most} - {0}

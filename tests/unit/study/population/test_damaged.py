@@ -13,8 +13,8 @@ import zarr
 from stand_in_population import StandInPopulation
 
 from electrovib.core.errors import DataFileError
-from electrovib.study.population import open_study
-from electrovib.study.population.files import read_group, refuse_irregular, write_group
+from electrovib.studies.population import open_study
+from electrovib.studies.population.files import read_group, refuse_irregular, write_group
 
 NAME = "electrostatic_force"
 posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes and links of POSIX")
@@ -118,7 +118,7 @@ def test_every_program_can_read_a_store_and_a_description_without_end_is_not_rea
     table = json.loads((whole / "zarr.json").read_text())
     assert set(table) == {"zarr_format", "node_type", "attributes"}
     os.truncate(whole / "zarr.json", 10**12)
-    monkeypatch.setattr("electrovib.study.population.files.is_ours", None)
+    monkeypatch.setattr("electrovib.studies.population.files.is_ours", None)
     with pytest.raises(DataFileError, match="is damaged"):
         open_study(whole)
 
@@ -132,7 +132,7 @@ def test_a_folder_that_another_process_removes_meanwhile_is_no_damage(begun, mon
             raise FileNotFoundError
         return original(folder)
 
-    monkeypatch.setattr("electrovib.study.population.files.os.scandir", scandir)
+    monkeypatch.setattr("electrovib.studies.population.files.os.scandir", scandir)
     refuse_irregular(begun)
 
 

@@ -18,10 +18,10 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.own_models import use_models
-from electrovib.study.population.declared import DeclaredStudy, read_study
-from electrovib.study.population.fingers import Collected, Evaluator
-from electrovib.study.population.result import computing_versions
-from electrovib.study.population.tiles import tile_on_worker
+from electrovib.studies.population.declared import DeclaredStudy, read_study
+from electrovib.studies.population.fingers import Collected, Evaluator
+from electrovib.studies.population.result import computing_versions
+from electrovib.studies.population.tiles import tile_on_worker
 
 SPACE = {"stack.stratum_corneum.thickness": {"model": "Uniform", "low": "100 um", "high": "300 um"}}
 SCENARIO = "vezzoli_2014/fig6"
@@ -175,7 +175,7 @@ def test_the_models_of_a_user_are_imported_from_their_file_by_a_worker(tmp_path)
     (tmp_path / "study.json").write_text(declared(scenario, n=40).to_text())
     script = (
         "import json, pathlib, sys\n"
-        "from electrovib.study.population.tiles import tile_on_worker\n"
+        "from electrovib.studies.population.tiles import tile_on_worker\n"
         "text, versions = pathlib.Path(sys.argv[1]).read_text(), json.loads(sys.argv[2])\n"
         "print(float(tile_on_worker(text, 0, 40, versions).statistics['electrostatic_force'].mean[-1]))"
     )
@@ -192,7 +192,7 @@ FINGERS = 40 * 1024
 DRIVER = """
 import sys, time
 import electrovib.solve.population
-from electrovib.study.population import run, tiles
+from electrovib.studies.population import run, tiles
 from stand_in_population import SPACE, StandInPopulation, stand_in
 
 class Slow(StandInPopulation):

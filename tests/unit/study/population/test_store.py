@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.data import atomic
 from electrovib.data.lock import HeldError, held
 from electrovib.scenario import load
-from electrovib.study.population import StudyCancelledError, open_study, study
+from electrovib.studies.population import StudyCancelledError, open_study, study
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def path(tmp_path):
 @pytest.fixture
 def impatient(monkeypatch):
     """A scheduler is not awaited for long."""
-    monkeypatch.setattr("electrovib.study.population.tiles._CONNECT", 0.5)
+    monkeypatch.setattr("electrovib.studies.population.tiles._CONNECT", 0.5)
 
 
 def assert_same(found, expected, words=""):
@@ -109,7 +109,7 @@ def test_an_incomplete_study_is_not_opened_and_continued_by_another_kernel_alone
             quick(n=5000, output=path)
     with monkeypatch.context() as patched:
         versions = {"electrovib": "0.1.0", "numpy": "1.0"}
-        patched.setattr("electrovib.study.population.result.computing_versions", lambda: versions)
+        patched.setattr("electrovib.studies.population.result.computing_versions", lambda: versions)
         with pytest.raises(InputError, match=r"begun with numpy '.*', here '1.0'"):
             quick(n=5000, output=path)
     monkeypatch.setattr(StandInPopulation, "kernel", "another stand-in")
@@ -145,8 +145,8 @@ def faulty(monkeypatch, at, error):
 @pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
 def test_a_full_disk_at_any_write_loses_nothing(quick, tiles, content, tmp_path, monkeypatch, memory, draws):
     tiles(1024)
-    monkeypatch.setattr("electrovib.study.population.run.PAUSE", 0.0)  # a checkpoint after every tile
-    monkeypatch.setattr("electrovib.study.population.run._SHARE", 0.0)
+    monkeypatch.setattr("electrovib.studies.population.run.PAUSE", 0.0)  # a checkpoint after every tile
+    monkeypatch.setattr("electrovib.studies.population.run._SHARE", 0.0)
     asked = {"n": 4500, "draws": draws, "budget_memory": memory}
     quick(**asked, output=tmp_path / "reference.zarr")
     reference, files = open_study(tmp_path / "reference.zarr"), set(content(tmp_path / "reference.zarr"))

@@ -7,8 +7,8 @@ import pytest
 from PIL import Image
 
 from electrovib.core.errors import InputError
-from electrovib.physics.texture.picture import GreyscalePicture
-from electrovib.study.texture import read_path, read_texture
+from electrovib.physics.texture.profile import GreyscalePicture
+from electrovib.studies.texture import read_path, read_texture
 
 INLINE = '{ model = "Grating", period = "2 mm", amplitude = "1 mN" }'
 GRATING = read_texture(INLINE)

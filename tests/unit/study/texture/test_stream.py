@@ -17,9 +17,9 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.texture.path import FingerPath
 from electrovib.scenario import read_part
-from electrovib.study.check import sampled, with_drive
-from electrovib.study.texture import StreamClosedError
-from electrovib.study.texture.hardware import current_bound
+from electrovib.studies.check import sampled, with_drive
+from electrovib.studies.texture import StreamClosedError
+from electrovib.studies.texture.set_up import current_bound
 
 PLATE = "vezzoli_2014/fig6"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.study.sweep import sweep
+from electrovib.studies.sweep import sweep
 from electrovib.view import plots
 
 FORCE = "peak electrostatic_force"

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 
-from electrovib.study.reproduction import REFERENCE, Curve, Panel
+from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.view import plots
-from electrovib.view.envelope import BINS, LONG, envelope
-from electrovib.view.few_curves import few_curves
+from electrovib.view.documents import few_curves
 from electrovib.view.fitted import fit_panels
-from electrovib.view.plots.reproduced import PALETTE
+from electrovib.view.lines import BINS, LONG, envelope
+from electrovib.view.plots.of_answers import PALETTE
 from electrovib.view.style import NEUTRAL
 
 X = np.geomspace(1, 1e4, 30)

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
-from electrovib.study.sweep import sweep
+from electrovib.core.signals import make_trace
+from electrovib.studies.sweep import sweep
 from electrovib.view import plots
-from electrovib.view.envelope import BINS
-from electrovib.view.lines import MOST_LINES, labelled, left_out, lines, scenario_or_none, swept_units
+from electrovib.view.lines import BINS, MOST_LINES, labelled, left_out, lines, scenario_or_none, swept_units
 from electrovib.view.plots.draw import shared_words
 from electrovib.view.style import COLOURS, LAYER_COLOURS
 
