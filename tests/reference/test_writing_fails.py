@@ -24,7 +24,7 @@ from electrovib.core.signals import make_trace
 from electrovib.data.atomic import writing
 from electrovib.data.marks import Form, is_ours
 from electrovib.studies.reproduction import Reproduction
-from electrovib.view import report, reproduce, svg
+from electrovib.view import pages, report, reproduce
 
 NAMES = ("a.nc", "a.csv", "a.mat", "a.html", "a.cir", "a.toml", "out")
 """One output of each kind; the last is the folder of a reproduced paper."""
@@ -62,8 +62,8 @@ def here(monkeypatch, tmp_path):
     """A folder of its own. Drawing takes the time, and is not the point here."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(report, "figures", lambda *_: [])
-    monkeypatch.setattr(svg, "to_png", lambda *_, **__: b"PNG" * 2000)
-    monkeypatch.setattr(svg, "to_svg", lambda *_, **__: f"<svg>{'line' * 2000}</svg>")
+    monkeypatch.setattr(pages, "to_png", lambda *_, **__: b"PNG" * 2000)
+    monkeypatch.setattr(pages, "to_svg", lambda *_, **__: f"<svg>{'line' * 2000}</svg>")
     monkeypatch.setattr(reproduce, "drawn", MagicMock())
 
 

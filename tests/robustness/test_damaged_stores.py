@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from stand_in_population import stand_in
 
+from electrovib.core.answer import Document
+
 pytestmark = pytest.mark.skipif(
     not hasattr(os, "mkfifo"), reason="pipes and links of POSIX are among the damages"
 )
@@ -26,7 +28,10 @@ def quarters(monkeypatch):
     """Studies and pages that cost nothing, in tiles of a quarter of a block."""
     from damaged_stores import in_quarters
 
-    monkeypatch.setattr("electrovib.view.studied.study_page", lambda found, **_: str(found.attrs))
+    def shown(found, **_):
+        return Document(title=str(found.attrs), sentences=[])
+
+    monkeypatch.setattr("electrovib.view.studied.study_document", shown)
     monkeypatch.setattr("electrovib.solve.population.population", stand_in)
     monkeypatch.setattr("electrovib.studies.population.tiles.TileSizes.measured", in_quarters)
 

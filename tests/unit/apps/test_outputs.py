@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 import xarray
-from electrovib.view.checked import write_check
 
 import electrovib as ev
 from electrovib.core.errors import InputError
@@ -144,7 +143,7 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(files):
         Form.SCENARIO: "t.toml",
         Form.TABLE: "fit/parameters.csv",
         Form.SPACE: "fit/space.toml",
-        Form.CHECK: write_check(ev.check("b.toml"), "check.json"),
+        Form.CHECK: ev.save(ev.check("b.toml"), "check.json")[0],
         Form.DESIGN: "design.json",
         Form.WAVEFORM: ev.export("b.toml", "played.csv", limits=limits, ramp=1e-3, edge="line"),
         Form.STUDY: "study/zarr.json",

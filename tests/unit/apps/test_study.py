@@ -144,12 +144,12 @@ def test_the_figure_shows_both_indices_of_every_input_with_their_intervals(found
     assert found._repr_html_().count("<table") == 2
 
 
-def test_files_of_somebody_else_are_not_replaced(tmp_path):
+def test_files_of_somebody_else_are_not_replaced(found, tmp_path):
     (tmp_path / "indices.csv").write_text("mine")
     (tmp_path / "file").write_text("")
     for output, words in ((tmp_path, r"indices\.csv"), (tmp_path / "file", "is a file")):
         with pytest.raises(InputError, match=words):
-            ev.sensitivity(SCENARIO, "fingers", quantity=QUANTITY, n=4, seed=1, output=output)
+            ev.save(found, output)
     assert not (tmp_path / "report.html").exists()
 
 

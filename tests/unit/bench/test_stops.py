@@ -11,7 +11,7 @@ import weakref
 import pytest
 
 import electrovib as ev
-from electrovib.bench import end, run
+from electrovib.bench import run, sequence
 from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
 from electrovib.bench.link import Link
@@ -23,8 +23,8 @@ SIGNALS = {"SIGINT": KeyboardInterrupt, "SIGTERM": BenchStopped, "SIGHUP": Bench
 BY_HAND = "simulated: the generator is at 0 V; SWITCH THE HIGH VOLTAGE OFF BY HAND"
 DISABLED = "simulated: the generator is at 0 V, and the high voltage is disabled"
 END = {
-    "0 V": (Instruments, "to_zero"), "sentence": (run, "tell"), "as read": (end, "_kept"), "Trace": (end, "trace_of"),
-    "save": (end, "save"), "close": (Link, "close"),
+    "0 V": (Instruments, "to_zero"), "sentence": (run, "tell"), "as read": (sequence, "_kept"), "Trace": (sequence, "trace_of"),
+    "save": (sequence, "save"), "close": (Link, "close"),
 }  # fmt: skip
 """What the end of a run calls."""
 
@@ -109,7 +109,7 @@ def test_what_was_read_is_kept_as_it_is_where_no_trace_can_be_made(
     played, tmp_path, monkeypatch, capsys, broken, step
 ):
     def report(name):
-        monkeypatch.setattr(end, broken, fail)
+        monkeypatch.setattr(sequence, broken, fail)
         if name == step:
             raise KeyboardInterrupt
 
@@ -133,7 +133,7 @@ def test_an_end_that_cannot_work_is_found_before_anything_is_sent(played, monkey
     def fail(*_, **__):
         raise ImportError("no netCDF here")
 
-    monkeypatch.setattr(end, "save", fail)
+    monkeypatch.setattr(sequence, "save", fail)
     found, twin = played()
     assert type(found) is BenchError
     assert "no netCDF here" in str(found)

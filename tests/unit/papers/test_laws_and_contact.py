@@ -21,7 +21,6 @@ from electrovib.papers import (
     popov_2018,
     strong_1970,
 )
-from electrovib.physics import adhesion
 from electrovib.physics.roughness import local_pull
 from electrovib.solve.simulate import simulate
 
@@ -108,10 +107,10 @@ def test_a_difference_threshold_in_volts_and_newtons():
 )
 def test_energy_strength_and_range_of_adhesion(voltage, coating, energy, strength, reach):
     """Three digits; the pull of the coating and a growing gap, summed over the gap, is the energy of separation."""
-    found = adhesion.separation_energy(voltage=voltage, **coating)
+    found = popov_2018.separation_energy(voltage=voltage, **coating)
     pull, electrical = (
-        adhesion.adhesive_strength(voltage=voltage, **coating),
-        adhesion.adhesive_range(**coating),
+        popov_2018.adhesive_strength(voltage=voltage, **coating),
+        popov_2018.adhesive_range(**coating),
     )
     assert (found, pull, electrical) == pytest.approx((energy, strength, reach), rel=2e-3)
 
@@ -124,15 +123,15 @@ def test_energy_strength_and_range_of_adhesion(voltage, coating, energy, strengt
 
 def test_growth_of_an_adhesive_sphere():
     """The same at each modulus; without energy it is that of Hertz."""
-    energy = adhesion.separation_energy(voltage=100.0, **COATING)
+    energy = popov_2018.separation_energy(voltage=100.0, **COATING)
     for modulus in (5e3, 5e6):
         sphere = {"normal_force": 0.5, "radius": 1e-2, "modulus": modulus}
-        growth = adhesion.contact_area(**sphere, energy=energy) / adhesion.contact_area(**sphere)
+        growth = popov_2018.contact_area(**sphere, energy=energy) / popov_2018.contact_area(**sphere)
         assert growth - 1 == pytest.approx(0.185, abs=6e-4)
         assert growth - 1 == pytest.approx(popov_2018.area_gain(normal_force=0.5), rel=1e-12)
-        radius = np.sqrt(adhesion.contact_area(**sphere) / np.pi)
+        radius = np.sqrt(popov_2018.contact_area(**sphere) / np.pi)
         assert 4 * modulus * radius**3 / (3 * 1e-2) == pytest.approx(0.5, rel=1e-12)
-    assert adhesion.adhesive_load(normal_force=0.3, radius=1e-2, energy=0.0) == 0.3
+    assert popov_2018.adhesive_load(normal_force=0.3, radius=1e-2, energy=0.0) == 0.3
 
 
 @given(st.floats(1e-7, 1e-3), st.floats(1, 100), st.floats(1e-6, 1e-3), st.floats(1, 1e4))

@@ -9,8 +9,8 @@ from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.force import ForceLaw
+from electrovib.solve import closed_form
 from electrovib.solve.closed_form import Repeated
-from electrovib.solve.closed_form import repeated as closed_form
 from electrovib.solve.electrics.straight import SharedModes, periodic_state
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.prepare import Prepared

@@ -5,14 +5,17 @@ from __future__ import annotations
 import re
 
 import pytest
-from electrovib.view.compare import compare
+
+import electrovib as ev
 
 
 @pytest.fixture(scope="module")
 def page(scenario, tmp_path_factory):
     path = tmp_path_factory.mktemp("compare") / "compare.html"
     over = {"stack.gap.thickness": [1e-7, 1e-6, 1e-5]}
-    return compare(scenario, over=over, output=path), path.read_text(encoding="utf-8")
+    found = ev.compare(scenario, over=over)
+    ev.save(found, path)
+    return found, path.read_text(encoding="utf-8")
 
 
 def test_the_page_opens_with_the_law_to_believe_and_its_figure(page):
@@ -35,6 +38,6 @@ def test_the_page_opens_with_the_law_to_believe_and_its_figure(page):
 def test_the_figure_that_belongs_to_the_drive_is_the_first(scenario, tmp_path):
     drive = {"model": "Sine", "amplitude": 100, "frequency": 50}
     sine = scenario.replace({"drive": drive, "time.initial_state.model": "PeriodicState"})
-    compare(sine, models=["MaxwellStressInGap"], output=tmp_path / "compare.html")
+    ev.save(ev.compare(sine, models=["MaxwellStressInGap"]), tmp_path / "compare.html")
     text = (tmp_path / "compare.html").read_text(encoding="utf-8")
     assert text.index("<h2>Mean force over frequency") < text.index("<h2>Step response")

@@ -9,7 +9,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.apps.changes import read_changes
-from electrovib.apps.explorer import computed, fitting, limits, runner
+from electrovib.apps.explorer import computed, limits, reading, runner
 from electrovib.apps.explorer import session as sessions
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.further import LAWS, SAFETY, Further
@@ -361,7 +361,7 @@ def test_a_fit_ends_in_the_middle_of_a_prediction(why, monkeypatch):
     running, ended = RunningFit(ev.load(FIG6), None, [FILM]), threading.Event()
     ended.set()
     if why == "late":
-        monkeypatch.setattr(fitting, "LONGEST_FIT", 0.05)
+        monkeypatch.setattr(reading, "LONGEST_FIT", 0.05)
 
     def fit(*_, **__):
         meter = Meter("steps", end=1.0)
@@ -371,7 +371,7 @@ def test_a_fit_ends_in_the_middle_of_a_prediction(why, monkeypatch):
         elif why == "late":
             time.sleep(0.1)
         else:
-            monkeypatch.setattr(fitting, "SERVER_ENDS", ended)
+            monkeypatch.setattr(reading, "SERVER_ENDS", ended)
         meter.count(0.2)
         pytest.fail("the fit went on")
 

@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-from electrovib.view.checked import resistor_table
 
 import electrovib as ev
 from electrovib.core.errors import InputError
@@ -34,10 +33,10 @@ def test_resistance_power_and_what_remains_behind():
     assert found.stored_energy == pytest.approx(found.capacitance * 1e6 / 2)
     assert found.corner == pytest.approx(1 / (2 * math.pi * found.time_constant))
     assert found.supply_voltage is None, "no resistor is there that could allow a voltage"
-    rows = {row[0]: row[1:] for row in resistor_table(found).rows}
+    rows = {row[0]: row[1:] for row in found.document.tables[0].rows}
     assert "largest supply voltage with it" not in rows
     assert rows["present series resistance"] == ("none", "circuit.source_resistance of the scenario is 0")
-    there = resistor_table(ev.series_resistor(FIG6, set={"circuit.source_resistance": "1 Mohm"})).rows
+    there = ev.series_resistor(FIG6, set={"circuit.source_resistance": "1 Mohm"}).document.tables[0].rows
     assert [row[1] for row in there[-2:]] == ["1 Mohm", "250 V"], "250 uA times 1 Mohm"
 
 

@@ -15,7 +15,7 @@ from electrovib.core.budget import budget
 from electrovib.core.discovery import offers, paper_names
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.studies.design import parameter
+from electrovib.studies.design import function
 
 SINE = ev.load("bau_2010/sine")
 MEAN, FREE = "mean electrostatic_force", "drive.amplitude"
@@ -280,8 +280,8 @@ def free_of(scenario):
 )
 def test_the_drive_that_gives_0_64_times_the_force_of_a_preset_is_found_and_gives_it(name, monkeypatch):
     scenario = ev.load(name)
-    if parameter.is_long(scenario):  # elasticities take most of the time, and are the same code for all
-        monkeypatch.setattr(parameter, "inputs_of", lambda *_: ())
+    if function.is_long(scenario):  # elasticities take most of the time, and are the same code for all
+        monkeypatch.setattr(function, "inputs_of", lambda *_: ())
     free = free_of(scenario)
     begin = value_at(scenario, free)
     wanted = force(scenario, at={free: 0.8 * begin})

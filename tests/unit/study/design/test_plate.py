@@ -12,7 +12,6 @@ import re
 
 import numpy as np
 import pytest
-from electrovib.view.plate import as_csv, as_html, figure_of
 from typer.testing import CliRunner
 
 import electrovib as ev
@@ -22,6 +21,7 @@ from electrovib.core.errors import InputError
 from electrovib.exports.design import write_design
 from electrovib.studies.design.plate import pareto_set
 from electrovib.studies.design.plate.candidates import PERCEIVED
+from electrovib.view.documents import drawn, html
 
 PERMITTIVITY, GAP, AREA, STRENGTH = 3.0, 20e-6, 1e-4, 20e6
 FORCE, FILM = "mean electrostatic_force", "film strength, insulator"
@@ -338,7 +338,7 @@ def test_mistakes_are_refused(wrong):
 
 
 def test_table_page_and_figure_have_every_candidate_with_every_limit(design):
-    text, page = as_csv(design), as_html(design)
+    text, page = design.content("candidates.csv"), html(design.document)
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     rows = list(csv.DictReader(io.StringIO("\n".join(lines))))
     for cells, each in zip(rows, design.candidates, strict=True):
@@ -352,7 +352,7 @@ def test_table_page_and_figure_have_every_candidate_with_every_limit(design):
     assert design.answer in text
     for words in ("within the limits is", "<svg", "Pareto set"):
         assert words in page
-    (axes,) = figure_of(design).axes
+    (axes,) = drawn(design.document.figures[0]).axes
     points = [line for line in axes.lines if line.get_linestyle() == "None" and line.get_marker() != "*"]
     assert sum(len(line.get_xdata()) for line in points) == len(design.candidates)
     assert len(axes.get_legend().get_texts()) <= 5
