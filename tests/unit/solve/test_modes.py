@@ -389,10 +389,8 @@ def test_the_displacement_at_the_interface_begins_with_what_leaves_the_charge_fo
 def test_a_gap_beside_the_layers_with_columns_is_that_of_each_case():
     """Refused where rates are equal in one case: the drive excites one mode less, and their product would divide by 0."""
     of_skin, of_film = column(1e-8, 1e-7, 4e-6, 3e-7), 1e-10
-    around, gap = (
-        ALONE | {"element": SeriesElement(resistance=1e6)},
-        {"thickness": 2e-6, "conductivity": 1e-9},
-    )
+    around = ALONE | {"element": SeriesElement(resistance=1e6)}
+    gap = {"thickness": 2e-6, "conductivity": 1e-9}
     layers, debye = film_and_skin(of_film, of_skin)
     found = field_in_gap(modal_section(layers, debye, **around), **gap).at(FEW)
     for case in range(CASES):

@@ -207,10 +207,10 @@ modes = st.lists(
 
 
 @settings(max_examples=100, deadline=None)
-@given(each=st.tuples(modes, modes), directs=st.tuples(st.floats(-2, 2), st.floats(-2, 2)))
-def test_product(each, directs):
+@given(both=st.tuples(modes, modes), directs=st.tuples(st.floats(-2, 2), st.floats(-2, 2)))
+def test_product(both, directs):
     first, second = (
-        transfer(*zip(*some, strict=True), direct) for some, direct in zip(each, directs, strict=True)
+        transfer(*zip(*some, strict=True), each) for some, each in zip(both, directs, strict=True)
     )
     apart = np.abs(np.log(first.rates[:, None] / second.rates[None, :]))
     if apart.min() < 1e-3:  # a rate in common is outside what a product promises
