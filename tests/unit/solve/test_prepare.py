@@ -248,10 +248,13 @@ def test_what_is_no_array_is_solved_one_by_one(scenario, changes, texts, draws, 
     draws = around(scenario, 33) if draws is None else draws
     many = made(scenario, *texts, free=tuple(draws))
     assert (many.method == TOGETHER) == (words == "no mesh resolved")
-    found, expected = many(draws), alone(scenario, texts, draws)
+    found, expected = (
+        many(draws),
+        alone(scenario, texts, {path: values[::8] for path, values in draws.items()}),
+    )
     assert words in many.method
     for text in texts:
-        np.testing.assert_array_equal(found[text], expected[text])
+        np.testing.assert_array_equal(found[text][::8], expected[text])
 
 
 @pytest.mark.parametrize("count", [33, 70])
