@@ -183,13 +183,8 @@ def test_a_known_static_value_keeps_the_digits_of_a_small_response():
     assert current.at(0.0) == current.at_rest() == 0
     assert FILTER.at_rest() == pytest.approx(2.4, rel=1e-15)
     current = transfer([1e9, 30.0], [-1.0, -2.0], 3.0 + 1e-20, 0.0, np.zeros(2), 1e-20)
-    combined = (
-        current + current,
-        current - current * 0.5,
-        -4.0 * current,
-        FILTER * current,
-        current + FILTER,
-    )
+    combined = [current + current, current - current * 0.5, -4.0 * current, FILTER * current]
+    combined.append(current + FILTER)
     assert [each.static for each in combined] == pytest.approx(
         [2e-20, 0.5e-20, -4e-20, 2.4e-20, 2.4], rel=1e-14
     )
