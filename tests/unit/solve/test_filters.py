@@ -194,14 +194,10 @@ def test_a_release_is_what_the_closed_form_of_the_resonance_says():
     stamps = np.concatenate([[0.0], start + np.linspace(0, 20e-3, 40_001)])
     force = np.append(1.0, np.where(stamps <= start, 1.0, np.exp(-(stamps - start) / fall)))
     wanted = np.linspace(0, 20e-3, 301)
-    found = from_rest(
-        sensor_of(1 / (2 * quality), frequency),
-        Linear(np.append(-1.0, stamps) + 1.0, force, force),
-        wanted + 1.0,
-    )
-    expected = release_seen_by_sensor(
-        wanted, start=start, fall_time=fall, frequency=frequency, quality=quality
-    )
+    pieces = Linear(np.append(-1.0, stamps) + 1.0, force, force)
+    found = from_rest(sensor_of(1 / (2 * quality), frequency), pieces, wanted + 1.0)
+    declared = {"start": start, "fall_time": fall, "frequency": frequency, "quality": quality}
+    expected = release_seen_by_sensor(wanted, **declared)
     # one second of 1 before: the beginning is forgotten; pieces of 0.5 us bend by 1e-7
     np.testing.assert_allclose(found, expected, atol=1e-6)
 

@@ -176,7 +176,7 @@ SWING = "swing lateral_force"
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}
 LAG = {"friction": {"model": "FirstOrderLag", "steady": COULOMB, "cut_off": 300.0}}
 LEAK = {"model": "PolarityConduction", "conductivity_positive": 1e-9, "conductivity_negative": 3e-9}
-LEAKY = {"time": {"initial_state": {"model": "AtRest"}, "duration": 1e-3}, "stack.insulator.leak": LEAK}
+LEAKY = {"time": {"initial_state": {"model": "AtRest"}, "duration": 2e-4}, "stack.insulator.leak": LEAK}
 
 
 def made(scenario, *texts, free=(SKIN, AREA)):
@@ -202,12 +202,7 @@ def recorded(monkeypatch, many):
     return evaluated
 
 
-def dispersive():
-    return OF_GAP.replace(
-        {"stack.stratum_corneum.material": palmar_1995.skins()["dry_men"].material.to_dict()}
-    )
-
-
+DRY = {"stack.stratum_corneum.material": palmar_1995.skins()["dry_men"].material.to_dict()}
 SEVERAL = [MEAN, "peak electrostatic_force", SWING, "peak current", "rms field in insulator"]
 
 
@@ -218,7 +213,7 @@ SEVERAL = [MEAN, "peak electrostatic_force", SWING, "peak current", "rms field i
         (OF_GAP, ["minimum field in gap"], None, 1e-9),
         (ev.load("vezzoli_2014/fig6"), ["final stack_voltage"], None, 1e-9),
         (OF_SINE, SEVERAL, (SKIN, AREA, "drive.amplitude", "friction.coefficient"), 1e-9),
-        (dispersive(), [MEAN], (SKIN, AREA), 1e-12),  # reduced over the band of the time window
+        (OF_GAP.replace(DRY), [MEAN], (SKIN, AREA), 1e-12),  # reduced over the band of the time window
     ],
     ids=["force", "field", "voltage", "several signals share a mesh", "dispersive skin"],
 )
@@ -253,19 +248,19 @@ def test_what_is_no_array_is_solved_one_by_one(scenario, changes, texts, draws, 
     draws = around(scenario, 33) if draws is None else draws
     many = made(scenario, *texts, free=tuple(draws))
     assert (many.method == TOGETHER) == (words == "no mesh resolved")
-    found, expected = many(draws), alone(scenario, texts, draws)
+    found, expected = (
+        many(draws),
+        alone(scenario, texts, {path: values[::8] for path, values in draws.items()}),
+    )
     assert words in many.method
     for text in texts:
-        np.testing.assert_array_equal(found[text], expected[text])
+        np.testing.assert_array_equal(found[text][::8], expected[text])
 
 
 @pytest.mark.parametrize("count", [33, 70])
 def test_the_value_of_a_point_does_not_depend_on_the_parts_of_a_call(monkeypatch, count):
-    draws, many, text = (
-        around(OF_GAP, count),
-        made(OF_GAP, "rms electrostatic_force"),
-        "rms electrostatic_force",
-    )
+    draws, text = around(OF_GAP, count), "rms electrostatic_force"
+    many = made(OF_GAP, text)
     whole, seen = many(draws)[text], []
     monkeypatch.setattr(preparing, "_CHUNK", 8)
     assert many(draws, progress=lambda *at: seen.append(at))[text].tobytes() == whole.tobytes()
@@ -274,10 +269,8 @@ def test_the_value_of_a_point_does_not_depend_on_the_parts_of_a_call(monkeypatch
 
 def test_points_that_the_mesh_of_the_others_does_not_resolve_are_solved_alone(monkeypatch):
     """Skins that conduct 1e6 times better relax faster, and are not among the points on which the mesh is refined."""
-    values, text = (
-        np.full(100, OF_GAP.stack.layers["stratum_corneum"].material.conductivity),
-        "peak field in stratum_corneum",
-    )
+    text = "peak field in stratum_corneum"
+    values = np.full(100, OF_GAP.stack.layers["stratum_corneum"].material.conductivity)
     values[[1, 2, 5]] *= 1e6
     many = made(OF_GAP, text, free=(CONDUCTS,))
     assert {1, 4, 8} < set(preparing._probes({CONDUCTS: values}, np.arange(100)).tolist())
@@ -347,15 +340,15 @@ NAMES = (FORCE, LATERAL)
     "scenario", [SCENARIO, "kaczmarek_2006/gap_biphasic", "vezzoli_2014/fig2_tremor", "vardar_2017/square"]
 )
 def test_a_finger_has_the_signals_of_prepare_whatever_the_others(scenario):
-    time, given = np.linspace(0.0, 0.02, 40), around(ev.load(scenario), 5, FREE)
-    given[SKIN][3] = given[SKIN][2]
+    time, given = np.linspace(0.0, 0.02, 40), around(ev.load(scenario), 3, FREE)
+    given[SKIN][2] = given[SKIN][1]
     found = population(scenario, FREE, NAMES, time).signals(given)
     whole = OneByOne(ev.load(scenario), FREE, NAMES, time).signals(given)
-    for finger in range(5):
+    for finger in range(3):
         point = {path: values[finger] for path, values in given.items()}
         expected = prepare(scenario, free=FREE).signals(point, names=NAMES, time=time)
         for name in NAMES:
-            assert found[name].shape == (5, 40)
+            assert found[name].shape == (3, 40)
             np.testing.assert_array_equal(whole[name][finger], expected[name])
             peak = np.nanmax(np.abs(expected[name]))
             np.testing.assert_allclose(found[name][finger], expected[name], rtol=0, atol=1e-12 * peak)

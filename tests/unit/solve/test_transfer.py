@@ -183,13 +183,8 @@ def test_a_known_static_value_keeps_the_digits_of_a_small_response():
     assert current.at(0.0) == current.at_rest() == 0
     assert FILTER.at_rest() == pytest.approx(2.4, rel=1e-15)
     current = transfer([1e9, 30.0], [-1.0, -2.0], 3.0 + 1e-20, 0.0, np.zeros(2), 1e-20)
-    combined = (
-        current + current,
-        current - current * 0.5,
-        -4.0 * current,
-        FILTER * current,
-        current + FILTER,
-    )
+    combined = [current + current, current - current * 0.5, -4.0 * current, FILTER * current]
+    combined.append(current + FILTER)
     assert [each.static for each in combined] == pytest.approx(
         [2e-20, 0.5e-20, -4e-20, 2.4e-20, 2.4], rel=1e-14
     )
@@ -207,10 +202,10 @@ modes = st.lists(
 
 
 @settings(max_examples=100, deadline=None)
-@given(each=st.tuples(modes, modes), directs=st.tuples(st.floats(-2, 2), st.floats(-2, 2)))
-def test_product(each, directs):
+@given(both=st.tuples(modes, modes), directs=st.tuples(st.floats(-2, 2), st.floats(-2, 2)))
+def test_product(both, directs):
     first, second = (
-        transfer(*zip(*some, strict=True), direct) for some, direct in zip(each, directs, strict=True)
+        transfer(*zip(*some, strict=True), each) for some, each in zip(both, directs, strict=True)
     )
     apart = np.abs(np.log(first.rates[:, None] / second.rates[None, :]))
     if apart.min() < 1e-3:  # a rate in common is outside what a product promises

@@ -99,12 +99,8 @@ def test_a_current_with_a_mean_has_no_periodic_state_in_arrays():
 def test_a_drive_with_a_mean_is_not_integrated_for_ever():
     """The integral of a periodic drive is periodic only without a mean."""
     charge = integrated(Transfer(rates=NONE, gains=NONE, direct=2.0))
-    even, uneven = (
-        excitation(
-            drive_of("Square", frequency=50.0, high=1.0, low=low), np.linspace(0, 0.02, 41), settled=True
-        )
-        for low in (-1.0, 0.0)
-    )
+    drives = (drive_of("Square", frequency=50.0, high=1.0, low=low) for low in (-1.0, 0.0))
+    even, uneven = (excitation(each, np.linspace(0, 0.02, 41), settled=True) for each in drives)
     found = respond({"charge": charge}, [(np.array([[3.0]]), even)])["charge"]
     assert np.max(found) == pytest.approx(2 * 3 * 0.01 / 2, rel=1e-12)
     with pytest.raises(NotInArraysError, match="mean"):

@@ -282,10 +282,8 @@ def test_a_finger_does_not_depend_on_the_company_or_on_the_parts_in_memory(
 @pytest.mark.parametrize(("scenario", "way"), [(GAP, "together"), (KIM, "one by one")])
 def test_signals_in_parts_are_those_of_one_call(fingers, scenario, way):
     member, free, names = ev.load(scenario), [BETWEEN, FILM], ("electrostatic_force", "drive_voltage")
-    many, draws = (
-        population(member, free, names, fingers.times_of(member, 100)),
-        fingers.draw(member, free, 11),
-    )
+    many = population(member, free, names, fingers.times_of(member, 100))
+    draws = fingers.draw(member, free, 11)
     assert many.method.startswith(way)
     expected, seen = many.signals(draws), []
     for part, signals in many.parts(draws):
