@@ -158,15 +158,14 @@ def test_another_drive_takes_nothing_from_the_levels_of_the_former_and_a_level_k
 
 
 def test_the_list_of_models_shows_both_pairs():
+    pairs = ("amplitude", "offset"), ("high", "low")
     for name in REST:
         kind = type(scenario(name, high=100, low=-100).drive)
         rows = {row[0]: row for row in parameters(kind).rows}
-        derived, stored = ("high", "low"), "amplitude and offset"
-        if not issubclass(kind, Swing):
-            derived, stored = ("amplitude", "offset"), "high and low"
+        stored, derived = pairs if issubclass(kind, Swing) else reversed(pairs)
         for each in derived:
-            assert (rows[each][1], rows[each][5]) == ("V", f"in place of {stored}")
-        assert set(rows) >= {"amplitude", "offset", "high", "low"}
+            assert (rows[each][1], rows[each][5]) == ("V", f"in place of {' and '.join(stored)}")
+        assert set(rows) >= {*stored, *derived}
     notes = {"Sine": "or both high and low", "Square": "or amplitude and offset (0 unless given)"}
     for name, note in notes.items():
         page = " ".join(str(ev.models(name)).split())
