@@ -139,13 +139,21 @@ def test_a_published_current_decides_nothing():
     assert all(each.state != "pass" for each in result.comparisons if "unverified" in each.source)
 
 
-def test_the_strictest_limit_counts_and_its_source_is_named():
+def test_the_strictest_limit_counts_with_its_source_and_what_is_not_declared_is_a_number():
     own = LimitsFrom("the scenario", Limits(voltage=1000, current=1e-3), {"voltage": "Section 4"})
     found = strictest([own, LimitsFrom("bench.toml", Limits(voltage=500)), limits_from({"voltage": "800 V"})])
     assert {name: each.value for name, each in found.items()} == {"voltage": 500, "current": 1e-3}
     others = "also declared: 800 V of limits, 1 kV of the scenario"
     assert found["voltage"].source == f"limits.voltage of bench.toml; {others}"
     assert strictest([own])["voltage"].source == "limits.voltage of the scenario (Section 4)"
+    limits = [{"rms_voltage": "1 kV"}, {"rms_voltage": "700 V", "slew_rate": "20 kV/s"}]
+    result = ev.check(FIG6, limits=limits)
+    assert row(result, "rms voltage").limit == 700
+    assert row(result, "slew rate").state == "fail"
+    assert "rms current" in [each.quantity for each in result.numbers]
+    words = r"the rate of change of the drive times the gain reaches 27\.7778 kV/s, above 20 kV/s"
+    with pytest.raises(InputError, match=words):
+        result.refuse()
 
 
 LIMITS_FILES = {
@@ -358,17 +366,6 @@ def test_the_root_mean_square_of_a_current_without_a_bound_is_not_known():
     for found in (row(checked, "rms current"), planned, *(each["rms current"] for each in judged)):
         assert (found.state, found.value) == ("unknown", None)
     assert [each["rms voltage"].value for each in judged] == [pytest.approx(100, rel=1e-6)] * 2
-
-
-def test_the_strictest_root_mean_square_counts_and_what_is_not_declared_is_a_number():
-    limits = [{"rms_voltage": "1 kV"}, {"rms_voltage": "700 V", "slew_rate": "20 kV/s"}]
-    result = ev.check(FIG6, limits=limits)
-    assert row(result, "rms voltage").limit == 700
-    assert row(result, "slew rate").state == "fail"
-    assert "rms current" in [each.quantity for each in result.numbers]
-    words = r"the rate of change of the drive times the gain reaches 27\.7778 kV/s, above 20 kV/s"
-    with pytest.raises(InputError, match=words):
-        result.refuse()
 
 
 class TestCommandLine:
