@@ -38,19 +38,19 @@ def test_suffix_chooses_and_a_name_is_as_good_as_a_path(tmp_path, monkeypatch, n
             check_output(missing, SIZES)
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("a.xlsx", r"saved as \.nc, \.csv, \.mat, not as '\.xlsx'\.$"),
-        ("a", r"not as ''\.$"),
-        ("a.cvs", r"not as '\.cvs'\. Did you mean '\.csv'"),
-    ],
-)
-def test_unknown_suffix(tmp_path, name, words):
+UNKNOWN = {
+    "a.xlsx": r"saved as \.nc, \.csv, \.mat, not as '\.xlsx'\.$",
+    "a": r"not as ''\.$",
+    "a.cvs": r"not as '\.cvs'\. Did you mean '\.csv'",
+}
+
+
+@pytest.mark.parametrize("name", UNKNOWN)
+def test_unknown_suffix(tmp_path, name):
     for path in (tmp_path / name, name):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(InputError, match=UNKNOWN[name]):
             save(small(), path)
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=UNKNOWN[name]):
         check_output(tmp_path / name, {"time": 2})
     assert not list(tmp_path.iterdir())
 

@@ -178,15 +178,6 @@ def test_numbers_keep_15_digits(x):
     assert float(number(x)) == pytest.approx(x, rel=1e-14, abs=0.0)
 
 
-def test_long_lines_are_continued_and_a_remark_cannot_become_an_element():
-    line = "V_x a 0 PWL(" + "  ".join(f"{k} 1" for k in range(100)) + ")"
-    broken = continued(line)
-    assert max(map(len, broken.splitlines())) <= 112
-    assert broken.replace("\n+ ", " ").split() == line.split()
-    remarks = remark("one\nR1 a b 1\x07\n\ntwo " + 60 * "words ")
-    assert all(line.startswith("*") for line in remarks.splitlines())
-
-
 # drive
 
 
@@ -313,12 +304,18 @@ def test_laws_are_written_from_their_printed_equation_or_run_and_a_strange_one_i
         written(Printed(), "pressure", {"E": Formula("x")}, path="force")
 
 
-def test_readings_add_and_scale():
+def test_readings_add_long_lines_are_continued_and_a_remark_cannot_become_an_element():
     one, other = MeterReading({"V(a)": 2.0}), MeterReading({"V(a)": 1.0, "I(V_x)": -3.0})
     assert (np.float64(2) * one - other / 2).weights == {"V(a)": 3.5, "I(V_x)": 1.5}
     assert (one + other).text == "3*V(a) - 3*I(V_x)"
     with pytest.raises(TypeError):
         one * other
+    line = "V_x a 0 PWL(" + "  ".join(f"{k} 1" for k in range(100)) + ")"
+    broken = continued(line)
+    assert max(map(len, broken.splitlines())) <= 112
+    assert broken.replace("\n+ ", " ").split() == line.split()
+    remarks = remark("one\nR1 a b 1\x07\n\ntwo " + 60 * "words ")
+    assert all(line.startswith("*") for line in remarks.splitlines())
 
 
 def test_the_force_is_pressure_times_area_and_the_square_root_of_a_dispersive_skin_a_ladder():

@@ -45,7 +45,7 @@ def rows(thing):
     return {row[0]: row for row in catalogue.parameters(thing).rows}
 
 
-def test_every_preset_is_listed_with_its_title_and_what_it_reproduces():
+def test_every_preset_is_declared_and_listed_with_its_title_and_what_it_reproduces():
     offered = offers(("scenarios",))
     assert names(scenarios()) == list(offered)
     for record in scenarios():
@@ -58,9 +58,6 @@ def test_every_preset_is_listed_with_its_title_and_what_it_reproduces():
             assert f"figure {figure}" in record.reproduces
     (line,) = [line for line in str(scenarios()).splitlines() if line.startswith("vezzoli_2014/fig6 ")]
     assert line.split("figure 6")[1].strip().startswith("0 to 1000 V trapezoidal pulse"), "nothing repeated"
-
-
-def test_every_preset_of_a_paper_is_declared_and_no_other():
     for name, module in papers().items():
         declared = set(getattr(module, "PRESETS", {}))
         offered = set(getattr(module, "scenarios", dict)())
@@ -205,7 +202,8 @@ def test_models_and_papers_are_listed_with_status_and_checks_and_found_by_name()
     assert catalogue.find("Amplifier") is Amplifier, "a part without a choice"
 
 
-def test_every_paper_says_what_it_claims_and_what_not():
+def test_every_paper_says_what_it_claims_and_what_not_and_shows_its_values_with_their_sources():
+    """Of one film 1 um is a choice for a figure whose film Vezzoli et al. 2014 does not print; 90 um is printed."""
     for name, module in papers().items():
         said = catalogue.claims(module)
         assert said["claims"], name
@@ -215,6 +213,17 @@ def test_every_paper_says_what_it_claims_and_what_not():
     assert said["here"].startswith("The electrics are two leaky layers"), (
         "what is computed here is told apart"
     )
+    values = {row[0]: row[1:] for row in catalogue.values(papers()["kim_2015"]).rows}
+    assert values["stack.insulator.thickness"] == ("90 um", "not read; as in vezzoli_2014, section 3.1")
+    assert catalogue.values(papers()["ciavarella_2020"]) is None
+    table = catalogue.values(papers()["vezzoli_2014"]).rows
+    assert [row[1:] for row in table if row[0] == "stack.insulator.thickness"] == [
+        ("90 um", "Vezzoli 2014, section 3.1"),
+        ("1 um", "not printed: only that C_i is comparable with C_s"),
+    ]
+    places = [row[0] for row in table]
+    for i, path in enumerate(places):
+        assert places.count(path) == 1 or path in (places[i + 1 : i + 2] + places[max(i - 1, 0) : i])
 
 
 def test_every_parameter_has_a_meaning_and_a_default_or_none_with_its_source():
@@ -240,18 +249,3 @@ def test_every_parameter_has_a_meaning_and_a_default_or_none_with_its_source():
     assert rough["mean_gap"][3:6:2] == ("required", "no default")
     assert rough["spots"][3] == "PullingSpots"
     assert rows(Scenario)["moisture"][4] == "moisture of a finger, from dry to wet"
-
-
-def test_a_paper_shows_its_values_with_their_sources_and_tells_different_ones_apart():
-    """1 um is a choice for a figure whose film Vezzoli et al. 2014 does not print; 90 um is printed."""
-    values = {row[0]: row[1:] for row in catalogue.values(papers()["kim_2015"]).rows}
-    assert values["stack.insulator.thickness"] == ("90 um", "not read; as in vezzoli_2014, section 3.1")
-    assert catalogue.values(papers()["ciavarella_2020"]) is None
-    table = catalogue.values(papers()["vezzoli_2014"]).rows
-    assert [row[1:] for row in table if row[0] == "stack.insulator.thickness"] == [
-        ("90 um", "Vezzoli 2014, section 3.1"),
-        ("1 um", "not printed: only that C_i is comparable with C_s"),
-    ]
-    places = [row[0] for row in table]
-    for i, path in enumerate(places):
-        assert places.count(path) == 1 or path in (places[i + 1 : i + 2] + places[max(i - 1, 0) : i])

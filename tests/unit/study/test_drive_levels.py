@@ -113,7 +113,7 @@ def test_the_file_of_every_preset_keeps_its_meaning(tmp_path):
     assert {"Sine", "Square", "Trapezium"} <= seen
 
 
-def test_a_square_set_to_another_high_level_on_the_command_line():
+def test_a_level_that_is_set_is_that_of_either_pair_and_stays_beside_a_swept_one():
     changed = ev.scenario_of(ev.run(SQUARE, set=["drive.high=75 V"])).drive
     assert (changed.high, changed.low, changed.amplitude, changed.offset) == (75, -75, 75, 0)
     with pytest.raises(InputError, match=f"{BESIDE}, of the other pair; give amplitude and"):
@@ -122,10 +122,6 @@ def test_a_square_set_to_another_high_level_on_the_command_line():
         ev.sweep(SQUARE, {"drive.high": [1.0, 2.0], "drive.amplitude": [1.0, 2.0]})
     with pytest.raises(InputError, match=BESIDE):
         ev.run(SQUARE, set={"drive.high": 75}, over={"drive.amplitude": [1.0, 2.0]})
-
-
-def test_a_level_that_is_set_stays_beside_a_swept_one():
-    """A symmetric drive stays symmetric, unless the other level is set with the sweep."""
     lows = [-75.0, 0.0]  # of the drive; the stack loses less than 1e-4 of it in the resistance
     alone = ev.run(SQUARE, over={"drive.low": [-75.0, -30.0]}, quantities=["peak stack_voltage"])
     np.testing.assert_allclose(alone["peak stack_voltage"], [75, 30], rtol=1e-4)
@@ -158,15 +154,14 @@ def test_another_drive_takes_nothing_from_the_levels_of_the_former_and_a_level_k
 
 
 def test_the_list_of_models_shows_both_pairs():
+    pairs = ("amplitude", "offset"), ("high", "low")
     for name in REST:
         kind = type(scenario(name, high=100, low=-100).drive)
         rows = {row[0]: row for row in parameters(kind).rows}
-        derived, stored = ("high", "low"), "amplitude and offset"
-        if not issubclass(kind, Swing):
-            derived, stored = ("amplitude", "offset"), "high and low"
+        stored, derived = pairs if issubclass(kind, Swing) else reversed(pairs)
         for each in derived:
-            assert (rows[each][1], rows[each][5]) == ("V", f"in place of {stored}")
-        assert set(rows) >= {"amplitude", "offset", "high", "low"}
+            assert (rows[each][1], rows[each][5]) == ("V", f"in place of {' and '.join(stored)}")
+        assert set(rows) >= {*stored, *derived}
     notes = {"Sine": "or both high and low", "Square": "or amplitude and offset (0 unless given)"}
     for name, note in notes.items():
         page = " ".join(str(ev.models(name)).split())

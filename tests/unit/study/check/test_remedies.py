@@ -56,15 +56,12 @@ def test_gap_limits_and_body_count():
     assert found.voltage_source == "limits.voltage of limits"
 
 
-def test_a_missing_limit_and_a_wrong_body_are_refused():
+def test_formulas_of_a_series_resistor_and_what_is_refused():
     with pytest.raises(InputError, match=r"limits\.body_current"):
         ev.series_resistor(ev.load(FIG6).replace({"limits": {}}))
     for wrong in (-1.0, math.nan, math.inf):
         with pytest.raises(InputError, match="body_resistance"):
             ev.series_resistor(FIG6, body_resistance=wrong)
-
-
-def test_formulas_of_a_series_resistor():
     held = {"current": 1e-3, "body_resistance": 1e3}
     assert smallest_series_resistance(voltage=1000, **held) == pytest.approx(999e3)
     assert largest_supply_voltage(resistance=999e3, **held) == pytest.approx(1000)

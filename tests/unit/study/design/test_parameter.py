@@ -103,7 +103,7 @@ def test_a_limit_that_forbids_is_named_with_what_it_leaves(limit):
     assert ev.check(SINE.replace({FREE: found.obtainable.value}), limits={limit: bound}).state != "fail"
 
 
-def test_what_is_obtained_under_a_limit_that_the_scenario_reaches_under_the_strictest_and_under_none():
+def test_what_is_obtained_under_the_strictest_limit_under_breakdown_of_the_film_and_under_none():
     found = design(f"{MEAN} = 1 N", limits={"voltage": 100.0})
     assert (found.obtainable.value, found.obtainable.reached) == (pytest.approx(100), pytest.approx(force()))
     assert "where the voltage of the plate reaches 100 V, within 100 V" in found.lines[2]
@@ -112,6 +112,12 @@ def test_what_is_obtained_under_a_limit_that_the_scenario_reaches_under_the_stri
     found = design(free="contact.area", limits={"voltage": "1 V"})
     assert (found.is_achieved, found.obtainable) == (False, None)
     assert "Every value that could be computed exceeds a limit." in found.lines
+    found = design(set={"stack.insulator.breakdown_field": "2 MV/m"})
+    assert not found.is_achieved
+    assert found.obtainable.value == pytest.approx(
+        100 * 2e6 / force(quantity="peak field in insulator"), rel=1e-6
+    )
+    assert "the field in 'insulator'" in found.lines[1]
 
 
 @pytest.mark.slow
@@ -120,15 +126,6 @@ def test_of_two_signs_that_of_the_scenario_is_obtained():
         asked = {"set": {"drive.high": high}, "limits": {"voltage": "1 kV"}}
         found = design(f"{MEAN} = 9 mN", "drive.high", "vezzoli_2014/fig6", **asked)
         assert found.obtainable.value == pytest.approx(math.copysign(1000, high), rel=1e-9)
-
-
-def test_breakdown_of_the_film_forbids_too():
-    found = design(set={"stack.insulator.breakdown_field": "2 MV/m"})
-    assert not found.is_achieved
-    assert found.obtainable.value == pytest.approx(
-        100 * 2e6 / force(quantity="peak field in insulator"), rel=1e-6
-    )
-    assert "the field in 'insulator'" in found.lines[1]
 
 
 def test_more_solutions_than_are_listed_are_counted_where_they_are_listed():

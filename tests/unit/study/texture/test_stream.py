@@ -106,17 +106,13 @@ def test_a_stream_is_the_drive_of_the_path_whatever_the_blocks(case, sizes, late
     assert found.samples == len(samples)
 
 
-def test_a_number_for_each_block_is_interpolated():
-    """Positions at the ends of the blocks are those of a straight path."""
+def test_a_number_for_each_block_is_interpolated_and_the_carrier_continuous_between_them():
+    """Positions at the ends of the blocks are those of a straight path; a constant force is one sine, whatever the times."""
     found = stream()
     samples = np.concatenate([*rendered(found, 40, lambda time: 0.05 * time), found.close()])
     straight = {"time_samples": [0, 0.9e-3, 39.9e-3], "x_samples": [0, 0, 0.05 * 0.039]}
     expected = drive_of_path(GRATING, **straight)
     np.testing.assert_allclose(samples, expected, rtol=0, atol=1e-9 * np.max(expected))
-
-
-def test_phase_and_amplitude_are_continuous_between_blocks_and_the_latency_is_one_of_them():
-    """Of a texture of constant force the samples are one sine, whatever the times of the calls."""
     found = stream(WHITE, carrier="777 Hz")
     times = np.cumsum(np.random.default_rng(3).uniform(0.3e-3, 1e-3, 200))
     samples = np.concatenate([found.render(0.05, time) for time in times])

@@ -181,7 +181,7 @@ def test_the_line_of_the_file_is_stated_and_the_error_kept_as_the_cause():
         stream(Misplaced())
 
 
-def test_a_texture_may_overwrite_the_positions_that_it_is_given():
+def test_a_texture_may_overwrite_its_positions_and_one_that_cannot_be_read_ends_at_0_volts():
     found, before = running()
     fault["is"] = changes_positions
     after = np.concatenate([found.render(*move) for move in moves(3, RUNNING, 0.6)])
@@ -189,8 +189,6 @@ def test_a_texture_may_overwrite_the_positions_that_it_is_given():
     np.testing.assert_allclose(after, before[-1])
     np.testing.assert_allclose(found.state["_sample_place"][:, 0], 0.6)
 
-
-def test_a_position_that_cannot_be_read_ends_at_0_volts():
     class Sensor:
         def __array__(self, dtype=None, copy=None):
             raise OSError("sensor unplugged")
