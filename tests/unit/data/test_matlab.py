@@ -296,15 +296,6 @@ def test_columns(tmp_path):
         read_columns(rows, {"a": ("t", "s"), "b": ("x", "V")})
 
 
-def test_a_drive_from_a_matlab_file(tmp_path):
-    import electrovib as ev
-
-    path = saved(tmp_path, {"record": np.array([[0.0, 0.0], [1.0, 10.0], [3.0, 0.0]])})
-    drive = {"model": "Sampled", "file": str(path), "time_column": 0, "time_unit": "ms", "voltage_column": 1}
-    scenario = ev.load("vezzoli_2014/fig6").replace({"drive": drive})
-    assert scenario.drive.time_samples.values.tolist() == [0, 1e-3, 3e-3]
-
-
 @pytest.mark.parametrize(
     ("content", "column", "words"),
     [
