@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
+from hypothesis import strategies as st
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4
@@ -102,3 +103,8 @@ def largest(values):
 def apart(found, expected):
     """Largest difference over the largest expected value."""
     return largest(np.asarray(found) - np.asarray(expected)) / largest(expected)
+
+
+def powers(low, high):
+    """Numbers of any size between two powers of ten."""
+    return st.floats(low, high).map(lambda power: 10.0**power)

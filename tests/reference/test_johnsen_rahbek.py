@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scenario_parts import AREA, EPS0, apart, constant, grounded, layer, model, step
+from scenario_parts import AREA, EPS0, apart, constant, grounded, layer, model, powers, step
 
 from electrovib.papers import nakamura_2017 as nakamura
 from electrovib.papers import shultz_2015 as shultz
@@ -20,10 +20,6 @@ from electrovib.solve.stack.expand import modes
 
 EXACT = 1e-10
 """Of the larger end: measured below 1e-14."""
-
-
-def powers(low, high):
-    return st.floats(low, high).map(lambda power: 10.0**power)
 
 
 two_layers = {

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scenario_parts import AREA, EPS0, largest, layer, step
+from scenario_parts import AREA, EPS0, largest, layer, powers, step
 from scipy.optimize import brentq
 
 from electrovib.core.discovery import find_members
@@ -119,24 +119,20 @@ def test_rates_of_a_batch(finger, seed):
         assert check_rates(finger.random_stack(random), finger.random_element(random)) < 1e-12
 
 
-def exponents(low, high):
-    return st.floats(low, high).map(lambda power: 10.0**power)
-
-
 any_slab = st.builds(
     lambda thickness, high, terms, conductivity: Slab(
         thickness, DebyeSum(high, tuple(s for s, _ in terms), tuple(t for _, t in terms)), conductivity
     ),
-    exponents(-8, -3),
-    exponents(0, 3),
-    st.lists(st.tuples(exponents(-3, 6), exponents(-12, 1)), max_size=3),
-    st.one_of(st.just(0.0), exponents(-15, 0)),
+    powers(-8, -3),
+    powers(0, 3),
+    st.lists(st.tuples(powers(-3, 6), powers(-12, 1)), max_size=3),
+    st.one_of(st.just(0.0), powers(-15, 0)),
 )
 surroundings = st.builds(
     SeriesElement,
-    resistance=st.one_of(st.just(0.0), exponents(0, 9)),
-    elastance=st.one_of(st.just(0.0), exponents(6, 12)),
-    rate=st.one_of(st.just(0.0), exponents(-4, 5)),
+    resistance=st.one_of(st.just(0.0), powers(0, 9)),
+    elastance=st.one_of(st.just(0.0), powers(6, 12)),
+    rate=st.one_of(st.just(0.0), powers(-4, 5)),
 )
 
 

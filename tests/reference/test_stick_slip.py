@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenario_parts import largest
+from scenario_parts import largest, powers
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -256,10 +256,6 @@ def test_another_integrator_agrees(case, method):
         # some thousand steps of 1e-9 and 1e-10, in a motion that forgets little
         np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7 * largest(exact))
     assert slide.events
-
-
-def powers(low, high):
-    return st.floats(low, high).map(lambda power: 10.0**power)
 
 
 @settings(max_examples=12)

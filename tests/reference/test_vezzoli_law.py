@@ -159,17 +159,13 @@ def test_step_response_falls_for_every_skin(paper_skin, thickness, permittivity)
     check_stieltjes(voltage, exact, paper_skin.conductivity)
 
 
-def exponents(low, high):
-    return st.floats(low, high).map(lambda power: 10.0**power)
-
-
 @settings(max_examples=60, deadline=None)
 @given(
-    thickness=exponents(-7, -3),
-    permittivity=exponents(0, 2),
-    high=exponents(0, 3),
-    terms=st.lists(st.tuples(exponents(-2, 6), exponents(-12, 1)), max_size=6),
-    conductivity=st.one_of(st.just(0.0), exponents(-12, 0)),
+    thickness=parts.powers(-7, -3),
+    permittivity=parts.powers(0, 2),
+    high=parts.powers(0, 3),
+    terms=st.lists(st.tuples(parts.powers(-2, 6), parts.powers(-12, 1)), max_size=6),
+    conductivity=st.one_of(st.just(0.0), parts.powers(-12, 0)),
 )
 def test_step_response_falls_for_random_skins(thickness, permittivity, high, terms, conductivity):
     skin = DebyeSum(high, tuple(s for s, _ in terms), tuple(t for _, t in terms))
