@@ -228,6 +228,10 @@ OPEN = """address => new Promise(resolve => {
 })"""
 
 
+def attacking(route):
+    route.fulfill(body="<p>attacker</p>", content_type="text/html")
+
+
 def test_other_sites_cannot_talk_to_the_page(browser, server):
     """Neither by requests nor, from a page of theirs in the same browser, by its websocket."""
     assert _status(server) == 200
@@ -240,8 +244,7 @@ def test_other_sites_cannot_talk_to_the_page(browser, server):
     ):
         with browser.new_context() as context:
             page = context.new_page()
-            attacker = {"body": "<p>attacker</p>", "content_type": "text/html"}
-            page.route("http://attacker.example/**", lambda route, sent=attacker: route.fulfill(**sent))
+            page.route("http://attacker.example/**", attacking)
             page.goto(site)
             assert page.evaluate(OPEN, address) == answer
 
