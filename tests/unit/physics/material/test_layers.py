@@ -23,7 +23,6 @@ from electrovib.physics.material.library import (
 )
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.stack import Layer
-from electrovib.scenario import load
 
 ASKED_FOR = (
     "alumina alumina_ald aluminosilicate_glass fep hafnia p_vdf_trfe_cfe parylene_c"
@@ -244,16 +243,12 @@ def test_the_small_signal_conductivity():
     assert onset.small_signal == pytest.approx(2e-6, rel=1e-15)
 
 
-def test_a_leak_is_a_parameter_like_others_and_none_by_default():
-    leak = {"model": "PolarityConduction", **PolarityConduction.example}
+def test_a_layer_has_no_leak_by_default_and_one_counts():
+    told = SLAB.replace({"leak": {"model": "PolarityConduction", **PolarityConduction.example}})
     assert SLAB.leak is None
-    told = SLAB.replace({"leak": leak})
     assert (told != SLAB, told.digest() != SLAB.digest()) == (True, True)
-    scenario = load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.leak": leak})
-    changed = scenario.replace({"stack.stratum_corneum.leak.conductivity_negative": "1 uS/m"})
-    assert changed.stack.layers["stratum_corneum"].leak.conductivity_negative == 1e-6
     with pytest.raises(InputError, match="PolarityConduction"):
-        scenario.replace({"stack.stratum_corneum.leak": {"model": "PolarityConducton"}})
+        SLAB.replace({"leak": {"model": "PolarityConducton"}})
 
 
 def test_moisture_is_read_as_it_is_written_and_what_no_source_gives_has_to_be_given():
