@@ -57,9 +57,6 @@ def write(path, headings, *arrays):
     return {"model": "Tabulated", "file": str(path), "conductivity": 1e-7}
 
 
-# ------------------------------------------------------------------------------ rows, between and beyond
-
-
 def test_rows_are_met_with_and_without_conduction():
     material = tabulated()
     whole = PERMITTIVITY - 1j * LOSS
@@ -123,8 +120,6 @@ def test_any_table_is_passive_from_a_tenth_of_a_hertz_to_a_gigahertz(material):
     assert np.all(material.complex_permittivity(frequency).imag <= 0)
 
 
-# ------------------------------------------------------------------------------ columns and files
-
 RESISTIVITIES = 1 / (2 * np.pi * FREQUENCY * VACUUM_PERMITTIVITY * LOSS)
 
 
@@ -140,8 +135,6 @@ def test_reads_eps_and_rho_of_a_file_with_units(tmp_path):
     assert again == material
     assert again.table()[1].tobytes() == material.table()[1].tobytes()
 
-
-# ------------------------------------------------------------------------------ what is refused
 
 FOUR = [1.0, 2.0, 3.0, 4.0]
 RESISTIVITY = {"model": "Resistivity"}
@@ -223,9 +216,6 @@ def test_noise_may_take_five_percent_of_the_conduction():
         tabulated(**film, conductivity=20 * tiny)
 
 
-# ------------------------------------------------------------------------------ what it says of itself
-
-
 def test_the_kramers_kronig_residual_is_the_noise_unless_rows_are_too_few():
     # 51 points determine that of 1 % to a tenth, so half is far off
     assert measured(SKIN, BAND, noise=0.01).kramers_kronig == pytest.approx(0.01, rel=0.5)
@@ -244,9 +234,6 @@ def test_bounds_hold_the_true_conductivity_and_leave_only_the_split_open():
         other = table.replace({"conductivity": declared})
         assert other.conduction_bounds() == (least, most)
         assert other.complex_permittivity(BAND) == pytest.approx(table.complex_permittivity(BAND), rel=1e-12)
-
-
-# ------------------------------------------------------------------------------ Debye terms
 
 
 def test_reduction_follows_the_rows_and_states_its_error():
@@ -284,9 +271,6 @@ def test_noisy_table_is_reduced_to_its_noise():
     assert error.max() < 0.03
     # Against the rows themselves the noise is all there, three times 1 % at one of 51 rows.
     assert reduction.largest_error > 0.02
-
-
-# ------------------------------------------------------------------------------ a real table
 
 
 def gabriel(loss, column, **changes):
