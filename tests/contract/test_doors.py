@@ -199,9 +199,6 @@ def test_every_function_states_the_warning(name):
         assert told == ["warning"]
 
 
-# ------------------------------------------------------------------------------ one scenario in every form
-
-
 def use(name, given):
     return READING[name](given) if name in READING else VALUES[name](DOORS[name](given))
 
@@ -272,8 +269,6 @@ def test_anything_else_is_refused_in_one_sentence(name, wrong, tmp_path):
     assert not list(tmp_path.iterdir()), "nothing has been written"
 
 
-# ------------------------------------------------------------------------------ commands
-
 FREE = f'--want "{MEAN} = 1 mN" --free "drive.amplitude=10 V:400 V"'
 TARGET = f'--want "{FORCE} = sine 5 Hz 1 mN" --method carrier'
 OVER = "--over drive.amplitude=50:100:2 --refine 0"
@@ -341,9 +336,6 @@ def test_every_command_states_the_warning_once_and_in_each_of_its_files(call, ca
     for file in [each for each in Path().rglob("*") if each.is_file() and each.name not in INPUTS]:
         if file.suffix in {".csv", ".html", ".json", ".cir"}:
             assert WARNING in html.unescape(file.read_text(encoding="utf-8")), file
-
-
-# ------------------------------------------------------------------------------ what else is judged
 
 
 def test_a_reproduction_states_the_warnings(monkeypatch):

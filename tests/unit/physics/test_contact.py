@@ -70,9 +70,6 @@ def by_panels(electrical, gaps):
     return float(np.sum(half * weights * gaps.density(places) / np.abs(places + electrical) ** 2))
 
 
-# ------------------------------------------------------------------------------ published numbers
-
-
 def test_ratios_of_the_average_to_the_pull_at_the_mean_gap():
     expected = {5e-6: (36, 22, 4.5), 22e-6: (571, 329, 46)}  # on the coat, at a mean of 1, 2 and 3 rms
     found = {rms: [ratio(COATING, rms, in_rms) for in_rms in (1, 2, 3)] for rms in expected}
@@ -99,9 +96,6 @@ def test_what_a_share_in_contact_adds(fraction, expect):
 def test_a_sine_pulls_half_of_its_peak():
     mean = local_pull(100.0 / math.sqrt(2), electrical_thickness=COATING, gap=[0.0, 3e-6, 10e-6])
     np.testing.assert_allclose(mean, [155e3, 1.94e3, 206.0], rtol=3e-3)  # three digits
-
-
-# ------------------------------------------------------------------------------ the rule of the average
 
 
 @given(mean=lengths | st.just(0.0), rms=lengths, size=lengths, angle=st.floats(0.0, 1.4))
@@ -163,9 +157,6 @@ def test_real_contact_between_its_limits():
     assert share[-1] == 1
     assert np.all(np.diff(share) >= 0)
     assert np.all(share <= proportional * 1.0003)
-
-
-# ------------------------------------------------------------------------------ attraction against the mean gap
 
 
 def rough(surface=SKIN, thickness=COATING, voltage=100.0, spots=PULLING, **more):
@@ -246,9 +237,6 @@ def test_what_is_no_distribution_is_refused(mean, rms, words):
         GaussianGaps(mean=mean, rms=rms)
 
 
-# ------------------------------------------------------------------------------ surfaces and areas
-
-
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
 def test_every_surface_repels_ever_less_and_touches_ever_more(surface):
     gaps = np.linspace(1e-7, 9e-6, 20)
@@ -321,9 +309,6 @@ def test_pull_in_voltage_is_the_printed_formula():
     film = 90e-6 / 3.35 + 200e-6 / 1560  # on the founding film a gap below 13 um has none
     assert voltage(film, free_gap=13.4e-6) is None
     assert voltage(film, free_gap=13.6e-6) is not None
-
-
-# ------------------------------------------------------------------------------ gross and real area
 
 
 def test_a_fixed_area_is_the_same_under_any_force_and_a_growing_one_follows_its_power():

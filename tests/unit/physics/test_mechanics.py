@@ -35,9 +35,6 @@ NONE = np.nan
 STEADY = Coulomb(coefficient=0.5)
 
 
-# ------------------------------------------------------------------------------ finger
-
-
 def test_a_finger_is_overdamped_and_lumped():
     assert FINGER.natural_frequency() == pytest.approx(410.94, rel=1e-4)  # sqrt(1000/1.5e-4)/(2 pi)
     assert FINGER.damping_ratio() == pytest.approx(1.2910, rel=1e-4)
@@ -80,9 +77,6 @@ def test_growth_with_sliding_speed_is_that_of_the_paper():
 def test_a_growth_that_leaves_the_range_is_told(growth, speed, words):
     with pytest.raises(InputError, match=words):
         FINGER.replace({"growth": {"known_at": 0.05} | growth}).at_speed(speed)
-
-
-# ------------------------------------------------------------------------------ friction
 
 
 def test_frictions_without_memory():
@@ -153,9 +147,6 @@ def test_a_friction_says_what_it_remembers_and_whether_it_deflects():
     assert found == [(False, False, 0), (True, False, 1), (True, True, 0)]
 
 
-# ------------------------------------------------------------------------------ load, motion, distance, amplifier
-
-
 def test_shares_of_a_load():
     """Where a swipe does not hold, at the ends of a press, and profiles that never change."""
     swipe = Swipe(rise=0.1, hold=0.0, fall=0.1)
@@ -210,9 +201,6 @@ def test_an_amplifier_aims_clips_and_sinks():
     assert amplifier.current_limits == (-np.inf, np.inf)
     assert Amplifier(source_current=1e-3).current_limits == (-1e-3, 1e-3)
     assert Amplifier(source_current=1e-3, sink_current=1e-4).current_limits == (-1e-4, 1e-3)
-
-
-# ------------------------------------------------------------------------------ a resonant load cell
 
 
 @pytest.mark.parametrize("quality", [0.6, 3.0, 30.0])

@@ -23,8 +23,6 @@ FILM = Layer(thickness=90e-6, material=Constant(permittivity=3.35))
 GAP = {"stack.gap.thickness": "5 um"}
 GLUE = {"thickness": "1 um", "role": "plate"}
 
-# ------------------------------------------------------------------------------ parts that are added
-
 
 @pytest.mark.parametrize(
     "changes",
@@ -117,9 +115,6 @@ def test_a_part_that_is_missing_is_named_with_how_to_add_it(path, sentence):
             find(TOUCHING, path)
 
 
-# ------------------------------------------------------------------------------ presets
-
-
 def made(changes, base=None, unchanged=""):
     return preset(base, title="a title", changes=changes, unchanged=unchanged)
 
@@ -203,8 +198,6 @@ def test_every_parameter_can_be_given_a_source():
     assert {path for path, _, _ in built.parameters() if not path.startswith("time.")} == set(built.sources)
 
 
-# ------------------------------------------------------------------------------ validated where something changes
-
 WRONG = (
     {"drve.high": 1},
     {"drive.hihg": 1},
@@ -249,8 +242,6 @@ def test_a_change_is_the_same_as_building_the_whole_anew(name, monkeypatch):
     assert found == [outcome(scenario, each) for each in cases]
     assert sum(isinstance(each, tuple) for each in found) >= 5
 
-
-# ------------------------------------------------------------------------------ moisture
 
 WET = Moisture(**{**Moisture.example, "level": 1.0})
 AIR = {"thickness": 3e-6, "material": {"model": "Constant", "permittivity": 1.0}}

@@ -11,7 +11,6 @@ from electrovib.papers import gabriel_1996, palmar_1995
 from electrovib.scenario import load, preset, skins
 from electrovib.scenario.offers import with_offers
 from electrovib.scenario.sources import BY_THE_USER, not_in_paper
-from electrovib.scenario.toml import to_toml
 
 SKIN, FILM = "stack.stratum_corneum.material", "stack.insulator.material"
 DRY_MEN = palmar_1995.skins()["dry_men"].material
@@ -173,17 +172,6 @@ def test_a_wrong_name_hides_no_other_mistake(file):
         file(LAYERS.replace("FILM", "silica").replace("wet", "wett").replace("90 um", "90 V"))
     assert len(caught.value.problems) == 2
     assert set(skins()) >= {"gabriel_1996/wet", "palmar_1995/dry_men", "plutchik_1963/skin"}
-
-
-def test_a_material_is_written_and_read_again(on, tmp_path):
-    read = on("polyimide")
-    text = to_toml(read)
-    assert 'substance = "polyimide"' in text
-    again = tmp_path / "again.toml"
-    again.write_text(text, encoding="utf-8")
-    assert load(again) == read
-    assert load(again).sources == read.sources
-    assert load(again).digest() == read.digest()
 
 
 def test_a_substance_is_set_and_taken_away():

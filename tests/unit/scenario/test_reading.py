@@ -1,26 +1,20 @@
 """Scenarios from files, names and Traces, files that they name in turn, and inputs that are none."""
 
-from __future__ import annotations
-
 import os
-from typing import Annotated, Any, ClassVar
 
 import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.core.files import FileColumn, inputs_noted
-from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity
-from electrovib.core.samples import Samples
-from electrovib.core.signals import make_trace
+from electrovib.core.files import inputs_noted
+from electrovib.core.trace import make_trace
 from electrovib.data.traces import load_nc, open_trace, save_nc
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Material
 from electrovib.physics.stack import Stack
 from electrovib.scenario import load, read_part, scenario_of, sweep_of
 from electrovib.scenario.space import read_space
-from electrovib.studies.check.declared import limits_from
+from electrovib.study.check.declared import limits_from
 
 PAPER = load("vezzoli_2014/fig6")
 RECORD = {"model": "Sampled", "file": "record.csv"}
@@ -160,29 +154,6 @@ def test_a_file_that_cannot_be_read_does_not_hide_the_other_mistakes(folder):
     material = "stratum_corneum.material"
     assert set(found) == {"insulator.thickness", material, f"{material}.frequenzy_unit"}
     assert found[material].endswith("skin.csv: there is no such file.")
-
-
-class Gauge(Model):
-    """Model with one column of a file."""
-
-    example: ClassVar[dict[str, Any]] = {}
-    file: str = ""
-    largest: Annotated[Number, Quantity("N", 0, 10, "largest force")] = 1.0
-    force_samples: Samples = Samples([])
-
-    @classmethod
-    def file_columns(cls, table):
-        return {"force_samples": FileColumn("force", "N", " Or give none.")} if table.get("file") else {}
-
-
-def test_any_model_may_declare_columns_and_what_else_can_be_done(folder):
-    (folder / "force.csv").write_text("force [mN],x\n1,1\n2,1\n", encoding="utf-8")
-    gauge = read_part(Gauge, {"file": "force.csv"}, folder=folder)
-    assert gauge.force_samples.values.tolist() == [1e-3, 2e-3]
-    assert read_part(Gauge, {}, folder=folder) == Gauge()
-    (folder / "force.csv").write_text("forse [mN],x\n1,1\n2,1\n", encoding="utf-8")
-    told = "no column 'force'. Did you mean 'forse'? It has: forse, x. Or give none."
-    assert told in refusal(read_part, Gauge, {"file": "force.csv"}, folder=folder)
 
 
 @pytest.mark.parametrize(

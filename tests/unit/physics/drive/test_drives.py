@@ -36,9 +36,6 @@ def at(drive, *times):
     return drive.voltage(np.array(times))
 
 
-# ------------------------------------------------------------------------------ straight pieces
-
-
 def test_a_step_and_a_square_have_the_level_after_a_jump():
     assert np.array_equal(at(Step(level=-5), -1e-12, 0, 1e9), [0, -5, -5])
     square = Square(high=10, low=-4, frequency=0.5)
@@ -76,9 +73,6 @@ def test_times_that_fill_the_period_but_for_rounding():
     assert triangle.parts()[0].times == pytest.approx([0, 1 / 600, 1 / 300], rel=1e-15)
 
 
-# ------------------------------------------------------------------------------ sines
-
-
 @pytest.mark.parametrize("cycles", [1, 7])
 def test_a_burst_begins_and_ends_at_0_volts(cycles):
     drive = Burst(amplitude=100, frequency=250, cycles=cycles, delay=3.3e-3)
@@ -107,9 +101,6 @@ def test_a_chirp_knows_its_highest_frequency():
     for first, last in ((10, 1000), (1000, 10), (0, 300)):
         (part,) = Chirp(amplitude=5, first=first, last=last, length=0.04).parts()
         assert part.highest_frequency == max(first, last)
-
-
-# ------------------------------------------------------------------------------ periods and durations
 
 
 @pytest.mark.parametrize(
@@ -170,9 +161,6 @@ def test_durations():
         assert np.ptp(drive.voltage(np.linspace(-1e-9, drive.duration, 999))) > 0, name
         if drive.period is None:  # off before time 0
             assert drive.voltage(-1e-3) == drive.slope(-1e-3) == 0, name
-
-
-# ------------------------------------------------------------------------------ currents, held samples
 
 
 def test_a_drive_is_of_voltages_or_of_currents_and_an_amplifier_keeps_the_time_of_its_command():

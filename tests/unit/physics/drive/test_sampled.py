@@ -87,8 +87,6 @@ def test_kept_stamps_increase_and_reach_the_latest(steps):
     assert np.array_equal(np.flatnonzero(kept), np.unique(first_reached))
 
 
-# ------------------------------------------------------------------------------ what is refused
-
 RAMP = [0, 1, 2]
 REMEDY = 'add stamps = { model = "KeepIncreasing" } to the drive'
 BAD_SAMPLES = [
@@ -167,8 +165,6 @@ def test_a_column_is_a_name_or_a_number_and_its_numbers_then_travel_without_the_
     with pytest.raises(InputError, match="time_column"):
         read(file="record.csv", time_column=1.5)
 
-
-# ------------------------------------------------------------------ one of two electrodes driven in antiphase
 
 MANY = np.arange(400) * 1e-3
 ON = (MANY >= 0.1) & (MANY < 0.3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from electrovib.core.citation import STATUSES
+from electrovib.core.checks import STATUSES
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
@@ -11,6 +11,7 @@ from electrovib.core.quantity import quantity_of
 from electrovib.physics.conduction import Conduction, FieldConduction, PolarityConduction
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.force import needed_layer, wanted_layer
+from electrovib.physics.interface import IMPLIED, ORDER, beside_interface, interface_place, roles_of
 from electrovib.physics.material import Constant, Material
 from electrovib.physics.material.library import (
     UNVERIFIED,
@@ -21,8 +22,7 @@ from electrovib.physics.material.library import (
     nearest_substances,
 )
 from electrovib.physics.moisture import Moisture
-from electrovib.physics.stack import IMPLIED, ORDER, Layer, beside_interface, interface_place, roles_of
-from electrovib.scenario import load
+from electrovib.physics.stack import Layer
 
 ASKED_FOR = (
     "alumina alumina_ald aluminosilicate_glass fep hafnia p_vdf_trfe_cfe parylene_c"
@@ -243,16 +243,12 @@ def test_the_small_signal_conductivity():
     assert onset.small_signal == pytest.approx(2e-6, rel=1e-15)
 
 
-def test_a_leak_is_a_parameter_like_others_and_none_by_default():
-    leak = {"model": "PolarityConduction", **PolarityConduction.example}
+def test_a_layer_has_no_leak_by_default_and_one_counts():
+    told = SLAB.replace({"leak": {"model": "PolarityConduction", **PolarityConduction.example}})
     assert SLAB.leak is None
-    told = SLAB.replace({"leak": leak})
     assert (told != SLAB, told.digest() != SLAB.digest()) == (True, True)
-    scenario = load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.leak": leak})
-    changed = scenario.replace({"stack.stratum_corneum.leak.conductivity_negative": "1 uS/m"})
-    assert changed.stack.layers["stratum_corneum"].leak.conductivity_negative == 1e-6
     with pytest.raises(InputError, match="PolarityConduction"):
-        scenario.replace({"stack.stratum_corneum.leak": {"model": "PolarityConducton"}})
+        SLAB.replace({"leak": {"model": "PolarityConducton"}})
 
 
 def test_moisture_is_read_as_it_is_written_and_what_no_source_gives_has_to_be_given():
