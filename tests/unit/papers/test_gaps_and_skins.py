@@ -48,9 +48,8 @@ def test_the_remaining_impedance_is_that_of_a_leaky_gap():
     resistance = aliabbasi_2024.GAP_RESISTIVITY * aliabbasi_2024.GAP / 1e-4
     assert abs(left[0]) == pytest.approx(resistance, rel=1e-6)
     stiff = scenario.replace({"stack.gap.material.conductivity": 0.0})
-    assert aliabbasi_2024.rises_to(stiff, share=0.5) == pytest.approx(1e-2), (
-        "the lowest frequency of the band"
-    )
+    # the lowest frequency of the band
+    assert aliabbasi_2024.rises_to(stiff, share=0.5) == pytest.approx(1e-2)
     bare = aliabbasi_2024.chain(gap_resistivity=1e6)
     assert list(bare.stack.layers) == ["insulator", "gap"]
     full = aliabbasi_2024.chain(gap_resistivity=1e6, skin=plutchik_1963.material())
