@@ -96,5 +96,7 @@ def test_the_cut_off_of_published_skins_is_below_about_500_hz():
     assert meyer_2013.cut_off(dry) == pytest.approx(1880.0, rel=5e-3)
     surrogate = papers()["vezzoli_2014"].skins()["surrogate_0.85"].material
     assert math.isnan(meyer_2013.cut_off(surrogate)), "it does not conduct"
+    quick = meyer_2013.first_order_skin(time_constant=1e-9)
+    assert math.isnan(meyer_2013.cut_off(quick)), "above 1 MHz"
     sources = meyer_2013.scenarios()["first_order"].sources
     assert "circular" in sources["stack.stratum_corneum.material.conductivity"]
