@@ -35,9 +35,8 @@ def run(command, folder):
     words = shlex.split(command, comments=True)
     target = words[words.index(">") + 1] if ">" in words else ""
     words = words[: words.index(">")] if target else words
-    done = subprocess.run(
-        [sys.executable, "-m", *words], cwd=folder, capture_output=True, text=True, check=False, timeout=300
-    )
+    typed = [sys.executable, "-m", *words]
+    done = subprocess.run(typed, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
     # how a simulated bench was left is always stated
     other = [line for line in done.stderr.splitlines() if not line.startswith("electrovib: simulated: ")]
     assert (done.returncode, other) == (0, []), command

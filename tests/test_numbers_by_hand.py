@@ -137,9 +137,8 @@ def test_the_sweep_of_its_guide():
     assert '"stack.insulator.thickness": [10e-6, 30e-6, 90e-6], "drive.rise": [1e-3, 10e-3, 100e-3]' in text
     films, rises = [10e-6, 30e-6, 90e-6], [1e-3, 10e-3, 100e-3]
     names = ["mean electrostatic_force", "swing lateral_force", "peak field in insulator"]
-    found = ev.sweep(
-        "vezzoli_2014/fig6", {"stack.insulator.thickness": films, "drive.rise": rises}, quantities=names
-    )
+    over = {"stack.insulator.thickness": films, "drive.rise": rises}
+    found = ev.sweep("vezzoli_2014/fig6", over, quantities=names)
     for row, film in enumerate(films):
         for column, rise in enumerate(rises):
             pieces = [(rise, 1000.0), *TRAPEZIUM[1:]]
@@ -224,9 +223,8 @@ def test_the_mechanism_that_is_explained():
     for share, frequency in re.findall(r"([\d.]+) % at (\d+) Hz", text):
         turn = 2 * math.pi * float(frequency) * tau
         assert float(share) == pytest.approx(100 * turn**2 / (1 + turn**2), rel=0.02)
-    assert printed(r"the insulator has ([\d.]+) %", text) == pytest.approx(
-        100 * skin / (film + skin), abs=0.05
-    )
+    share = 100 * skin / (film + skin)
+    assert printed(r"the insulator has ([\d.]+) %", text) == pytest.approx(share, abs=0.05)
 
 
 def test_grounded_and_floating_bodies():
@@ -270,9 +268,8 @@ def test_the_published_laws_differ_as_is_explained():
     thick, thin = (FILM / PERMITTIVITY + each / OF_SKIN for each in (400e-6, 100e-6))
     gain = thick * (FILM + 400e-6) / (thin * (FILM + 100e-6))
     assert printed(r"a factor of ([\d.]+), the stress", text) == pytest.approx(gain, abs=0.005)
-    assert printed(r"in a vanishing gap ([\d.]+) %", text) == pytest.approx(
-        100 * ((thick / thin) ** 2 - 1), abs=0.05
-    )
+    gain = 100 * ((thick / thin) ** 2 - 1)
+    assert printed(r"in a vanishing gap ([\d.]+) %", text) == pytest.approx(gain, abs=0.05)
     assert printed(r"a factor of up to (\d+)", text) == pytest.approx(
         none[1] / expected["MaxwellStressInStratumCorneum"][1], rel=1e-2
     )
@@ -283,6 +280,5 @@ def test_the_statements_on_what_is_not_known():
     shown = printed(r"give a resistivity of ([\d.]+e5) ohm m", text)
     assert shown == pytest.approx(TIME_CONSTANT / (EPS0 * OF_SKIN), rel=2e-3)
     # an offset of a tenth of the voltage: one of two opposite pulses has 0.9, the other 1.1 of it
-    assert printed(r"one of two opposite pulses to ([\d.]+) of that", text) == pytest.approx(
-        (0.9 / 1.1) ** 2, abs=0.005
-    )
+    ratio = printed(r"one of two opposite pulses to ([\d.]+) of that", text)
+    assert ratio == pytest.approx((0.9 / 1.1) ** 2, abs=0.005)

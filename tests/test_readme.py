@@ -46,6 +46,10 @@ def is_marked(block):
     return block["before"].startswith("<!-- ") and block["language"] == "sh"
 
 
+def is_whole(command):
+    return command in RUN_WITHOUT_OPTIONS or not PLACEHOLDER.search(command)
+
+
 def commands(text):
     """Commands in lines of text and in blocks, in their order."""
 
@@ -55,10 +59,7 @@ def commands(text):
 
     found = []
     for line in BLOCK.sub(shell_lines, text).splitlines():
-        inline = [
-            one for one in COMMAND.findall(line) if one in RUN_WITHOUT_OPTIONS or not PLACEHOLDER.search(one)
-        ]
-        found += [line] if line.startswith("electrovib ") else inline
+        found += [line] if line.startswith("electrovib ") else filter(is_whole, COMMAND.findall(line))
     return found
 
 

@@ -342,9 +342,7 @@ PEAK = 1.2 * np.sin(2 * np.pi * BURST) ** 2 - 0.1
         (-PEAK, {"": 1.09}, 0.0, r"the {} read back reached 1\.1 ., above its limit of 1\.09"),
     ],
 )
-def test_a_peak_of_either_sign_or_a_root_mean_square_above_its_limit_stops(
-    name, values, limits, tolerated, words
-):
+def test_a_peak_of_either_sign_or_an_rms_above_its_limit_stops(name, values, limits, tolerated, words):
     record = RunRecord(burst="full burst", time=BURST, channels={name: values})
     allowed = Limits(**{f"{kind}{name}": value for kind, value in limits.items()})
     plan = SimpleNamespace(limits=allowed, duration=1.0)

@@ -25,10 +25,8 @@ PATIENCE = 60.0
 @contextmanager
 def process(*arguments, **options):
     """Start a Python process that ends with the block, however the block ends."""
-    started = subprocess.Popen(
-        [sys.executable, *arguments],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1, **options,
-    )  # fmt: skip
+    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    started = subprocess.Popen([sys.executable, *arguments], **streams, text=True, bufsize=1, **options)
     try:
         yield started
     finally:
@@ -41,14 +39,12 @@ def process(*arguments, **options):
 def served(tmp_path, *, with_enable=True):
     """Serve a simulated bench in a process of its own; yield its bench file and a link to its state."""
     content = ev.plan_bench(SCENARIO).settings.to_dict()
-    content["amplifier"]["enable"] = (
-        {"on": "OUTP ON", "off": "OUTP OFF", "state": "OUTP?"} if with_enable else None
-    )
+    enable = {"on": "OUTP ON", "off": "OUTP OFF", "state": "OUTP?"}
+    content["amplifier"]["enable"] = enable if with_enable else None
     file = tmp_path / "bench.toml"
     write(file, content)
-    with process(
-        "-m", "electrovib.bench.twin.server", str(file), SCENARIO, "--seconds", str(PATIENCE)
-    ) as twin:
+    server = ("-m", "electrovib.bench.twin.server", str(file), SCENARIO, "--seconds", str(PATIENCE))
+    with process(*server) as twin:
         addresses = {}
         for line in twin.stdout:
             if line.strip() == "ready":

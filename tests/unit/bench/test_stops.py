@@ -105,7 +105,7 @@ def test_a_stop_ends_with_0_v_the_sentence_and_the_data(played, tmp_path, monkey
 
 @pytest.mark.parametrize("broken", ["trace_of", "save"])
 @pytest.mark.parametrize("step", ["compare", None])
-def test_what_was_read_is_kept_as_it_is_where_no_trace_can_be_made(
+def test_what_was_read_is_kept_where_no_trace_can_be_made(
     played, tmp_path, monkeypatch, capsys, broken, step
 ):
     def report(name):

@@ -48,9 +48,8 @@ def test_the_remaining_impedance_is_that_of_a_leaky_gap():
     resistance = aliabbasi_2024.GAP_RESISTIVITY * aliabbasi_2024.GAP / 1e-4
     assert abs(left[0]) == pytest.approx(resistance, rel=1e-6)
     stiff = scenario.replace({"stack.gap.material.conductivity": 0.0})
-    assert aliabbasi_2024.rises_to(stiff, share=0.5) == pytest.approx(1e-2), (
-        "the lowest frequency of the band"
-    )
+    # the lowest frequency of the band
+    assert aliabbasi_2024.rises_to(stiff, share=0.5) == pytest.approx(1e-2)
     bare = aliabbasi_2024.chain(gap_resistivity=1e6)
     assert list(bare.stack.layers) == ["insulator", "gap"]
     full = aliabbasi_2024.chain(gap_resistivity=1e6, skin=plutchik_1963.material())
@@ -97,5 +96,7 @@ def test_the_cut_off_of_published_skins_is_below_about_500_hz():
     assert meyer_2013.cut_off(dry) == pytest.approx(1880.0, rel=5e-3)
     surrogate = papers()["vezzoli_2014"].skins()["surrogate_0.85"].material
     assert math.isnan(meyer_2013.cut_off(surrogate)), "it does not conduct"
+    quick = meyer_2013.first_order_skin(time_constant=1e-9)
+    assert math.isnan(meyer_2013.cut_off(quick)), "above 1 MHz"
     sources = meyer_2013.scenarios()["first_order"].sources
     assert "circular" in sources["stack.stratum_corneum.material.conductivity"]

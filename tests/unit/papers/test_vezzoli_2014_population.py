@@ -31,10 +31,8 @@ def test_the_closed_forms_of_figure_6_are_those_of_the_solver(figure, function):
 def test_the_closed_forms_of_figure_7_are_those_of_the_solver():
     drawn = population("fig7").draw(1, 0, 3)
     gap = np.array([1e-6, 2e-6, 5e-6])
-    by_law, in_gap = (
-        forms.mean_by_law(drawn, FREQUENCY),
-        forms.mean_in_gap(drawn | {forms.GAP: gap}, FREQUENCY),
-    )
+    by_law = forms.mean_by_law(drawn, FREQUENCY)
+    in_gap = forms.mean_in_gap(drawn | {forms.GAP: gap}, FREQUENCY)
     for number in range(3):
         at = {path: each[number] for path, each in drawn.items()}
         material = ConstantPhase(
@@ -63,9 +61,8 @@ def test_both_laws_have_the_same_nominal_time_constants():
     for group in ("dry", "moist"):
         skin, leak = (drawn[path][groups == group] for path in (forms.CONDUCTIVITY, forms.LEAK))
         factor = (1 + values.FILM_PERMITTIVITY * 1e-6 / values.FILM_THICKNESS) / values.SKIN_PERMITTIVITY
-        np.testing.assert_allclose(
-            np.quantile(leak, [0, 0.5, 1]), factor * np.quantile(skin, [0, 0.5, 1]), rtol=0.02
-        )
+        of_leak, of_skin = (np.quantile(each, [0, 0.5, 1]) for each in (leak, skin))
+        np.testing.assert_allclose(of_leak, factor * of_skin, rtol=0.02)
 
 
 def test_thickness_holds_next_to_nothing_of_the_spread_and_the_resistivities_most():
@@ -93,10 +90,8 @@ def test_the_range_of_eight_is_that_of_the_quantiles_of_its_ends():
 def test_rows_table_and_figures_of_the_population():
     """Law (1) disagrees, the gap is open; every input has a line under both laws and for dry fingers."""
     found = {row.id: row for row in rows()}
-    assert {name: row.verdict for name, row in found.items()} == {
-        "population_law_1": "disagrees",
-        "population_gap": "open",
-    }
+    verdicts = {name: row.verdict for name, row in found.items()}
+    assert verdicts == {"population_law_1": "disagrees", "population_gap": "open"}
     for row in found.values():
         assert row.paper == (2.0, 5.0)
         assert "population 'fingers'" in row.note
