@@ -7,14 +7,14 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.files import inputs_noted
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.data.traces import load_nc, open_trace, save_nc
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Material
 from electrovib.physics.stack import Stack
 from electrovib.scenario import load, read_part, scenario_of, sweep_of
 from electrovib.scenario.space import read_space
-from electrovib.study.check.declared import limits_from
+from electrovib.studies.check.declared import limits_from
 
 PAPER = load("vezzoli_2014/fig6")
 RECORD = {"model": "Sampled", "file": "record.csv"}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from electrovib.core.checks import STATUSES
+from electrovib.core.citation import STATUSES
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
@@ -11,7 +11,6 @@ from electrovib.core.quantity import quantity_of
 from electrovib.physics.conduction import Conduction, FieldConduction, PolarityConduction
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.force import needed_layer, wanted_layer
-from electrovib.physics.interface import IMPLIED, ORDER, beside_interface, interface_place, roles_of
 from electrovib.physics.material import Constant, Material
 from electrovib.physics.material.library import (
     UNVERIFIED,
@@ -22,7 +21,7 @@ from electrovib.physics.material.library import (
     nearest_substances,
 )
 from electrovib.physics.moisture import Moisture
-from electrovib.physics.stack import Layer
+from electrovib.physics.stack import IMPLIED, ORDER, Layer, beside_interface, interface_place, roles_of
 
 ASKED_FOR = (
     "alumina alumina_ald aluminosilicate_glass fep hafnia p_vdf_trfe_cfe parylene_c"
