@@ -34,9 +34,9 @@ def test_layers_are_kept():
 
 
 def test_every_folder_is_a_package_in_a_layer_in_the_order_of_the_data():
-    order = ["core", "physics", "scenario", "solve", "study", "papers", "view", "bench", "apps"]
+    order = ["core", "physics", "scenario", "solve", "studies", "papers", "view", "exports", "bench", "apps"]
     assert [PLACES[name] for name in order] == sorted({PLACES[name] for name in order})
-    for one, other in (("data", "physics"), ("export", "view"), ("recordings", "study")):
+    for one, other in (("data", "physics"), ("recordings", "studies")):
         assert PLACES[one] == PLACES[other]
     assert set(PLACES) == {path.name for path in SOURCE.iterdir() if (path / "__init__.py").exists()}
     folders = {path.parent for path in SOURCE.rglob("*.py")}

@@ -120,8 +120,7 @@ def fit(
         )  # fmt: skip
     with gathered(problems):
         if output is not None:
-            more = CHAINS if posterior is not None else {}
-            check_answer(FitResult, output, more=more, inputs=inputs, force=force)
+            check_answer(FitResult, output, more=CHAINS if posterior else {}, inputs=inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
     given = _FitRequest(

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Indices, Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.solve.quantities import Answer, Named
+    from electrovib.solve.quantities import Named, QuantityNumbers
     from electrovib.solve.quantities.resolve import Mesh
 
 _CHUNK: Final = 1024
@@ -170,7 +170,7 @@ class Prepared(ParametricScenario):
         found = self._of_points(draws, columns[0].size, progress)
         return {name: found[name].reshape(columns[0].shape) for name in self.quantities}
 
-    def judged(self, values: Mapping[str, float] | Sequence[float]) -> Answer:
+    def judged(self, values: Mapping[str, float] | Sequence[float]) -> QuantityNumbers:
         """Compute the quantities for given values of the free parameters, with their diagnostics."""
         return answer(solved(self.scenario(values)), self._names)
 

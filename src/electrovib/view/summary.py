@@ -83,8 +83,8 @@ def swept_texts(trace: xarray.Dataset) -> dict[str, str]:
     texts = {}
     for path in swept_paths(trace):
         values = trace[path].values
-        first, last = (shown_value(value, units.get(path, "")) for value in (values[0], values[-1]))
-        texts[path] = f"{first} … {last} ({len(values)} values)"
+        ends = " … ".join(shown_value(values[at], units.get(path, "")) for at in (0, -1) if len(values))
+        texts[path] = f"{ends} ({len(values)} values)".strip()
     return texts
 
 

@@ -62,6 +62,13 @@ def test_a_function_is_evaluated_within_the_bounds_only(start, lower, upper):
         assert np.sqrt(found.covariance[0, 0]) == pytest.approx(expected, rel=1e-11)
 
 
+def test_a_search_that_ended_at_0_begins_anew_above_it():
+    free = FreeParameter(start=1e-4, lower=0.0, upper=5e-3, logarithmic=True)
+    assert 0 < free.starting_at(0.0).start < 1e-300
+    assert free.starting_at(1.0).start == 5e-3
+    assert FreeParameter(start=1.0, lower=0.0).starting_at(0.0).start == 0.0
+
+
 def test_criteria_by_hand_and_where_the_correction_has_no_meaning():
     assert aicc(10.0, counted=3, data=20) == pytest.approx(10 + 6 + 24 / 16, rel=1e-15)
     assert bic(10.0, counted=3, data=20) == pytest.approx(10 + 3 * math.log(20), rel=1e-15)

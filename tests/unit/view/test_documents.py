@@ -16,16 +16,15 @@ from electrovib.view.pages import inline, to_png, to_svg
 LINE = Curve(label="force", x=np.array([0.0, 1.0]), y=np.array([1.0, 2.0]))
 AXES = {"x": ("time", "s"), "y": ("force", "N")}
 PANEL = Panel(id="p", title="Force <over> time", caption="Made up.", **AXES, curves=(LINE,))
-DRAWING = Drawing(
-    id="d", title="A drawing", draw=lambda axes: axes.plot([0, 1]) and axes.set_title("own"), size=(2.0, 1.0)
-)
+DRAWING = Drawing(id="d", title="A drawing", plot="panel", of=PANEL, size=(2.0, 1.0))
 
 
 def test_a_page_has_all_that_a_document_says():
     page = html(
         Document(
             title="A title",
-            answer="The answer.",
+            sentences=["The answer.", "More of it."],
+            remarks=["A remark."],
             diagnostics=[Diagnostic("current", "warning", "the current is large")],
             note="Of one scenario.",
             figures=[PANEL, DRAWING],
@@ -34,7 +33,8 @@ def test_a_page_has_all_that_a_document_says():
             references=["A paper"],
         )
     )
-    for words in ("The answer.", "the current is large", "Of one scenario.", "Numbers", "A paper"):
+    once = ("<strong>The answer.</strong>", "<p>More of it.</p>", "<p>A remark.</p>", "the current is large")
+    for words in (*once, "Of one scenario.", "Numbers", "A paper"):
         assert page.count(words) == 1, words
     assert "What is not known." in page
     places = [page.index(words) for words in ("The answer.", "Made up.", "Numbers", "A drawing")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -46,8 +47,12 @@ class FreeParameter:
             raise InputError(f"start = {self.start:g}: expected a positive number for a logarithmic search")
 
     def starting_at(self, value: float) -> FreeParameter:
-        """Return the same parameter with another initial value, in its unit [1], moved between the bounds if need be."""
-        return dataclasses.replace(self, start=min(max(value, self.lower), self.upper))
+        """Return the same parameter with another initial value, in its unit [1], moved between the bounds if need be.
+
+        A logarithmic search may have ended at 0, by underflow; it begins anew at the least positive number.
+        """
+        least = max(self.lower, sys.float_info.min) if self.logarithmic else self.lower
+        return dataclasses.replace(self, start=min(max(value, least), self.upper))
 
     def coordinate(self, value: float) -> float:
         """Coordinate of the search at a value: its logarithm, or the value [1]."""

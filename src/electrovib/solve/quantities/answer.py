@@ -44,7 +44,7 @@ UNRESOLVED: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class Answer:
+class QuantityNumbers:
     """Quantities of one scenario.
 
     Parameters
@@ -65,7 +65,7 @@ class Answer:
     diagnostics: list[Diagnostic]
 
 
-def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
+def answer(expanded: Expanded, names: Sequence[Named]) -> QuantityNumbers:
     """Compute quantities of a scenario, with their diagnostics.
 
     Between the corners of drive, load and motion each signal is a polynomial of degree 15 on pieces that are
@@ -78,10 +78,14 @@ def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
     return judged(expanded, found.record, values, errors)
 
 
-def judged(expanded: Expanded, record: Record, values: dict[str, float], errors: dict[str, float]) -> Answer:
+def judged(
+    expanded: Expanded, record: Record, values: dict[str, float], errors: dict[str, float]
+) -> QuantityNumbers:
     """Return quantities with the diagnostics of the record that they were taken from."""
     found, stated = expanded.judge(record, declared_mean_squares)
-    return Answer(values, errors, record.how | stated, [*found, *_unknown(values), *_unresolved(errors)])
+    return QuantityNumbers(
+        values, errors, record.how | stated, [*found, *_unknown(values), *_unresolved(errors)]
+    )
 
 
 def numbers(

@@ -21,7 +21,7 @@ from electrovib.solve.electrics.solution import Solution, fields, linear_quantit
 from electrovib.solve.expanded import LATER_PERIODS, Record
 from electrovib.solve.mechanics.mechanical import mechanical
 from electrovib.solve.population.response import in_tones
-from electrovib.solve.quantities.answer import Answer, answer, judged
+from electrovib.solve.quantities.answer import QuantityNumbers, answer, judged
 from electrovib.solve.quantities.resolve import (
     TOLERANCE,
     Mesh,
@@ -65,14 +65,14 @@ class Together:
 
     def __init__(self, members: Sequence[Scenario], names: Sequence[Named]) -> None:
         self.members, self.names = members, names
-        self._found: dict[int, Answer] = {}
+        self._found: dict[int, QuantityNumbers] = {}
         self._groups: dict[tuple[int, ...], list[int]] = {}
         for place, member in enumerate(members):
             self._groups.setdefault(_rest(member), []).append(place)
         self._expanded: dict[tuple[int, ...], Expanded] = {}
         self._alone: set[int] = set()
 
-    def answer(self, place: int) -> Answer:
+    def answer(self, place: int) -> QuantityNumbers:
         """Return the quantities of one of the scenarios."""
         if place not in self._found:
             rest = _rest(self.members[place])
@@ -176,7 +176,7 @@ class _Cases:
         self.amplitudes = np.array([each.tones.amplitudes for each in cases])
         self.transfers = linear_quantities(self.scenario, self.section)
 
-    def answers(self, names: Sequence[Named]) -> list[Answer | None]:
+    def answers(self, names: Sequence[Named]) -> list[QuantityNumbers | None]:
         """Return the quantities and diagnostics of every case; None of one whose signals the pieces do not resolve."""
         charged = np.any(self.section.modes.charges)
         if charged or any(np.any(integral_weight(each)) for each in self.transfers.values()):

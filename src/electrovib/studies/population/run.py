@@ -82,6 +82,46 @@ def study(
     float32 values while fingers x samples x 4 bytes fit the memory, and otherwise come from histograms with a
     relative error below 0.3 %. Threads, workers and interruptions change numbers by rounding alone, less than
     1e-12 of them.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Scenario with the values that all fingers share, as for `electrovib.load`.
+    space : str, Path, mapping or Space
+        Distributions of the others, as for `electrovib.read_space`: ``"fingers"``.
+    n, seed : int
+        Number of fingers, and seed of the draws: the same seed draws the same fingers.
+    output : str or Path, optional
+        Folder ``name.zarr`` of the result, in which the same call continues an interrupted study.
+    signal : str or sequence of str
+        Signals over time, or over frequency: ``"electrostatic_force"``, ``"mean_force"``.
+    percentiles : sequence of float
+        Percentiles over the fingers, 0 to 100.
+    exceed : sequence of str or float
+        Thresholds whose exceedance probability is wanted, with units or in SI: ``"5 mN"``.
+    draws : bool
+        Whether parameters and signals of every finger are kept in the store.
+    budget_memory : str or float
+        Memory within which percentiles are exact [byte].
+    workers : int, optional
+        Number of processes on this machine; threads of this process if absent.
+    scheduler : str, optional
+        Address of a Dask scheduler, ``"tcp://host:8786"``.
+    progress : callable, optional
+        Function of the number of fingers done and of all.
+
+    Returns
+    -------
+    xarray.Dataset
+        Mean, variance, percentiles and exceedance probabilities of each signal at each sample; ``electrovib.plot.bands`` draws
+        them, `electrovib.report` writes a page.
+
+    Raises
+    ------
+    InputError
+        For every mistake in the arguments, and for a store that is damaged or of another study.
+    BudgetError
+        If the study would take more time or memory than `electrovib.budget` allows.
     """
     declared = read_study(
         scenario,
