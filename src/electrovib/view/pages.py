@@ -78,7 +78,7 @@ def filled(template: str, **content: Any) -> str:
 def check_page(path: Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
     """Check, before the computation, that a page can be written."""
     if path.suffix.lower() not in {".html", ".htm"}:
-        raise InputError(f"a report or a comparison is an .html file, not '{path.suffix}'", path=path)
+        raise InputError(f"a report is an .html file, not '{path.suffix}'", path=path)
     check_writable({path: Form.PAGE}, inputs=inputs, force=force)
 
 

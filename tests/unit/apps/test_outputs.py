@@ -75,12 +75,11 @@ def test_an_input_stays_whatever_is_forced(line, force, files, refused):
         "report t.nc -o meas.csv",
         "report b.toml -o b.toml",
         "run b.toml --report b.toml",
-        "compare b.toml -o b.toml",
     ],
 )
 def test_a_report_is_an_html_file(line, files, refused):
     name = line.split()[-1]
-    assert f"{name}: a report or a comparison is an .html file" in refused(f"{line} --force")
+    assert f"{name}: a report is an .html file" in refused(f"{line} --force")
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """``electrovib study``, with its sensitivity: what is printed and written, refused, interrupted and shown meanwhile."""
 
-import inspect
 import io
 import os
 import signal
@@ -16,7 +15,6 @@ from electrovib.apps.progress import items_shown, progress_words
 from electrovib.core.errors import InputError
 from electrovib.core.items import computed, each_item, items_heard
 from electrovib.data.marks import Form
-from electrovib.studies.population import study
 from electrovib.view import reproduce as page
 
 STUDY = "study vezzoli_2014/fig6 --space space.toml"
@@ -86,14 +84,6 @@ def test_an_interrupted_command_says_how_far_it_came(closed, cli, said, monkeypa
     assert "of 4000 fingers are complete; the same command continues with the next" in out + err
     assert not (closed / "a.zarr" / ".lock").exists()
     said(asked)
-
-
-def test_the_function_has_the_name_of_its_package():
-    assert inspect.signature(ev.study) == inspect.signature(study)
-    import electrovib.studies.sweep  # which makes the package an attribute
-
-    assert callable(ev.study)
-    assert ev.study.sweep is electrovib.studies.sweep
 
 
 def test_workers_are_a_number_or_the_address_of_a_scheduler():

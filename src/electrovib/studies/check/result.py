@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.citation import UNVERIFIED
+from electrovib.core.diagnostics import warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, json_text
@@ -175,6 +176,10 @@ class CheckResult(Answer):
             tables=self.tables,
             remarks=self.notes,
         )
+
+    def __repr__(self) -> str:
+        """Write the verdict in a few lines; `document` has every limit, its source, and published currents."""
+        return "\n".join([*self.sentences, *warning_lines(self.diagnostics, brief=True), HARDWARE])
 
     def content(self, name: str) -> str:
         """Write a row for each limit, comparison and number as CSV, or everything as JSON."""

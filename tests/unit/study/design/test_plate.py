@@ -317,7 +317,6 @@ WRONG = {
         {"limits": {"voltage": 0.0}, "materials": ["silicate"], "maximise": ["x"], "refine": -1},
         "(?s)limits.voltage",
     ),
-    "suffix": ({"output": "plate.xlsx"}, r"plate\.xlsx"),
 }
 
 
