@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -49,10 +48,11 @@ class FreeParameter:
     def starting_at(self, value: float) -> FreeParameter:
         """Return the same parameter with another initial value, in its unit [1], moved between the bounds if need be.
 
-        A logarithmic search may have ended at 0, by underflow; it begins anew at the least positive number.
+        A logarithmic search that has ended at 0, by underflow, begins where this one began.
         """
-        least = max(self.lower, sys.float_info.min) if self.logarithmic else self.lower
-        return dataclasses.replace(self, start=min(max(value, least), self.upper))
+        if self.logarithmic and value <= 0:
+            return self
+        return dataclasses.replace(self, start=min(max(value, self.lower), self.upper))
 
     def coordinate(self, value: float) -> float:
         """Coordinate of the search at a value: its logarithm, or the value [1]."""
