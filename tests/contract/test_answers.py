@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.core.answer import Answer, Document, Drawing, Table
+from electrovib.core.answer import Answer, Document, Drawing, Table, laid_out
 from electrovib.core.diagnostics import warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
@@ -184,3 +184,16 @@ def test_remarks_follow_warnings_and_tables_follow_sentences():
         "r",
     ]
     assert TextureDrive.__repr__ is Answer.__repr__
+
+
+def test_a_long_last_cell_is_wrapped_under_its_own_column(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "90")
+    words = " ".join(f"word{number}" for number in range(30))
+    _, _, heading, *lines = laid_out(
+        Table("A title", ("name", "value", "why"), (("a", "1 V", words),))
+    ).splitlines()
+    column = heading.index("why")
+    assert len(lines) > 2
+    assert all(line[column:].startswith("word") and len(line) <= 90 for line in lines)
+    assert {line[:column].strip() for line in lines[1:]} == {""}
+    assert " ".join(line[column:] for line in lines) == words
