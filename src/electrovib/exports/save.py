@@ -35,7 +35,7 @@ def save(trace: xarray.Dataset | Answer, path: str | Path, *, force: bool = Fals
     ----------
     trace : xarray.Dataset or Answer
         Any Trace; the units of its signals are written anew. Or the result of a study, whose bands are written as CSV. Or
-        any other result.
+        any other result that has a `document`.
     path : str or Path
         The output: of a Trace ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB); of
         another result ``.html``, the suffix of one of its files such as ``.csv``, or a folder for the page and all files.
@@ -63,7 +63,8 @@ def save(trace: xarray.Dataset | Answer, path: str | Path, *, force: bool = Fals
 
         return save_bands(trace, path, force=force)
     if not is_trace(trace):
-        why = f"only a Trace is saved, not a {type(trace).__name__}; a scenario is written by its to_toml()"
+        kind = type(trace).__name__
+        why = f"only a Trace or a result with a document is saved, not a {kind}; a scenario is written by its to_toml()"
         raise InputError(why, path=path)
     return _writer(path)(trace, path, force=force)
 

@@ -63,6 +63,6 @@ def test_check_before_a_long_computation(tmp_path):
     with pytest.raises(InputError, match=r"runs over drive\.rise"):
         check_output(tmp_path / "a.csv", swept)
     check_output(tmp_path / "a.nc", swept)
-    with pytest.raises(InputError, match="only a Trace is saved, not a Scenario"):
+    with pytest.raises(InputError, match="only a Trace or a result with a document is saved, not a Scenario"):
         save(load("vezzoli_2014/fig6"), tmp_path / "a.nc")
     assert [p.name for p in tmp_path.iterdir()] == ["a.frequency.csv"]
