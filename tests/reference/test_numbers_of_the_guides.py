@@ -15,8 +15,9 @@ from scipy.signal import lsim
 import electrovib as ev
 from electrovib.apps.cli.run import summary
 from electrovib.core.constants import eps0
+from electrovib.view.documents import html
 from electrovib.view.notebook.shown import trace_text
-from electrovib.view.report import page_of
+from electrovib.view.report import document_of
 from electrovib.view.summary import key_numbers
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -88,7 +89,7 @@ def test_run_report_and_notebook_state_quantities_and_not_those_of_the_output_ti
         for name, expected_ in told.items():
             line = next(line for line in summary(trace, None, None) if line.startswith(name))
             assert quantity(line) == pytest.approx(expected_, rel=PRINTED)
-        page = page_of({"driven": trace})
+        page = html(document_of({"driven": trace}))
         assert numbers["mean electrostatic force"] in page
         assert f"Largest electrostatic force: {numbers['largest electrostatic force']}" in page
         assert f"mean electrostatic force: {numbers['mean electrostatic force']}" in trace_text(trace)

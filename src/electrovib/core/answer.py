@@ -9,7 +9,7 @@ import html
 import shutil
 import textwrap
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, ClassVar, Final, TypeAlias
 
@@ -61,15 +61,20 @@ class Panel:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """A figure that a plot of `electrovib.plot` draws of a result: `plot` is its name, `of` and `options` are what it takes."""
+    """A figure that a plot of `electrovib.plot` draws of a result: `plot` is its name, `of` and `options` are what it takes.
+
+    `plot` may also be a function that fills an empty matplotlib figure of width and height `size`, in inches.
+    `words` describe the figure to somebody who does not see it, by default its title.
+    """
 
     id: str
     title: str
-    plot: str
-    of: Any
+    plot: str | Callable[[Any], None]
+    of: Any = None
     options: Mapping[str, Any] = field(default_factory=dict)
     caption: str = ""
     size: tuple[float, float] | None = None
+    words: str = ""
 
 
 Shown: TypeAlias = Panel | Drawing
@@ -78,7 +83,12 @@ Shown: TypeAlias = Panel | Drawing
 
 @dataclass(frozen=True, repr=False)
 class Table:
-    """A table in words; the file `id`, if there is one, holds all of it, and the page the columns `shown`, or all."""
+    """A table in words; the file `id`, if there is one, holds all of it, and the page the columns `shown`, or all.
+
+    On a page a column looks as `looks` says: ``"code"``, ``"number"``, ``"hash"``, ``"what"`` and ``"words"`` (wide
+    enough for a sentence), ``"state"`` (a word such as ok in its colour), ``"formula"`` (mathtext). Lines of a cell
+    after its first are quieter. A `folded` table is opened by a click.
+    """
 
     title: str
     headings: tuple[str, ...]
@@ -87,6 +97,8 @@ class Table:
     caption: str = ""
     id: str = ""
     shown: tuple[int, ...] = ()
+    looks: Mapping[int, str] = field(default_factory=dict)
+    folded: bool = False
     on_page: bool = True
 
     def __repr__(self) -> str:
@@ -98,40 +110,60 @@ class Table:
 
 @dataclass(frozen=True)
 class Page:
-    """Explanations, which the file `id`, if there is one, holds in full, and the page in the paragraphs of `brief`."""
+    """Explanations, which the file `id`, if there is one, holds in full, and the page in the paragraphs of `brief`.
+
+    Those of a `listing` are the content of a text file, shown as it is.
+    """
 
     title: str
     paragraphs: tuple[str, ...]
     _: KW_ONLY
     id: str = ""
     brief: tuple[str, ...] = ()
+    listing: bool = False
+    folded: bool = False
+
+    def __str__(self) -> str:
+        return "\n\n".join((self.title, *self.paragraphs))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Document:
     """What an answer shows, its sentences first, the diagnostics of what it was computed from beside them.
 
-    - `sentences`: the answer, each sentence or group of sentences a line of a terminal.
-    - `note`: what the diagnostics do not cover.
+    - `sentences`, `numbers`: the answer, each sentence or group of sentences a line of a terminal, and its tables.
+    - `diagnostics`: by a label where several results are judged; `note`: what they do not cover.
     - `figures`, `tables`: the first figure stands before the tables of a page, the others after them.
-    - `remarks`: what was assumed and what is not stated, shown everywhere; `pages`: explanations at length.
+    - `remarks`: what was assumed and what is not stated, shown everywhere; `pages`: explanations at length, and
+      tables to look things up, on a page alone.
     """
 
     title: str
     sentences: Sequence[str]
-    diagnostics: Sequence[Diagnostic] = ()
+    numbers: Sequence[Table] = ()
+    diagnostics: Sequence[Diagnostic] | Mapping[str, Sequence[Diagnostic]] = ()
     note: str = ""
     figures: Sequence[Shown] = ()
     tables: Sequence[Table] = ()
     remarks: Sequence[str] = ()
-    pages: Sequence[Page] = ()
+    pages: Sequence[Page | Table] = ()
     references: Sequence[str] = ()
+
+    @property
+    def judged(self) -> Mapping[str, Sequence[Diagnostic]]:
+        """The diagnostics by label, an empty one where a single result is judged."""
+        return self.diagnostics if isinstance(self.diagnostics, Mapping) else {"": self.diagnostics}
+
+    @property
+    def warnings(self) -> list[str]:
+        """One line for each different warning, and one that names what could not be judged."""
+        return warning_lines((each for found in self.judged.values() for each in found), brief=True)
 
     @property
     def text(self) -> str:
         """Write the answer, the tables, then warnings and remarks, as a terminal shows them."""
-        shown = [*self.sentences, "", *map(laid_out, self.tables)]
-        return "\n".join([*shown, *warning_lines(self.diagnostics, brief=True), *self.remarks]).strip("\n")
+        shown = [*self.sentences, "", *map(laid_out, (*self.numbers, *self.tables))]
+        return "\n".join([*shown, *self.warnings, *self.remarks]).strip("\n")
 
 
 class Answer(ABC):
@@ -161,11 +193,8 @@ class Answer(ABC):
 
     def _repr_html_(self) -> str:
         said = self.document
-        first, *others = (
-            f"<p>{html.escape(line)}</p>"
-            for line in (*said.sentences, *warning_lines(said.diagnostics, brief=True))
-        )
-        return "".join([first, *map(as_html, said.tables), *others])
+        first, *others = (f"<p>{html.escape(line)}</p>" for line in (*said.sentences, *said.warnings))
+        return "".join([first, *map(as_html, (*said.numbers, *said.tables)), *others])
 
 
 def laid_out(table: Table) -> str:

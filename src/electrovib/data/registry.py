@@ -62,10 +62,3 @@ def format_lines() -> list[str]:
         for each in FORMATS
     ]
     return [*lines, f"The packages are installed with: pip install 'electrovib[{EXTRA}]'"]
-
-
-def format_table() -> str:
-    """Write the readers as a table in Markdown, which is part of ``docs/importing.md``."""
-    rows = [("name", "reads", "package"), ("---", "---", "---")]
-    rows += [(f"`{each.name}`", each.description, each.package or "none") for each in FORMATS]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -11,15 +11,15 @@ import numpy as np
 from electrovib.core.answer import Drawing, Panel
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import check_folder, check_writable, write_folder, writing
-from electrovib.data.marks import Form
+from electrovib.data.marks import Form, unsigned
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from markupsafe import Markup
     from matplotlib.figure import Figure
 
     from electrovib.core.answer import Answer, Curve, Document, Shown
-    from electrovib.view.report_figures import PageFigure
 
 PAGE: Final = "report.html"
 """Name of the page in a folder."""
@@ -96,36 +96,51 @@ def _picture(document: Document, suffix: str) -> bytes:
     return to_png(figure) if suffix == ".png" else to_svg(figure).encode()
 
 
-def html(document: Document) -> str:
-    """Write a document as one HTML page that fetches nothing."""
-    from electrovib.view import summary
-    from electrovib.view.pages import page
+@dataclass(frozen=True)
+class PageFigure:
+    """A figure in a page: heading, inline SVG, words below."""
 
-    parts = [few_curves(each) if isinstance(each, Panel) else (each,) for each in document.figures]
-    return page(
-        "document.html.jinja",
-        judged={"": document.diagnostics},
-        judged_note=document.note,
-        title=document.title,
-        sentences=document.sentences,
-        figures=[on_page(each) for some in parts for each in some],
-        tables=document.tables,
-        remarks=document.remarks,
-        pages=document.pages,
-        references=document.references,
+    title: str
+    svg: Markup
+    caption: str
+
+
+def html(document: Document, *, pictures: Mapping[str, Figure] | None = None) -> str:
+    """Write a document as one HTML page that fetches nothing; `pictures` are figures that are drawn already, by their `id`."""
+    from electrovib.view import summary
+    from electrovib.view.pages import filled
+
+    made = pictures or {}
+    parts = [
+        few_curves(each) if isinstance(each, Panel) and each.id not in made else (each,)
+        for each in document.figures
+    ]
+    figures = [on_page(each, figure=made.get(each.id)) for some in parts for each in some]
+    titles = ["", *(each.title for each in figures)]
+    return filled(
+        "page.html.jinja",
+        mark=unsigned(Form.PAGE),
+        said=document,
+        judged={label: found for label, found in document.judged.items() if found},
+        figures=[
+            replace(each, title="" if each.title == before else each.title)
+            for each, before in zip(figures, titles, strict=False)
+        ],
         versions=summary.versions(),
     )
 
 
-def on_page(shown: Shown, *, figure: Figure | None = None, more: str = "") -> PageFigure:
-    """Put a figure, drawn already or not, into a page, where its title is a heading; `more` follows its caption."""
+def on_page(shown: Shown, *, figure: Figure | None = None) -> PageFigure:
+    """Put a figure, drawn already or not, into a page, where its title is a heading."""
     from electrovib.view.pages import inline, markup, to_svg
-    from electrovib.view.report_figures import PageFigure
 
     figure = figure or drawn(shown)
-    figure.axes[0].set_title("", loc="left")
-    svg = inline(to_svg(figure), name=shown.id, words=shown.title)
-    return PageFigure(shown.title, markup(svg), f"{shown.caption} {more}".strip())
+    words = shown.title
+    if isinstance(shown, Drawing) and callable(shown.plot):
+        words = shown.words or words
+    else:
+        figure.axes[0].set_title("", loc="left")
+    return PageFigure(shown.title, markup(inline(to_svg(figure), name=shown.id, words=words)), shown.caption)
 
 
 def drawn(shown: Shown) -> Figure:
@@ -133,15 +148,20 @@ def drawn(shown: Shown) -> Figure:
     from electrovib.view import plots
     from electrovib.view.style import new_figure, style
 
-    if isinstance(shown, Drawing):
-        size = shown.size or plots.SIZES[shown.plot](shown.of)
-        figure = new_figure(size)
+    if isinstance(shown, Panel):
+        figure = new_figure(PANEL_SIZE)
         with style():
-            getattr(plots, shown.plot)(shown.of, **shown.options, ax=figure.add_subplot())
+            plots.panel(shown, ax=figure.add_subplot())
         return figure
-    figure = new_figure(PANEL_SIZE)
+    plot = shown.plot
+    if callable(plot):
+        figure = new_figure(shown.size or PANEL_SIZE)
+        with style():
+            plot(figure)
+        return figure
+    figure = new_figure(shown.size or plots.SIZES[plot](shown.of))
     with style():
-        plots.panel(shown, ax=figure.add_subplot())
+        getattr(plots, plot)(shown.of, **shown.options, ax=figure.add_subplot())
     return figure
 
 

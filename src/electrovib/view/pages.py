@@ -6,15 +6,16 @@ import functools
 import re
 from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, Any, Final
+from zlib import crc32
 
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import check_writable
-from electrovib.data.marks import Form, unsigned
-from electrovib.view.style import style
+from electrovib.data.marks import Form
+from electrovib.view.style import new_figure, style
 from electrovib.view.units import typeset
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable
     from pathlib import Path
 
     from jinja2 import Environment
@@ -54,24 +55,8 @@ def inline(svg: str, *, name: str, words: str) -> str:
     return body.replace("<svg", f'<svg role="img" aria-label="{label}"', 1)
 
 
-def page(
-    template: str,
-    *,
-    judged: Mapping[str, Sequence[Any]],
-    judged_note: str = "",
-    **content: Any,
-) -> str:
-    """Fill a template; its texts are escaped, figures from `markup` are not.
-
-    `judged` has the diagnostics of what the numbers were computed from, by a label where it is several.
-    """
-    told = {label: found for label, found in judged.items() if found}
-    mark = unsigned(Form.PAGE)
-    return filled(template, mark=mark, judged=told, judged_note=judged_note, **content)
-
-
 def filled(template: str, **content: Any) -> str:
-    """Fill a template that is part of a page of others."""
+    """Fill a template; its texts are escaped, figures from `markup` are not."""
     return _environment().get_template(template).render(**content)
 
 
@@ -87,6 +72,21 @@ def breakable(path: str) -> Markup:
     from markupsafe import Markup, escape
 
     return Markup(str(escape(path)).replace(".", ".<wbr>").replace("_", "_<wbr>"))  # noqa: S704 - escaped
+
+
+def formula(text: str) -> Markup | str:
+    """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written."""
+    written = (text if "$" in text else f"${text}$").replace(
+        r"\frac", r"\dfrac"
+    )  # legible in a line of its own
+    figure = new_figure((6.0, 1.0))
+    try:
+        with style():
+            figure.text(0, 0.5, written, fontsize=13, math_fontfamily="stix", color="#222222")
+        svg = to_svg(figure, tight=True)
+    except ValueError:
+        return text
+    return markup(inline(svg, name=f"formula{crc32(text.encode())}", words=f"Formula: {text}"))
 
 
 def markup(svg: str) -> Markup:
@@ -107,5 +107,5 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"breakable": breakable, "typeset": typeset}
+    environment.filters |= {"breakable": breakable, "typeset": typeset, "formula": formula}
     return environment

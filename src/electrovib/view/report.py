@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,24 +10,28 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from electrovib.core.answer import Document, Drawing, Page, Table
+from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.signals import is_study_result, is_trace, signal
 from electrovib.data.atomic import write_text
 from electrovib.data.marks import Form
 from electrovib.recordings.importing.beside import is_measured, residuals
-from electrovib.view.lines import envelope
-from electrovib.view.pages import check_page, inline, markup, to_svg
+from electrovib.view import summary, tables
+from electrovib.view.documents import html
+from electrovib.view.lines import envelope, scenario_or_none
+from electrovib.view.pages import check_page
 from electrovib.view.report_figures import figures
-from electrovib.view.style import COLOURS, NEUTRAL, new_figure, style
+from electrovib.view.style import COLOURS, NEUTRAL
 from electrovib.view.units import label_axis, pretty_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import xarray
-    from markupsafe import Markup
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from electrovib.core.arrays import Real
     from electrovib.recordings.importing.beside import SignalResidual
@@ -90,14 +95,7 @@ def reported(
         raise InputError(f"a report shows one study, alone or with Traces; these are {len(studies)}")
     studied = next(iter(studies.values()), None)
     shown = _simulated(found) if found or studied is None else {}
-    if studied is not None and not shown:
-        from electrovib.view.documents import html
-        from electrovib.view.studied import study_document
-
-        text = html(study_document(studied, title=title))
-    else:
-        text = page_of(shown, title=title, studied=studied)
-    write_text(output, text, Form.PAGE, force=force)
+    write_text(output, html(document_of(shown, title=title, studied=studied)), Form.PAGE, force=force)
     return {**studies, **shown}
 
 
@@ -173,48 +171,69 @@ def _label(item: Any) -> str:
 _OF_SWEEP: Final = "Each diagnostic is that of the case nearest to its limit, or furthest beyond it."
 
 
-def page_of(
+def document_of(
     traces: Mapping[str, xarray.Dataset],
     *,
     title: str | None = None,
     studied: xarray.Dataset | None = None,
-) -> str:
-    """Write the page."""
-    from electrovib.view import summary, tables
-    from electrovib.view.lines import scenario_or_none
-    from electrovib.view.pages import page
-    from electrovib.view.report import residual_rows
-    from electrovib.view.summary import swept_texts
+) -> Document:
+    """Say what runs, sweeps and recordings show, side by side, and the bands of a study under them."""
+    from electrovib.view import studied as of_study
 
-    drawn = []
-    if studied is not None:
-        from electrovib.view.studied import band_figures
-
-        drawn = band_figures(studied, traces)
+    if studied is not None and not traces:
+        return of_study.study_document(studied, title=title)
     scenarios = {label: found for label, trace in traces.items() if (found := scenario_or_none(trace))}
-    swept = {label: texts for label, trace in traces.items() if (texts := swept_texts(trace))}
-    return page(
-        "report.html.jinja",
+    swept = {label: texts for label, trace in traces.items() if (texts := summary.swept_texts(trace))}
+    bands = of_study.band_figures(studied, traces) if studied is not None else []
+    compared = _residuals(traces)
+    return Document(
         title=title or _title(traces),
-        labels=list(traces),
-        openings={label: line for label, trace in traces.items() if (line := summary.opening(trace))},
-        judged={label: summary.diagnostics(trace) for label, trace in traces.items()},
-        judged_note=_OF_SWEEP if swept else "",
-        unreadable=[
-            label for label, trace in traces.items() if "scenario" in trace.attrs and label not in scenarios
+        sentences=_sentences(traces, swept),
+        numbers=[
+            *_side_by_side(
+                "Key numbers", {label: summary.key_numbers(each) for label, each in traces.items()}, "number"
+            ),
+            *_residual_table(compared),
         ],
-        numbers=side_by_side([summary.key_numbers(trace) for trace in traces.values()]),
-        swept=swept,
-        figures=[*drawn, *figures(traces, scenarios)],
-        residuals=residual_rows(traces),
-        rows=tables.parameter_rows(scenarios, swept),
-        with_scenario=list(scenarios),
-        models={label: tables.model_rows(scenario) for label, scenario in _different(scenarios).items()},
-        provenance=side_by_side([summary.provenance(trace) for trace in traces.values()]),
-        scenarios={label: summary.scenario_text(scenario) for label, scenario in scenarios.items()},
-        references=tables.references(scenarios),
-        versions=summary.versions(),
+        diagnostics={label: _judged(trace, readable=label in scenarios) for label, trace in traces.items()},
+        note=_OF_SWEEP if swept else "",
+        figures=[*bands, *figures(traces, scenarios), *_residual_figures(compared)],
+        pages=[
+            *tables.parameter_tables(scenarios, swept),
+            *(tables.model_table(each, label) for label, each in _different(scenarios).items()),
+            *_side_by_side(
+                "Provenance", {label: summary.provenance(each) for label, each in traces.items()}, "hash"
+            ),
+            *(
+                _listing(each, label if len(traces) > 1 else "", folded=len(scenarios) > 1)
+                for label, each in scenarios.items()
+            ),
+        ],
+        references=[f"{reference} ({used})" for reference, used in tables.references(scenarios)],
     )
+
+
+def _sentences(traces: Mapping[str, xarray.Dataset], swept: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """Write the answer of each Trace, and what was swept."""
+    of = {label: f"{label}: " if len(traces) > 1 else "" for label in traces}
+    said = [f"{of[label]}{line}" for label, trace in traces.items() if (line := summary.opening(trace))]
+    for label, texts in swept.items():
+        over = ", ".join(f"{path} = {text}" for path, text in texts.items())
+        said.append(
+            f"{of[label]}Swept over {over}. The stack is drawn with the values of the scenario before the sweep."
+        )
+    return said
+
+
+def _judged(trace: xarray.Dataset, *, readable: bool) -> list[Diagnostic]:
+    lost = "the scenario cannot be read by this version, so its values are not shown"
+    unread = [] if readable or "scenario" not in trace.attrs else [Diagnostic("scenario", "warning", lost)]
+    return [*diagnostics_of(trace), *unread]
+
+
+def _listing(scenario: Scenario, label: str, *, folded: bool) -> Page:
+    title = f"Scenario{f' of {label}' if label else ''}, as a file that repeats the run"
+    return Page(title, (summary.scenario_text(scenario),), listing=True, folded=folded)
 
 
 def _title(traces: Mapping[str, xarray.Dataset]) -> str:
@@ -225,102 +244,118 @@ def _title(traces: Mapping[str, xarray.Dataset]) -> str:
 
 
 def _different(scenarios: Mapping[str, Scenario]) -> dict[str, Scenario]:
-    """Return one scenario of each set of models, under the labels of all that share it."""
-    from electrovib.view.tables import model_rows
-
-    found: dict[str, Scenario] = {}
-    seen: dict[str, list[str]] = {}
+    """Return one scenario of each set of models, under the labels of all that share it; a single one without a label."""
+    groups: dict[str, list[str]] = {}
     for label, scenario in scenarios.items():
-        key = str(model_rows(scenario))
-        seen.setdefault(key, []).append(label)
-        if len(seen[key]) == 1:
-            found[label] = scenario
-    return {
-        ", ".join(next(group for group in seen.values() if group[0] == label)): found[label]
-        for label in found
-    }
+        groups.setdefault(str(tables.model_rows(scenario)), []).append(label)
+    named = len(groups) > 1
+    return {", ".join(labels) if named else "": scenarios[labels[0]] for labels in groups.values()}
 
 
-def side_by_side(columns: Sequence[Mapping[str, str]]) -> dict[str, tuple[str, ...]]:
-    """Combine the texts of several Traces into rows; a dash where one has none."""
-    words = dict.fromkeys(word for column in columns for word in column)
-    return {word: tuple(column.get(word, "–") for column in columns) for word in words}
+def _side_by_side(title: str, columns: Mapping[str, Mapping[str, str]], look: str) -> list[Table]:
+    """Combine the texts of several Traces into the rows of a table, a dash where one has none; no table without texts."""
+    words = dict.fromkeys(word for column in columns.values() for word in column)
+    rows = tuple((word, *(column.get(word, "–") for column in columns.values())) for word in words)
+    headings = tuple(columns) if len(columns) > 1 else ("",)
+    looks = dict.fromkeys(range(1, len(columns) + 1), look)
+    return [Table(title, ("", *headings), rows, looks=looks)] if rows else []
 
 
-_WIDTH: Final = 9.4
-_HEIGHT: Final = 3.6
+_TITLE: Final = "Measured and predicted"
+_NOT_FITTED: Final = (
+    "Residual: measured less predicted, at the samples of the measurement; the prediction is interpolated linearly."
+    " Nothing was fitted."
+)
+_SIZE: Final = (9.4, 3.6)
+"""Width and height of a figure of residuals [inch]."""
 _MOST: Final = 6
+"""Residuals that are drawn."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ResidualRow:
-    """One row of the table: a measured signal beside a prediction of it."""
+class Compared:
+    """A measured signal beside a prediction of it, by the labels of their Traces."""
 
     measured: str
     predicted: str
-    signal: str
-    rms: str
-    relative: str
-    mean: str
-    span: str
-    svg: Markup | None
+    found: SignalResidual
+
+    @property
+    def signal(self) -> str:
+        """Name of the signal, and of what was predicted where that is another one."""
+        of, words = self.found, self.found.name.replace("_", " ")
+        other = of.predicted_name.replace("_", " ")
+        return words if of.predicted_name == of.name else f"{words} (predicted: {other})"
 
 
-def residual_rows(traces: Mapping[str, xarray.Dataset]) -> list[ResidualRow]:
-    """Compare every measurement of a report with every prediction, a row for each signal they share; sweeps are omitted."""
-    plain = {label: trace for label, trace in traces.items() if "quantities" not in trace.attrs}
-    rows: list[ResidualRow] = []
-    for measured, recorded in plain.items():
-        for predicted, computed in plain.items():
-            if not is_measured(recorded) or is_measured(computed):
-                continue
-            for each in residuals(computed, recorded):
-                rows.append(_row(each, measured, predicted, f"residual{len(rows)}", drawn=len(rows) < _MOST))
-    return rows
+def _residuals(traces: Mapping[str, xarray.Dataset]) -> list[Compared]:
+    """Compare every measurement of a report with every prediction, for each signal they share; sweeps are omitted."""
+    plain = {label: trace for label, trace in traces.items() if not summary.is_sweep(trace)}
+    return [
+        Compared(measured=measured, predicted=predicted, found=each)
+        for measured, recorded in plain.items()
+        for predicted, computed in plain.items()
+        if is_measured(recorded) and not is_measured(computed)
+        for each in residuals(computed, recorded)
+    ]
 
 
-def _row(found: SignalResidual, measured: str, predicted: str, name: str, *, drawn: bool) -> ResidualRow:
-    unit = signal(found.name).unit
-    along = signal(found.along).unit
+def _residual_table(compared: Sequence[Compared]) -> list[Table]:
+    headings = (
+        *("signal", "measured", "predicted", "rms residual", "over rms of the measurement", "mean residual"),
+        "compared over",
+    )
+    rows = tuple(_residual_row(each) for each in compared)
+    looks = dict.fromkeys((3, 4, 5), "number")
+    return [Table(_TITLE, headings, rows, caption=_NOT_FITTED, looks=looks)] if rows else []
+
+
+def _residual_row(each: Compared) -> tuple[str, ...]:
+    found = each.found
+    unit, along = signal(found.name).unit, signal(found.along).unit
     first, last = (pretty_quantity(float(end), along, digits=4) for end in found.axis[[0, -1]])
-    words = found.name.replace("_", " ")
-    if found.predicted_name != found.name:
-        words += f" (predicted: {found.predicted_name.replace('_', ' ')})"
-    return ResidualRow(
-        measured=measured,
-        predicted=predicted,
-        signal=words,
-        rms=pretty_quantity(found.rms, unit, digits=4),
-        relative=f"{100 * found.relative_rms:.3g} %",
-        mean=pretty_quantity(found.mean, unit, digits=4),
-        span=f"{first} … {last}, {found.axis.size} samples",
-        svg=_figure(found, measured, predicted, name) if drawn else None,
+    return (
+        each.signal,
+        each.measured,
+        each.predicted,
+        pretty_quantity(found.rms, unit, digits=4),
+        f"{100 * found.relative_rms:.3g} %",
+        pretty_quantity(found.mean, unit, digits=4),
+        f"{first} … {last}, {found.axis.size} samples",
     )
 
 
-def _figure(found: SignalResidual, measured: str, predicted: str, name: str) -> Markup:
+def _residual_figures(compared: Sequence[Compared]) -> list[Drawing]:
+    drawn = []
+    for number, each in enumerate(compared[:_MOST]):
+        beside = f"{each.measured} beside {each.predicted}"
+        caption = f"{each.signal[:1].upper()}{each.signal[1:]}: {beside}; the residual below."
+        words = f"{each.signal}: {beside}, and residual"
+        plot = functools.partial(_draw, each)
+        drawn.append(
+            Drawing(id=f"residual{number}", title=_TITLE, plot=plot, size=_SIZE, caption=caption, words=words)
+        )
+    return drawn
+
+
+def _draw(each: Compared, figure: Figure) -> None:
     """Draw measurement and prediction, and their residual below; of an impedance the moduli."""
-    figure = new_figure((_WIDTH, _HEIGHT))
-    with style():
-        above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-        words, unit = found.name.replace("_", " "), signal(found.name).unit
-        complex_valued = np.iscomplexobj(found.measured)
-        if complex_valued:
-            words = f"modulus of {words}"
-            above.set_yscale("log")
-        if found.along == "frequency":
-            above.set_xscale("log")
-        _curve(above, found.axis, found.measured, COLOURS[0], measured)
-        _curve(above, found.axis, found.predicted, COLOURS[1], predicted)
-        _curve(below, found.axis, found.residual, COLOURS[0], "")
-        below.axhline(0.0, color=NEUTRAL, linewidth=0.8)
-        above.legend(loc="best")
-        label_axis(above.yaxis, words, unit)
-        label_axis(below.yaxis, "residual", unit)
-        label_axis(below.xaxis, found.along, signal(found.along).unit)
-    return markup(
-        inline(to_svg(figure), name=name, words=f"{words}: {measured} beside {predicted}, and residual")
-    )
+    found = each.found
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    words, unit = found.name.replace("_", " "), signal(found.name).unit
+    if np.iscomplexobj(found.measured):
+        words = f"modulus of {words}"
+        above.set_yscale("log")
+    if found.along == "frequency":
+        above.set_xscale("log")
+    _curve(above, found.axis, found.measured, COLOURS[0], each.measured)
+    _curve(above, found.axis, found.predicted, COLOURS[1], each.predicted)
+    _curve(below, found.axis, found.residual, COLOURS[0], "")
+    below.axhline(0.0, color=NEUTRAL, linewidth=0.8)
+    above.legend(loc="best")
+    label_axis(above.yaxis, words, unit)
+    label_axis(below.yaxis, "residual", unit)
+    label_axis(below.xaxis, found.along, signal(found.along).unit)
 
 
 def _curve(ax: Axes, axis: Real, values: np.ndarray, colour: str, label: str) -> None:

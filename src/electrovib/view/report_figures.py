@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import functools
 from contextlib import nullcontext
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.answer import Drawing
 from electrovib.view import plots
 from electrovib.view.lines import has, shown_value, swept_paths, swept_units
-from electrovib.view.pages import inline, markup, to_svg
 from electrovib.view.plots.draw import legends_collected
 from electrovib.view.plots.layers import figure_height
 from electrovib.view.plots.over_time import has_layer_voltages
-from electrovib.view.style import new_figure, style
 from electrovib.view.summary import is_sweep, quantities_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     import xarray
-    from markupsafe import Markup
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -53,16 +50,7 @@ BEYOND: Final = (
 """Signals beside the drive and the forces, in the order of the chain."""
 
 
-@dataclass(frozen=True)
-class PageFigure:
-    """A figure in a page: heading, inline SVG, words below."""
-
-    title: str
-    svg: Markup
-    caption: str
-
-
-def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
+def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenario]) -> list[Drawing]:
     """Draw all figures for which the Traces have signals."""
     runs = {label: trace for label, trace in traces.items() if not is_sweep(trace)}
     drawn = _stacks(scenarios)
@@ -74,7 +62,7 @@ def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenar
     return [*drawn, *_over_time(runs), *_beyond(runs), *_over_frequency(runs)]
 
 
-def _over_parameters(trace: xarray.Dataset, label: str, name: str) -> list[PageFigure]:
+def _over_parameters(trace: xarray.Dataset, label: str, name: str) -> list[Drawing]:
     """Draw the quantities of a sweep: a curve over one parameter, a map over two, some maps over more."""
     paths = [path for path in swept_paths(trace) if trace.sizes[path] > 1]
     names = [each for each in quantities_of(trace) if trace[each].notnull().any()]
@@ -92,9 +80,8 @@ def _over_parameters(trace: xarray.Dataset, label: str, name: str) -> list[PageF
         units = swept_units(trace)
         at = ", ".join(f"{path} = {shown_value(chosen[path].item(), units.get(path, ''))}" for path in held)
         title = f"Over {' and '.join(paths[-_DRAWN_OVER:])}" + (f": {label}" if label else "")
-        (drawn,) = _multiples({}, wanted, title, f"{name}_{place}")
         caption = f"Taken over {trace.attrs.get('taken_over', 'each case')}" + (f", at {at}." if at else ".")
-        figures.append(PageFigure(title, drawn.svg, caption))
+        figures += _multiples({}, wanted, title, f"{name}_{place}", caption=caption)
     return figures
 
 
@@ -102,7 +89,7 @@ def _one_quantity(_: Any, *, trace: xarray.Dataset, name: str, ax: Axes) -> Axes
     return plots.quantity(trace, name, ax=ax)
 
 
-def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
+def _stacks(scenarios: Mapping[str, Scenario]) -> list[Drawing]:
     """Draw each different stack once."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for label, scenario in scenarios.items():
@@ -113,22 +100,31 @@ def _stacks(scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
         )
         found.setdefault(drawn_from, []).append(label)
     groups = list(found.values())
-    drawn = []
-    for number, labels in enumerate(groups[:_MOST_STACKS]):
-        scenario = scenarios[labels[0]]
-        figure = new_figure((_WIDTH, figure_height(scenario)))
-        with style():
-            plots.stack(scenario, ax=figure.add_subplot())
-        caption = f"Stack of {', '.join(labels)}." if len(groups) > 1 else ""
-        words = f"Layers from the plate to the finger: {', '.join(scenario.stack.layers)}."
-        drawn.append(PageFigure("Stack", _inline(figure, f"stack{number}", words), caption))
-    if len(groups) > _MOST_STACKS:
-        last, left = drawn[-1], ", ".join(labels[0] for labels in groups[_MOST_STACKS:])
-        drawn[-1] = PageFigure(last.title, last.svg, f"{last.caption} Not drawn: {left}.")
-    return drawn
+    left = ", ".join(labels[0] for labels in groups[_MOST_STACKS:])
+    captions = [
+        f"Stack of {', '.join(labels)}." if len(groups) > 1 else "" for labels in groups[:_MOST_STACKS]
+    ]
+    if left:
+        captions[-1] += f" Not drawn: {left}."
+    return [
+        _stack(scenarios[labels[0]], number, caption)
+        for number, (labels, caption) in enumerate(zip(groups, captions, strict=False))
+    ]
 
 
-def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
+def _stack(scenario: Scenario, number: int, caption: str) -> Drawing:
+    return Drawing(
+        id=f"stack{number}",
+        title="Stack",
+        plot="stack",
+        of=scenario,
+        size=(_WIDTH, figure_height(scenario)),
+        caption=caption,
+        words=f"Layers from the plate to the finger: {', '.join(scenario.stack.layers)}.",
+    )
+
+
+def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[Drawing]:
     """Draw drive, effective voltage or layer voltages, attraction and friction over time."""
     wanted: list[tuple[str, Callable[..., Axes]]] = []
     if has(traces, "drive_voltage"):
@@ -144,7 +140,7 @@ def _over_time(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
     return _multiples(traces, wanted, "Over time", "time")
 
 
-def _beyond(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
+def _beyond(traces: Mapping[str, xarray.Dataset]) -> list[Drawing]:
     """Draw the signals of amplifier, contact, finger and rig that change in some Trace."""
     wanted: list[tuple[str, Callable[..., Axes]]] = [
         (name.replace("_", " "), functools.partial(plots.over_time, name=name))
@@ -163,19 +159,16 @@ def _moves(trace: xarray.Dataset, name: str) -> bool:
     return spread > 1e-9 * float(abs(values).max())
 
 
-def _over_frequency(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
+def _over_frequency(traces: Mapping[str, xarray.Dataset]) -> list[Drawing]:
     wanted: list[tuple[str, Callable[..., Axes]]] = []
     if has(traces, "mean_force"):
         wanted.append(("frequency response of the force", plots.frequency_response))
     if has(traces, "effective_voltage_gain") or has(traces, "field_gain"):
         wanted.append(("gain", plots.gain))
-    figure = _multiples(traces, wanted, "Over frequency", "frequency")
-    if figure and has(traces, "mean_force"):
-        caption = (
-            "Time mean of the force under a sine with the peak voltage of the drive, in the periodic state."
-        )
-        return [PageFigure(figure[0].title, figure[0].svg, caption)]
-    return figure
+    caption = "Time mean of the force under a sine with the peak voltage of the drive, in the periodic state."
+    return _multiples(
+        traces, wanted, "Over frequency", "frequency", caption=caption if has(traces, "mean_force") else ""
+    )
 
 
 def _multiples(
@@ -183,26 +176,36 @@ def _multiples(
     wanted: Sequence[tuple[str, Callable[..., Axes]]],
     title: str,
     name: str,
-) -> list[PageFigure]:
-    """Draw plots in two columns, with one legend for what they share."""
+    *,
+    caption: str = "",
+) -> list[Drawing]:
+    """Lay plots out in two columns, with one legend for what they share; none without plots."""
     if not wanted:
         return []
     rows = -(-len(wanted) // 2)
-    columns = min(2, len(wanted))
-    figure = new_figure((_WIDTH, _ROW * rows if columns > 1 else _ALONE))
-    with style():
-        axes = figure.subplots(rows, columns, squeeze=False).ravel()
-        for ax in axes[len(wanted) :]:
-            ax.remove()
-        shared = len(traces) > 1 or any(swept_paths(trace) for trace in traces.values())
-        with legends_collected() if shared else nullcontext():
-            for (words, plot), ax in zip(wanted, axes[: len(wanted)], strict=True):
-                plot(traces, ax=ax)
-                ax.set_title(words)
-        if shared:
-            _share_legend(figure, list(axes[: len(wanted)]))
-    words = ", ".join(words for words, _ in wanted)
-    return [PageFigure(title, _inline(figure, name, f"{title}: {words}"), "")]
+    height = _ROW * rows if len(wanted) > 1 else _ALONE
+    words = f"{title}: {', '.join(words for words, _ in wanted)}"
+    plot = functools.partial(_draw_multiples, traces=traces, wanted=wanted, rows=rows)
+    return [Drawing(id=name, title=title, plot=plot, size=(_WIDTH, height), caption=caption, words=words)]
+
+
+def _draw_multiples(
+    figure: Figure,
+    *,
+    traces: Mapping[str, xarray.Dataset],
+    wanted: Sequence[tuple[str, Callable[..., Axes]]],
+    rows: int,
+) -> None:
+    axes = figure.subplots(rows, min(2, len(wanted)), squeeze=False).ravel()
+    for ax in axes[len(wanted) :]:
+        ax.remove()
+    shared = len(traces) > 1 or any(swept_paths(trace) for trace in traces.values())
+    with legends_collected() if shared else nullcontext():
+        for (words, plot), ax in zip(wanted, axes[: len(wanted)], strict=True):
+            plot(traces, ax=ax)
+            ax.set_title(words)
+    if shared:
+        _share_legend(figure, list(axes[: len(wanted)]))
 
 
 def _share_legend(figure: Figure, axes: Sequence[Axes]) -> None:
@@ -227,7 +230,3 @@ def _share_legend(figure: Figure, axes: Sequence[Axes]) -> None:
     figure.set_figheight(figure.get_figheight() + 0.17 * (-(-len(entries) // columns) + bool(title)))
     for legend in legends:
         legend.remove()
-
-
-def _inline(figure: Figure, name: str, words: str) -> Markup:
-    return markup(inline(to_svg(figure), name=name, words=words))

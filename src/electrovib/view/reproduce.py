@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import math
 import re
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
+from electrovib.core.answer import Document, Table
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.items import each_item
 from electrovib.data.atomic import check_writable, left_by_a_kill, writing
 from electrovib.data.marks import Form, csv_text, is_ours
 from electrovib.studies.reproduction import COMPARED
-from electrovib.view.documents import drawn, on_page
+from electrovib.view.documents import drawn, html
 from electrovib.view.units import pretty_unit
 
 if TYPE_CHECKING:
@@ -26,9 +27,13 @@ if TYPE_CHECKING:
     from electrovib.core.answer import Panel
     from electrovib.scenario import Scenario
     from electrovib.studies.reproduction import Reproduction, Row
-    from electrovib.view.report_figures import PageFigure
 
 _PAGE: Final = "report.html"
+_VERDICTS: Final = (
+    "Disagrees: no value of ours reaches the number that the paper prints. Reproduced: the paper prints the number."
+    " Consistent: it agrees with a statement of the paper. Open: the paper does not print what the comparison needs."
+    " Full notes: numbers.json"
+)
 
 
 def reproduce(
@@ -92,7 +97,7 @@ def _found(paper: str, skin: str | None) -> Reproduction:
     own: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
     told = (each for scenario in own.values() for each in validity(scenario) if each.state == "warning")
     stated = tuple(dict.fromkeys(told))
-    return dataclasses.replace(found, diagnostics=stated) if stated else found
+    return replace(found, diagnostics=stated) if stated else found
 
 
 def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), force: bool = False) -> None:
@@ -157,14 +162,13 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
     from electrovib.view.pages import to_png, to_svg
 
     contents: dict[str, bytes] = {}
-    figures = []
+    pictures = {}
     names = each_item([f"drawing of {panel.id}" for panel in found.panels])
     for _, panel in zip(names, found.panels, strict=True):
-        figure = drawn(panel)
+        figure = pictures[panel.id] = drawn(panel)
         contents[f"{panel.id}.svg"] = to_svg(figure).encode()
         contents[f"{panel.id}.png"] = to_png(figure)
         contents[f"{panel.id}.csv"] = to_csv(panel).encode()
-        figures.append(on_page(panel, figure=figure, more=file_of(panel)))
     contents |= {
         f"{table.id}.csv": csv_text(table.headings, table.rows, marked=False).encode()
         for table in found.tables
@@ -175,29 +179,52 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
     numbers = json.dumps([row.to_dict() for row in found.ordered], indent=2, ensure_ascii=False)
     contents["numbers.json"] = f"{numbers}\n".encode()
     beside = json.dumps({name: _checksum(content) for name, content in contents.items()})
-    page = page_of(found, figures)
+    page = html(document_of(found), pictures=pictures)
     contents[_PAGE] = f"{page}\n<!-- beside this page: {beside} -->\n".encode()
     return contents
 
 
-def page_of(found: Reproduction, figures: Sequence[PageFigure]) -> str:
-    """Write the page of a reproduction."""
-    from electrovib.view import summary
-    from electrovib.view.pages import page
-
-    return page(
-        "reproduction.html.jinja",
-        judged={"": found.diagnostics},
+def document_of(found: Reproduction) -> Document:
+    """Say what a reproduction has found: the paper's numbers beside ours, figures, tables, explanations, equations."""
+    compared = [
+        (row.verdict, row.what, _printed(row), shown(row.ours, row.unit), row.brief or row.note)
+        for row in found.ordered
+        if row.verdict in COMPARED
+    ]
+    numbers = Table(
+        "Numbers of the paper",
+        ("verdict", "quantity", "paper", "here", "note"),
+        tuple(compared),
+        caption=_VERDICTS,
+        looks={0: "state", 1: "what", 2: "words", 3: "number"},
+    )
+    formulas = tuple((f"({number})", text) for number, text in found.equations.items())
+    count = found.count()
+    return Document(
         title=found.title or f"{found.paper}: the paper, reproduced",
-        found=found,
-        count=found.count(),
-        compared=[_cells(row) for row in found.ordered if row.verdict in COMPARED],
-        ours=[_cells(row) for row in found.ordered if row.verdict == "ours"],
-        checks=[_cells(row) for row in found.ordered if row.verdict == "check"],
-        equations={number: equation(text, number) for number, text in found.equations.items()},
-        figures=figures,
-        tables=[table for table in found.tables if table.on_page],
-        versions=summary.versions(),
+        sentences=[*([f"{count}."] if count else []), *found.findings, found.citation],
+        numbers=[numbers] if compared else [],
+        diagnostics=found.diagnostics,
+        figures=[replace(each, caption=f"{each.caption} {file_of(each)}".strip()) for each in found.panels],
+        tables=found.tables,
+        pages=[
+            *found.pages,
+            *([Table("Equations", ("", ""), formulas, looks={1: "formula"})] if formulas else []),
+            *_of_ours(found, "ours", "Quantities of which the paper states nothing", "quantity"),
+            *_of_ours(found, "check", "Checks of this software", "identity or control"),
+        ],
+        references=found.references,
+    )
+
+
+def _of_ours(found: Reproduction, verdict: str, title: str, heading: str) -> list[Table]:
+    rows = [
+        (row.what, shown(row.ours, row.unit), row.brief or row.note)
+        for row in found.ordered
+        if row.verdict == verdict
+    ]
+    return (
+        [Table(title, (heading, "here", "note"), tuple(rows), looks={0: "what", 1: "number"})] if rows else []
     )
 
 
@@ -207,16 +234,9 @@ def file_of(panel: Panel) -> str:
     return f"{'All curves' if more else 'Curves'}: {panel.id}.csv"
 
 
-def _cells(row: Row) -> dict[str, str]:
-    """Write a row for the page, with what the paper states as a number or else in its words."""
-    printed = shown(row.paper, row.unit)
-    return {
-        "verdict": row.verdict,
-        "what": row.what,
-        "paper": f"in words: {row.stated}" if row.stated and row.paper is None else printed,
-        "ours": shown(row.ours, row.unit),
-        "note": row.brief or row.note,
-    }
+def _printed(row: Row) -> str:
+    """Write what the paper states, as a number or else in its words."""
+    return f"in words: {row.stated}" if row.stated and row.paper is None else shown(row.paper, row.unit)
 
 
 def shown(value: float | tuple[float, float] | None, unit: str) -> str:
@@ -227,24 +247,6 @@ def shown(value: float | tuple[float, float] | None, unit: str) -> str:
     digits = 3 if isinstance(value, tuple) else 4
     text = " … ".join(f"{number:.{digits}g}" for number in numbers)
     return f"{text} {pretty_unit(unit)}".strip()
-
-
-def equation(text: str, number: str) -> Any:
-    """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written."""
-    from electrovib.view.pages import inline, markup, to_svg
-    from electrovib.view.style import new_figure, style
-
-    written = (text if "$" in text else f"${text}$").replace(
-        r"\frac", r"\dfrac"
-    )  # legible in a line of its own
-    figure = new_figure((6.0, 1.0))
-    try:
-        with style():
-            figure.text(0, 0.5, written, fontsize=13, math_fontfamily="stix", color="#222222")
-        svg = to_svg(figure, tight=True)
-    except ValueError:
-        return text
-    return markup(inline(svg, name=f"equation{number}", words=f"Equation {number}: {text}"))
 
 
 def to_csv(panel: Panel) -> str:

@@ -10,14 +10,12 @@ from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.studies.population.result import method_words, nominal_words, signal_words
-from electrovib.view.documents import on_page
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import xarray
 
-    from electrovib.view.report_figures import PageFigure
 
 _SIZE: Final = (9.4, 3.8)
 """Width and height of a figure of the page [inch]."""
@@ -36,18 +34,17 @@ def study_document(found: xarray.Dataset, *, title: str | None = None) -> Docume
         note="Of the scenario with its own values; the drawn fingers are not judged one by one.",
         figures=[each for name in names for each in _figures(found, name)],
         tables=[_parameters(found), _origin(found)],
-        pages=[Page("Scenario", (str(found.attrs["scenario_toml"]),))],
+        pages=[Page("Scenario", (str(found.attrs["scenario_toml"]),), listing=True)],
         references=_sources(found),
     )
 
 
-def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
+def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[Drawing]:
     """Draw the bands of each signal of a study with the runs and recordings of a report over them."""
     lines = [*nominal_words(found), *warning_lines(diagnostics_of(found))]
     caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
     return [
-        on_page(_drawing(found, str(name), "bands", caption=caption, beside=beside))
-        for name in found.attrs["signals"]
+        _drawing(found, str(name), "bands", caption=caption, beside=beside) for name in found.attrs["signals"]
     ]
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import described
@@ -108,15 +109,6 @@ _WORDS: Final = {
 _LONGEST: Final = 400
 
 
-def diagnostics(trace: xarray.Dataset) -> list[dict[str, str]]:
-    """Read the validity diagnostics, the ``name``, ``state`` and ``text`` of each; empty where there are none."""
-    try:
-        found = read_json(trace.attrs.get("validity", "[]"))
-        return [{key: str(diagnostic[key]) for key in ("name", "state", "text")} for diagnostic in found]
-    except (TypeError, ValueError, KeyError):
-        return []
-
-
 def opening(trace: xarray.Dataset) -> str:
     """State the result and its validity in one line."""
     numbers = key_numbers(trace)
@@ -126,10 +118,10 @@ def opening(trace: xarray.Dataset) -> str:
         for name in names
         if name in numbers
     ]
-    found = diagnostics(trace)
+    found = diagnostics_of(trace)
     states = []
     for state in ("ok", "warning", "unknown"):
-        of = [each["name"] for each in found if each["state"] == state]
+        of = [each.name for each in found if each.state == state]
         if of:
             words = "warnings" if state == "warning" and len(of) > 1 else state
             states.append(f"{len(of)} {words}" + ("" if state == "ok" else f" ({'; '.join(of)})"))
@@ -217,9 +209,7 @@ def quantities_of_scenario(
 
 def not_known(trace: xarray.Dataset, name: str) -> str:
     """State the share of the times at which a friction is unknown, because the finger rests; empty where it is known."""
-    if name not in trace or not any(
-        diagnostic["name"] == "friction at rest" for diagnostic in diagnostics(trace)
-    ):
+    if name not in trace or not any(each.name == "friction at rest" for each in diagnostics_of(trace)):
         return ""
     share = float(trace[name].isnull().mean())
     if not share:

@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.answer import Table
 from electrovib.core.formulas import formula_lines
 from electrovib.core.model import Model
 from electrovib.core.paths import followers
@@ -71,6 +72,40 @@ def parameter_rows(
         sources = tuple(dict.fromkeys(source for _, source in by_label.values()))
         rows.append(ParameterRow(path=path, values=values, meaning=meanings[path], sources=sources))
     return rows
+
+
+def parameter_tables(
+    scenarios: Mapping[str, Scenario], swept: Mapping[str, Mapping[str, str]]
+) -> list[Table]:
+    """Make the table of parameters; of several scenarios what differs, and folded what is the same."""
+    rows = parameter_rows(scenarios, swept)
+    if len(scenarios) < 2:
+        return [_parameters("Parameters", ["value"], rows)] if rows else []
+    differing, same = ([row for row in rows if row.differs is differs] for differs in (True, False))
+    first = _parameters("Parameters: what differs", list(scenarios), differing)
+    none = Table("Parameters: what differs", ("",), (("All parameters are the same.",),))
+    return [first if differing else none, _parameters("What is the same", list(scenarios), same, folded=True)]
+
+
+def _parameters(title: str, labels: list[str], rows: list[ParameterRow], *, folded: bool = False) -> Table:
+    cells = tuple((row.path, *row.values, row.meaning, "; ".join(row.sources)) for row in rows)
+    looks = {0: "code"} | dict.fromkeys(range(1, len(labels) + 1), "number")
+    return Table(title, ("parameter", *labels, "meaning", "source"), cells, looks=looks, folded=folded)
+
+
+def model_table(scenario: Scenario, label: str) -> Table:
+    """Make the table of the models of a scenario, each with its equations, where it is from and its limits."""
+    rows = tuple(
+        (
+            row.path,
+            row.name,
+            "\n".join(filter(None, (row.meaning, *row.facts, row.reference, row.notes))),
+            "\n".join(row.equations),
+        )
+        for row in model_rows(scenario)
+    )
+    title = f"Models of {label}" if label else "Models"
+    return Table(title, ("place", "model", "what it is", "equations"), rows, looks={0: "code", 3: "code"})
 
 
 def _model_choices(scenarios: Mapping[str, Scenario]) -> list[ParameterRow]:

@@ -10,7 +10,7 @@ import re
 
 import numpy as np
 import pytest
-from markupsafe import Markup
+from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 from electrovib.core.answer import REFERENCE
@@ -20,9 +20,9 @@ from electrovib.core.items import items_heard
 from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
 from electrovib.papers.vezzoli_2014.looks import MEANINGS
 from electrovib.studies.reproduction import Row, verdict_over
+from electrovib.view import documents
 from electrovib.view.plots.of_answers import PALETTE
-from electrovib.view.report_figures import PageFigure
-from electrovib.view.reproduce import file_of, page_of, to_csv
+from electrovib.view.reproduce import document_of, to_csv
 from electrovib.view.units import typeset
 
 
@@ -182,11 +182,10 @@ def visible(page):
 
 def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
     """Half of its former 3851 words, and 222 of the rows that state each law; skins are listed in a table, not in notes."""
-    empty = [
-        PageFigure(panel.title, Markup("<svg></svg>"), f"{panel.caption} {file_of(panel)}")
-        for panel in reproduction.panels
-    ]
-    page = page_of(reproduction, empty)
+    empty = Figure()
+    empty.subplots()
+    pictures = {panel.id: empty for panel in reproduction.panels}
+    page = documents.html(document_of(reproduction), pictures=pictures)
     assert 1200 < len(visible(page).split()) <= 1925 + 222
     for row in reproduction.rows:
         assert typeset(row.brief or row.note) in visible(page), row.id

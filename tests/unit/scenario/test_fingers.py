@@ -1,5 +1,6 @@
 """The population of fingers: every number has a source and a status, and it suits every ready-made scenario."""
 
+import importlib
 import tomllib
 from pathlib import Path
 
@@ -15,7 +16,6 @@ from electrovib.core.errors import InputError
 from electrovib.physics.moisture import Moisture
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.studies.catalogue.populations import entries_of
-from electrovib.view.populations import EXAMPLE, as_markdown
 
 PAGE = Path(__file__).parents[3] / "docs" / "populations.md"
 CONDUCTIVITY = "stack.stratum_corneum.material.conductivity"
@@ -84,13 +84,16 @@ def test_the_command_and_the_function_show_every_distribution():
         ev.spaces("finger")
 
 
-def test_the_page_is_as_the_populations_are_and_its_example_is_read():
-    # to renew it: python -c "from electrovib.view.populations import EXAMPLE, as_markdown as page; print(page(), end='')"
-    assert PAGE.read_text(encoding="utf-8") == as_markdown()
-    assert "| unverified, cited from memory | low |" in as_markdown()
-    found = ev.read_space("vezzoli_2014/fig6", tomllib.loads(EXAMPLE))
+def test_the_page_is_as_the_populations_are_and_its_example_is_read(monkeypatch):
+    monkeypatch.syspath_prepend(str(PAGE.parent / "_ext"))
+    made = importlib.import_module("populations_page")
+    page = made.as_markdown()
+    # to renew it: python docs/_ext/populations_page.py > docs/populations.md
+    assert PAGE.read_text(encoding="utf-8") == page
+    assert "| unverified, cited from memory | low |" in page
+    found = ev.read_space("vezzoli_2014/fig6", tomllib.loads(made.EXAMPLE))
     draws = found.draw(1, 0, 4000)
     assert (draws["stack.insulator.thickness"] < draws["stack.stratum_corneum.thickness"]).all()
     assert np.corrcoef(draws["friction.coefficient"], draws["load.normal_force"])[0, 1] < -0.25
     assert np.mean(draws[CONDUCTIVITY] < 1e-5) == pytest.approx(0.7, abs=0.03)
-    assert f"```toml\n{EXAMPLE}```" in as_markdown()
+    assert f"```toml\n{made.EXAMPLE}```" in page

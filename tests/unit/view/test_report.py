@@ -102,8 +102,8 @@ def test_several_traces_show_first_what_differs(tmp_path, trace, other):
     """An effective voltage stands where the law has one."""
     text, page = written(tmp_path, {"Maxwell stress in the gap": trace, "effective medium": other})
     assert "2 Traces compared" in page.words
-    assert page.words.count("effective medium:") == 1
-    differs, same = page.words.index("What differs"), page.words.index("What is the same")
+    assert sum(word.startswith("effective medium: Largest") for word in page.words) == 1
+    differs, same = page.words.index("Parameters: what differs"), page.words.index("What is the same")
     between = page.words[differs:same]
     assert {"5 µm", "1 µm", "MaxwellStressInGap", "EffectiveMedium"} <= set(between)
     assert "90 µm" not in between
@@ -156,7 +156,7 @@ def test_files_scenarios_and_labels(tmp_path, scenario, measured):
 
 
 def test_what_cannot_be_loaded_or_written_is_refused_before_the_work(tmp_path, monkeypatch, trace):
-    monkeypatch.setattr(module, "page_of", lambda *_, **__: pytest.fail("drawn in vain"))
+    monkeypatch.setattr(module, "document_of", lambda *_, **__: pytest.fail("drawn in vain"))
     with pytest.raises(InputError) as caught:
         report([trace, "missing_2099/nothing", str(tmp_path / "gone.toml")], tmp_path / "r.html")
     assert len(caught.value.problems) == 2

@@ -123,14 +123,14 @@ def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tm
     text = read(tmp_path, "report.html")
     order = [
         *(counted, "One thing to know.", "Another: 5 µm."),
-        *("The paper's numbers", "its own reading", "time constant", "capacitance", "roughly constant"),
+        *("Numbers of the paper", "its own reading", "time constant", "capacitance", "roughly constant"),
         *("force in the past", "fig1.csv", "<td>wet</td>", "What this paper leaves open"),
         *("Quantities of which the paper states nothing", "a short one", "Checks of this software"),
         "sum of charges",
     ]
     places = [text.index(words) for words in order]
     assert places == sorted(places)
-    between = text[text.index("The paper's numbers") : text.index("Quantities of which")]
+    between = text[text.index("Numbers of the paper") : text.index("Quantities of which")]
     assert "sum of charges" not in between
     assert "a short one" not in between
 

@@ -79,8 +79,8 @@ def show_answer(found: Answer, *, everything: bool = False) -> None:
     document = found.document
     show(document.text)
     for page in document.pages if everything else ():
-        say("", page.title, "")
-        show("\n\n".join(page.paragraphs))
+        say("")
+        show(str(page))
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:

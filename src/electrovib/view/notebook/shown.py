@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.citation import UNVERIFIED
-from electrovib.core.diagnostics import STATES
+from electrovib.core.diagnostics import STATES, diagnostics_of
 from electrovib.core.signals import FORMAT, SIGNALS
 from electrovib.view import plots, summary, tables
 from electrovib.view.pages import filled, to_png
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
 
@@ -160,7 +161,7 @@ def trace_text(trace: xarray.Dataset) -> str:
     """Write a Trace or a sweep in a few lines: title, warnings, states of the diagnostics, key numbers, dimensions."""
     found = _by_state(trace)
     lines = [_title(trace)]
-    lines += [f"warning: {diagnostic['text']}" for diagnostic in found["warning"]]
+    lines += [f"warning: {each.text}" for each in found["warning"]]
     counts = [f"{len(found[state])} {state}" for state in reversed(STATES) if found[state]]
     if counts:
         lines.append(f"validity: {', '.join(counts)}")
@@ -180,12 +181,10 @@ def _sentences(trace: xarray.Dataset) -> list[str]:
     return str(trace.attrs.get("words", "")).splitlines()
 
 
-def _by_state(trace: xarray.Dataset) -> dict[str, list[dict[str, str]]]:
-    """Sort the validity diagnostics by their state; one of another state counts as unknown."""
-    found: dict[str, list[dict[str, str]]] = {state: [] for state in reversed(STATES)}
-    for diagnostic in summary.diagnostics(trace):
-        found[diagnostic["state"] if diagnostic["state"] in found else "unknown"].append(diagnostic)
-    return found
+def _by_state(trace: xarray.Dataset) -> dict[str, list[Diagnostic]]:
+    """Sort the validity diagnostics by their state."""
+    found = diagnostics_of(trace)
+    return {state: [each for each in found if each.state == state] for state in reversed(STATES)}
 
 
 def _numbers(trace: xarray.Dataset) -> dict[str, str]:

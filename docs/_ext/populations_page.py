@@ -67,3 +67,7 @@ def _section(name: str) -> str:
     table = "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
     title = title_of(name)
     return f"\n## {name}\n\n{title[0].upper()}{title[1:]}. {caption_of(entries)}\n\n{table}\n"
+
+
+if __name__ == "__main__":
+    print(as_markdown(), end="")
