@@ -18,10 +18,9 @@ from electrovib.scenario import load
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.studies.felt_spectrum import Lines, lines
+from electrovib.studies.felt_spectrum import Lines, just_felt, lines, sensation_of
 from electrovib.studies.felt_threshold import threshold_over_frequency, threshold_ratio
 from electrovib.studies.perceive import compare_percepts, perceive
-from electrovib.studies.sensation import just_felt, sensation_of
 
 SINE = vardar_2017.scenarios()["sine"]
 ALONE = Perception(channels=(Pacinian(),))

@@ -29,8 +29,17 @@ from electrovib.physics.perception import (
 )
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.felt_spectrum import FEWEST, MOST, Lines, force_lines, measured_lines
-from electrovib.studies.sensation import COMPLIANCE, THRESHOLD, sensation_of, stands_on
+from electrovib.studies.felt_spectrum import (
+    COMPLIANCE,
+    FEWEST,
+    MOST,
+    THRESHOLD,
+    Lines,
+    force_lines,
+    measured_lines,
+    sensation_of,
+    stands_on,
+)
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real

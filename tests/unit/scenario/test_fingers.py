@@ -14,7 +14,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.physics.moisture import Moisture
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
-from electrovib.studies.catalogue.populations import entries_of
+from electrovib.studies.catalogue.found import entries_of
 from electrovib.view.populations import EXAMPLE, as_markdown
 
 PAGE = Path(__file__).parents[3] / "docs" / "populations.md"

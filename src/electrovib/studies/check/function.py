@@ -33,14 +33,6 @@ from electrovib.solve.diagnostics.judge import (
 )
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
-from electrovib.studies.check.declared import (
-    DeclaredLimit,
-    LimitsSource,
-    limits_from,
-    limits_of,
-    refuse_unlimited,
-    strictest,
-)
 from electrovib.studies.check.result import (
     BREAKDOWN,
     FAIL,
@@ -50,16 +42,21 @@ from electrovib.studies.check.result import (
     CheckNumber,
     CheckResult,
     CheckRow,
+    DeclaredLimit,
+    LimitsSource,
     breakdown_row,
     limit_row,
+    limits_from,
+    limits_of,
+    refuse_unlimited,
+    strictest,
 )
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.studies.check.declared import LimitsSource
-    from electrovib.studies.check.result import CheckResult
+    from electrovib.studies.check.result import CheckResult, LimitsSource
 
 
 _OWN_DRIVE = "the drive of the scenario"

@@ -22,9 +22,8 @@ from electrovib.physics.body_current import (
 )
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check.declared import LimitsSource
 from electrovib.studies.check.function import checked_values, declared_limits
-from electrovib.studies.check.result import shown
+from electrovib.studies.check.result import LimitsSource, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

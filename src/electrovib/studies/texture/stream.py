@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.texture.base import RenderingPlate, Texture
     from electrovib.studies.check import CheckResult
-    from electrovib.studies.texture.synthesis import Synthesis
+    from electrovib.studies.texture.set_up import Synthesis
 
 
 _TICK: Final = 1e-6

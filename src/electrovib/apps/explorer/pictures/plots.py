@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, Axis, PlottedCurve, figure, with_kept
 from electrovib.core.signals import SIGNALS
 from electrovib.physics.perception import Perception
-from electrovib.studies.sensation import just_felt
+from electrovib.studies.felt_spectrum import just_felt
 from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, layer_colours
 from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
 
