@@ -5,6 +5,7 @@ from electrovib.studies.check.function import checked as checked
 from electrovib.studies.check.function import cleared_as_played as cleared_as_played
 from electrovib.studies.check.function import cleared_for_output as cleared_for_output
 from electrovib.studies.check.function import declared_limits as declared_limits
+from electrovib.studies.check.function import first_columns as first_columns
 from electrovib.studies.check.function import read_drive as read_drive
 from electrovib.studies.check.function import sampled as sampled
 from electrovib.studies.check.function import with_drive as with_drive

@@ -397,9 +397,9 @@ def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
     if not isinstance(source, str | Path):
         raise InputError(f"expected a file, a table or a Drive, not a {type(source).__name__}", path="drive")
     path = Path(source)
-    note_input(path)
-    time, voltage = _columns(path) if path.suffix.lower() in _READ_DIRECTLY else _channels(path)
-    return sampled(time, voltage, path=path)
+    if path.suffix.lower() not in _READ_DIRECTLY:
+        return sampled(*_channels(path), path=path)
+    return sampled(**first_columns(path, COLUMNS, {"time": "s", "voltage": "V"}), path=path)
 
 
 def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
@@ -416,26 +416,30 @@ def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
         ) from None
 
 
-def _columns(path: Path) -> tuple[Real, Real]:
-    """Return times and voltages from the first pair of known headings; without headings, from the first two columns."""
-    faults: list[DataFileError] = []
-    for time, voltage in COLUMNS:
+def first_columns(path: Path, forms: Sequence[Sequence[str]], units: Mapping[str, str]) -> dict[str, Real]:
+    """Read the columns of the first headings that a file has, or of a file without headings its first two, in SI by name.
+
+    `units` has the name and the unit of each column, in the order of the headings in each of `forms`.
+    """
+    note_input(path)
+    faults: list[NoColumnError] = []
+    for form in forms:
         try:
-            found = read_columns(path, {"time": (time, "s"), "voltage": (voltage, "V")})
-        except DataFileError as error:
-            if "has no headings" in str(error):
-                found = read_columns(path, {"time": (0, "s"), "voltage": (1, "V")})
-                return found["time"], found["voltage"]
-            if not isinstance(error, NoColumnError):
-                raise
+            wanted = zip(form, units.items(), strict=False)
+            return read_columns(path, {name: (heading, unit) for heading, (name, unit) in wanted})
+        except NoColumnError as error:
             faults.append(error)
-        else:
-            return found["time"], found["voltage"]
+        except DataFileError as error:
+            if "has no headings" not in str(error):
+                raise
+            (first, unit), (second, other) = list(units.items())[:2]
+            return read_columns(path, {first: (0, unit), second: (1, other)})
     raise faults[0]
 
 
 def _channels(path: Path) -> tuple[Real, Real]:
     """Return times and voltages of a record of an instrument that has one channel in volts."""
+    note_input(path)
     recorded: Recorded = read_recorded(path)
     time = recorded.times()
     if time is None:
