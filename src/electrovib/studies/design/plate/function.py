@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, nearest
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.physics.limits import unit_of_limit
-from electrovib.physics.material import Material
-from electrovib.physics.material.library import find_substance
 from electrovib.scenario import Source, read_scenario
 from electrovib.studies.check import LimitsSource, checked, declared_limits
+from electrovib.studies.compare.materials import layer_of_plate, named_materials, with_material
 from electrovib.studies.design.limits import several_limits
 from electrovib.studies.design.plate.candidates import (
     LARGEST,
@@ -116,8 +115,9 @@ def design_plate(
         axes = dict(over) if isinstance(over, Mapping) else dict(parse_over(given, over))
     with gathered(problems):
         if materials:
-            chosen = _layer_of(given, layer)
-            members = _members_of(given, chosen, materials)
+            chosen = layer_of_plate(given, layer)
+            named = named_materials(materials)
+            members = {shown: with_material(given, chosen, name) for shown, name in named.items()}
         elif layer:
             raise InputError("layer: names the layer whose material is varied; add the materials, or omit it")
     with gathered(problems):
@@ -148,43 +148,6 @@ def design_plate(
         notes=(*([] if plate is None or is_calibrated else [_felt(plate)]), *_notes(given, axes, chosen)),
         limits=several_limits(limits, given),
     )
-
-
-def _layer_of(scenario: Scenario, layer: str) -> str:
-    """Find the layer whose material is varied: the only one of the plate if no name is given."""
-    known = scenario.stack.layers
-    plate = [name for name, role in scenario.stack.roles.items() if role == "plate"]
-    if layer and layer not in known:
-        raise InputError(f"layer '{layer}': the stack has none of this name.{nearest(layer, known)}")
-    if not layer and len(plate) != 1:
-        raise InputError(
-            f"layer: the plate has {len(plate)} layers; name the one whose material is varied, of {', '.join(known)}"
-        )
-    return layer or plate[0]
-
-
-def _members_of(scenario: Scenario, layer: str, materials: Sequence[str]) -> dict[str, Scenario]:
-    """Return the scenario with each material in a layer, without the breakdown field that belongs to its own material."""
-    problems: list[str | Problem] = []
-    found: dict[str, Scenario] = {}
-    for text in materials:
-        name = " ".join(text.split())
-        try:
-            Material.offer(name)
-        except InputError as error:
-            problems += error.problems
-            continue
-        shown = getattr(find_substance(name), "name", name)
-        if shown in found:
-            problems.append(f"materials: '{name}' is named twice")
-            continue
-        changes: dict[str, str | None] = {f"stack.{layer}.material": name}
-        if scenario.stack.layers[layer].breakdown_field is not None:
-            changes |= {f"stack.{layer}.breakdown_field": None}
-        found[shown] = scenario.replace(changes)
-    if problems:
-        raise InputError(problems)
-    return found
 
 
 def _objectives(
