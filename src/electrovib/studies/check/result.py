@@ -235,9 +235,7 @@ class CheckResult(Answer):
     def sentences(self) -> list[str]:
         """The verdict, the closest limit, and what was not compared."""
         lines = [f"{self.verdict} ({self.title})"]
-        compared = [row for row in self.rows if row.margin is not None]
-        if compared:
-            row = min(compared, key=lambda row: row.margin or 0.0)
+        if row := nearest_limit(self.rows):
             doubt = ", not judged" if row.state == UNKNOWN else ""
             lines.append(
                 f"closest limit: {row.quantity}, {shown(row.value, row.unit)} of {shown(row.limit, row.unit)}, limit/value"
@@ -249,28 +247,13 @@ class CheckResult(Answer):
     @property
     def tables(self) -> list[Table]:
         """Limits, comparisons and numbers in words."""
-
-        def row(each: CheckRow, words: dict[str, str]) -> tuple[str, ...]:
-            margin = "" if each.margin is None else f"{each.margin:.3g}"
-            state = words.get(each.state, each.state)
-            return (
-                state,
-                each.quantity,
-                shown(each.value, each.unit),
-                "" if each.limit is None else shown(each.limit, each.unit),
-                margin,
-                each.source,
-            )
-
-        headings = ("quantity", "largest", "limit", "limit/value", "source of the limit")
-        compared = {"pass": "below", "fail": "above"}
         numbers = tuple((each.quantity, shown(each.value, each.unit)) for each in self.numbers)
         return [
-            Table(self.title, ("state", *headings), tuple(row(each, {}) for each in self.rows)),
-            Table(
+            limits_table(self.title, self.rows),
+            limits_table(
                 "Comparison with published currents, which decides nothing",
-                ("state", *headings),
-                tuple(row(each, compared) for each in self.comparisons),
+                self.comparisons,
+                states={PASS: "below", FAIL: "above"},
             ),
             Table("Values without a limit", ("quantity", "value"), numbers),
         ]
@@ -355,9 +338,34 @@ def not_in_rows(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 def shown(value: float | None, unit: str) -> str:
     """Write a value with its unit for people: ``1 kV``; ``no bound`` and ``not known`` where there is no number."""
-    if value is None:
+    if value is None or math.isnan(value):
         return "not known"
-    return "no bound" if math.isinf(value) else format_quantity(value, unit, digits=4)
+    if math.isinf(value):
+        return "no bound"
+    return f"{value:.4g} dB" if unit == "dB" else format_quantity(value, unit, digits=4)
+
+
+def nearest_limit(rows: Iterable[CheckRow]) -> CheckRow | None:
+    """Return the comparison whose value is nearest to its limit, or exceeds it most, whatever the status of that limit."""
+    compared = [row for row in rows if row.margin is not None]
+    return min(compared, key=lambda row: row.margin or 0.0, default=None)
+
+
+def limits_table(title: str, rows: Iterable[CheckRow], states: Mapping[str, str] | None = None) -> Table:
+    """Return rows in words; `states` has other words for their states."""
+    cells = tuple(
+        (
+            (states or {}).get(row.state, row.state),
+            row.quantity,
+            shown(row.value, row.unit),
+            "" if row.limit is None else shown(row.limit, row.unit),
+            "" if row.margin is None else f"{row.margin:.3g}",
+            row.source,
+        )
+        for row in rows
+    )
+    headings = ("state", "quantity", "largest", "limit", "limit/value", "source of the limit")
+    return Table(title, headings, cells)
 
 
 ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
