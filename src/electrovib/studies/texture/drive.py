@@ -19,7 +19,15 @@ from electrovib.scenario import Source
 from electrovib.solve.simulate import simulate
 from electrovib.studies.check import cleared_for_output, sampled, with_drive
 from electrovib.studies.texture.reading import PathSource, TextureSource, read_path
-from electrovib.studies.texture.set_up import FREQUENCY, RAMP, AllLimits, Amount, RenderingSetUp, amount
+from electrovib.studies.texture.set_up import (
+    FREQUENCY,
+    IN_CYCLE,
+    RAMP,
+    AllLimits,
+    Amount,
+    RenderingSetUp,
+    amount,
+)
 from electrovib.studies.texture.stream import TextureStream
 from electrovib.studies.waveform import MOST_POINTS
 
@@ -35,10 +43,6 @@ if TYPE_CHECKING:
     from electrovib.studies.texture.set_up import Synthesis
 
 
-IN_CYCLE: Final = 64
-"""Samples per cycle of the carrier, where no rate is given: straight lines between them lower the force by 0.16 %."""
-WITHOUT_CARRIER: Final = 10e3
-"""Samples per second without a carrier, where no rate is given [Hz]; a choice."""
 LARGE: Final = 0.1
 """Misfit above which the reason is stated [1]; a choice."""
 _ROUNDED: Final = 1e-9
@@ -181,7 +185,11 @@ def texture_drive(
     """
     found = RenderingSetUp.read(scenario, texture, set, limits, "the drive of a texture")
     followed = read_path(path, found.texture)
-    synthesis = _synthesis(found, followed.duration, carrier, frequency, rate, ramp)
+    synthesis = found.synthesis(carrier, frequency, ramp, rate, fastest=1e8)
+    lasting = followed.duration + synthesis.hardware.ramp
+    if lasting * synthesis.rate > MOST_POINTS:
+        why = f"{lasting:g} s at {synthesis.rate:g} Hz are more than {MOST_POINTS} samples; take a shorter path or a lower rate"
+        raise InputError(why, path="rate")
     positions, wanted, voltages = _samples(synthesis, followed)
     times, tone = np.arange(len(voltages)) / synthesis.rate, synthesis.hardware.carrier
     moving, motion_note = _moving(found.scenario, followed)
@@ -213,31 +221,6 @@ def texture_drive(
         trace=trace,
         check=check,
         notes=(*_notes(synthesis), motion_note),
-    )
-
-
-def _synthesis(
-    found: RenderingSetUp,
-    duration: float,
-    carrier: Amount | None,
-    frequency: Amount,
-    rate: Amount | None,
-    ramp: Amount,
-) -> Synthesis:
-    """Read the numbers of a drive that lasts for a duration [s], ramps excluded."""
-    tone = 0.0 if carrier is None else amount(carrier, "Hz", "carrier", low=1e-3, high=1e7)
-    per_second = (
-        (IN_CYCLE * tone or WITHOUT_CARRIER)
-        if rate is None
-        else amount(rate, "Hz", "rate", low=1.0, high=1e8)
-    )
-    fall = amount(ramp, "s", "ramp", low=1e-6, high=10.0)
-    _refuse_long(duration + fall, per_second)
-    return found.synthesis(
-        carrier=tone,
-        frequency=amount(frequency, "Hz", "frequency", low=1e-3, high=1e7),
-        ramp=fall,
-        rate=per_second,
     )
 
 
@@ -310,21 +293,12 @@ def _notes(synthesis: Synthesis) -> tuple[str, ...]:
     )
 
 
-def _refuse_long(duration: float, rate: float) -> None:
-    if duration * rate > MOST_POINTS:
-        raise InputError(
-            f"{duration:g} s at {rate:g} Hz are more than {MOST_POINTS} samples; take a shorter path or a lower rate",
-            path="rate",
-        )
-
-
 LONGEST: Final = 600.0
 """Longest stream [s], by default; a choice."""
 UNBOUNDED: Final = ("charge", "stored_energy", *MEAN_SQUARES)
 """Limits with which a block of a stream cannot be compared."""
 _CHECKED: Final = 0.05
 """Time at the largest amplitude for which a stream is checked before it begins [s]; a choice."""
-_IN_CYCLE: Final = 64
 
 
 def texture_stream(
@@ -382,19 +356,12 @@ def texture_stream(
         )
     if dimensions not in (1, 2):
         raise InputError("must be 1 or 2", path="dimensions", value=str(dimensions))
-    tone = 0.0 if carrier is None else amount(carrier, "Hz", "carrier", low=1e-3, high=1e7)
-    per_second = amount(rate, "Hz", "rate", low=1.0, high=1e7)
-    span = amount(block, "s", "block", low=1 / per_second, high=1.0)
+    synthesis = found.synthesis(carrier, frequency, ramp, rate, fastest=1e7)
+    span = amount(block, "s", "block", low=1 / synthesis.rate, high=1.0)
     lasting = amount(longest, "s", "longest", low=1e-3, high=86400.0)
-    synthesis = found.synthesis(
-        carrier=tone,
-        frequency=amount(frequency, "Hz", "frequency", low=1e-3, high=1e7),
-        ramp=amount(ramp, "s", "ramp", low=1e-6, high=10.0),
-        rate=per_second,
-    )
     check = _cleared(found.scenario, synthesis, limits)
     return TextureStream(
-        synthesis, block=round(span * per_second), dimensions=dimensions, longest=lasting, check=check
+        synthesis, block=round(span * synthesis.rate), dimensions=dimensions, longest=lasting, check=check
     )
 
 
@@ -402,7 +369,7 @@ def _cleared(scenario: Scenario, synthesis: Synthesis, limits: AllLimits) -> Che
     """Check a burst at the largest amplitude, or refuse the stream."""
     hardware = synthesis.hardware
     held = max(_CHECKED, 5 / hardware.carrier) if hardware.carrier else _CHECKED
-    step = 1 / (_IN_CYCLE * hardware.carrier) if hardware.carrier else hardware.ramp
+    step = 1 / (IN_CYCLE * hardware.carrier) if hardware.carrier else hardware.ramp
     count = round((held + 2 * hardware.ramp) / step) + 1
     times = np.arange(count, dtype=np.float64) * np.float64(step)
     envelope = np.minimum(1.0, np.minimum(times, times[-1] - times) / hardware.ramp)

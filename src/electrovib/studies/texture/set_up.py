@@ -159,6 +159,10 @@ RAMP: Final = 1e-3
 """Duration of a ramp at either end [s], by default; a choice."""
 FREQUENCY: Final = 100.0
 """Frequency at which the force of a drive without carrier is taken [Hz], by default; a choice."""
+IN_CYCLE: Final = 64
+"""Samples per cycle of the carrier, where no rate is given: straight lines between them lower the force by 0.16 %."""
+WITHOUT_CARRIER: Final = 10e3
+"""Samples per second without a carrier, where no rate is given [Hz]; a choice."""
 FINEST: Final = 0.4
 """Highest carrier over the rate of samples [1]; a choice below the limit of 0.5."""
 
@@ -186,18 +190,25 @@ class RenderingSetUp:
         refuse_unlimited(declared, what=what)
         return cls(scenario=found, texture=read, declared=declared)
 
-    def synthesis(self, *, carrier: float, frequency: float, ramp: float, rate: float) -> Synthesis:
-        """Return what determines the samples; `carrier` is 0 without one, and the force is then taken at `frequency`."""
-        if carrier > FINEST * rate:
+    def synthesis(
+        self, carrier: Amount | None, frequency: Amount, ramp: Amount, rate: Amount | None, *, fastest: float
+    ) -> Synthesis:
+        """Return what determines the samples; without a carrier the force is that at `frequency`."""
+        tone = 0.0 if carrier is None else amount(carrier, "Hz", "carrier", low=1e-3, high=1e7)
+        per_second = IN_CYCLE * tone or WITHOUT_CARRIER
+        if rate is not None:
+            per_second = amount(rate, "Hz", "rate", low=1.0, high=fastest)
+        if tone > FINEST * per_second:
             raise InputError(
-                f"a carrier may have {FINEST:g} of the rate of {rate:g} Hz; take a rate of {carrier / FINEST:g} Hz or more",
+                f"a carrier may have {FINEST:g} of the rate of {per_second:g} Hz; take a rate of {tone / FINEST:g} Hz or more",
                 path="carrier",
-                value=f"{carrier:g} Hz",
+                value=f"{tone:g} Hz",
             )
-        ramp = max(1, round(ramp * rate)) / rate
-        plate = hardware(self.scenario, self.declared, carrier=carrier, frequency=frequency, ramp=ramp)
+        still = amount(frequency, "Hz", "frequency", low=1e-3, high=1e7)
+        edge = max(1, round(amount(ramp, "s", "ramp", low=1e-6, high=10.0) * per_second)) / per_second
+        plate = hardware(self.scenario, self.declared, carrier=tone, frequency=still, ramp=edge)
         friction = AttractionOfFriction(self.scenario, plate.largest_force)
-        return Synthesis(texture=self.texture, friction=friction, hardware=plate, rate=rate)
+        return Synthesis(texture=self.texture, friction=friction, hardware=plate, rate=per_second)
 
 
 def amount(value: Amount, unit: str, name: str, *, low: float, high: float) -> float:
