@@ -16,7 +16,7 @@ from electrovib.solve.meter import Meter, measured
 from electrovib.studies.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
 from electrovib.studies.population.files import written
 from electrovib.studies.population.fingers import Collected, Evaluator
-from electrovib.studies.population.result import StoredArray, arrays, attributes, dataset, draws_of
+from electrovib.studies.population.result import arrays, attributes, draws_of
 from electrovib.studies.population.store import (
     CHECKPOINT,
     LOCK,
@@ -235,8 +235,8 @@ def _in_memory(
     if declared.draws:
         for name, rows in collected.rows.items():
             dims, words = draws_of(name, declared.axis)
-            found[name] = StoredArray(dims, rows, words)
-    return dataset(found, attributes(evaluator))
+            found[name] = (dims, rows, words)
+    return found.assign_attrs(attributes(evaluator))
 
 
 def _stored(

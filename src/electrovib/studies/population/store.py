@@ -30,7 +30,7 @@ from electrovib.studies.population.files import (
     write_sums,
     written,
 )
-from electrovib.studies.population.result import StoredArray, attributes, dataset, definition, draws_of
+from electrovib.studies.population.result import attributes, definition, draws_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -161,14 +161,15 @@ class StudyStore:
             write_sums(self.path / SUMS, done, sums)
         self.done = done
 
-    def finish(self, arrays: Mapping[str, StoredArray]) -> None:
+    def finish(self, arrays: xarray.Dataset) -> None:
         """Write the result, mark the study as complete, and remove what was needed to resume it."""
         with written(self.path):
-            for name, each in arrays.items():
-                shape = each.values.shape
-                make_array(self.path / name, each.dims, each.attributes, data=each.values, chunks=shape)
+            names = [str(name) for name in arrays.variables]
+            for name in names:
+                each = arrays[name].variable
+                make_array(self.path / name, each.dims, each.attrs, data=each.values, chunks=each.shape)
             rows = self.rows if self.declared.draws else ()
-            write_group(self.path, self.attributes | {COMPLETE: True, **stated(self.path, arrays, rows)})
+            write_group(self.path, self.attributes | {COMPLETE: True, **stated(self.path, names, rows)})
             clear(self.path)
 
 
@@ -272,6 +273,8 @@ def open_study(path: str | Path) -> xarray.Dataset:
         If it is no study, not complete, or not as it was written: every file is compared with the checksum that the store
         states, and the signals of every finger when they are read.
     """
+    import xarray
+
     _require_zarr()
     place = Path(path)
     with written(place, "read"):
@@ -292,13 +295,13 @@ def open_study(path: str | Path) -> xarray.Dataset:
     with written(place, "read"):
         arrays = {name: _stored(place / name, lazy=name in rows) for name in arrays_of(found)}
     del found["files"], found["chunks"]
-    return dataset(arrays, found)
+    return xarray.Dataset(arrays, attrs=found)
 
 
-def _stored(place: Path, *, lazy: bool) -> StoredArray:
+def _stored(place: Path, *, lazy: bool) -> tuple[Any, Any, Any]:
     array = open_array(place)
     values: Any = _rows_of(place) if lazy else np.asarray(array[:])
-    return StoredArray(array.metadata.dimension_names, values, dict(array.attrs))
+    return array.metadata.dimension_names, values, dict(array.attrs)
 
 
 def _rows_of(place: Path) -> Any:
