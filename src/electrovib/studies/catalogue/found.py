@@ -21,7 +21,6 @@ from electrovib.studies.catalogue.items import (
     PAPERS,
     REMARKS,
     SCENARIOS,
-    Item,
     Listed,
     Listing,
     everything,
@@ -64,19 +63,18 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     """
     items = list(everything())
     if not query.strip():
-        records = [item.record for item in items]
         return Listing(
-            records,
-            text=lambda: laid_out(all_table(records)) if complete else overview(items),
-            table=lambda: all_table(records, "Models, papers and scenarios"),
+            items,
+            text=lambda: laid_out(all_table(items)) if complete else overview(items),
+            table=lambda: all_table(items, "Models, papers and scenarios"),
         )
-    matches, found = _matched(query, items)
-    if not found or matches[0].stage == SPELLING:
+    matches = search(query, items)
+    if not matches or matches[0].stage == SPELLING:
         what = "no model, material, skin, paper or scenario has this name or these words"
-        question = as_question(suggestions(query, [item.entry for item in items]))
+        question = as_question(suggestions(query, items))
         raise InputError(f"'{query}': {what}.{question} 'electrovib list' lists them.")
-    full = _in_full(matches, found)
-    records = [item.record for item in _with_reasons(found, matches)]
+    full = _in_full(matches)
+    records = _with_reasons(matches)
     return Listing(
         records,
         text=lambda: _as_text(query, full, records, complete=complete),
@@ -105,18 +103,18 @@ def scenarios(query: str = "") -> Listing:
         If nothing is found; the message has the three names that are spelled most similarly, and what they are.
     """
     items = list(scenario_items())
-    title, full = "Ready-made scenarios", list[Item]()
+    title, full = "Ready-made scenarios", list[Listed]()
     if query.strip():
-        matches, found = _matched(query, items)
-        if not found or matches[0].stage == SPELLING:
-            question = as_question(suggestions(query, [item.entry for item in items]))
+        matches = search(query, items)
+        if not matches or matches[0].stage == SPELLING:
+            question = as_question(suggestions(query, items))
             raise InputError(
                 f"'{query}': no scenario has this name or these words.{question} 'electrovib list scenarios' lists all."
             )
-        title, full = f"Scenarios found for '{query}'", _in_full(matches, found)
-        items = _with_reasons(found, matches)
+        title, full = f"Scenarios found for '{query}'", _in_full(matches)
+        items = _with_reasons(matches)
     return Listing(
-        [item.record for item in items],
+        items,
         text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(items))}\n{RUN}\n",
         table=lambda: scenario_table(items, title),
     )
@@ -125,36 +123,32 @@ def scenarios(query: str = "") -> Listing:
 def find(name: str) -> type[Model] | ModuleType:
     """Find a model or a paper by a name; capitals count only where two entries differ by nothing else."""
     items = [item for item in everything() if isinstance(item.thing, (type, ModuleType))]
-    matches, found = _matched(name, items)
+    matches = search(name, items)
     if not matches or matches[0].stage not in WHOLE:
-        question = as_question(suggestions(name, [item.entry for item in items]))
+        question = as_question(suggestions(name, items))
         raise InputError(f"'{name}' is neither a model nor a paper.{question}")
-    thing: type[Model] | ModuleType = found[0].thing
+    thing: type[Model] | ModuleType = _found(matches)[0].thing
     return thing
 
 
-def _matched(query: str, items: list[Item]) -> tuple[tuple[Match, ...], list[Item]]:
-    """Search items, and give with each match the item that it is of."""
-    of = {(item.record.name, item.record.kind): item for item in items}
-    matches = search(query, [item.entry for item in items])
-    return matches, [of[match.entry.name, match.entry.kind] for match in matches]
+def _found(matches: Iterable[Match]) -> list[Listed]:
+    return [match.entry for match in matches if isinstance(match.entry, Listed)]
 
 
-def _in_full(matches: tuple[Match, ...], found: list[Item]) -> list[Item]:
+def _in_full(matches: tuple[Match, ...]) -> list[Listed]:
     """Choose what is shown in full: whatever has or had the name, or the only thing that was found."""
-    named = [item for match, item in zip(matches, found, strict=True) if match.stage in WHOLE]
-    return named or (found if len(found) == 1 and matches[0].stage != SPELLING else [])
+    named = _found(match for match in matches if match.stage in WHOLE)
+    return named or (_found(matches) if len(matches) == 1 and matches[0].stage != SPELLING else [])
 
 
-def _with_reasons(found: list[Item], matches: tuple[Match, ...]) -> list[Item]:
-    """Put the reason why it was found into the record of each item."""
-    pairs = zip(found, matches, strict=True)
-    return [replace(item, record=replace(item.record, reason=match.reason)) for item, match in pairs]
+def _with_reasons(matches: tuple[Match, ...]) -> list[Listed]:
+    """Put the reason why it was found into each record."""
+    return [replace(item, reason=match.reason) for item, match in zip(_found(matches), matches, strict=True)]
 
 
-def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: bool) -> str:
+def _as_text(query: str, full: list[Listed], records: list[Listed], *, complete: bool) -> str:
     """Write what was found: entries of the name in full, the others one line each."""
-    shown_in_full = {(item.record.name, item.record.kind) for item in full}
+    shown_in_full = {(item.name, item.kind) for item in full}
     others = [record for record in records if (record.name, record.kind) not in shown_in_full]
     if full and not complete:
         others = [record for record in others if not record.reason.startswith(REMARKS)]
@@ -180,12 +174,11 @@ def all_table(records: Iterable[Listed], title: str = "") -> Table:
     return Table(title, ("name", "kind", "source status", "what it is"), tuple(rows))
 
 
-def scenario_table(items: Iterable[Item], title: str = "") -> Table:
+def scenario_table(items: Iterable[Listed], title: str = "") -> Table:
     """Write ready-made scenarios with what each reproduces; of a search also the stack, and why it was found."""
     rows = []
-    for item in items:
-        record = item.record
-        why = f"; stack: {item.texts['stack']} [{record.reason}]" if record.reason else ""
+    for record in items:
+        why = f"; stack: {record.texts['stack']} [{record.reason}]" if record.reason else ""
         rows.append((record.name, record.reproduces or "-", f"{_without_paper(record)}{why}"))
     why = " [why it was found]" if rows and rows[0][-1].endswith("]") else ""
     return Table(title, ("scenario", "figure or statement", f"what it is{why}"), tuple(rows))
@@ -204,20 +197,16 @@ _MORE = (
 )
 
 
-def overview(items: Iterable[Item]) -> str:
+def overview(items: Iterable[Listed]) -> str:
     """Write the names of everything by its place in a scenario, and how to find out more."""
     found = list(items)
     held = places()
     rows = {path: sorted(find_members(family)) for family, path in held.items()}
     outside = {kind_of(family): sorted(find_members(family)) for family in families() if family not in held}
     labels = (LIBRARY, "materials", "skins", "stacks", PAPERS)
-    offered = {label: [item.record.name for item in found if item.record.group == label] for label in labels}
-    count = sum(item.record.group == SCENARIOS for item in found)
-    unverified = [
-        item.record.name
-        for item in found
-        if item.record.status == UNVERIFIED and item.record.group != SCENARIOS
-    ]
+    offered = {label: [item.name for item in found if item.group == label] for label in labels}
+    count = sum(item.group == SCENARIOS for item in found)
+    unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != SCENARIOS]
     width = max(map(len, [*rows, *offered, *outside])) + 2
     lines = ["Key of a scenario file, and the models to choose from:", ""]
     lines += [line for label, names in rows.items() for line in _row(label, names, width)]

@@ -20,7 +20,14 @@ from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.material.library import SourcedValue, Substance
 from electrovib.scenario import Scenario
-from electrovib.studies.catalogue.items import Item, families, first_sentence, places, plain_text, stack_text
+from electrovib.studies.catalogue.items import (
+    Listed,
+    families,
+    first_sentence,
+    places,
+    plain_text,
+    stack_text,
+)
 
 if TYPE_CHECKING:
     from electrovib.core.citation import Check
@@ -30,10 +37,10 @@ _LABEL: Final = 16
 """Width of the first column, characters."""
 
 
-def page(item: Item) -> str:
+def page(item: Listed) -> str:
     """Write everything that is known of one entry."""
-    thing, name = item.thing, item.record.name
-    title = f"{name} ({item.record.kind})"
+    thing, name = item.thing, item.name
+    title = f"{name} ({item.kind})"
     lines = [title, "=" * len(title)]
     if isinstance(thing, ModuleType):
         lines += _of_paper(thing, name)
@@ -112,11 +119,11 @@ def _of_paper(module: ModuleType, name: str) -> list[str]:
     return lines + _disagreements(module) + _checks(getattr(module, "CHECKS", ()))
 
 
-def _of_scenario(scenario: Scenario, item: Item) -> list[str]:
-    module = papers()[item.record.paper]
+def _of_scenario(scenario: Scenario, item: Listed) -> list[str]:
+    module = papers()[item.paper]
     told = {
         "what it is": scenario.title,
-        "reproduces": item.record.reproduces,
+        "reproduces": item.reproduces,
         "keywords": item.texts["keywords"],
         "drive": type(scenario.drive).__name__,
         "stack": stack_text(scenario.stack),
@@ -124,8 +131,8 @@ def _of_scenario(scenario: Scenario, item: Item) -> list[str]:
         "friction": type(scenario.friction).__name__,
         "paper": module.CITATION,
         "source status": status_text(module.STATUS),
-        "run it": f"electrovib run {item.record.name}",
-        "change it": f"electrovib init {item.record.name} -o my.toml",
+        "run it": f"electrovib run {item.name}",
+        "change it": f"electrovib init {item.name} -o my.toml",
     }
     return _labelled(told.items())
 
@@ -151,14 +158,13 @@ def _sourced(value: SourcedValue) -> str:
     return f"{shown}{conditions} ({status_text(value.status)}; {value.source})"
 
 
-def _of_offer(item: Item) -> list[str]:
-    record = item.record
-    where = "stack" if record.kind == "stack" else "stack.LAYER.material"
+def _of_offer(item: Listed) -> list[str]:
+    where = "stack" if item.kind == "stack" else "stack.LAYER.material"
     told = {
-        "what it is": record.meaning,
-        "source status": status_text(record.status),
-        "source": item.texts["source"] or papers()[record.paper].CITATION,
-        "in a scenario": f'{where} = "{record.name}"',
+        "what it is": item.meaning,
+        "source status": status_text(item.status),
+        "source": item.texts["source"] or papers()[item.paper].CITATION,
+        "in a scenario": f'{where} = "{item.name}"',
     }
     return _labelled(told.items())
 
