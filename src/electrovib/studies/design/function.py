@@ -18,8 +18,8 @@ from electrovib.solve.meter import Meter, measured
 from electrovib.studies.check import checked
 from electrovib.studies.check.result import not_in_rows
 from electrovib.studies.design.drive import design_drive
-from electrovib.studies.design.found import DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.limits import Limited, obtainable, several_limits
+from electrovib.studies.design.result import DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.search import (
     MOST_ADDED,
     Function,

@@ -20,8 +20,7 @@ from electrovib.solve.meter import clock
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities.names import TAKEN
-from electrovib.studies.sweep import read_quantities
-from electrovib.studies.sweep.run import felt
+from electrovib.studies.sweep import felt, read_quantities
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

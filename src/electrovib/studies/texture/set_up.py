@@ -16,7 +16,7 @@ from electrovib.physics.texture.base import RenderingPlate
 from electrovib.scenario import Source, TimeGrid, read_scenario
 from electrovib.solve.expanded import Expanded
 from electrovib.studies.check import LimitsSource, declared_limits, refuse_unlimited, sampled
-from electrovib.studies.design.gain import carrier_gain
+from electrovib.studies.design.drive.carrier import carrier_gain
 from electrovib.studies.texture.reading import read_texture
 from electrovib.studies.texture.stream import added_friction
 

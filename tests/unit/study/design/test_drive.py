@@ -16,10 +16,9 @@ from electrovib.core.errors import InputError, NotCausalError
 from electrovib.physics.limits import Limits
 from electrovib.studies.check import cleared_for_output
 from electrovib.studies.design.drive import design_drive, read_target
-from electrovib.studies.design.drive.carrier import chosen_carrier
+from electrovib.studies.design.drive.carrier import carrier_gain, chosen_carrier
 from electrovib.studies.design.drive.direct import Trade, best_factor
 from electrovib.studies.design.drive.direct import _held as held_start
-from electrovib.studies.design.gain import carrier_gain
 from electrovib.studies.design.limits import Bounds
 
 FIG6, GAP, FIG7 = "vezzoli_2014/fig6", "vezzoli_2014/fig6_gap", "vezzoli_2014/fig7"

@@ -12,8 +12,7 @@ from electrovib.core.errors import InputError
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.studies.check.series import plate_capacitance
-from electrovib.studies.design.drive.carrier import FoundDrive, Played
-from electrovib.studies.design.gain import carrier_gain, refuse_nonlinear
+from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_gain, refuse_nonlinear
 from electrovib.studies.design.limits import Bounds, refuse_exceeded, worst_of
 
 if TYPE_CHECKING:

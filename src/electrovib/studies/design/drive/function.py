@@ -16,10 +16,9 @@ from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
 from electrovib.scenario import Source, read_scenario
 from electrovib.studies.check import NEEDED, checked
-from electrovib.studies.design.drive.carrier import FoundDrive, Played, design_carrier
+from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_gain, design_carrier
 from electrovib.studies.design.drive.direct import design_direct
 from electrovib.studies.design.drive.target import TargetSource, read_target
-from electrovib.studies.design.gain import carrier_gain
 from electrovib.studies.design.limits import Bounds, several_limits, unlimited
 from electrovib.studies.design.result import Designed
 
