@@ -145,6 +145,7 @@ def compare_materials(
 
 
 def known_materials() -> list[str]:
+    """Return the names of the library."""
     return [each.name for each in materials()]
 
 

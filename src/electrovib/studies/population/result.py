@@ -21,6 +21,7 @@ from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form, csv_text
 from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
+from electrovib.solve.population.kernels import quantiles
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.population.declared import FORMAT, scenario_text
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.studies.population.declared import DeclaredStudy
-    from electrovib.studies.population.fingers import Collected, Evaluator
+    from electrovib.studies.population.tiles import Collected, Evaluator
 
 
 EXACT: Final = "exact order statistics of float32 values, interpolated linearly"
@@ -83,8 +84,6 @@ def _of_signal(name: str, collected: Collected) -> dict[str, Any]:
 
 def _quantiles(name: str, collected: Collected) -> Real:
     """Return the percentiles by column, (percentiles, n); NaN where the signal of a finger is not known."""
-    from electrovib.solve.population.kernels import quantiles
-
     each, evaluator = collected.statistics[name], collected.evaluator
     shares = tuple(percentile / 100 for percentile in evaluator.declared.percentiles)
     if each.histogram is not None:

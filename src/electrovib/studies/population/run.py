@@ -15,7 +15,6 @@ from electrovib.data.lock import HeldError, held
 from electrovib.solve.meter import Meter, measured
 from electrovib.studies.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
 from electrovib.studies.population.files import written
-from electrovib.studies.population.fingers import Collected, Evaluator
 from electrovib.studies.population.result import arrays, attributes, draws_of
 from electrovib.studies.population.store import (
     CHECKPOINT,
@@ -28,7 +27,7 @@ from electrovib.studies.population.store import (
     remove_unbegun,
     state_of,
 )
-from electrovib.studies.population.tiles import tiles_of_cluster, tiles_of_process
+from electrovib.studies.population.tiles import Collected, Evaluator, tiles_of_cluster, tiles_of_process
 
 if TYPE_CHECKING:
     import xarray
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Source
     from electrovib.scenario.space import SpaceSource
     from electrovib.studies.population.declared import DeclaredStudy
-    from electrovib.studies.population.fingers import Tile
+    from electrovib.studies.population.tiles import Tile
 
     Progress = Callable[[int, int], bool | None]
 

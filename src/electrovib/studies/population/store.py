@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.studies.population.declared import DeclaredStudy
-    from electrovib.studies.population.fingers import Collected, Evaluator, Rows
+    from electrovib.studies.population.tiles import Collected, Evaluator, Rows
 
 SUFFIX: Final = ".zarr"
 LOCK: Final = ".lock"

@@ -24,7 +24,6 @@ from electrovib.studies.check.result import (
     not_in_rows,
     shown,
 )
-from electrovib.studies.design.plate.candidates import Objective, PlateCandidate
 from electrovib.studies.design.result import Designed
 
 if TYPE_CHECKING:
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.studies.check import CheckResult, CheckRow
+    from electrovib.studies.design.plate.function import Objective, PlateCandidate
 
 RELAXED: Final = 1.1
 """Factor by which the binding limit is relaxed, to state what that gains; a choice."""
