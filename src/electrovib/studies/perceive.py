@@ -29,17 +29,7 @@ from electrovib.physics.perception import (
 )
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.felt_spectrum import (
-    COMPLIANCE,
-    FEWEST,
-    MOST,
-    THRESHOLD,
-    Lines,
-    force_lines,
-    measured_lines,
-    sensation_of,
-    stands_on,
-)
+from electrovib.studies import felt_spectrum
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
@@ -102,7 +92,7 @@ def perceive(
         return _percept(
             found, person, given, title=scenario.title, error=error, diagnostics=validity(scenario)
         )
-    windows = measured_lines(trace, window=person.window)
+    windows = felt_spectrum.measured_lines(trace, window=person.window)
     if windows[0].signal == "skin_displacement":
         given = None
     found = max(windows, key=lambda one: _level(one, person, given))
@@ -142,38 +132,38 @@ def _compliance(given: Any) -> Compliance:
     return found
 
 
-def _level(found: Lines, person: Perception, given: Any) -> float:
+def _level(found: felt_spectrum.Lines, person: Perception, given: Any) -> float:
     moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
     return float(decibels(strongest(person, found.frequency, moved)))
 
 
-def _converged(scenario: Scenario, person: Perception, given: Any) -> tuple[Lines, float]:
+def _converged(scenario: Scenario, person: Perception, given: Any) -> tuple[felt_spectrum.Lines, float]:
     """Double the number of samples until the level is constant."""
-    samples = FEWEST
+    samples = felt_spectrum.FEWEST
     level = functools.partial(_level, person=person, given=given)
-    found = max(force_lines(scenario, window=person.window, samples=samples), key=level)
+    found = max(felt_spectrum.force_lines(scenario, window=person.window, samples=samples), key=level)
     while True:
         samples *= 2
-        finer = max(force_lines(scenario, window=person.window, samples=samples), key=level)
+        finer = max(felt_spectrum.force_lines(scenario, window=person.window, samples=samples), key=level)
         change = level(finer) - level(found) if _moves(finer, scenario) else 0.0
-        if abs(change) <= SETTLED or finer.samples >= MOST:
+        if abs(change) <= SETTLED or finer.samples >= felt_spectrum.MOST:
             return finer, change
         found = finer
 
 
-def _moves(found: Lines, scenario: Scenario) -> bool:
+def _moves(found: felt_spectrum.Lines, scenario: Scenario) -> bool:
     return found.swing > SILENT * scenario.load.normal_force
 
 
-def felt_level(scenario: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
+def felt_level(scenario: Scenario, person: Perception, *, samples: int = felt_spectrum.FEWEST) -> float:
     """Compute the amplitude of a sine at the best frequency that is felt as strongly [m, or N without mechanics]."""
     given = person.compliance or getattr(scenario, "finger", None)
-    windows = force_lines(scenario, window=person.window, samples=samples)
+    windows = felt_spectrum.force_lines(scenario, window=person.window, samples=samples)
     return float(10 ** (max(_level(found, person, given) for found in windows) / 20))
 
 
 def _percept(
-    found: Lines,
+    found: felt_spectrum.Lines,
     person: Perception,
     given: Any,
     *,
@@ -189,7 +179,7 @@ def _percept(
     alternatives = _alternatives(found, person, given)
     values = [top.relative, *alternatives.values()]
     absolute = displaced or given is not None
-    above = sensation_of(found, person, given)
+    above = felt_spectrum.sensation_of(found, person, given)
     sensation = None if above is None else (above.low + above.high) / 2
     uncertainty = None if above is None else (above.high - above.low) / 2
     return Percept(
@@ -211,12 +201,12 @@ def _percept(
         swing=found.swing,
         spectrum=found,
         numerical_error=error,
-        calibrated_on=stands_on(found, person, given),
+        calibrated_on=felt_spectrum.stands_on(found, person, given),
         diagnostics=diagnostics,
     )
 
 
-def _reference(found: Lines, person: Perception, given: Any) -> float:
+def _reference(found: felt_spectrum.Lines, person: Perception, given: Any) -> float:
     """Return the felt amplitude of a sine of equal force at the best frequency."""
     best = np.array([person.most_sensitive().best()])
     moved = found.swing * np.abs(_compliance(given)(best))
@@ -235,7 +225,7 @@ def _felt(channel: Any, frequency: Real, moved: Complex | Real, reference: float
     )
 
 
-def _alternatives(found: Lines, person: Perception, given: Any) -> dict[str, float]:
+def _alternatives(found: felt_spectrum.Lines, person: Perception, given: Any) -> dict[str, float]:
     """Return the relative level under other assumptions that are as well founded [dB]."""
     cases: dict[str, tuple[Perception, Any]] = {}
     low, high = BEST_FREQUENCIES
@@ -335,7 +325,7 @@ class Percept(Answer):
     verdict: str
     difference_threshold: float
     swing: float
-    spectrum: Lines
+    spectrum: felt_spectrum.Lines
     numerical_error: float
     calibrated_on: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -350,7 +340,11 @@ class Percept(Answer):
                 f"felt or not: unknown without perception.threshold; strongest in the {self.loudest} channel"
             )
         low, high = self.sensation - self.uncertainty, self.sensation + self.uncertainty
-        whose = "published detection thresholds" if THRESHOLD in self.left else "the detection threshold"
+        whose = (
+            "published detection thresholds"
+            if felt_spectrum.THRESHOLD in self.left
+            else "the detection threshold"
+        )
         level = f"{self.sensation:+.1f} dB ({low:+.1f} to {high:+.1f} dB) relative to {whose}"
         return f"{_ANSWERS[self.verdict]}, {self.felt_by} channel: {level}"
 
@@ -359,7 +353,10 @@ class Percept(Answer):
         """What is assumed, and what measuring it would change; empty if nothing is assumed."""
         if not self.left:
             return ""
-        words = {THRESHOLD: "a detection threshold", COMPLIANCE: "a compliance of the skin"}
+        words = {
+            felt_spectrum.THRESHOLD: "a detection threshold",
+            felt_spectrum.COMPLIANCE: "a compliance of the skin",
+        }
         named = " and ".join(words[name] for name in self.left)
         rest = ", ".join(f"{name} of your own leaves +-{value:.1f} dB" for name, value in self.left.items())
         return f"assumed from publications: {named}; {rest}"

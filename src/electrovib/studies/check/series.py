@@ -12,14 +12,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.physics.body_current import (
-    charging_time,
-    corner_frequency,
-    largest_supply_voltage,
-    resistor_power,
-    smallest_series_resistance,
-    stored_energy_behind,
-)
+from electrovib.physics import body_current
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.function import checked_values, declared_limits
@@ -161,7 +154,7 @@ def series_resistor(
         )
     if not math.isfinite(voltage):
         raise InputError("the largest voltage is not known; declare limits.voltage")
-    resistance = smallest_series_resistance(
+    resistance = body_current.smallest_series_resistance(
         voltage=voltage, current=holding.value, body_resistance=body_resistance
     )
     capacitance = plate_capacitance(found)
@@ -173,13 +166,13 @@ def series_resistor(
         current_source=holding.source,
         body_resistance=body_resistance,
         resistance=resistance,
-        power=resistor_power(voltage=voltage, resistance=resistance),
+        power=body_current.resistor_power(voltage=voltage, resistance=resistance),
         capacitance=capacitance,
-        time_constant=charging_time(resistance=resistance, capacitance=capacitance),
-        corner=corner_frequency(resistance=resistance, capacitance=capacitance),
-        stored_energy=stored_energy_behind(voltage=voltage, capacitance=capacitance),
+        time_constant=body_current.charging_time(resistance=resistance, capacitance=capacitance),
+        corner=body_current.corner_frequency(resistance=resistance, capacitance=capacitance),
+        stored_energy=body_current.stored_energy_behind(voltage=voltage, capacitance=capacitance),
         present=present,
-        supply_voltage=largest_supply_voltage(
+        supply_voltage=body_current.largest_supply_voltage(
             resistance=present, current=holding.value, body_resistance=body_resistance
         )
         or None,

@@ -26,16 +26,7 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.studies.compare.result import (
-    Comparison,
-    Entry,
-    answer,
-    explain,
-    in_time,
-    knows_polarity,
-    pages,
-    tables,
-)
+from electrovib.studies.compare import result
 from electrovib.studies.sweep import parse_over
 
 if TYPE_CHECKING:
@@ -54,7 +45,7 @@ def compare(
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     models: Sequence[str] | None = None,
     over: Sequence[str] | Mapping[str, Sequence[float] | Real] = (),
-) -> Comparison:
+) -> result.Comparison:
     """Run every force law on the same finger and plate, and explain why they differ.
 
     Parameters
@@ -90,7 +81,7 @@ def compare(
 
 def _compared(
     scenario: Scenario, models: Sequence[str] | None, over: Mapping[str, Sequence[float] | Real]
-) -> Comparison:
+) -> result.Comparison:
     if scenario.drive.quantity == "current":
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
@@ -126,17 +117,17 @@ def _compared(
         over_parameter(scenario, ordered, path, values=np.asarray(values), highest=highest)
         for path, values in over.items()
     ]
-    return Comparison(
+    return result.Comparison(
         scenario=scenario,
         voltage=voltage,
         entries=tuple(entries),
-        answer=answer(scenario, entries, voltage=voltage),
+        answer=result.answer(scenario, entries, voltage=voltage),
         left_out=left_out,
         frequency=frequency,
         time=time,
-        tables=tables(entries, left_out, scenario),
+        tables=result.tables(entries, left_out, scenario),
         panels=tuple(panels),
-        pages=pages(scenario, entries),
+        pages=result.pages(scenario, entries),
     )
 
 
@@ -199,12 +190,12 @@ class _Bench:
         changes: dict[str, Any] = {"drive": {"model": "Step", "level": voltage}}
         return simulate(case.replace(changes | {"time.initial_state": {"model": "AtRest"}}), time=self.time)
 
-    def entry(self, name: str, case: Scenario) -> Entry:
+    def entry(self, name: str, case: Scenario) -> result.Entry:
         """Compute the entry of one law."""
         law = case.force
         static = static_force(case, voltage=self.voltage)
         mean = mean_force(case, phasors(case, self.frequency), amplitude=self.voltage)
-        why = explain(case, ratio=static / self.static)
+        why = result.explain(case, ratio=static / self.static)
         early = late = polarity = np.nan
         try:
             trace = self.step(case, self.voltage)
@@ -213,12 +204,12 @@ class _Bench:
         else:
             step, warnings = np.asarray(trace.electrostatic_force.values), _warnings(trace)
             early, late = float(np.interp(EARLY, self.time, step)), float(step[-1])
-            why += f"; {in_time(case, early=early, late=late)}"
+            why += f"; {result.in_time(case, early=early, late=late)}"
             polarity = self.polarity(case, step)
         in_the_gap = law.evaluation_surface == "gap"
         if in_the_gap:
             warnings = tuple(dict.fromkeys([*warnings, *self.air_warnings]))
-        return Entry(
+        return result.Entry(
             name=name,
             evaluation_surface=law.evaluation_surface,
             status=law.status,
@@ -236,7 +227,7 @@ class _Bench:
 
     def polarity(self, case: Scenario, step: Real) -> float:
         """Return the mean attraction of a step over that of a step of the opposite sign, dimensionless."""
-        if not knows_polarity(case):
+        if not result.knows_polarity(case):
             return 1.0
         turned = self.step(case, -self.voltage).electrostatic_force.values
         return float(np.trapezoid(step, self.time) / np.trapezoid(turned, self.time))
@@ -256,7 +247,7 @@ KINDS = ("line", "dashed", "dotted")
 """Line styles of the first, second and every further of coinciding curves."""
 
 
-def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float) -> Panel:
+def over_frequency(entries: Sequence[result.Entry], *, frequency: Real, voltage: float) -> Panel:
     """Return the figure of the mean force of each law over frequency, under a sine of the peak `voltage`."""
     curves = [
         Curve(label=entry.name, x=frequency, y=entry.mean, look=look)
@@ -275,7 +266,7 @@ def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float)
     )
 
 
-def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
+def over_time(entries: Sequence[result.Entry], *, time: Real, voltage: float) -> Panel:
     """Return the figure of the response of each law that has one to a step of the height `voltage`."""
     curves = []
     for look, entry in enumerate(entries):

@@ -18,7 +18,10 @@ from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check import checked
 from electrovib.studies.check.result import not_in_rows, shown
-from electrovib.studies.design.fingers import (
+from electrovib.studies.design.limits import Limited, obtainable, several_limits
+from electrovib.studies.design.result import Designed
+from electrovib.studies.design.search import Function, explore, first_values
+from electrovib.studies.design.uncertain import (
     MOST_VALUES,
     Covered,
     DrawnFingers,
@@ -28,9 +31,6 @@ from electrovib.studies.design.fingers import (
     needed,
     quantile_ranks,
 )
-from electrovib.studies.design.limits import Limited, obtainable, several_limits
-from electrovib.studies.design.result import Designed
-from electrovib.studies.design.search import Function, explore, first_values
 from electrovib.studies.design.wanted import BetweenSource, Wanted, read_band
 
 if TYPE_CHECKING:
