@@ -33,7 +33,6 @@ from electrovib.studies import felt_spectrum
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
-    from electrovib.core.diagnostics import Diagnostic
 
 
 Compliance = Callable[[Any], Any]

@@ -34,10 +34,6 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from electrovib.core.arrays import Real
-    from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
-
 
 CASE_NUMBERS: Final = 5000
 """Numbers that a case takes at least, its scenario included."""

@@ -53,10 +53,7 @@ from electrovib.studies.check.result import (
 )
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check.result import CheckResult, LimitsSource
 
 
 _OWN_DRIVE = "the drive of the scenario"

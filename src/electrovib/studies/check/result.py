@@ -21,10 +21,7 @@ from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
 
 
 NEEDED: Final = ("voltage", "current")

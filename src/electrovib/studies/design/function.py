@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from electrovib.studies.check import LimitsSource
     from electrovib.studies.design.drive import TargetSource
     from electrovib.studies.design.result import Designed
-    from electrovib.studies.design.wanted import BetweenSource, WantSource
-    from electrovib.studies.elasticity import Elasticity
+    from electrovib.studies.sensitivity import Elasticity
 
 
 _ALWAYS: Final = ("scenario", "progress")

@@ -17,7 +17,6 @@ from electrovib.data.marks import Form, json_text
 from electrovib.studies.check.result import UNKNOWN, not_compared
 
 if TYPE_CHECKING:
-    from electrovib.core.answer import Table
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from electrovib.studies.design.search import Function, Root
     from electrovib.studies.design.uncertain import NeededValues
     from electrovib.studies.design.wanted import Wanted
-    from electrovib.studies.elasticity import Elasticity
+    from electrovib.studies.sensitivity import Elasticity
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -19,12 +19,11 @@ from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.studies.design import search
 from electrovib.studies.design.wanted import Evaluation
-from electrovib.studies.elasticity import Elasticity, slope
+from electrovib.studies.sensitivity import Elasticity, slope
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.scenario.space import Space, SpaceSource
     from electrovib.studies.design.wanted import Wanted

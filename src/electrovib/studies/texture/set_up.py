@@ -21,8 +21,6 @@ from electrovib.studies.texture.reading import read_texture
 from electrovib.studies.texture.stream import added_friction
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from electrovib.core.arrays import Real
     from electrovib.physics.texture.base import Texture
     from electrovib.scenario import Scenario

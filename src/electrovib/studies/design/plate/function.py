@@ -35,7 +35,6 @@ from electrovib.studies.perceive import perceive, verdict
 from electrovib.studies.sweep import parse_over, read_quantities, sweep_cases
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.studies.check import DeclaredLimit
