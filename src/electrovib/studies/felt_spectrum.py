@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,6 +17,7 @@ from electrovib.physics.perception import (
     COMPLIANCES,
     MOTION,
     RYU,
+    Channel,
     Perception,
     decibels,
     felt_amplitude,
@@ -25,12 +26,9 @@ from electrovib.physics.perception import (
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.physics.perception import Channel, Perception
     from electrovib.scenario import Scenario
 
 

@@ -15,8 +15,8 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, unsigned
-from electrovib.scenario import Source, read_scenario
-from electrovib.scenario.space import SpaceSource, read_space
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.prepare import Prepared
@@ -25,9 +25,6 @@ from electrovib.solve.quantities.answer import validity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-
-    from electrovib.scenario import Scenario
-    from electrovib.scenario.space import Space
 
 
 STEP: Final = 1e-2

@@ -26,7 +26,7 @@ def test_every_distribution_has_a_source_a_status_and_a_confidence():
     for name in shipped_names():
         for entry in entries_of(name):
             assert entry.confidence in {"high", "medium", "low"}
-            if entry.parameter == "share":
+            if entry.name == "share":
                 assert entry.choice  # a share that no source gives is a choice, and is called one
             else:
                 assert len(entry.source) > 20

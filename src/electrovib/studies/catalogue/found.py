@@ -236,22 +236,16 @@ _OF_ALL: Final = "all"
 
 
 @dataclass(frozen=True, kw_only=True)
-class PopulationEntry:
+class PopulationEntry(Listed):
     """One distribution of a population, or the share of a group, as texts.
 
-    - `parameter`: dotted path; ``share`` for the share of a group.
+    - `name`: dotted path; ``share`` for the share of a group; `meaning`: its model with the numbers as declared.
     - `group`: division and group, ``moisture: dry``; ``all`` for every finger.
-    - `distribution`: its model with the numbers as declared.
-    - `status`: how the source was read, one of `electrovib.core.citation.STATUSES`; empty without a source.
     - `confidence`: how far the numbers are those of fingertips, as the author of the population judges.
     - `source`: where the numbers are from; `choice`: what no source gives.
     - `optional`: whether scenarios without the parameter can be used.
     """
 
-    parameter: str
-    group: str
-    distribution: str
-    status: str
     confidence: str
     source: str
     choice: str
@@ -262,7 +256,7 @@ class PopulationEntry:
         """Cells of the table of a population."""
         words = "; ".join(filter(None, (self.source, f"a choice: {self.choice}" if self.choice else "")))
         status = status_text(self.status) if self.status else "a choice"
-        return self.parameter, self.group, self.distribution, status, self.confidence, words
+        return self.name, self.group, self.meaning, status, self.confidence, words
 
 
 def spaces(name: str = "") -> Listing:
@@ -292,14 +286,10 @@ def spaces(name: str = "") -> Listing:
     if name not in shipped_names():
         raise InputError(f"'{name}': no population has this name.{nearest(name, shipped_names())}")
     found = list(entries_of(name))
-    records = [
-        Listed(name=each.parameter, kind="distribution", meaning=each.distribution, status=each.status)
-        for each in found
-    ]
     whole = Table(
         f"{name}: {title_of(name)}", HEADINGS, tuple(each.row for each in found), caption=caption_of(found)
     )
-    return Listing(records, text=lambda: _with_sources(whole), table=lambda: whole)
+    return Listing(found, text=lambda: _with_sources(whole), table=lambda: whole)
 
 
 def title_of(name: str) -> str:
@@ -309,8 +299,8 @@ def title_of(name: str) -> str:
 
 def caption_of(entries: list[PopulationEntry]) -> str:
     """State which distributions are unverified and which a scenario may lack."""
-    unverified = [each.parameter for each in entries if each.status == UNVERIFIED]
-    needed = [each.parameter for each in entries if not each.optional and each.group == _OF_ALL]
+    unverified = [each.name for each in entries if each.status == UNVERIFIED]
+    needed = [each.name for each in entries if not each.optional and each.group == _OF_ALL]
     text = f"A scenario needs {', '.join(needed)}; other parameters that it lacks are omitted, and the omission is reported."
     return text + (f" {status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}." if unverified else "")
 
@@ -341,11 +331,14 @@ def _with_sources(table: Table) -> str:
 
 def _entry(parameter: str, group: str, table: Mapping[str, Any], distribution: str = "") -> PopulationEntry:
     numbers = [f"{key} {_shown(value)}" for key, value in table.items() if key not in {"model", *KEYS}]
-    texts = {key: str(table.get(key, "")) for key in ("status", "confidence", "source", "choice")}
+    texts: dict[str, Any] = {
+        key: str(table.get(key, "")) for key in ("status", "confidence", "source", "choice")
+    }
     return PopulationEntry(
-        parameter=parameter,
+        name=parameter,
+        kind="distribution",
         group=group,
-        distribution=distribution or f"{table['model']}, {', '.join(numbers)}",
+        meaning=distribution or f"{table['model']}, {', '.join(numbers)}",
         optional=bool(table.get("optional")),
         **texts,
     )

@@ -7,10 +7,10 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
-from electrovib.core.citation import bibtex_of, status_text
+from electrovib.core.citation import Check, bibtex_of, status_text
 from electrovib.core.discovery import paper_of, papers
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.formulas import formula_lines
@@ -28,10 +28,6 @@ from electrovib.studies.catalogue.items import (
     plain_text,
     stack_text,
 )
-
-if TYPE_CHECKING:
-    from electrovib.core.citation import Check
-
 
 _LABEL: Final = 16
 """Width of the first column, characters."""
@@ -194,13 +190,6 @@ def _checks(checks: Iterable[Check]) -> list[str]:
             f" ({status_text(check.status)}; {check.source})",
         )
     ]
-
-
-NAMES = (
-    "A skin, a material or a stack of a paper is used by its name, which 'electrovib list PAPER' lists:"
-    " --set stack.stratum_corneum.material=gabriel_1996/wet"
-)
-"""How the name of something that a paper offers is used."""
 
 
 def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
+from typing import Any, ClassVar, Final, TypeAlias
 
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.citation import UNVERIFIED
-from electrovib.core.diagnostics import warning_lines
+from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.core.units import format_quantity
@@ -19,10 +19,6 @@ from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, Limits, unit_of_limit
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
-
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
-
 
 NEEDED: Final = ("voltage", "current")
 """Limits without which nothing that can be played is written or played."""

@@ -19,7 +19,6 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
-from electrovib.physics.material import Material
 from electrovib.physics.safety import AIR
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -181,14 +180,9 @@ class _Bench:
         in_gap = scenario.replace({"force": {"model": "MaxwellStressInGap"}})
         self.static = static_force(in_gap, voltage=voltage)
         self.breakdown = air_breaks_down(scenario, voltage=voltage)
-        step = self.step(in_gap, voltage)
+        step = _stepped(in_gap, voltage, time, "AtRest")
         self.stack_warnings = _warnings(step)
         self.air_warnings = air_warnings(step)
-
-    def step(self, case: Scenario, voltage: float) -> xarray.Dataset:
-        """Simulate a step from rest to a voltage [V]."""
-        changes: dict[str, Any] = {"drive": {"model": "Step", "level": voltage}}
-        return simulate(case.replace(changes | {"time.initial_state": {"model": "AtRest"}}), time=self.time)
 
     def entry(self, name: str, case: Scenario) -> result.Entry:
         """Compute the entry of one law."""
@@ -198,7 +192,7 @@ class _Bench:
         why = result.explain(case, ratio=static / self.static)
         early = late = polarity = np.nan
         try:
-            trace = self.step(case, self.voltage)
+            trace = _stepped(case, self.voltage, self.time, "AtRest")
         except NotCausalError:
             step, warnings = np.zeros(0), self.stack_warnings
         else:
@@ -229,7 +223,7 @@ class _Bench:
         """Return the mean attraction of a step over that of a step of the opposite sign, dimensionless."""
         if not result.knows_polarity(case):
             return 1.0
-        turned = self.step(case, -self.voltage).electrostatic_force.values
+        turned = _stepped(case, -self.voltage, self.time, "AtRest").electrostatic_force.values
         return float(np.trapezoid(step, self.time) / np.trapezoid(turned, self.time))
 
 
@@ -358,14 +352,21 @@ def insulating(scenario: Scenario) -> Scenario:
     """Return the same stack without conduction, with its dispersion."""
     changes: dict[str, Any] = {}
     for name, layer in scenario.stack.layers.items():
-        changes |= _without_conduction(layer.material, f"stack.{name}.material")
+        if layer.material.conductivity:
+            changes[f"stack.{name}.material.conductivity"] = 0.0
         if layer.leak is not None:
             changes[f"stack.{name}.leak"] = None
     return scenario.replace(changes) if changes else scenario
 
 
-def _without_conduction(material: Material, path: str) -> dict[str, Any]:
-    return {f"{path}.conductivity": 0.0} if material.conductivity else {}
+def _stepped(scenario: Scenario, voltage: float, time: Real, state: str) -> xarray.Dataset:
+    """Simulate a step to a voltage [V], from rest or in the steady state."""
+    changes = {"drive": {"model": "Step", "level": voltage}, "time.initial_state": {"model": state}}
+    return simulate(scenario.replace(changes), time=time)
+
+
+def _held(scenario: Scenario, voltage: float) -> xarray.Dataset:
+    return _stepped(scenario, voltage, np.array([0.0, 1.0]), "PeriodicState")
 
 
 def static_force(scenario: Scenario, *, voltage: float) -> float:
@@ -374,25 +375,16 @@ def static_force(scenario: Scenario, *, voltage: float) -> float:
     Of a law without a response in time it is twice its mean under a sine of 1 Hz.
     """
     held = insulating(scenario)
-    changes = {
-        "drive": {"model": "Step", "level": voltage},
-        "time.initial_state": {"model": "PeriodicState"},
-    }
     if not scenario.force.causal:
         slow = phasors(held, np.array([1.0]))
         return 2 * float(mean_force(held, slow, amplitude=voltage)[0])
-    return float(simulate(held.replace(changes), time=np.array([0.0, 1.0])).electrostatic_force[-1])
+    return float(_held(held, voltage).electrostatic_force[-1])
 
 
 def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
     """Return the warnings about the air of the gap at a constant voltage without conduction; empty without one."""
-    changes = {
-        "force": {"model": "MaxwellStressInGap"},
-        "drive": {"model": "Step", "level": voltage},
-        "time.initial_state": {"model": "PeriodicState"},
-    }
-    trace = simulate(insulating(scenario).replace(changes), time=np.array([0.0, 1.0]))
-    return "; ".join(air_warnings(trace))
+    in_gap = insulating(scenario).replace({"force": {"model": "MaxwellStressInGap"}})
+    return "; ".join(air_warnings(_held(in_gap, voltage)))
 
 
 def air_warnings(trace: xarray.Dataset) -> tuple[str, ...]:

@@ -11,27 +11,23 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.scenario import Source, read_scenario
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.choice import chosen
 from electrovib.solve.effort import counted, last_time
 from electrovib.solve.meter import Meter, measured
-from electrovib.studies.check import checked
+from electrovib.studies.check import LimitsSource, checked
 from electrovib.studies.check.result import not_in_rows
 from electrovib.studies.design import search
-from electrovib.studies.design.drive import design_drive
+from electrovib.studies.design.drive import TargetSource, design_drive
 from electrovib.studies.design.limits import Limited, obtainable, several_limits
-from electrovib.studies.design.result import DesignedParameter, Explored, FoundValue
+from electrovib.studies.design.result import Designed, DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.share import design_for_share
 from electrovib.studies.design.uncertain import influences, inputs_of, propagated, read_draws
 from electrovib.studies.design.wanted import BetweenSource, Evaluation, Wanted, WantSource, read_wanted
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
     from electrovib.scenario.space import SpaceSource
-    from electrovib.studies.check import LimitsSource
-    from electrovib.studies.design.drive import TargetSource
-    from electrovib.studies.design.result import Designed
     from electrovib.studies.sensitivity import Elasticity
 
 

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import Answer, Document, Table
-from electrovib.core.diagnostics import warning_lines
+from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, json_text
 from electrovib.studies.check.result import UNKNOWN, not_compared
 
 if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
     from electrovib.studies.design.limits import Obtainable

@@ -12,11 +12,11 @@ import numpy as np
 
 from electrovib.core.errors import InputError, Problem, gathered
 from electrovib.core.units import format_quantity
-from electrovib.scenario.space import read_space
+from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check import checked
+from electrovib.studies.check import CheckResult, CheckRow, LimitsSource, checked
 from electrovib.studies.check.result import not_in_rows, shown
 from electrovib.studies.design.limits import Limited, obtainable, several_limits
 from electrovib.studies.design.result import Designed
@@ -36,8 +36,6 @@ from electrovib.studies.design.wanted import BetweenSource, Wanted, read_band
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.scenario.space import Space, SpaceSource
-    from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
 
 RESAMPLED: Final = 400
 """Bootstrap samples of the value with the largest share."""

@@ -14,19 +14,17 @@ from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.tables import stored_changes
-from electrovib.scenario.space import read_space
+from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.studies.design import search
-from electrovib.studies.design.wanted import Evaluation
+from electrovib.studies.design.wanted import Evaluation, Wanted
 from electrovib.studies.sensitivity import Elasticity, slope
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.scenario import Scenario
-    from electrovib.scenario.space import Space, SpaceSource
-    from electrovib.studies.design.wanted import Wanted
 
 
 MOST_VALUES: Final = 17
@@ -399,15 +397,16 @@ def propagated(
     With `linear` its logarithm is taken as linear in those of the parameters, from their medians.
     """
     report, space, linear = over.meter.reporting(progress), over.space, over.linear
-    paths = tuple(path for path in space.paths if path != wanted.free)
-    remarks = list(space.remarks)
-    if len(paths) < len(space.paths):
-        remarks.append(f"{wanted.free} is not drawn: it is the parameter that is sought")
     drawn = space.draw(over.seed, 0, over.n)
-    evaluation = Evaluation(scenario, wanted, (wanted.free, *paths))
+    fingers = DrawnFingers(
+        scenario, wanted, {path: values for path, values in drawn.items() if path != wanted.free}
+    )
+    remarks = list(space.remarks)
+    if len(fingers.draws) < len(drawn):
+        remarks.append(f"{wanted.free} is not drawn: it is the parameter that is sought")
     middle = space.values({stream: np.array([0.5]) for stream in space.streams})
-    medians = {path: float(middle[path][0]) for path in paths}
-    center = _solved(evaluation, medians, start)
+    medians = {path: float(middle[path][0]) for path in fingers.draws}
+    center = _solved(fingers.evaluation, medians, start)
     if linear and not math.isfinite(center):
         raise InputError(
             f"space: with the medians of its parameters no value of {wanted.free} from {wanted.parameter(wanted.low)} to"
@@ -417,18 +416,15 @@ def propagated(
     logs = np.zeros(over.n)
     if math.isfinite(center):
         at = medians | {wanted.free: center}
-        for each in influences(evaluation, at, tuple(path for path in paths if medians[path])):
+        for each in influences(fingers.evaluation, at, tuple(path for path in medians if medians[path])):
             ratio = drawn[each.path] / medians[each.path]
             if np.all(ratio > 0):
                 logs += each.value * np.log(ratio)
     guesses = (center if math.isfinite(center) else start) * np.exp(np.clip(logs, -50, 50))
-    if linear:
-        values = np.where((guesses >= wanted.low) & (guesses <= wanted.high), guesses, math.nan)
-        return NeededValues(space.title, values, over.seed, linear, tuple(remarks))
-    values = np.empty(over.n)
-    for i in range(over.n):
-        report(i, over.n)
-        values[i] = _solved(evaluation, {path: float(drawn[path][i]) for path in paths}, guesses[i])
+    values = np.where((guesses >= wanted.low) & (guesses <= wanted.high), guesses, math.nan)
+    for finger, guess in enumerate([] if linear else guesses.tolist()):
+        report(finger, over.n)
+        values[finger] = _solved(fingers.evaluation, fingers.point(finger, guess), guess)
     return NeededValues(space.title, values, over.seed, linear, tuple(remarks))
 
 

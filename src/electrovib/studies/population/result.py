@@ -23,14 +23,13 @@ from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
 from electrovib.solve.population.kernels import quantiles
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.population.declared import FORMAT, scenario_text
+from electrovib.studies.population.declared import FORMAT, DeclaredStudy, scenario_text
 
 if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.studies.population.declared import DeclaredStudy
     from electrovib.studies.population.tiles import Collected, Evaluator
 
 

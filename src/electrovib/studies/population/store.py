@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.studies.population import files
-from electrovib.studies.population.declared import BLOCK, FORMAT
+from electrovib.studies.population.declared import BLOCK, FORMAT, DeclaredStudy
 from electrovib.studies.population.result import attributes, definition, draws_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from electrovib.studies.population.declared import DeclaredStudy
     from electrovib.studies.population.tiles import Collected, Evaluator, Rows
 
 SUFFIX: Final = ".zarr"

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.answer import Answer, Document
-from electrovib.core.diagnostics import diagnostics_of
+from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.physics.time_profile import Steady
-from electrovib.scenario import Source
+from electrovib.scenario import Scenario, Source
 from electrovib.solve.simulate import simulate
-from electrovib.studies.check import cleared_for_output, sampled, with_drive
+from electrovib.studies.check import CheckResult, cleared_for_output, sampled, with_drive
 from electrovib.studies.texture.reading import PathSource, TextureSource, read_path
 from electrovib.studies.texture.set_up import (
     FREQUENCY,
@@ -26,6 +26,7 @@ from electrovib.studies.texture.set_up import (
     AllLimits,
     Amount,
     RenderingSetUp,
+    Synthesis,
     amount,
 )
 from electrovib.studies.texture.stream import TextureStream
@@ -35,12 +36,8 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.texture.base import Texture
     from electrovib.physics.texture.path import FingerPath
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check import CheckResult
-    from electrovib.studies.texture.set_up import Synthesis
 
 
 LARGE: Final = 0.1

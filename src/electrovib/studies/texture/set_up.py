@@ -12,20 +12,16 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.physics.texture.base import RenderingPlate
-from electrovib.scenario import Source, TimeGrid, read_scenario
+from electrovib.physics.texture.base import RenderingPlate, Texture
+from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.solve.expanded import Expanded
-from electrovib.studies.check import LimitsSource, declared_limits, refuse_unlimited, sampled
+from electrovib.studies.check import DeclaredLimit, LimitsSource, declared_limits, refuse_unlimited, sampled
 from electrovib.studies.design.drive.carrier import carrier_gain
-from electrovib.studies.texture.reading import read_texture
+from electrovib.studies.texture.reading import TextureSource, read_texture
 from electrovib.studies.texture.stream import added_friction
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.physics.texture.base import Texture
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check import DeclaredLimit
-    from electrovib.studies.texture.reading import TextureSource
 
 
 _ROUNDED: Final = 1e-9

@@ -13,7 +13,7 @@ from electrovib.core.model import read_model
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.current import CurrentAmplifier
 from electrovib.physics.drive.sampled import Sampled
-from electrovib.scenario import TimeGrid
+from electrovib.scenario import Scenario, TimeGrid
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.expanded import FORCE, Expanded
 from electrovib.solve.stack.expand import behind_amplifier, phasors
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.limits import Limits
-    from electrovib.scenario import Scenario
     from electrovib.studies.design.drive.target import Target
 
 

@@ -11,16 +11,17 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.core.units import format_quantity
 from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
-from electrovib.scenario import Source, read_scenario
-from electrovib.studies.check import NEEDED, checked
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.studies.check import NEEDED, CheckResult, DeclaredLimit, LimitsSource, checked
 from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_gain, design_carrier
 from electrovib.studies.design.drive.direct import design_direct
-from electrovib.studies.design.drive.target import TargetSource, read_target
+from electrovib.studies.design.drive.target import Target, TargetSource, read_target
 from electrovib.studies.design.limits import Bounds, several_limits, unlimited
 from electrovib.studies.design.result import Designed
+from electrovib.studies.design.wanted import read_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.drive.base import Drive
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check import CheckResult, DeclaredLimit, LimitsSource
-    from electrovib.studies.design.drive.target import Target
 
 
 METHODS: Final = {
@@ -71,7 +69,8 @@ def design_drive(
             value=str(method),
         )
     wanted = read_target(target)
-    frequency, samples = _frequency(carrier, "carrier"), _frequency(rate, "rate")
+    frequency = None if carrier is None else read_number(carrier, "Hz", "carrier")
+    samples = None if rate is None else read_number(rate, "Hz", "rate")
     if method == "dc" and frequency is not None:
         raise InputError("method 'dc' has no carrier; omit it, or take another method", path="carrier")
     bounds = Bounds.of(scenario, limits)
@@ -109,15 +108,6 @@ def _quantity(method: str) -> Drive:
     if method == "current":
         return CurrentSine(amplitude=1e-6, frequency=1e3)
     return Sine(amplitude=1.0, frequency=1e3)
-
-
-def _frequency(value: float | str | None, path: str) -> float | None:
-    if value is None or not isinstance(value, str):
-        return value
-    try:
-        return parse_quantity(value, "Hz")
-    except ValueError as error:
-        raise InputError(str(error), path=path, value=value) from None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.core.units import format_quantity
 from electrovib.studies.check import first_columns
+from electrovib.studies.design.wanted import read_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -146,10 +147,7 @@ def _of_text(text: str) -> Target:
     found = (_SINE if lowered == "sine" else _CONSTANT).fullmatch(f"{lowered} {rest}")
 
     def read(part: str, unit: str) -> float:
-        try:
-            return parse_quantity(part, unit)
-        except ValueError as error:
-            raise InputError(str(error), path="target", value=part) from None
+        return read_number(part, unit, "target")
 
     def refuse(good: bool, wanted: str) -> None:
         if not good:

@@ -17,8 +17,8 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.quantity import quantity_of
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, unit_of_limit
 from electrovib.physics.safety import AIR
-from electrovib.scenario import Source, read_scenario
-from electrovib.studies.check import CheckRow, LimitsSource, checked, declared_limits
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits
 from electrovib.studies.check.result import (
     FAIL,
     ONLY_DECLARED,
@@ -32,13 +32,10 @@ from electrovib.studies.compare.materials import layer_of_plate, named_materials
 from electrovib.studies.design.limits import several_limits
 from electrovib.studies.design.plate.result import RELAXED, PlateDesign, best_of, gains_of
 from electrovib.studies.perceive import perceive, verdict
-from electrovib.studies.sweep import parse_over, read_quantities, sweep_cases
+from electrovib.studies.sweep import Case, parse_over, read_quantities, sweep_cases
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check import DeclaredLimit
-    from electrovib.studies.sweep import Case
 
 
 FILM: Final = "film strength"
