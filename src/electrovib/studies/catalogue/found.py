@@ -16,19 +16,8 @@ from electrovib.core.model import Model
 from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.scenario.space.writing import KEYS
-from electrovib.studies.catalogue.items import (
-    LIBRARY,
-    PAPERS,
-    REMARKS,
-    SCENARIOS,
-    Listed,
-    Listing,
-    everything,
-    families,
-    kind_of,
-    places,
-    scenario_items,
-)
+from electrovib.studies.catalogue import items
+from electrovib.studies.catalogue.items import Listed, Listing
 from electrovib.studies.catalogue.pages import page
 
 MOST: Final = 15
@@ -61,17 +50,17 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     InputError
         If nothing is found; the message has the three names that are spelled most similarly, and what they are.
     """
-    items = list(everything())
+    entries = list(items.everything())
     if not query.strip():
         return Listing(
-            items,
-            text=lambda: laid_out(all_table(items)) if complete else overview(items),
-            table=lambda: all_table(items, "Models, papers and scenarios"),
+            entries,
+            text=lambda: laid_out(all_table(entries)) if complete else overview(entries),
+            table=lambda: all_table(entries, "Models, papers and scenarios"),
         )
-    matches = search(query, items)
+    matches = search(query, entries)
     if not matches or matches[0].stage == SPELLING:
         what = "no model, material, skin, paper or scenario has this name or these words"
-        question = as_question(suggestions(query, items))
+        question = as_question(suggestions(query, entries))
         raise InputError(f"'{query}': {what}.{question} 'electrovib list' lists them.")
     full = _in_full(matches)
     records = _with_reasons(matches)
@@ -102,30 +91,30 @@ def scenarios(query: str = "") -> Listing:
     InputError
         If nothing is found; the message has the three names that are spelled most similarly, and what they are.
     """
-    items = list(scenario_items())
+    entries = list(items.scenario_items())
     title, full = "Ready-made scenarios", list[Listed]()
     if query.strip():
-        matches = search(query, items)
+        matches = search(query, entries)
         if not matches or matches[0].stage == SPELLING:
-            question = as_question(suggestions(query, items))
+            question = as_question(suggestions(query, entries))
             raise InputError(
                 f"'{query}': no scenario has this name or these words.{question} 'electrovib list scenarios' lists all."
             )
         title, full = f"Scenarios found for '{query}'", _in_full(matches)
-        items = _with_reasons(matches)
+        entries = _with_reasons(matches)
     return Listing(
-        items,
-        text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(items))}\n{RUN}\n",
-        table=lambda: scenario_table(items, title),
+        entries,
+        text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(entries))}\n{RUN}\n",
+        table=lambda: scenario_table(entries, title),
     )
 
 
 def find(name: str) -> type[Model] | ModuleType:
     """Find a model or a paper by a name; capitals count only where two entries differ by nothing else."""
-    items = [item for item in everything() if isinstance(item.thing, (type, ModuleType))]
-    matches = search(name, items)
+    entries = [item for item in items.everything() if isinstance(item.thing, (type, ModuleType))]
+    matches = search(name, entries)
     if not matches or matches[0].stage not in WHOLE:
-        question = as_question(suggestions(name, items))
+        question = as_question(suggestions(name, entries))
         raise InputError(f"'{name}' is neither a model nor a paper.{question}")
     thing: type[Model] | ModuleType = _found(matches)[0].thing
     return thing
@@ -151,7 +140,7 @@ def _as_text(query: str, full: list[Listed], records: list[Listed], *, complete:
     shown_in_full = {(item.name, item.kind) for item in full}
     others = [record for record in records if (record.name, record.kind) not in shown_in_full]
     if full and not complete:
-        others = [record for record in others if not record.reason.startswith(REMARKS)]
+        others = [record for record in others if not record.reason.startswith(items.REMARKS)]
     pages = [page(item) for item in full]
     shown = others if complete else others[: MOST if not full else MOST // 2]
     if shown:
@@ -174,10 +163,10 @@ def all_table(records: Iterable[Listed], title: str = "") -> Table:
     return Table(title, ("name", "kind", "source status", "what it is"), tuple(rows))
 
 
-def scenario_table(items: Iterable[Listed], title: str = "") -> Table:
+def scenario_table(entries: Iterable[Listed], title: str = "") -> Table:
     """Write ready-made scenarios with what each reproduces; of a search also the stack, and why it was found."""
     rows = []
-    for record in items:
+    for record in entries:
         why = f"; stack: {record.texts['stack']} [{record.reason}]" if record.reason else ""
         rows.append((record.name, record.reproduces or "-", f"{_without_paper(record)}{why}"))
     why = " [why it was found]" if rows and rows[0][-1].endswith("]") else ""
@@ -197,16 +186,20 @@ _MORE = (
 )
 
 
-def overview(items: Iterable[Listed]) -> str:
+def overview(entries: Iterable[Listed]) -> str:
     """Write the names of everything by its place in a scenario, and how to find out more."""
-    found = list(items)
-    held = places()
+    found = list(entries)
+    held = items.places()
     rows = {path: sorted(find_members(family)) for family, path in held.items()}
-    outside = {kind_of(family): sorted(find_members(family)) for family in families() if family not in held}
-    labels = (LIBRARY, "materials", "skins", "stacks", PAPERS)
+    outside = {
+        items.kind_of(family): sorted(find_members(family))
+        for family in items.families()
+        if family not in held
+    }
+    labels = (items.LIBRARY, "materials", "skins", "stacks", items.PAPERS)
     offered = {label: [item.name for item in found if item.group == label] for label in labels}
-    count = sum(item.group == SCENARIOS for item in found)
-    unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != SCENARIOS]
+    count = sum(item.group == items.SCENARIOS for item in found)
+    unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != items.SCENARIOS]
     width = max(map(len, [*rows, *offered, *outside])) + 2
     lines = ["Key of a scenario file, and the models to choose from:", ""]
     lines += [line for label, names in rows.items() for line in _row(label, names, width)]
@@ -214,7 +207,7 @@ def overview(items: Iterable[Listed]) -> str:
     lines += [line for label, names in outside.items() for line in _row(label, names, width)]
     lines += ["", "Ready-made, used by name:", ""]
     lines += [line for label, names in offered.items() if names for line in _row(label, names, width)]
-    lines += _row(SCENARIOS, [f"{count}, listed by 'electrovib list scenarios'"], width)
+    lines += _row(items.SCENARIOS, [f"{count}, listed by 'electrovib list scenarios'"], width)
     lines += [
         "",
         *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),

@@ -20,14 +20,8 @@ from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.material.library import SourcedValue, Substance
 from electrovib.scenario import Scenario
-from electrovib.studies.catalogue.items import (
-    Listed,
-    families,
-    first_sentence,
-    places,
-    plain_text,
-    stack_text,
-)
+from electrovib.studies.catalogue import items
+from electrovib.studies.catalogue.items import Listed
 
 _LABEL: Final = 16
 """Width of the first column, characters."""
@@ -73,7 +67,7 @@ def _of_model(model: type[Model]) -> list[str]:
 def _written_as(model: type[Model]) -> list[str]:
     """Show how a scenario file names a member of a family, and from which class a model of one's own is derived."""
     family, found = next(
-        ((family, place) for family, place in places().items() if issubclass(model, family)), (None, "")
+        ((family, place) for family, place in items.places().items() if issubclass(model, family)), (None, "")
     )
     if family is None or not found or not model.is_member:
         return []
@@ -122,7 +116,7 @@ def _of_scenario(scenario: Scenario, item: Listed) -> list[str]:
         "reproduces": item.reproduces,
         "keywords": item.texts["keywords"],
         "drive": type(scenario.drive).__name__,
-        "stack": stack_text(scenario.stack),
+        "stack": items.stack_text(scenario.stack),
         "force": type(scenario.force).__name__,
         "friction": type(scenario.friction).__name__,
         "paper": module.CITATION,
@@ -234,7 +228,7 @@ def _part_of(model: type[Model], name: str) -> str:
     kind = model.part(name)
     if kind is None:
         return ""
-    text = families().get(kind) or first_sentence(kind)
+    text = items.families().get(kind) or items.first_sentence(kind)
     return f"{text[:1].lower()}{text[1:]}"
 
 
@@ -268,7 +262,7 @@ def _several(shown: list[str]) -> str:
 
 def claims(module: ModuleType) -> dict[str, str]:
     """Read from a paper's docstring what it claims, what it does not claim, and, as ``here``, what is said after that."""
-    text = plain_text(inspect.getdoc(module) or "")
+    text = items.plain_text(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
     if not found:
         return {}

@@ -25,12 +25,7 @@ from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.sampled import Held, Sampled
 from electrovib.physics.limits import MEAN_SQUARES, WORDS
 from electrovib.scenario import Scenario, Source, TimeGrid, read_part, read_scenario
-from electrovib.solve.diagnostics.judge import (
-    largest_of,
-    largest_values,
-    slew_rate,
-    stack_diagnostics,
-)
+from electrovib.solve.diagnostics import judge
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
 from electrovib.studies.check.result import (
@@ -357,12 +352,12 @@ def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedV
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None
     peaks, end = record.peaks, float(expanded.times[-1])
-    reached = largest_values(scenario, expanded.section, peaks)
-    reached["slew_rate"] = slew_rate(scenario, end)
-    largest = {name: largest_of(reached, name) for name in WORDS}
+    reached = judge.largest_values(scenario, expanded.section, peaks)
+    reached["slew_rate"] = judge.slew_rate(scenario, end)
+    largest = {name: judge.largest_of(reached, name) for name in WORDS}
     known = [name for name in MEAN_SQUARED if mean_squares and math.isfinite(largest[name])]
     rms = dict.fromkeys(MEAN_SQUARED, math.nan) | root_mean_squares(expanded, peaks, known)
-    found = stack_diagnostics(scenario, peaks)
+    found = judge.stack_diagnostics(scenario, peaks)
     return CheckedValues(
         largest=largest | {name: rms[name.removeprefix("rms_")] for name in MEAN_SQUARES},
         rms=rms,
