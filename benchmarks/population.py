@@ -20,7 +20,7 @@ from electrovib.solve.population.kernels import (
     quantiles,
 )
 from electrovib.solve.stack.secular import secular_roots
-from electrovib.studies.population.fingers import Statistics
+from electrovib.studies.population.tiles import Statistics
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
 

@@ -130,16 +130,16 @@ def test_every_model_paper_function_and_material_has_a_page(site):
     generated = site / "reference" / "generated"
     for item in everything(own=True):
         if isinstance(item.thing, type):
-            file = generated / "models" / item.record.kind.replace(" ", "_") / f"{item.record.name}.html"
+            file = generated / "models" / item.kind.replace(" ", "_") / f"{item.name}.html"
             page, text = Page(file), file.read_text(encoding="utf-8")
-            assert len(page.equations) >= len(item.thing.equation), item.record.name
+            assert len(page.equations) >= len(item.thing.equation), item.name
             assert all((file.parent / equation).stat().st_size > 500 for equation in page.equations)
             for name in (*item.thing.model_fields, *item.thing.derived):
-                assert f"<p>{name}</p>" in text, f"{item.record.name}: {name}"
+                assert f"<p>{name}</p>" in text, f"{item.name}: {name}"
             assert "Source status" in text
     bibliography = (generated / "bibliography.html").read_text(encoding="utf-8")
     for item in paper_items(own=True):
-        assert (generated / "papers" / f"{item.record.name}.html").exists()
+        assert (generated / "papers" / f"{item.name}.html").exists()
         for citation in item.thing.CITATIONS:
             assert citation.doi in bibliography
     for name in dir(ev):
@@ -223,9 +223,9 @@ def test_the_pages_of_papers_and_commands_have_what_these_declare(part):
     pages = part("papers_pages").pages()
     plain, linked = part("rst").plain, part("rst").linked
     for item in paper_items(own=True):
-        page = pages[f"papers/{item.record.name}.rst"]
-        assert f":doc:`papers/{item.record.name}`" in pages["bibliography.rst"]
-        assert f"{{{item.record.name},\n" in pages["electrovib.bib"]
+        page = pages[f"papers/{item.name}.rst"]
+        assert f":doc:`papers/{item.name}`" in pages["bibliography.rst"]
+        assert f"{{{item.name},\n" in pages["electrovib.bib"]
         for citation in item.thing.CITATIONS:
             shown = linked(plain(str(citation)))
             assert not citation.doi or f"<https://doi.org/{citation.doi}>`__" in shown
@@ -233,7 +233,7 @@ def test_the_pages_of_papers_and_commands_have_what_these_declare(part):
             assert shown in page
         assert page.count("\n- ") >= len(getattr(item.thing, "CHECKS", ()))
     for item in scenario_items():
-        assert f"``{item.record.name}``" in pages["scenarios.rst"]
+        assert f"``{item.name}``" in pages["scenarios.rst"]
     assert ":doc:`../models/force_law/Vezzoli2014Causal`" in pages["papers/vezzoli_2014.rst"]
     (text,) = part("commands").pages().values()
     for shown in ("electrovib bench run\n", "``SCENARIO``", "``--series-resistor``", "``--output, -o``"):

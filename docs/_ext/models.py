@@ -15,7 +15,7 @@ from electrovib.core.citation import STATUSES_EXPLAINED, Check, status_text
 from electrovib.core.discovery import paper_of
 from electrovib.core.model import Model
 from electrovib.studies import catalogue
-from electrovib.studies.catalogue.items import Item, everything
+from electrovib.studies.catalogue.items import Listed, everything
 
 EVERYWHERE: Final = {
     "D": "Bound displacement [C/m2].",
@@ -29,11 +29,11 @@ EVERYWHERE: Final = {
 def pages() -> dict[str, str]:
     """Return the pages by file name: one for each model, and the list of all."""
     found = [item for item in everything(own=True) if is_model(item)]
-    written = {f"models/{place(item.thing, item.record.kind)}.rst": page(item) for item in found}
+    written = {f"models/{place(item.thing, item.kind)}.rst": page(item) for item in found}
     return written | {"models/index.rst": index(found)}
 
 
-def is_model(item: Item) -> bool:
+def is_model(item: Listed) -> bool:
     """Return whether an entry of the catalogue is a declared model."""
     return isinstance(item.thing, type)
 
@@ -43,33 +43,31 @@ def place(model: type[Model], kind: str) -> str:
     return f"{kind.replace(' ', '_')}/{model.__name__}"
 
 
-def index(found: list[Item]) -> str:
+def index(found: list[Listed]) -> str:
     """Write the list of all models, one table for each family."""
     parts = [
         title("Models"),
         "Every model that a scenario can be made of, as the code declares it. The source status states how the source of a"
         f" model was read: {plain(STATUSES_EXPLAINED)}.",
     ]
-    for group, members in groupby(found, key=lambda item: item.record.group):
+    for group, members in groupby(found, key=lambda item: item.group):
         rows = []
         for item in members:
-            paper = f":doc:`../papers/{item.record.paper}`" if item.record.paper else ""
-            status = plain(status_text(item.record.status))
-            target = place(item.thing, item.record.kind)
-            rows.append(
-                (f":doc:`{target}`", plain(item.record.meaning), paper, status, str(item.record.checks))
-            )
+            paper = f":doc:`../papers/{item.paper}`" if item.paper else ""
+            status = plain(status_text(item.status))
+            target = place(item.thing, item.kind)
+            rows.append((f":doc:`{target}`", plain(item.meaning), paper, status, str(item.checks)))
         headings = ("model", "what it is", "paper", "source status", "checks")
         parts += [title(f"{group[0].upper()}{group[1:]}", "-"), grid(headings, rows, "22 48 12 12 6")]
-    names = [f"{item.record.name} <{place(item.thing, item.record.kind)}>" for item in found]
+    names = [f"{item.name} <{place(item.thing, item.kind)}>" for item in found]
     return joined([*parts, hidden_contents(names)])
 
 
-def page(item: Item) -> str:
+def page(item: Listed) -> str:
     """Write the page of one model."""
     from numpydoc.docscrape import NumpyDocString
 
-    model, record = item.thing, item.record
+    model = item.thing
     text = NumpyDocString(inspect.getdoc(model) or "")
     parameters = catalogue.parameters(model)
     where = written_as(model)
@@ -82,8 +80,8 @@ def page(item: Item) -> str:
     ]
     return joined(
         [
-            title(record.name),
-            f"*{record.kind[0].upper()}{record.kind[1:]}.* " + " ".join(text["Summary"]),
+            title(item.name),
+            f"*{item.kind[0].upper()}{item.kind[1:]}.* " + " ".join(text["Summary"]),
             "\n".join(text["Extended Summary"]),
             literal(where, "toml") if where else "",
             *equations(model),

@@ -10,15 +10,15 @@ from rst import fields, grid, hidden_contents, items, joined, linked, literal, p
 
 from electrovib.core.citation import STATUSES_EXPLAINED, status_text
 from electrovib.studies import catalogue
-from electrovib.studies.catalogue.items import Item, everything, paper_items, scenario_items
+from electrovib.studies.catalogue.items import Listed, everything, paper_items, scenario_items
 
 
 def pages() -> dict[str, str]:
     """Return the pages by file name: papers, scenarios and bibliography."""
     found = list(paper_items(own=True))
     models = [item for item in everything(own=True) if is_model(item)]
-    written = {f"papers/{item.record.name}.rst": page(item, models) for item in found}
-    citations = "\n\n".join(catalogue.bibtex(item.thing, item.record.name) for item in found)
+    written = {f"papers/{item.name}.rst": page(item, models) for item in found}
+    citations = "\n\n".join(catalogue.bibtex(item.thing, item.name) for item in found)
     return written | {
         "papers/index.rst": index(found),
         "scenarios.rst": scenarios(),
@@ -27,24 +27,23 @@ def pages() -> dict[str, str]:
     }
 
 
-def index(found: list[Item]) -> str:
+def index(found: list[Listed]) -> str:
     """Write the list of papers."""
     rows = []
     for item in found:
-        record = item.record
-        runs = plain(record.runnable)
-        rows.append((f":doc:`{record.name}`", plain(record.meaning), plain(status_text(record.status)), runs))
+        runs = plain(item.runnable)
+        rows.append((f":doc:`{item.name}`", plain(item.meaning), plain(status_text(item.status)), runs))
     text = (
         "Each paper has its claims, what it does not claim, and what of it can be computed. The source status states how"
         f" the paper was read: {plain(STATUSES_EXPLAINED)}. A paper whose equations were not read runs nothing."
     )
     table = grid(("paper", "title", "source status", "can be run"), rows, "16 40 14 30")
-    return joined([title("Papers"), text, table, hidden_contents(item.record.name for item in found)])
+    return joined([title("Papers"), text, table, hidden_contents(item.name for item in found)])
 
 
-def page(item: Item, models: list[Item]) -> str:
+def page(item: Listed, models: list[Listed]) -> str:
     """Write the page of one paper."""
-    module, name = item.thing, item.record.name
+    module, name = item.thing, item.name
     claims = catalogue.claims(module)
     unread = " ".join(getattr(module, "NOT_READ", "").split())
     about = [
@@ -54,10 +53,8 @@ def page(item: Item, models: list[Item]) -> str:
         ("Here", plain(claims.get("here", ""))),
         ("Not read", plain(unread)),
     ]
-    own = [one for one in models if one.record.paper == name]
-    links = (
-        f":doc:`../models/{place(one.thing, one.record.kind)}`: {plain(one.record.meaning)}" for one in own
-    )
+    own = [one for one in models if one.paper == name]
+    links = (f":doc:`../models/{place(one.thing, one.kind)}`: {plain(one.meaning)}" for one in own)
     values = catalogue.values(module)
     return joined(
         [
@@ -98,10 +95,7 @@ def disagreements(module: Any) -> list[str]:
 
 def scenarios() -> str:
     """Write the list of ready-made scenarios."""
-    rows = [
-        (f"``{item.record.name}``", plain(item.record.meaning), plain(item.record.reproduces))
-        for item in scenario_items()
-    ]
+    rows = [(f"``{item.name}``", plain(item.meaning), plain(item.reproduces)) for item in scenario_items()]
     text = (
         "Each can be simulated by its name, ``electrovib run NAME``, written as a file to change,"
         " ``electrovib init NAME -o my.toml``, and changed by ``--set``. The sources of its values are on the page of its"
@@ -111,9 +105,9 @@ def scenarios() -> str:
     return joined([title("Ready-made scenarios"), text, table])
 
 
-def bibliography(found: list[Item]) -> str:
+def bibliography(found: list[Listed]) -> str:
     """Write the list of all publications that the papers of the toolkit declare."""
-    lines = sorted((item.record.name, text) for item in found for text in citations(item.thing))
+    lines = sorted((item.name, text) for item in found for text in citations(item.thing))
     text = (
         "The publications behind the models and scenarios, with the page of each;"
         " :download:`all as BibTeX <electrovib.bib>`. Values of materials and of populations have further sources,"

@@ -18,10 +18,16 @@ from electrovib.scenario import load
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.studies.felt_spectrum import Lines, lines
-from electrovib.studies.felt_threshold import threshold_over_frequency, threshold_ratio
+from electrovib.studies.felt_spectrum import (
+    Lines,
+    Stimulus,
+    just_felt,
+    lines,
+    sensation_of,
+    threshold_over_frequency,
+    threshold_ratio,
+)
 from electrovib.studies.perceive import compare_percepts, perceive
-from electrovib.studies.sensation import just_felt, sensation_of
 
 SINE = vardar_2017.scenarios()["sine"]
 ALONE = Perception(channels=(Pacinian(),))
@@ -147,8 +153,10 @@ def test_a_sine_that_is_just_felt_is_at_an_end(given):
     for frequency in (20.0, 60.0, 250.0):
         own = {"frequency": np.array([frequency]), "amplitude": np.array([1.0]), "swing": 1.0, "span": 1.0}
         line = Lines(**own, samples=1, signal="lateral_force", how="")
-        for end, amplitude in enumerate(just_felt(line, Perception(), given, np.array([frequency]))):
-            felt = sensation_of(replace(line, amplitude=amplitude), Perception(), given)
+        for end, amplitude in enumerate(
+            just_felt(Stimulus(line, Perception(), given), np.array([frequency]))
+        ):
+            felt = sensation_of(Stimulus(replace(line, amplitude=amplitude), Perception(), given))
             assert (felt.high, felt.low)[end] == pytest.approx(0.0, abs=1e-9)
 
 

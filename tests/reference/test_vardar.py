@@ -11,7 +11,7 @@ from electrovib.core.discovery import papers
 from electrovib.papers import vardar_2017
 from electrovib.papers.vardar_2017.figures import conducting_skins
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, ON_DISPLACEMENT, ON_FORCE
-from electrovib.studies.felt_threshold import crossover, threshold_ratio
+from electrovib.studies.felt_spectrum import crossover, threshold_ratio
 
 FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0)
 TABLE = {

@@ -49,7 +49,7 @@ def test_without_its_checksums_a_store_is_misread(tmp_path, quarters, monkeypatc
     """The damages do harm: not all of them are refused for another reason."""
     from damaged_stores import cases
 
-    monkeypatch.setattr("electrovib.studies.population.store.refuse_damaged", lambda *_: None)
+    monkeypatch.setattr("electrovib.studies.population.files.refuse_damaged", lambda *_: None)
     assert {said[0] for case in wrong(cases(tmp_path, 1000, 1060)) for said in case[3].values()} >= {
         "wrong",
         "crashed",

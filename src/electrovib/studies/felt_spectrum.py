@@ -1,14 +1,28 @@
-"""Spectrum of the force on the skin, of a period or of a window: the input of perception."""
+"""What is felt: spectrum of the force on the skin, its level above thresholds, and threshold voltages of drives."""
 
 from __future__ import annotations
 
+import functools
+import itertools
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.physics.perception import (
+    COMPLIANCES,
+    MOTION,
+    RYU,
+    Channel,
+    Perception,
+    decibels,
+    felt_amplitude,
+    strongest,
+)
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
@@ -16,6 +30,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+
 
 FEWEST: Final = 1 << 13
 """First number of samples of a period or window: 250 Hz is harmonic 17 of 15 Hz, so aliasing is small."""
@@ -193,3 +208,268 @@ def measured_lines(trace: xarray.Dataset, *, window: float) -> tuple[Lines, ...]
     count = min(len(values), max(16, round(window / step)))
     what = f"measured {name}" + (", interpolated linearly to even times" if uneven else "")
     return _windows(np.asarray(values, dtype=float), count, step, before=None, signal=name, what=what)
+
+
+@dataclass(frozen=True)
+class Stimulus:
+    """A spectrum, the person who feels it, and the mechanics in between.
+
+    `skin` is None where the displacement was measured, or counts as proportional to the force.
+    """
+
+    lines: Lines
+    person: Perception
+    skin: Any
+
+    @property
+    def is_displacement(self) -> bool:
+        """Whether the displacement of the skin was measured."""
+        return self.lines.signal == "skin_displacement"
+
+    @property
+    def moved(self) -> Real:
+        """Displacement at each line [m], or the force [N] without mechanics."""
+        return self.lines.amplitude * compliance(self.skin, self.lines.frequency)
+
+    @functools.cached_property
+    def level(self) -> float:
+        """Level of the channel that is excited most [dB re 1 m, or 1 N]."""
+        return float(decibels(strongest(self.person, self.lines.frequency, self.moved)))
+
+    @functools.cached_property
+    def reference(self) -> float:
+        """Felt amplitude of a sine of equal force at the best frequency."""
+        best = np.array([self.person.most_sensitive().best()])
+        return strongest(self.person, best, self.lines.swing * compliance(self.skin, best))
+
+
+def compliance(skin: Any, frequency: Real) -> Real:
+    """Return the magnitude of the compliance of a skin [m/N]; 1 without one."""
+    return np.ones(np.shape(frequency)) if skin is None else np.asarray(np.abs(skin.compliance(frequency)))
+
+
+def loudest(windows: Iterable[Lines], person: Perception, skin: Any) -> Stimulus:
+    """Return the window that is felt most."""
+    return max((Stimulus(each, person, skin) for each in windows), key=lambda each: each.level)
+
+
+def felt_level(scenario: Scenario, person: Perception) -> float:
+    """Compute the amplitude of a sine at the best frequency that is felt as strongly [m, or N without mechanics]."""
+    windows = force_lines(scenario, window=person.window, samples=FEWEST)
+    return float(10 ** (loudest(windows, person, person.compliance or scenario.finger).level / 20))
+
+
+THRESHOLD, COMPLIANCE = "perception.threshold", "perception.compliance"
+"""What a person can measure, and what is assumed otherwise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensation:
+    """Lowest and highest level above the detection threshold [dB] of the channel that is excited most.
+
+    `left` is half the range that would remain if `THRESHOLD` or `COMPLIANCE`, where assumed, were measured
+    [dB].
+    """
+
+    channel: str
+    low: float
+    high: float
+    left: dict[str, float]
+
+
+def thresholds_of(person: Perception) -> list[tuple[Channel, float, float]]:
+    """Return each channel with the lowest and highest amplitude at weight 1 that is just felt [dB re 1 m].
+
+    Published thresholds stand in for one of the person; a channel without any is absent.
+    """
+    if person.threshold is not None:
+        level, doubt = float(decibels(person.threshold)), person.threshold_uncertainty or 0.0
+        return [(channel, level - doubt, level + doubt) for channel in person.channels]
+    found = []
+    for channel in person.channels:
+        equal = [each.amplitude * float(channel.weight(each.frequency)) for each in channel.published]
+        if equal := [each for each in equal if each > 0]:
+            found.append((channel, float(decibels(min(equal))), float(decibels(max(equal)))))
+    return found
+
+
+def skins_of(felt: Stimulus) -> list[Any]:
+    """Return the given mechanics, or the softest and the stiffest published skin; None for a measured displacement."""
+    if felt.is_displacement:
+        return [None]
+    return [felt.skin] if felt.skin is not None else [each.skin for each in COMPLIANCES]
+
+
+def sensation_of(felt: Stimulus) -> Sensation | None:
+    """Compare a spectrum with the detection threshold; None where nothing moves, or no threshold is known."""
+    known, skins, lines = thresholds_of(felt.person), skins_of(felt), felt.lines
+    moved = [lines.amplitude * compliance(skin, lines.frequency) for skin in skins]
+    levels = np.array(
+        [
+            [float(decibels(felt_amplitude(channel, lines.frequency, each))) for channel, *_ in known]
+            for each in moved
+        ]
+    )
+    if not known or not np.any(np.isfinite(levels)):
+        return None
+    lowest = np.array([low for _, low, _ in known])
+    highest = np.array([high for *_, high in known])
+    top, bottom = (np.max(levels - edge, axis=1) for edge in (lowest, highest))
+    middle = levels - (lowest + highest) / 2
+    left = {}
+    if felt.person.threshold is None:
+        left[THRESHOLD] = float(np.ptp(np.max(middle, axis=1))) / 2
+    if len(skins) > 1:
+        left[COMPLIANCE] = float(np.max(top - bottom)) / 2
+    first = known[int(np.argmax(np.mean(middle, axis=0)))][0]
+    return Sensation(
+        channel=type(first).__name__, low=float(np.min(bottom)), high=float(np.max(top)), left=left
+    )
+
+
+def just_felt(felt: Stimulus, frequency: Real) -> tuple[Real, Real]:
+    """Compute the lowest and highest amplitude of a single sine that is just felt; infinite where none is."""
+    channels, lowest, highest = zip(*thresholds_of(felt.person), strict=True)
+    weights = np.array([channel.weight(frequency) for channel in channels])
+    skins = np.array([compliance(skin, frequency) for skin in skins_of(felt)])
+
+    def amplitudes(edges: Sequence[float]) -> Real:
+        alike = skins[:, None] * weights / 10 ** (np.array(edges)[:, None] / 20)
+        with np.errstate(divide="ignore"):
+            return np.asarray(1 / np.max(alike, axis=1))
+
+    return np.min(amplitudes(lowest), axis=0), np.max(amplitudes(highest), axis=0)
+
+
+def _assumed(felt: Stimulus) -> list[str]:
+    """List the published values that stand for what was not measured, each with its source and status."""
+    texts, person = [], felt.person
+    if person.threshold is None:
+        texts += [
+            f"assumed threshold, {type(channel).__name__}: {format_quantity(each.amplitude, 'm', digits=3)} at"
+            f" {each.frequency:g} Hz, {each.conditions} ({each.status}: {each.source}; taken as zero to peak)"
+            for channel in person.channels
+            for each in channel.published
+        ]
+    if len(skins_of(felt)) > 1:
+        texts += [
+            f"assumed compliance, {each.conditions} ({each.status}: {each.source})" for each in COMPLIANCES
+        ]
+    return texts
+
+
+def stands_on(felt: Stimulus) -> tuple[str, ...]:
+    """List the assumptions and sources of the levels."""
+    person = felt.person
+    texts = [
+        f"{type(channel).__name__}: {channel.status}; {channel.reference}" for channel in person.channels
+    ]
+    if felt.is_displacement:
+        texts.append("mechanics: the displacement of the skin was measured")
+    elif felt.skin is not None:
+        texts.append(f"mechanics: {type(felt.skin).__name__} with the values of the scenario or the user")
+    else:
+        texts.append(
+            "mechanics: none given, relative levels take the displacement as proportional to the force"
+        )
+    texts += _assumed(felt)
+    if person.threshold is not None:
+        texts.append(
+            f"threshold: {format_quantity(person.threshold, 'm', digits=4)} with an uncertainty of"
+            f" {person.threshold_uncertainty:g} dB, given by the user"
+        )
+    texts.append(
+        f"difference threshold: {person.difference_threshold:g} dB, taken as that of the voltage amplitude, which"
+        f" {RYU}, does not state"
+    )
+    return (*texts, MOTION)
+
+
+Pair = Callable[[float], "tuple[Scenario, Scenario]"]
+
+
+@dataclass(frozen=True)
+class ThresholdCurves:
+    """Threshold voltage of each drive over its fundamental frequency, relative to the lowest of all [dB].
+
+    `voltage` is the peak at threshold [V]; it is empty where the threshold is not calibrated.
+    """
+
+    frequency: Real
+    level: Mapping[str, Real]
+    voltage: Mapping[str, Real]
+
+
+def threshold_over_frequency(
+    scenario: Scenario,
+    frequencies: Sequence[float] | Real,
+    drives: Mapping[str, Mapping[str, Any]],
+    *,
+    perception: Perception | None = None,
+) -> ThresholdCurves:
+    r"""Compute the threshold voltage of waveforms over their frequency, which replaces that of each table of `drives`.
+
+    The change of the friction has to be proportional to the square of the voltage, which excludes a non-ohmic
+    leak and a PowerLaw; a drive of peak V whose felt amplitude is X is then just felt at
+
+    .. math:: V_0 = V \sqrt{X_0/X}
+    """
+    _proportional(scenario)
+    person = perception or getattr(scenario, "perception", None) or Perception()
+    places = np.asarray(frequencies, dtype=float)
+    at_threshold: dict[str, Real] = {}
+    for name, drive in drives.items():
+        cases = [scenario.replace({"drive": {**drive, "frequency": float(place)}}) for place in places]
+        felt = np.array([felt_level(case, person) for case in cases])
+        peaks = np.array([case.drive.largest() for case in cases])
+        at_threshold[name] = peaks / np.sqrt(np.maximum(felt, np.finfo(float).tiny))
+    lowest = min(float(np.min(row)) for row in at_threshold.values())
+    level = {name: 20 * np.log10(row / lowest) for name, row in at_threshold.items()}
+    absolute = person.compliance or getattr(scenario, "finger", None)
+    voltage: dict[str, Real] = {}
+    if person.threshold is not None and absolute is not None:
+        voltage = {name: row * np.sqrt(person.threshold) for name, row in at_threshold.items()}
+    return ThresholdCurves(places, level, voltage)
+
+
+def _proportional(scenario: Scenario) -> None:
+    """Refuse a scenario whose changes of friction are not proportional to the square of the voltage."""
+    leaks = [f"stack.{name}.leak" for name, layer in scenario.stack.layers.items() if layer.leak is not None]
+    friction, contact, limited = scenario.friction, scenario.contact, scenario.circuit.supply.is_limited
+    bends = friction.deflects or not friction.without_memory().is_linear
+    yields = contact.closing is not None or contact.grows
+    parts = [*leaks, *["friction"] * bends, *["contact"] * yields, *["circuit.amplifier"] * limited]
+    if parts:
+        raise InputError(
+            f"{parts[0]}: with it the change of the friction is not proportional to the square of the voltage, so one run gives"
+            " no threshold; perceive the scenario at several voltages instead"
+        )
+
+
+def threshold_ratio(first: Scenario, second: Scenario, person: Perception) -> float:
+    """Compute the threshold voltage of a drive relative to that of another drive of the same peak [dB]."""
+    for each in (first, second):
+        _proportional(each)
+    felt = [felt_level(scenario, person) for scenario in (second, first)]
+    return float(10 * np.log10(felt[0] / felt[1]))
+
+
+def crossover(pair: Pair, *, low: float, high: float, person: Perception) -> float:
+    """Find the lowest frequency [Hz] at which two drives of the same peak voltage have the same threshold voltage.
+
+    The search proceeds by octaves, and two crossings within one are not found. The result is 0 if the second
+    drive is not felt at a lower voltage even at `low`, infinite if it is at every octave up to `high`.
+    """
+    from scipy.optimize import brentq
+
+    def ratio(logarithm: float) -> float:
+        return threshold_ratio(*pair(float(np.exp(logarithm))), person)
+
+    octaves = int(np.ceil(np.log2(high / low) * (1 - 1e-12)))
+    places = [float(place) for place in np.linspace(np.log(low), np.log(high), octaves + 1)]
+    if ratio(places[0]) <= 0:
+        return 0.0
+    for before, after in itertools.pairwise(places):
+        if ratio(after) <= 0:
+            return float(np.exp(brentq(ratio, before, after, xtol=1e-3)))
+    return float("inf")

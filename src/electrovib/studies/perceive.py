@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
-
-import numpy as np
 
 from electrovib.core.answer import Answer, Document
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
@@ -25,19 +22,15 @@ from electrovib.physics.perception import (
     Perception,
     decibels,
     felt_amplitude,
-    strongest,
 )
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.felt_spectrum import FEWEST, MOST, Lines, force_lines, measured_lines
-from electrovib.studies.sensation import COMPLIANCE, THRESHOLD, sensation_of, stands_on
+from electrovib.studies import felt_spectrum
+from electrovib.studies.felt_spectrum import Stimulus
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Complex, Real
-    from electrovib.core.diagnostics import Diagnostic
+    pass
 
-
-Compliance = Callable[[Any], Any]
 
 SILENT: Final = 1e-9
 """Relative change of a force below which it counts as constant: rounding."""
@@ -90,16 +83,13 @@ def perceive(
     given = person.compliance or getattr(scenario, "finger", None)
     if scenario is not None:
         found, error = _converged(scenario, person, given)
-        return _percept(
-            found, person, given, title=scenario.title, error=error, diagnostics=validity(scenario)
-        )
-    windows = measured_lines(trace, window=person.window)
+        return _percept(found, title=scenario.title, error=error, diagnostics=validity(scenario))
+    windows = felt_spectrum.measured_lines(trace, window=person.window)
     if windows[0].signal == "skin_displacement":
         given = None
-    found = max(windows, key=lambda one: _level(one, person, given))
+    found = felt_spectrum.loudest(windows, person, given)
     title = str(trace.attrs.get("title", ""))
-    stated = tuple(diagnostics_of(trace))
-    return _percept(found, person, given, title=title, error=math.nan, diagnostics=stated)
+    return _percept(found, title=title, error=math.nan, diagnostics=tuple(diagnostics_of(trace)))
 
 
 def _personal(path: str) -> bool:
@@ -126,61 +116,32 @@ def _changed(person: Perception, changes: Mapping[str, Any]) -> Perception:
         raise InputError(problem.within("perception") for problem in error.problems) from None
 
 
-def _compliance(given: Any) -> Compliance:
-    if given is None:
-        return lambda frequency: np.ones_like(np.asarray(frequency, dtype=float))
-    found: Compliance = given.compliance
-    return found
-
-
-def _level(found: Lines, person: Perception, given: Any) -> float:
-    moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
-    return float(decibels(strongest(person, found.frequency, moved)))
-
-
-def _converged(scenario: Scenario, person: Perception, given: Any) -> tuple[Lines, float]:
+def _converged(scenario: Scenario, person: Perception, given: Any) -> tuple[Stimulus, float]:
     """Double the number of samples until the level is constant."""
-    samples = FEWEST
-    level = functools.partial(_level, person=person, given=given)
-    found = max(force_lines(scenario, window=person.window, samples=samples), key=level)
+
+    def felt(samples: int) -> Stimulus:
+        windows = felt_spectrum.force_lines(scenario, window=person.window, samples=samples)
+        return felt_spectrum.loudest(windows, person, given)
+
+    samples = felt_spectrum.FEWEST
+    found = felt(samples)
     while True:
         samples *= 2
-        finer = max(force_lines(scenario, window=person.window, samples=samples), key=level)
-        change = level(finer) - level(found) if _moves(finer, scenario) else 0.0
-        if abs(change) <= SETTLED or finer.samples >= MOST:
+        finer = felt(samples)
+        moves = finer.lines.swing > SILENT * scenario.load.normal_force
+        change = finer.level - found.level if moves else 0.0
+        if abs(change) <= SETTLED or finer.lines.samples >= felt_spectrum.MOST:
             return finer, change
         found = finer
 
 
-def _moves(found: Lines, scenario: Scenario) -> bool:
-    return found.swing > SILENT * scenario.load.normal_force
-
-
-def felt_level(scenario: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
-    """Compute the amplitude of a sine at the best frequency that is felt as strongly [m, or N without mechanics]."""
-    given = person.compliance or getattr(scenario, "finger", None)
-    windows = force_lines(scenario, window=person.window, samples=samples)
-    return float(10 ** (max(_level(found, person, given) for found in windows) / 20))
-
-
-def _percept(
-    found: Lines,
-    person: Perception,
-    given: Any,
-    *,
-    title: str,
-    error: float,
-    diagnostics: tuple[Diagnostic, ...],
-) -> Percept:
-    displaced = found.signal == "skin_displacement"
-    reference = _reference(found, person, given)
-    moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
-    channels = tuple(_felt(channel, found.frequency, moved, reference) for channel in person.channels)
-    top = max(channels, key=lambda felt: felt.level)
-    alternatives = _alternatives(found, person, given)
+def _percept(felt: Stimulus, *, title: str, error: float, diagnostics: tuple[Diagnostic, ...]) -> Percept:
+    person, found = felt.person, felt.lines
+    channels = tuple(_felt(channel, felt) for channel in person.channels)
+    top = max(channels, key=lambda each: each.level)
+    alternatives = _alternatives(felt)
     values = [top.relative, *alternatives.values()]
-    absolute = displaced or given is not None
-    above = sensation_of(found, person, given)
+    above = felt_spectrum.sensation_of(felt)
     sensation = None if above is None else (above.low + above.high) / 2
     uncertainty = None if above is None else (above.high - above.low) / 2
     return Percept(
@@ -188,7 +149,7 @@ def _percept(
         channels=channels,
         loudest=top.channel if math.isfinite(top.level) else "",
         level=top.level,
-        unit="m" if absolute else "N",
+        unit="m" if felt.is_displacement or felt.skin is not None else "N",
         relative=top.relative,
         interval=(min(values), max(values)),
         alternatives=alternatives,
@@ -202,58 +163,43 @@ def _percept(
         swing=found.swing,
         spectrum=found,
         numerical_error=error,
-        calibrated_on=stands_on(found, person, given),
+        calibrated_on=felt_spectrum.stands_on(felt),
         diagnostics=diagnostics,
     )
 
 
-def _reference(found: Lines, person: Perception, given: Any) -> float:
-    """Return the felt amplitude of a sine of equal force at the best frequency."""
-    best = np.array([person.most_sensitive().best()])
-    moved = found.swing * np.abs(_compliance(given)(best))
-    return strongest(person, best, moved)
-
-
-def _felt(channel: Any, frequency: Real, moved: Complex | Real, reference: float) -> Felt:
-    level = float(decibels(felt_amplitude(channel, frequency, moved)))
-    relative = level - float(decibels(reference)) if reference > 0 else -math.inf
+def _felt(channel: Any, felt: Stimulus) -> Felt:
+    level = float(decibels(felt_amplitude(channel, felt.lines.frequency, felt.moved)))
     return Felt(
         channel=type(channel).__name__,
         level=level,
-        relative=relative,
+        relative=level - float(decibels(felt.reference)) if felt.reference > 0 else -math.inf,
         status=channel.status,
         source=channel.reference,
     )
 
 
-def _alternatives(found: Lines, person: Perception, given: Any) -> dict[str, float]:
+def _alternatives(felt: Stimulus) -> dict[str, float]:
     """Return the relative level under other assumptions that are as well founded [dB]."""
-    cases: dict[str, tuple[Perception, Any]] = {}
+    person, cases = felt.person, dict[str, Stimulus]()
     low, high = BEST_FREQUENCIES
     moved = tuple(
         channel.replace({"best_frequency": high}) if channel == Pacinian() else channel
         for channel in person.channels
     )
     if moved != person.channels:
-        cases[f"Pacinian channel best at {high:g} instead of {low:g} Hz"] = (
-            person.model_copy(update={"channels": moved}),
-            given,
-        )
+        other = person.model_copy(update={"channels": moved})
+        cases[f"Pacinian channel best at {high:g} instead of {low:g} Hz"] = replace(felt, person=other)
     if len(person.channels) > 1:
         alone = person.model_copy(update={"channels": (person.most_sensitive(),)})
-        cases[f"{type(person.most_sensitive()).__name__} channel alone"] = (alone, given)
-    if given is None and found.signal != "skin_displacement":
+        cases[f"{type(person.most_sensitive()).__name__} channel alone"] = replace(felt, person=alone)
+    if felt.skin is None and not felt.is_displacement:
         skin = ElasticViscousSkin(stiffness=1.0, corner=UNVERIFIED_CORNER)
-        cases[f"skin elastic to {UNVERIFIED_CORNER:g} Hz, then viscous (cited from memory, unverified)"] = (
-            person,
-            skin,
-        )
-    if _reference(found, person, given) == 0:
+        name = f"skin elastic to {UNVERIFIED_CORNER:g} Hz, then viscous (cited from memory, unverified)"
+        cases[name] = replace(felt, skin=skin)
+    if felt.reference == 0:
         return {}
-    return {
-        name: _level(found, other, skin) - float(decibels(_reference(found, other, skin)))
-        for name, (other, skin) in cases.items()
-    }
+    return {name: each.level - float(decibels(each.reference)) for name, each in cases.items()}
 
 
 VERDICTS: Final = ("detectable", "not detectable", "within the uncertainty", "relative only")
@@ -326,7 +272,7 @@ class Percept(Answer):
     verdict: str
     difference_threshold: float
     swing: float
-    spectrum: Lines
+    spectrum: felt_spectrum.Lines
     numerical_error: float
     calibrated_on: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -341,7 +287,11 @@ class Percept(Answer):
                 f"felt or not: unknown without perception.threshold; strongest in the {self.loudest} channel"
             )
         low, high = self.sensation - self.uncertainty, self.sensation + self.uncertainty
-        whose = "published detection thresholds" if THRESHOLD in self.left else "the detection threshold"
+        whose = (
+            "published detection thresholds"
+            if felt_spectrum.THRESHOLD in self.left
+            else "the detection threshold"
+        )
         level = f"{self.sensation:+.1f} dB ({low:+.1f} to {high:+.1f} dB) relative to {whose}"
         return f"{_ANSWERS[self.verdict]}, {self.felt_by} channel: {level}"
 
@@ -350,7 +300,10 @@ class Percept(Answer):
         """What is assumed, and what measuring it would change; empty if nothing is assumed."""
         if not self.left:
             return ""
-        words = {THRESHOLD: "a detection threshold", COMPLIANCE: "a compliance of the skin"}
+        words = {
+            felt_spectrum.THRESHOLD: "a detection threshold",
+            felt_spectrum.COMPLIANCE: "a compliance of the skin",
+        }
         named = " and ".join(words[name] for name in self.left)
         rest = ", ".join(f"{name} of your own leaves +-{value:.1f} dB" for name, value in self.left.items())
         return f"assumed from publications: {named}; {rest}"

@@ -47,39 +47,30 @@ class Row:
 
     def __post_init__(self) -> None:
         """Refuse a verdict that the row does not support."""
-        if self.verdict not in VERDICTS or (self.unit not in SHOWN_UNITS and self.unit not in KINDS):
-            msg = f"row {self.id}: verdict '{self.verdict}' or unit '{self.unit}' is not allowed"
-            raise ValueError(msg)
-        if self.verdict == "reproduced" and self.paper is None:
-            msg = f"row {self.id}: only a printed number can be reproduced"
-            raise ValueError(msg)
-        if self.verdict == "disagrees" and (self.paper is None or overlap(self.paper, self.ours)):
-            msg = f"row {self.id}: only a printed number that ours does not reach disagrees with it"
-            raise ValueError(msg)
-        if self.verdict in {"consistent", "open"} and self.paper is None and not self.stated:
-            msg = f"row {self.id}: {self.verdict}, compared with what? Give the number or the words of the paper, or call it ours"
-            raise ValueError(msg)
-        if self.verdict in {"ours", "check"} and (self.paper is not None or self.stated):
-            msg = f"row {self.id}: a quantity or a check of ours is not compared with the paper"
-            raise ValueError(msg)
-        if self.verdict == "open" and not self.note:
-            msg = f"row {self.id}: an open verdict needs a note on what the paper does not give"
-            raise ValueError(msg)
+        verdict, compared = self.verdict, self.paper is not None or bool(self.stated)
+        known = verdict in VERDICTS and (self.unit in SHOWN_UNITS or self.unit in KINDS)
+        reached = self.paper is None or overlap(self.paper, self.ours)
+        what = f"{verdict}, compared with what? Give the number or the words of the paper, or call it ours"
+        faults = {
+            f"verdict '{verdict}' or unit '{self.unit}' is not allowed": not known,
+            "only a printed number can be reproduced": verdict == "reproduced" and self.paper is None,
+            "only a printed number that ours does not reach disagrees with it": verdict == "disagrees"
+            and reached,
+            what: verdict in {"consistent", "open"} and not compared,
+            "a quantity or a check of ours is not compared with the paper": verdict in {"ours", "check"}
+            and compared,
+            "an open verdict needs a note on what the paper does not give": verdict == "open"
+            and not self.note,
+        }
+        for words, is_fault in faults.items():
+            if is_fault:
+                msg = f"row {self.id}: {words}"
+                raise ValueError(msg)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row for ``numbers.json``."""
-        plain = {"paper": self.paper, "ours": self.ours}
-        shown = {key: list(value) if isinstance(value, tuple) else value for key, value in plain.items()}
-        return {
-            "id": self.id,
-            "what": self.what,
-            "paper": shown["paper"],
-            "ours": shown["ours"],
-            "unit": self.unit,
-            "verdict": self.verdict,
-            "note": self.note,
-            "stated": self.stated,
-        }
+        shown = {name: value for name, value in vars(self).items() if name not in {"brief", "leads"}}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in shown.items()}
 
 
 def overlap(one: float | tuple[float, float], other: float | tuple[float, float]) -> bool:

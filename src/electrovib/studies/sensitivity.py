@@ -11,26 +11,54 @@ import numpy as np
 from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic
-from electrovib.core.errors import InputError
+from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, unsigned
-from electrovib.scenario import Source, read_scenario
-from electrovib.scenario.space import SpaceSource, read_space
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities import read_name
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.elasticity import Elasticity, slope
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from electrovib.core.arrays import Real
-    from electrovib.scenario import Scenario
-    from electrovib.scenario.space import Space
-    from electrovib.studies.elasticity import Elasticity
+
+STEP: Final = 1e-2
+"""Relative change of a parameter; the error of the difference is of the order of its fourth power."""
+_WEIGHTS: Final = {1: 2 / 3, 2: -1 / 12}
+"""Weights of the differences over one and over two steps on both sides, which make it of that order."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Elasticity:
+    """Relative change of a number for a small relative change of a parameter, at one point.
+
+    `at` is the value of the parameter in `unit`; `value` is d ln number / d ln parameter, NaN where the
+    parameter or the number is 0, or the range of the parameter ends there.
+    """
+
+    path: str
+    at: float
+    unit: str
+    value: float
+
+
+def slope(quantity: Callable[[Mapping[str, float]], float], at: Mapping[str, float], path: str) -> float:
+    """Return dq / d ln p of a quantity q by one parameter p, in the unit of q; NaN where it cannot be computed."""
+    if at[path] == 0:
+        return math.nan
+
+    def ahead(steps: int) -> float:
+        return quantity({**at, path: at[path] * math.exp(steps * STEP)})
+
+    try:
+        return sum(weight * (ahead(steps) - ahead(-steps)) for steps, weight in _WEIGHTS.items()) / STEP
+    except ElectrovibError:  # the range of the parameter ends here
+        return math.nan
 
 
 _HELD: Final = 8
@@ -106,16 +134,19 @@ def sensitivity(
 
 
 def _ordered(space: Space, indices: Indices) -> tuple[InputIndices, ...]:
+    arrays = (indices.first, indices.first_interval.T, indices.total, indices.total_interval.T)
     found = [
         InputIndices(
             name=name,
             paths=tuple(each for each in streams if each in space.paths),
-            first=float(indices.first[i]),
-            first_interval=(float(indices.first_interval[0, i]), float(indices.first_interval[1, i])),
-            total=float(indices.total[i]),
-            total_interval=(float(indices.total_interval[0, i]), float(indices.total_interval[1, i])),
+            first=first,
+            first_interval=tuple(ends),
+            total=total,
+            total_interval=tuple(most),
         )
-        for i, (name, streams) in enumerate(space.inputs.items())
+        for (name, streams), first, ends, total, most in zip(
+            space.inputs.items(), *(each.tolist() for each in arrays), strict=True
+        )
     ]
     return tuple(sorted(found, key=lambda each: -each.total))
 
@@ -138,14 +169,6 @@ def _elasticities(prepared: Prepared, space: Space, quantity: str) -> list[Elast
     ]
 
 
-INDICES: Final = (
-    "Input",
-    "Its parameters",
-    "First-order index",
-    "95 % interval",
-    "Total index",
-    "95 % interval",
-)
 REFERENCES: Final = (
     "I. M. Sobol, Global sensitivity indices for nonlinear mathematical models and their Monte Carlo estimates, Math."
     " Comput. Simul. 55, 271 (2001)",
@@ -222,31 +245,15 @@ class Sensitivity(Answer):
         """Write the indices or the elasticities as CSV, or the space."""
         if name == "space.toml":
             return f"# {unsigned(Form.SPACE)}\n{self.space.to_toml()}"
-        rows: list[tuple[object, ...]] = [
-            (
-                each.name,
-                " ".join(each.paths),
-                each.first,
-                *each.first_interval,
-                each.total,
-                *each.total_interval,
-            )
-            for each in self.indices
-        ]
-        headings: tuple[str, ...] = (
-            "input",
-            "parameters",
-            "first",
-            "first_low",
-            "first_high",
-            "total",
-            "total_low",
-            "total_high",
-        )
         if name == "elasticities.csv":
-            rows = [(each.path, each.unit, each.at, each.value) for each in self.elasticities]
-            headings = ("parameter", "unit", "at", "elasticity")
-        return csv_text(headings, rows, diagnostics=self.diagnostics)
+            local = ((each.path, each.unit, each.at, each.value) for each in self.elasticities)
+            return csv_text(("parameter", "unit", "at", "elasticity"), local, diagnostics=self.diagnostics)
+        rows = (
+            (one.name, " ".join(one.paths), one.first, *one.first_interval, one.total, *one.total_interval)
+            for one in self.indices
+        )
+        ends = (f"{index}{end}" for index in ("first", "total") for end in ("", "_low", "_high"))
+        return csv_text(("input", "parameters", *ends), rows, diagnostics=self.diagnostics)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -299,6 +306,7 @@ class Sensitivity(Answer):
             )
             for each in self.indices
         )
+        headings = ("First-order index", "95 % interval", "Total index", "95 % interval")
         how = self.method.partition(" (")[0]
         caption = (
             f"{self.evaluations} evaluations (n = {self.n}, seed {self.seed}), {how}. Parameters that depend on each other are"
@@ -310,7 +318,7 @@ class Sensitivity(Answer):
             for each in self.elasticities
         )
         return (
-            Table("Sobol indices", INDICES, rows, caption=caption),
+            Table("Sobol indices", ("Input", "Its parameters", *headings), rows, caption=caption),
             Table(
                 "Local elasticities",
                 ("Parameter", "At", "d ln quantity / d ln parameter"),

@@ -15,7 +15,7 @@ from electrovib.bench.settings import read_settings
 from electrovib.core.errors import InputError
 from electrovib.recordings.recording import recording_of
 from electrovib.scenario.space.reading import tables_of
-from electrovib.studies.check.declared import limits_from
+from electrovib.studies.check.result import limits_from
 from electrovib.studies.texture.reading import read_texture
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices with names are of POSIX")

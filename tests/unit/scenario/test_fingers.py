@@ -15,7 +15,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.physics.moisture import Moisture
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
-from electrovib.studies.catalogue.populations import entries_of
+from electrovib.studies.catalogue.found import entries_of
 
 PAGE = Path(__file__).parents[3] / "docs" / "populations.md"
 CONDUCTIVITY = "stack.stratum_corneum.material.conductivity"
@@ -26,7 +26,7 @@ def test_every_distribution_has_a_source_a_status_and_a_confidence():
     for name in shipped_names():
         for entry in entries_of(name):
             assert entry.confidence in {"high", "medium", "low"}
-            if entry.parameter == "share":
+            if entry.name == "share":
                 assert entry.choice  # a share that no source gives is a choice, and is called one
             else:
                 assert len(entry.source) > 20

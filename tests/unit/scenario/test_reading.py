@@ -14,7 +14,7 @@ from electrovib.physics.material import Material
 from electrovib.physics.stack import Stack
 from electrovib.scenario import load, read_part, scenario_of, sweep_of
 from electrovib.scenario.space import read_space
-from electrovib.studies.check.declared import limits_from
+from electrovib.studies.check.result import limits_from
 
 PAPER = load("vezzoli_2014/fig6")
 RECORD = {"model": "Sampled", "file": "record.csv"}

@@ -18,9 +18,7 @@ from electrovib.solve.quantities import DEFAULTS, Together, answer, read_name, s
 from electrovib.solve.simulate import simulate
 from electrovib.studies.felt_spectrum import lines
 from electrovib.studies.perceive import perceive
-from electrovib.studies.sweep import parse_over, sweep
-from electrovib.studies.sweep.run import _scenarios
-from electrovib.studies.sweep.table import over_all
+from electrovib.studies.sweep import _scenarios, over_all, parse_over, sweep
 
 SCENARIO = load("vezzoli_2014/fig6")
 MEAN, PEAK, THICKNESS = "mean electrostatic_force", "peak electrostatic_force", "stack.insulator.thickness"

@@ -33,8 +33,8 @@ def model_names(incomplete: str) -> Iterator[tuple[str, str]]:
     from electrovib.studies.catalogue.items import everything
 
     for item in everything():
-        if item.record.name.startswith(incomplete):
-            yield item.record.name, item.record.kind
+        if item.name.startswith(incomplete):
+            yield item.name, item.kind
 
 
 def paper_names(incomplete: str) -> Iterator[str]:

@@ -20,7 +20,7 @@ from electrovib.papers.vardar_2017.thresholds import (
 )
 from electrovib.physics.material import Material
 from electrovib.scenario import skins
-from electrovib.studies.felt_threshold import ThresholdCurves, threshold_over_frequency
+from electrovib.studies.felt_spectrum import ThresholdCurves, threshold_over_frequency
 
 TIME_CONSTANTS: Final = (1e-3, 3e-3, 7.7e-3, 15e-3, 30e-3)
 """Of skins without dispersion, C_i + C_s times R_s [s]."""

@@ -11,7 +11,7 @@ from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, scenarios
 from electrovib.physics.material import Material
 from electrovib.physics.perception import UNVERIFIED_CORNER, ElasticViscousSkin, Pacinian, Perception
 from electrovib.scenario import Scenario
-from electrovib.studies import felt_threshold, perceive
+from electrovib.studies import felt_spectrum
 
 ON_FORCE: Final = Perception(channels=(Pacinian(),))
 """The Pacinian weight on the force: what the numbers computed apart from this code take."""
@@ -30,7 +30,7 @@ def weight(frequency: ArrayLike) -> Real:
 
 def felt_level(scenario: Scenario, person: Perception = ON_FORCE) -> float:
     """Return the attraction in the periodic state, weighted by the deciding channel [N]; with a skin, displacement [m]."""
-    return perceive.felt_level(scenario.replace({"friction.coefficient": 1.0}), person)
+    return felt_spectrum.felt_level(scenario.replace({"friction.coefficient": 1.0}), person)
 
 
 def pair(
@@ -61,7 +61,7 @@ def sine_over_square(
     body [ohm].
     """
     drives = pair(skin, frequency=frequency, edge=edge, resistance=resistance)
-    return felt_threshold.threshold_ratio(*drives, person)
+    return felt_spectrum.threshold_ratio(*drives, person)
 
 
 def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORCE) -> float:
@@ -70,6 +70,6 @@ def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORC
     It is infinite if the square is felt at a lower voltage up to 1920 Hz, and 0 if nowhere above 15 Hz.
     """
     low, high = FREQUENCIES[0], FREQUENCIES[-1]
-    return felt_threshold.crossover(
+    return felt_spectrum.crossover(
         lambda frequency: pair(skin, frequency=frequency, edge=edge), low=low, high=high, person=person
     )

@@ -1,33 +1,23 @@
-"""The catalogue as a user asks for it: everything on one screen, one entry, or what a word finds."""
+"""The catalogue as a user asks for it: everything on one screen, one entry, what a word finds, the populations."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from types import ModuleType
-from typing import Final
+from typing import Any, Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
 from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
 from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
-from electrovib.studies.catalogue.items import (
-    LIBRARY,
-    PAPERS,
-    REMARKS,
-    SCENARIOS,
-    Item,
-    Listed,
-    Listing,
-    everything,
-    families,
-    kind_of,
-    places,
-    scenario_items,
-)
+from electrovib.scenario.space.shipped import read_shipped, shipped_names
+from electrovib.scenario.space.writing import KEYS
+from electrovib.studies.catalogue import items
+from electrovib.studies.catalogue.items import Listed, Listing
 from electrovib.studies.catalogue.pages import page
 
 MOST: Final = 15
@@ -60,21 +50,20 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     InputError
         If nothing is found; the message has the three names that are spelled most similarly, and what they are.
     """
-    items = list(everything())
+    entries = list(items.everything())
     if not query.strip():
-        records = [item.record for item in items]
         return Listing(
-            records,
-            text=lambda: laid_out(all_table(records)) if complete else overview(items),
-            table=lambda: all_table(records, "Models, papers and scenarios"),
+            entries,
+            text=lambda: laid_out(all_table(entries)) if complete else overview(entries),
+            table=lambda: all_table(entries, "Models, papers and scenarios"),
         )
-    matches, found = _matched(query, items)
-    if not found or matches[0].stage == SPELLING:
+    matches = search(query, entries)
+    if not matches or matches[0].stage == SPELLING:
         what = "no model, material, skin, paper or scenario has this name or these words"
-        question = as_question(suggestions(query, [item.entry for item in items]))
+        question = as_question(suggestions(query, entries))
         raise InputError(f"'{query}': {what}.{question} 'electrovib list' lists them.")
-    full = _in_full(matches, found)
-    records = [item.record for item in _with_reasons(found, matches)]
+    full = _in_full(matches)
+    records = _with_reasons(matches)
     return Listing(
         records,
         text=lambda: _as_text(query, full, records, complete=complete),
@@ -102,60 +91,56 @@ def scenarios(query: str = "") -> Listing:
     InputError
         If nothing is found; the message has the three names that are spelled most similarly, and what they are.
     """
-    items = list(scenario_items())
-    title, full = "Ready-made scenarios", list[Item]()
+    entries = list(items.scenario_items())
+    title, full = "Ready-made scenarios", list[Listed]()
     if query.strip():
-        matches, found = _matched(query, items)
-        if not found or matches[0].stage == SPELLING:
-            question = as_question(suggestions(query, [item.entry for item in items]))
+        matches = search(query, entries)
+        if not matches or matches[0].stage == SPELLING:
+            question = as_question(suggestions(query, entries))
             raise InputError(
                 f"'{query}': no scenario has this name or these words.{question} 'electrovib list scenarios' lists all."
             )
-        title, full = f"Scenarios found for '{query}'", _in_full(matches, found)
-        items = _with_reasons(found, matches)
+        title, full = f"Scenarios found for '{query}'", _in_full(matches)
+        entries = _with_reasons(matches)
     return Listing(
-        [item.record for item in items],
-        text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(items))}\n{RUN}\n",
-        table=lambda: scenario_table(items, title),
+        entries,
+        text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(entries))}\n{RUN}\n",
+        table=lambda: scenario_table(entries, title),
     )
 
 
 def find(name: str) -> type[Model] | ModuleType:
     """Find a model or a paper by a name; capitals count only where two entries differ by nothing else."""
-    items = [item for item in everything() if isinstance(item.thing, (type, ModuleType))]
-    matches, found = _matched(name, items)
+    entries = [item for item in items.everything() if isinstance(item.thing, (type, ModuleType))]
+    matches = search(name, entries)
     if not matches or matches[0].stage not in WHOLE:
-        question = as_question(suggestions(name, [item.entry for item in items]))
+        question = as_question(suggestions(name, entries))
         raise InputError(f"'{name}' is neither a model nor a paper.{question}")
-    thing: type[Model] | ModuleType = found[0].thing
+    thing: type[Model] | ModuleType = _found(matches)[0].thing
     return thing
 
 
-def _matched(query: str, items: list[Item]) -> tuple[tuple[Match, ...], list[Item]]:
-    """Search items, and give with each match the item that it is of."""
-    of = {(item.record.name, item.record.kind): item for item in items}
-    matches = search(query, [item.entry for item in items])
-    return matches, [of[match.entry.name, match.entry.kind] for match in matches]
+def _found(matches: Iterable[Match]) -> list[Listed]:
+    return [match.entry for match in matches if isinstance(match.entry, Listed)]
 
 
-def _in_full(matches: tuple[Match, ...], found: list[Item]) -> list[Item]:
+def _in_full(matches: tuple[Match, ...]) -> list[Listed]:
     """Choose what is shown in full: whatever has or had the name, or the only thing that was found."""
-    named = [item for match, item in zip(matches, found, strict=True) if match.stage in WHOLE]
-    return named or (found if len(found) == 1 and matches[0].stage != SPELLING else [])
+    named = _found(match for match in matches if match.stage in WHOLE)
+    return named or (_found(matches) if len(matches) == 1 and matches[0].stage != SPELLING else [])
 
 
-def _with_reasons(found: list[Item], matches: tuple[Match, ...]) -> list[Item]:
-    """Put the reason why it was found into the record of each item."""
-    pairs = zip(found, matches, strict=True)
-    return [replace(item, record=replace(item.record, reason=match.reason)) for item, match in pairs]
+def _with_reasons(matches: tuple[Match, ...]) -> list[Listed]:
+    """Put the reason why it was found into each record."""
+    return [replace(item, reason=match.reason) for item, match in zip(_found(matches), matches, strict=True)]
 
 
-def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: bool) -> str:
+def _as_text(query: str, full: list[Listed], records: list[Listed], *, complete: bool) -> str:
     """Write what was found: entries of the name in full, the others one line each."""
-    shown_in_full = {(item.record.name, item.record.kind) for item in full}
+    shown_in_full = {(item.name, item.kind) for item in full}
     others = [record for record in records if (record.name, record.kind) not in shown_in_full]
     if full and not complete:
-        others = [record for record in others if not record.reason.startswith(REMARKS)]
+        others = [record for record in others if not record.reason.startswith(items.REMARKS)]
     pages = [page(item) for item in full]
     shown = others if complete else others[: MOST if not full else MOST // 2]
     if shown:
@@ -178,12 +163,11 @@ def all_table(records: Iterable[Listed], title: str = "") -> Table:
     return Table(title, ("name", "kind", "source status", "what it is"), tuple(rows))
 
 
-def scenario_table(items: Iterable[Item], title: str = "") -> Table:
+def scenario_table(entries: Iterable[Listed], title: str = "") -> Table:
     """Write ready-made scenarios with what each reproduces; of a search also the stack, and why it was found."""
     rows = []
-    for item in items:
-        record = item.record
-        why = f"; stack: {item.texts['stack']} [{record.reason}]" if record.reason else ""
+    for record in entries:
+        why = f"; stack: {record.texts['stack']} [{record.reason}]" if record.reason else ""
         rows.append((record.name, record.reproduces or "-", f"{_without_paper(record)}{why}"))
     why = " [why it was found]" if rows and rows[0][-1].endswith("]") else ""
     return Table(title, ("scenario", "figure or statement", f"what it is{why}"), tuple(rows))
@@ -202,20 +186,20 @@ _MORE = (
 )
 
 
-def overview(items: Iterable[Item]) -> str:
+def overview(entries: Iterable[Listed]) -> str:
     """Write the names of everything by its place in a scenario, and how to find out more."""
-    found = list(items)
-    held = places()
+    found = list(entries)
+    held = items.places()
     rows = {path: sorted(find_members(family)) for family, path in held.items()}
-    outside = {kind_of(family): sorted(find_members(family)) for family in families() if family not in held}
-    labels = (LIBRARY, "materials", "skins", "stacks", PAPERS)
-    offered = {label: [item.record.name for item in found if item.record.group == label] for label in labels}
-    count = sum(item.record.group == SCENARIOS for item in found)
-    unverified = [
-        item.record.name
-        for item in found
-        if item.record.status == UNVERIFIED and item.record.group != SCENARIOS
-    ]
+    outside = {
+        items.kind_of(family): sorted(find_members(family))
+        for family in items.families()
+        if family not in held
+    }
+    labels = (items.LIBRARY, "materials", "skins", "stacks", items.PAPERS)
+    offered = {label: [item.name for item in found if item.group == label] for label in labels}
+    count = sum(item.group == items.SCENARIOS for item in found)
+    unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != items.SCENARIOS]
     width = max(map(len, [*rows, *offered, *outside])) + 2
     lines = ["Key of a scenario file, and the models to choose from:", ""]
     lines += [line for label, names in rows.items() for line in _row(label, names, width)]
@@ -223,7 +207,7 @@ def overview(items: Iterable[Item]) -> str:
     lines += [line for label, names in outside.items() for line in _row(label, names, width)]
     lines += ["", "Ready-made, used by name:", ""]
     lines += [line for label, names in offered.items() if names for line in _row(label, names, width)]
-    lines += _row(SCENARIOS, [f"{count}, listed by 'electrovib list scenarios'"], width)
+    lines += _row(items.SCENARIOS, [f"{count}, listed by 'electrovib list scenarios'"], width)
     lines += [
         "",
         *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),
@@ -234,3 +218,124 @@ def overview(items: Iterable[Item]) -> str:
 def _row(label: str, names: list[str], width: int) -> list[str]:
     parts = textwrap.wrap(", ".join(names), terminal_width() - width, break_on_hyphens=False)
     return [f"{label if place == 0 else '':<{width}}{part}" for place, part in enumerate(parts)]
+
+
+USE: Final = (
+    "'electrovib list NAME' shows its distributions with their sources; a study, a sensitivity analysis and"
+    " ev.read_space(SCENARIO, NAME) take it by its name."
+)
+HEADINGS: Final = ("parameter", "group", "distribution", "status", "confidence", "source")
+_OF_ALL: Final = "all"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PopulationEntry(Listed):
+    """One distribution of a population, or the share of a group, as texts.
+
+    - `name`: dotted path; ``share`` for the share of a group; `meaning`: its model with the numbers as declared.
+    - `group`: division and group, ``moisture: dry``; ``all`` for every finger.
+    - `confidence`: how far the numbers are those of fingertips, as the author of the population judges.
+    - `source`: where the numbers are from; `choice`: what no source gives.
+    - `optional`: whether scenarios without the parameter can be used.
+    """
+
+    confidence: str
+    source: str
+    choice: str
+    optional: bool
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Cells of the table of a population."""
+        words = "; ".join(filter(None, (self.source, f"a choice: {self.choice}" if self.choice else "")))
+        status = status_text(self.status) if self.status else "a choice"
+        return self.name, self.group, self.meaning, status, self.confidence, words
+
+
+def spaces(name: str = "") -> Listing:
+    """List the populations of fingers that the package ships, or the distributions of one.
+
+    Parameters
+    ----------
+    name : str
+        Name of a population; all of them if empty.
+
+    Returns
+    -------
+    Listing
+        One record for each population, or for each distribution of the one that is named. Printed, it is what
+        ``electrovib list spaces`` prints; in a notebook a table.
+
+    Raises
+    ------
+    InputError
+        If there is no population of this name.
+    """
+    if not name:
+        records = [Listed(name=each, kind="population", meaning=title_of(each)) for each in shipped_names()]
+        rows = tuple((each.name, each.meaning) for each in records)
+        table = Table("", ("population", "what it is"), rows, caption=USE)
+        return Listing(records, text=lambda: laid_out(table), table=lambda: table)
+    if name not in shipped_names():
+        raise InputError(f"'{name}': no population has this name.{nearest(name, shipped_names())}")
+    found = list(entries_of(name))
+    whole = Table(
+        f"{name}: {title_of(name)}", HEADINGS, tuple(each.row for each in found), caption=caption_of(found)
+    )
+    return Listing(found, text=lambda: _with_sources(whole), table=lambda: whole)
+
+
+def title_of(name: str) -> str:
+    """Return the title of a population."""
+    return str(read_shipped(name)["title"])
+
+
+def caption_of(entries: list[PopulationEntry]) -> str:
+    """State which distributions are unverified and which a scenario may lack."""
+    unverified = [each.name for each in entries if each.status == UNVERIFIED]
+    needed = [each.name for each in entries if not each.optional and each.group == _OF_ALL]
+    text = f"A scenario needs {', '.join(needed)}; other parameters that it lacks are omitted, and the omission is reported."
+    return text + (f" {status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}." if unverified else "")
+
+
+def entries_of(name: str) -> Iterator[PopulationEntry]:
+    """Yield the distributions of a population as declared: of all fingers, then of each group after its share."""
+    tables = read_shipped(name)
+    for path, table in tables["space"].items():
+        yield _entry(path, _OF_ALL, table)
+    for division, groups in tables.get("groups", {}).items():
+        for label, group in groups.items():
+            where = f"{division}: {label}"
+            yield _entry("share", where, group, f"{group['share']:g} of all fingers")
+            for path, table in group["space"].items():
+                yield _entry(path, where, table)
+
+
+def _with_sources(table: Table) -> str:
+    """Write the distributions one below the other, each with its source in the lines after it."""
+    room, lines = terminal_width(), [table.title, "-" * len(table.title)]
+    for parameter, group, distribution, status, confidence, source in table.rows:
+        where = "" if group == _OF_ALL else f" ({group})"
+        lines += textwrap.wrap(f"{parameter}{where}: {distribution}", room)
+        text = f"{status}, {confidence} confidence: {source.removeprefix('a choice: ')}"
+        lines += textwrap.wrap(text, room, initial_indent="    ", subsequent_indent="    ")
+    return "\n".join([*lines, "", *textwrap.wrap(table.caption, room)]) + "\n"
+
+
+def _entry(parameter: str, group: str, table: Mapping[str, Any], distribution: str = "") -> PopulationEntry:
+    numbers = [f"{key} {_shown(value)}" for key, value in table.items() if key not in {"model", *KEYS}]
+    texts: dict[str, Any] = {
+        key: str(table.get(key, "")) for key in ("status", "confidence", "source", "choice")
+    }
+    return PopulationEntry(
+        name=parameter,
+        kind="distribution",
+        group=group,
+        meaning=distribution or f"{table['model']}, {', '.join(numbers)}",
+        optional=bool(table.get("optional")),
+        **texts,
+    )
+
+
+def _shown(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from electrovib.core.citation import Citation
 from electrovib.core.discovery import find_members, offers, paper_of, papers
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Listed:
+class Listed(Searchable):
     """One model, paper, ready-made scenario, skin, material or stack.
 
     - `name`: what is written to use it; `kind`: ``force law``, ``paper``, ``scenario``; `meaning`: one line.
@@ -41,11 +41,9 @@ class Listed:
     - `checks`: how many numbers of sources it is checked against.
     - `runnable`: ``"yes"``, or why it cannot be run.
     - `reproduces`: of a scenario, the figure of its paper or the statement; `reason`: why a search found it.
+    - `thing`: a model class, the module of a paper, or what a paper offers.
     """
 
-    name: str
-    kind: str
-    meaning: str
     group: str = ""
     paper: str = ""
     status: str = ""
@@ -53,36 +51,32 @@ class Listed:
     runnable: str = "yes"
     reproduces: str = ""
     reason: str = ""
+    thing: Any = field(default=None, repr=False)
+    aliases: tuple[str, ...] = field(default=(), repr=False)
+    texts: Mapping[str, str] = field(default_factory=dict, repr=False)
 
 
-class Listing(Sequence[Listed]):
+class Listing(tuple[Listed, ...]):  # noqa: SLOT001  # it holds how it is written
     """Records that show themselves: as the text of the command line in a terminal, as a table in a notebook."""
 
-    def __init__(
-        self, records: Iterable[Listed], *, text: Callable[[], str], table: Callable[[], Table]
-    ) -> None:
-        self._records, self._text, self._table = tuple(records), text, table
+    text: Callable[[], str]
+    table: Callable[[], Table]
 
-    @overload
-    def __getitem__(self, place: int) -> Listed: ...
-    @overload
-    def __getitem__(self, place: slice) -> tuple[Listed, ...]: ...
-    def __getitem__(self, place: int | slice) -> Listed | tuple[Listed, ...]:
-        """Return one record, or several."""
-        return self._records[place]
-
-    def __len__(self) -> int:
-        return len(self._records)
+    def __new__(
+        cls, records: Iterable[Listed], *, text: Callable[[], str], table: Callable[[], Table]
+    ) -> Self:
+        """Make a tuple of records with the functions that write it."""
+        found = super().__new__(cls, records)
+        found.text, found.table = text, table
+        return found
 
     def __repr__(self) -> str:
-        return self._text().rstrip("\n")
-
-    __str__ = __repr__
+        return self.text().rstrip("\n")
 
     def _repr_html_(self) -> str:
         from electrovib.core.answer import as_html
 
-        return as_html(self._table())
+        return as_html(self.table())
 
 
 PREDICTS: dict[type[Model], str] = {
@@ -155,31 +149,7 @@ PAPERS, SCENARIOS, LIBRARY = "papers", "scenarios", "material library"
 """Groups of records that are no families of models."""
 
 
-@dataclass(frozen=True)
-class Item:
-    """One thing of the catalogue: a model class, the module of a paper, or what a paper offers.
-
-    `aliases` are other names of the same thing, and `texts` are searched by their labels.
-    """
-
-    thing: Any
-    record: Listed
-    texts: Mapping[str, str]
-    aliases: tuple[str, ...] = ()
-
-    @property
-    def entry(self) -> Searchable:
-        """Return what the search takes."""
-        return Searchable(
-            name=self.record.name,
-            kind=self.record.kind,
-            meaning=self.record.meaning,
-            aliases=self.aliases,
-            texts=self.texts,
-        )
-
-
-def everything(*, own: bool = False) -> Iterator[Item]:
+def everything(*, own: bool = False) -> Iterator[Listed]:
     """Yield models by family, parts of a scenario without a choice, papers, and what papers offer ready-made."""
     yield from model_items(own=own)
     yield from _parts()
@@ -195,7 +165,7 @@ def is_own(thing: type[Model] | ModuleType) -> bool:
     return place.partition(".")[0] == __name__.partition(".")[0]
 
 
-def model_items(*, own: bool = False) -> Iterator[Item]:
+def model_items(*, own: bool = False) -> Iterator[Listed]:
     """Collect the members of every family; `own` as for `everything`."""
     for family, predicts in families().items():
         for _, model in sorted(find_members(family).items()):
@@ -204,17 +174,21 @@ def model_items(*, own: bool = False) -> Iterator[Item]:
             yield _of_model(model, kind_of(family), predicts)
 
 
-def _parts() -> Iterator[Item]:
+def _parts() -> Iterator[Listed]:
     """Collect models that belong to no family, such as the amplifier."""
     for part in Model.__subclasses__():
         if not part.is_family and part.__module__.startswith("electrovib."):
             yield _of_model(part, "part of a scenario", "parts of a scenario")
 
 
-def _of_model(model: type[Model], kind: str, group: str) -> Item:
+def _of_model(model: type[Model], kind: str, group: str) -> Listed:
     author_year = paper_of(model)
     count = len(model.checks) + (len(_checks(papers()[author_year])) if author_year else 0)
-    record = Listed(
+    parameters = {name: _meaning(model, name) for name in model.model_fields}
+    parameters |= {name: quantity.doc for name, quantity in model.derived.items()}
+    texts = {"parameters": ", ".join(f"{name} ({meaning})" for name, meaning in parameters.items())}
+    texts |= {"group": f"{kind}, {group}", "notes": inspect.getdoc(model) or "", "reference": model.reference}
+    return Listed(
         name=model.__name__,
         kind=kind,
         meaning=first_sentence(model),
@@ -222,12 +196,9 @@ def _of_model(model: type[Model], kind: str, group: str) -> Item:
         paper=author_year,
         status=model.status,
         checks=count,
+        thing=model,
+        texts=texts,
     )
-    parameters = {name: _meaning(model, name) for name in model.model_fields}
-    parameters |= {name: quantity.doc for name, quantity in model.derived.items()}
-    texts = {"parameters": ", ".join(f"{name} ({meaning})" for name, meaning in parameters.items())}
-    texts |= {"group": f"{kind}, {group}", "notes": inspect.getdoc(model) or "", "reference": model.reference}
-    return Item(model, record, texts)
 
 
 def _meaning(model: type[Model], parameter: str) -> str:
@@ -235,13 +206,13 @@ def _meaning(model: type[Model], parameter: str) -> str:
     return quantity.doc if quantity else model.model_fields[parameter].description or ""
 
 
-def paper_items(*, own: bool = False) -> Iterator[Item]:
+def paper_items(*, own: bool = False) -> Iterator[Listed]:
     """Collect the papers; `own` as for `everything`."""
     for name, module in papers().items():
         if own and not is_own(module):
             continue
         unread = plain_text(getattr(module, "NOT_READ", ""))
-        record = Listed(
+        yield Listed(
             name=name,
             kind="paper",
             meaning=_title(module),
@@ -250,9 +221,9 @@ def paper_items(*, own: bool = False) -> Iterator[Item]:
             status=getattr(module, "STATUS", ""),
             checks=len(_checks(module)),
             runnable=f"not: {unread}" if _not_runnable(module) else "yes",
+            thing=module,
+            texts={"citation": module.CITATION, "claims": module.__doc__ or "", "not read": unread},
         )
-        texts = {"citation": module.CITATION, "claims": module.__doc__ or "", "not read": unread}
-        yield Item(module, record, texts)
 
 
 def _title(module: ModuleType) -> str:
@@ -274,24 +245,29 @@ def _not_runnable(module: ModuleType) -> bool:
     )
 
 
-def _library() -> Iterator[Item]:
+def _library() -> Iterator[Listed]:
     for substance in materials():
         material = Material.from_offer(substance)
         status = (
             substance.permittivity[0].status if substance.dispersion is None else substance.dispersion.status
         )
-        record = Listed(
+        yield Listed(
             name=substance.name,
             kind="material",
             meaning=f"{substance.meaning}: {_content(material)}",
             group=LIBRARY,
             status=status,
+            thing=substance,
+            aliases=substance.aliases,
+            texts={
+                "kind": substance.kind,
+                "model": type(material).__name__,
+                "source": substance.strength_words,
+            },
         )
-        texts = {"kind": substance.kind, "model": type(material).__name__, "source": substance.strength_words}
-        yield Item(substance, record, texts, substance.aliases)
 
 
-def _offered() -> Iterator[Item]:
+def _offered() -> Iterator[Listed]:
     for function, kind in (("materials", "material"), ("skins", "skin"), ("stacks", "stack")):
         for name, thing in offers((function,)).items():
             author_year = name.partition("/")[0]
@@ -299,10 +275,16 @@ def _offered() -> Iterator[Item]:
                 meaning, status, source = f"{thing.name}: {thing.note}", thing.status, thing.source
             else:
                 meaning, status, source = _content(thing), papers()[author_year].STATUS, ""
-            record = Listed(
-                name=name, kind=kind, meaning=meaning, group=function, paper=author_year, status=status
+            yield Listed(
+                name=name,
+                kind=kind,
+                meaning=meaning,
+                group=function,
+                paper=author_year,
+                status=status,
+                thing=thing,
+                texts={"source": source, "model": type(thing).__name__},
             )
-            yield Item(thing, record, {"source": source, "model": type(thing).__name__})
 
 
 def _content(thing: Any) -> str:
@@ -329,12 +311,13 @@ def stack_text(stack: Any) -> str:
     return "; ".join(layers)
 
 
-def scenario_items() -> Iterator[Item]:
+def scenario_items() -> Iterator[Listed]:
     """Collect the ready-made scenarios of all papers."""
     for name, scenario in offers(("scenarios",)).items():
         author_year = name.partition("/")[0]
         module, note = papers()[author_year], note_of(name)
-        record = Listed(
+        models = (type(part).__name__ for part in (scenario.drive, scenario.force, scenario.friction))
+        yield Listed(
             name=name,
             kind="scenario",
             meaning=scenario.title,
@@ -342,17 +325,13 @@ def scenario_items() -> Iterator[Item]:
             paper=author_year,
             status=getattr(module, "STATUS", ""),
             reproduces=note.reproduces,
+            thing=scenario,
+            texts={
+                "keywords": note.keywords,
+                "reproduces": note.reproduces,
+                "stack": stack_text(scenario.stack),
+                "models": ", ".join(models),
+                "paper": module.CITATION,
+                "sources": "; ".join(dict.fromkeys(scenario.sources.values())),
+            },
         )
-        yield Item(scenario, record, _texts_of(scenario, record, note.keywords, module))
-
-
-def _texts_of(scenario: Scenario, record: Listed, keywords: str, module: ModuleType) -> dict[str, str]:
-    models = (type(part).__name__ for part in (scenario.drive, scenario.force, scenario.friction))
-    return {
-        "keywords": keywords,
-        "reproduces": record.reproduces,
-        "stack": stack_text(scenario.stack),
-        "models": ", ".join(models),
-        "paper": module.CITATION,
-        "sources": "; ".join(dict.fromkeys(scenario.sources.values())),
-    }

@@ -7,10 +7,10 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
-from electrovib.core.citation import bibtex_of, status_text
+from electrovib.core.citation import Check, bibtex_of, status_text
 from electrovib.core.discovery import paper_of, papers
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.formulas import formula_lines
@@ -20,20 +20,17 @@ from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.material.library import SourcedValue, Substance
 from electrovib.scenario import Scenario
-from electrovib.studies.catalogue.items import Item, families, first_sentence, places, plain_text, stack_text
-
-if TYPE_CHECKING:
-    from electrovib.core.citation import Check
-
+from electrovib.studies.catalogue import items
+from electrovib.studies.catalogue.items import Listed
 
 _LABEL: Final = 16
 """Width of the first column, characters."""
 
 
-def page(item: Item) -> str:
+def page(item: Listed) -> str:
     """Write everything that is known of one entry."""
-    thing, name = item.thing, item.record.name
-    title = f"{name} ({item.record.kind})"
+    thing, name = item.thing, item.name
+    title = f"{name} ({item.kind})"
     lines = [title, "=" * len(title)]
     if isinstance(thing, ModuleType):
         lines += _of_paper(thing, name)
@@ -70,7 +67,7 @@ def _of_model(model: type[Model]) -> list[str]:
 def _written_as(model: type[Model]) -> list[str]:
     """Show how a scenario file names a member of a family, and from which class a model of one's own is derived."""
     family, found = next(
-        ((family, place) for family, place in places().items() if issubclass(model, family)), (None, "")
+        ((family, place) for family, place in items.places().items() if issubclass(model, family)), (None, "")
     )
     if family is None or not found or not model.is_member:
         return []
@@ -112,20 +109,20 @@ def _of_paper(module: ModuleType, name: str) -> list[str]:
     return lines + _disagreements(module) + _checks(getattr(module, "CHECKS", ()))
 
 
-def _of_scenario(scenario: Scenario, item: Item) -> list[str]:
-    module = papers()[item.record.paper]
+def _of_scenario(scenario: Scenario, item: Listed) -> list[str]:
+    module = papers()[item.paper]
     told = {
         "what it is": scenario.title,
-        "reproduces": item.record.reproduces,
+        "reproduces": item.reproduces,
         "keywords": item.texts["keywords"],
         "drive": type(scenario.drive).__name__,
-        "stack": stack_text(scenario.stack),
+        "stack": items.stack_text(scenario.stack),
         "force": type(scenario.force).__name__,
         "friction": type(scenario.friction).__name__,
         "paper": module.CITATION,
         "source status": status_text(module.STATUS),
-        "run it": f"electrovib run {item.record.name}",
-        "change it": f"electrovib init {item.record.name} -o my.toml",
+        "run it": f"electrovib run {item.name}",
+        "change it": f"electrovib init {item.name} -o my.toml",
     }
     return _labelled(told.items())
 
@@ -151,14 +148,13 @@ def _sourced(value: SourcedValue) -> str:
     return f"{shown}{conditions} ({status_text(value.status)}; {value.source})"
 
 
-def _of_offer(item: Item) -> list[str]:
-    record = item.record
-    where = "stack" if record.kind == "stack" else "stack.LAYER.material"
+def _of_offer(item: Listed) -> list[str]:
+    where = "stack" if item.kind == "stack" else "stack.LAYER.material"
     told = {
-        "what it is": record.meaning,
-        "source status": status_text(record.status),
-        "source": item.texts["source"] or papers()[record.paper].CITATION,
-        "in a scenario": f'{where} = "{record.name}"',
+        "what it is": item.meaning,
+        "source status": status_text(item.status),
+        "source": item.texts["source"] or papers()[item.paper].CITATION,
+        "in a scenario": f'{where} = "{item.name}"',
     }
     return _labelled(told.items())
 
@@ -188,13 +184,6 @@ def _checks(checks: Iterable[Check]) -> list[str]:
             f" ({status_text(check.status)}; {check.source})",
         )
     ]
-
-
-NAMES = (
-    "A skin, a material or a stack of a paper is used by its name, which 'electrovib list PAPER' lists:"
-    " --set stack.stratum_corneum.material=gabriel_1996/wet"
-)
-"""How the name of something that a paper offers is used."""
 
 
 def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
@@ -239,7 +228,7 @@ def _part_of(model: type[Model], name: str) -> str:
     kind = model.part(name)
     if kind is None:
         return ""
-    text = families().get(kind) or first_sentence(kind)
+    text = items.families().get(kind) or items.first_sentence(kind)
     return f"{text[:1].lower()}{text[1:]}"
 
 
@@ -273,7 +262,7 @@ def _several(shown: list[str]) -> str:
 
 def claims(module: ModuleType) -> dict[str, str]:
     """Read from a paper's docstring what it claims, what it does not claim, and, as ``here``, what is said after that."""
-    text = plain_text(inspect.getdoc(module) or "")
+    text = items.plain_text(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
     if not found:
         return {}

@@ -1,51 +1,21 @@
 """Check of a drive against limits, before it is written or played."""
 
-from electrovib.studies.check.declared import (
-    LINES_TO_ADD,
-    NEEDED,
-    DeclaredLimit,
-    LimitsFrom,
-    LimitsSource,
-    limits_from,
-    limits_of,
-    refuse_unlimited,
-    strictest,
-)
-from electrovib.studies.check.function import (
-    DriveSource,
-    check,
-    checked,
-    cleared_as_played,
-    cleared_for_output,
-    declared_limits,
-    read_drive,
-    sampled,
-    with_drive,
-    without_its_limits,
-)
-from electrovib.studies.check.result import CheckNumber, CheckResult, CheckRow
-
-__all__ = [
-    "LINES_TO_ADD",
-    "NEEDED",
-    "CheckNumber",
-    "CheckResult",
-    "CheckRow",
-    "DeclaredLimit",
-    "DriveSource",
-    "LimitsFrom",
-    "LimitsSource",
-    "check",
-    "checked",
-    "cleared_as_played",
-    "cleared_for_output",
-    "declared_limits",
-    "limits_from",
-    "limits_of",
-    "read_drive",
-    "refuse_unlimited",
-    "sampled",
-    "strictest",
-    "with_drive",
-    "without_its_limits",
-]
+from electrovib.studies.check.function import check as check
+from electrovib.studies.check.function import checked as checked
+from electrovib.studies.check.function import cleared_as_played as cleared_as_played
+from electrovib.studies.check.function import cleared_for_output as cleared_for_output
+from electrovib.studies.check.function import declared_limits as declared_limits
+from electrovib.studies.check.function import first_columns as first_columns
+from electrovib.studies.check.function import read_drive as read_drive
+from electrovib.studies.check.function import sampled as sampled
+from electrovib.studies.check.function import with_drive as with_drive
+from electrovib.studies.check.function import without_its_limits as without_its_limits
+from electrovib.studies.check.result import NEEDED as NEEDED
+from electrovib.studies.check.result import CheckResult as CheckResult
+from electrovib.studies.check.result import CheckRow as CheckRow
+from electrovib.studies.check.result import DeclaredLimit as DeclaredLimit
+from electrovib.studies.check.result import LimitsFrom as LimitsFrom
+from electrovib.studies.check.result import LimitsSource as LimitsSource
+from electrovib.studies.check.result import limits_from as limits_from
+from electrovib.studies.check.result import refuse_unlimited as refuse_unlimited
+from electrovib.studies.check.result import strictest as strictest

@@ -25,22 +25,9 @@ from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.sampled import Held, Sampled
 from electrovib.physics.limits import MEAN_SQUARES, WORDS
 from electrovib.scenario import Scenario, Source, TimeGrid, read_part, read_scenario
-from electrovib.solve.diagnostics.judge import (
-    largest_of,
-    largest_values,
-    slew_rate,
-    stack_diagnostics,
-)
+from electrovib.solve.diagnostics import judge
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
-from electrovib.studies.check.declared import (
-    DeclaredLimit,
-    LimitsSource,
-    limits_from,
-    limits_of,
-    refuse_unlimited,
-    strictest,
-)
 from electrovib.studies.check.result import (
     BREAKDOWN,
     FAIL,
@@ -50,16 +37,18 @@ from electrovib.studies.check.result import (
     CheckNumber,
     CheckResult,
     CheckRow,
+    DeclaredLimit,
+    LimitsSource,
     breakdown_row,
     limit_row,
+    limits_from,
+    limits_of,
+    refuse_unlimited,
+    strictest,
 )
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check.declared import LimitsSource
-    from electrovib.studies.check.result import CheckResult
 
 
 _OWN_DRIVE = "the drive of the scenario"
@@ -363,12 +352,12 @@ def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedV
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None
     peaks, end = record.peaks, float(expanded.times[-1])
-    reached = largest_values(scenario, expanded.section, peaks)
-    reached["slew_rate"] = slew_rate(scenario, end)
-    largest = {name: largest_of(reached, name) for name in WORDS}
+    reached = judge.largest_values(scenario, expanded.section, peaks)
+    reached["slew_rate"] = judge.slew_rate(scenario, end)
+    largest = {name: judge.largest_of(reached, name) for name in WORDS}
     known = [name for name in MEAN_SQUARED if mean_squares and math.isfinite(largest[name])]
     rms = dict.fromkeys(MEAN_SQUARED, math.nan) | root_mean_squares(expanded, peaks, known)
-    found = stack_diagnostics(scenario, peaks)
+    found = judge.stack_diagnostics(scenario, peaks)
     return CheckedValues(
         largest=largest | {name: rms[name.removeprefix("rms_")] for name in MEAN_SQUARES},
         rms=rms,
@@ -400,9 +389,9 @@ def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
     if not isinstance(source, str | Path):
         raise InputError(f"expected a file, a table or a Drive, not a {type(source).__name__}", path="drive")
     path = Path(source)
-    note_input(path)
-    time, voltage = _columns(path) if path.suffix.lower() in _READ_DIRECTLY else _channels(path)
-    return sampled(time, voltage, path=path)
+    if path.suffix.lower() not in _READ_DIRECTLY:
+        return sampled(*_channels(path), path=path)
+    return sampled(**first_columns(path, COLUMNS, {"time": "s", "voltage": "V"}), path=path)
 
 
 def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
@@ -419,26 +408,30 @@ def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
         ) from None
 
 
-def _columns(path: Path) -> tuple[Real, Real]:
-    """Return times and voltages from the first pair of known headings; without headings, from the first two columns."""
-    faults: list[DataFileError] = []
-    for time, voltage in COLUMNS:
+def first_columns(path: Path, forms: Sequence[Sequence[str]], units: Mapping[str, str]) -> dict[str, Real]:
+    """Read the columns of the first headings that a file has, or of a file without headings its first two, in SI by name.
+
+    `units` has the name and the unit of each column, in the order of the headings in each of `forms`.
+    """
+    note_input(path)
+    faults: list[NoColumnError] = []
+    for form in forms:
         try:
-            found = read_columns(path, {"time": (time, "s"), "voltage": (voltage, "V")})
-        except DataFileError as error:
-            if "has no headings" in str(error):
-                found = read_columns(path, {"time": (0, "s"), "voltage": (1, "V")})
-                return found["time"], found["voltage"]
-            if not isinstance(error, NoColumnError):
-                raise
+            wanted = zip(form, units.items(), strict=False)
+            return read_columns(path, {name: (heading, unit) for heading, (name, unit) in wanted})
+        except NoColumnError as error:
             faults.append(error)
-        else:
-            return found["time"], found["voltage"]
+        except DataFileError as error:
+            if "has no headings" not in str(error):
+                raise
+            (first, unit), (second, other) = list(units.items())[:2]
+            return read_columns(path, {first: (0, unit), second: (1, other)})
     raise faults[0]
 
 
 def _channels(path: Path) -> tuple[Real, Real]:
     """Return times and voltages of a record of an instrument that has one channel in volts."""
+    note_input(path)
     recorded: Recorded = read_recorded(path)
     time = recorded.times()
     if time is None:

@@ -1,27 +1,129 @@
-"""Result of a check: a row for each limit, comparisons that decide nothing, and all of it in words."""
+"""Limits declared in several places, of which the strictest counts, and a drive compared with them, in words."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from pathlib import Path
+from typing import Any, ClassVar, Final, TypeAlias
 
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.citation import UNVERIFIED
-from electrovib.core.diagnostics import warning_lines
+from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, json_text
-from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, unit_of_limit
+from electrovib.data.toml_file import read_toml_file
+from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, Limits, unit_of_limit
+from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check.declared import NEEDED, unlimited_words
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
+NEEDED: Final = ("voltage", "current")
+"""Limits without which nothing that can be played is written or played."""
+LINES_TO_ADD: Final = 'limits = { voltage = "1 kV", current = "250 uA" }'
+"""Line of a scenario, or of a file of limits, that declares what is needed, with the values of Vezzoli et al. 2014."""
+LimitsSource: TypeAlias = "str | Path | Mapping[str, Any] | Limits | LimitsFrom | None"
+"""Limits from a TOML file, a table, a `Limits`, or a `LimitsFrom`, which also names where they are declared."""
 
-    from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check.declared import DeclaredLimit
+
+@dataclass(frozen=True)
+class LimitsFrom:
+    """Limits of one place, named as it is shown: ``the scenario``, a file; `notes` has the stated source of a limit."""
+
+    place: str
+    limits: Limits
+    notes: Mapping[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class DeclaredLimit:
+    """The strictest limit of one quantity in its unit; `source` also has the less strict values of other places."""
+
+    name: str
+    value: float
+    source: str
+
+
+def limits_from(source: LimitsSource) -> LimitsFrom:
+    """Read limits from one place; a TOML file has them alone or in a table ``[limits]``, and None declares none."""
+    if source is None:
+        return LimitsFrom("", Limits())
+    if isinstance(source, LimitsFrom):
+        return source
+    if isinstance(source, Limits):
+        return LimitsFrom("limits", source)
+    if isinstance(source, Mapping):
+        return LimitsFrom("limits", _built(source, ""))
+    if not isinstance(source, str | Path):
+        why = f"expected a TOML file or a table such as {LINES_TO_ADD}, not a {type(source).__name__}"  # type: ignore[unreachable]
+        raise InputError(why, path="limits")
+    tables = read_toml_file(
+        Path(source), kind="a file of limits", advice=f"Give a TOML file with {LINES_TO_ADD}"
+    )
+    return LimitsFrom(str(source), _built(tables, f"{source}: "))
+
+
+def limits_of(scenario: Scenario) -> LimitsFrom:
+    """Return the limits of a scenario, with the sources that it states for them."""
+    notes = {name: scenario.sources.get(f"limits.{name}", "") for name in WORDS}
+    return LimitsFrom("the scenario", scenario.limits, notes)
+
+
+def strictest(places: Iterable[LimitsFrom]) -> dict[str, DeclaredLimit]:
+    """Combine limits of several places: of each quantity the smallest counts, of equal ones the first is named."""
+    given = list(places)
+    found = {}
+    for name in WORDS:
+        values = [(getattr(each.limits, name), each) for each in given]
+        declared = sorted(
+            ((value, each) for value, each in values if value is not None), key=lambda pair: pair[0]
+        )
+        if not declared:
+            continue
+        (value, first), *others = declared
+        text = f"limits.{name} of {first.place}"
+        if note := (first.notes or {}).get(name):
+            text += f" ({note})"
+        more = [
+            f"{format_quantity(other, unit_of_limit(name), digits=6)} of {each.place}"
+            for other, each in others
+        ]
+        found[name] = DeclaredLimit(
+            name, value, text + (f"; also declared: {', '.join(more)}" if more else "")
+        )
+    return found
+
+
+def refuse_unlimited(
+    declared: Mapping[str, DeclaredLimit], *, what: str = "a waveform that can be played"
+) -> None:
+    """Refuse to continue unless the largest voltage and the largest current are declared."""
+    missing = [name for name in NEEDED if name not in declared]
+    if missing:
+        words = " and ".join(f"limits.{name} ({WORDS[name]})" for name in missing)
+        verb = "is" if len(missing) == 1 else "are"
+        raise InputError(
+            f"{words} {verb} not declared, and {what} needs the largest voltage and the largest"
+            " current; nothing was written. Add to the scenario, before its first"
+            f" table, or to the file of --limits, with the values of your set-up: {LINES_TO_ADD}; or --set limits.voltage=..."
+        )
+
+
+def unlimited_words(name: str) -> str:
+    """Return how to declare a limit that is not declared."""
+    return f"not declared; add limits.{name}"
+
+
+def _built(content: Mapping[str, Any], start: str) -> Limits:
+    inner = content.get("limits")
+    table = inner if isinstance(inner, Mapping) else content
+    table = {name: value for name, value in table.items() if name != "schema"}
+    try:
+        return read_model(Limits, table)
+    except InputError as error:
+        raise InputError(each.within(f"{start}limits") for each in error.problems) from None
 
 
 PASS: Final = "pass"  # noqa: S105  # the state of a row
@@ -126,9 +228,7 @@ class CheckResult(Answer):
     def sentences(self) -> list[str]:
         """The verdict, the closest limit, and what was not compared."""
         lines = [f"{self.verdict} ({self.title})"]
-        compared = [row for row in self.rows if row.margin is not None]
-        if compared:
-            row = min(compared, key=lambda row: row.margin or 0.0)
+        if row := nearest_limit(self.rows):
             doubt = ", not judged" if row.state == UNKNOWN else ""
             lines.append(
                 f"closest limit: {row.quantity}, {shown(row.value, row.unit)} of {shown(row.limit, row.unit)}, limit/value"
@@ -140,28 +240,13 @@ class CheckResult(Answer):
     @property
     def tables(self) -> list[Table]:
         """Limits, comparisons and numbers in words."""
-
-        def row(each: CheckRow, words: dict[str, str]) -> tuple[str, ...]:
-            margin = "" if each.margin is None else f"{each.margin:.3g}"
-            state = words.get(each.state, each.state)
-            return (
-                state,
-                each.quantity,
-                shown(each.value, each.unit),
-                "" if each.limit is None else shown(each.limit, each.unit),
-                margin,
-                each.source,
-            )
-
-        headings = ("quantity", "largest", "limit", "limit/value", "source of the limit")
-        compared = {"pass": "below", "fail": "above"}
         numbers = tuple((each.quantity, shown(each.value, each.unit)) for each in self.numbers)
         return [
-            Table(self.title, ("state", *headings), tuple(row(each, {}) for each in self.rows)),
-            Table(
+            limits_table(self.title, self.rows),
+            limits_table(
                 "Comparison with published currents, which decides nothing",
-                ("state", *headings),
-                tuple(row(each, compared) for each in self.comparisons),
+                self.comparisons,
+                states={PASS: "below", FAIL: "above"},
             ),
             Table("Values without a limit", ("quantity", "value"), numbers),
         ]
@@ -246,9 +331,34 @@ def not_in_rows(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 def shown(value: float | None, unit: str) -> str:
     """Write a value with its unit for people: ``1 kV``; ``no bound`` and ``not known`` where there is no number."""
-    if value is None:
+    if value is None or math.isnan(value):
         return "not known"
-    return "no bound" if math.isinf(value) else format_quantity(value, unit, digits=4)
+    if math.isinf(value):
+        return "no bound"
+    return f"{value:.4g} dB" if unit == "dB" else format_quantity(value, unit, digits=4)
+
+
+def nearest_limit(rows: Iterable[CheckRow]) -> CheckRow | None:
+    """Return the comparison whose value is nearest to its limit, or exceeds it most, whatever the status of that limit."""
+    compared = [row for row in rows if row.margin is not None]
+    return min(compared, key=lambda row: row.margin or 0.0, default=None)
+
+
+def limits_table(title: str, rows: Iterable[CheckRow], states: Mapping[str, str] | None = None) -> Table:
+    """Return rows in words; `states` has other words for their states."""
+    cells = tuple(
+        (
+            (states or {}).get(row.state, row.state),
+            row.quantity,
+            shown(row.value, row.unit),
+            "" if row.limit is None else shown(row.limit, row.unit),
+            "" if row.margin is None else f"{row.margin:.3g}",
+            row.source,
+        )
+        for row in rows
+    )
+    headings = ("state", "quantity", "largest", "limit", "limit/value", "source of the limit")
+    return Table(title, headings, cells)
 
 
 ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")

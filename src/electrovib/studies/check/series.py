@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,26 +12,17 @@ import numpy as np
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.physics.body_current import (
-    charging_time,
-    corner_frequency,
-    largest_supply_voltage,
-    resistor_power,
-    smallest_series_resistance,
-    stored_energy_behind,
-)
-from electrovib.scenario import Source, read_scenario
+from electrovib.physics import body_current
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check.declared import LimitsSource
 from electrovib.studies.check.function import checked_values, declared_limits
-from electrovib.studies.check.result import shown
+from electrovib.studies.check.result import LimitsSource, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
 
+_LARGEST, _THROUGH = "largest voltage", "largest current through the finger"
+_PRESENT = "present series resistance"
 _PERMITTIVITY_AT: Final = 1e3
 """Frequency of the permittivities from which the capacitance of the plate follows [Hz]."""
 
@@ -70,37 +61,30 @@ class SeriesResistor(Answer):
     @property
     def document(self) -> Document:
         """The numbers in words."""
-        rows = [(name, shown(value, unit), "") for name, value, unit in self.items()]
-        rows[0] = (*rows[0][:2], self.voltage_source)
-        rows[1] = (*rows[1][:2], self.current_source)
+        whose = {_LARGEST: self.voltage_source, _THROUGH: self.current_source}
+        rows = {name: (name, shown(value, unit), whose.get(name, "")) for name, value, unit in self.items()}
         if not self.present:
-            place = [row[0] for row in rows].index("present series resistance")
-            rows[place] = (rows[place][0], "none", "circuit.source_resistance of the scenario is 0")
+            rows[_PRESENT] = (_PRESENT, "none", "circuit.source_resistance of the scenario is 0")
         caption = (
             "The insulator counts as a short circuit and the body as no resistance. The charge behind the resistor flows through"
             " the finger without passing it; the resistor has to withstand the largest voltage and the power permanently."
         )
-        table = Table(
-            "Series resistor between amplifier and plate",
-            ("quantity", "value", "source"),
-            tuple(rows),
-            caption=caption,
-        )
         title = "Series resistor between amplifier and plate"
+        table = Table(title, ("quantity", "value", "source"), tuple(rows.values()), caption=caption)
         return Document(title=title, sentences=[], diagnostics=self.diagnostics, tables=[table])
 
     def items(self) -> list[tuple[str, float, str]]:
         """Return name, value and SI unit of every number that is known."""
         found = [
-            ("largest voltage", self.voltage, "V"),
-            ("largest current through the finger", self.current, "A"),
+            (_LARGEST, self.voltage, "V"),
+            (_THROUGH, self.current, "A"),
             ("smallest series resistance", self.resistance, "ohm"),
             ("power in it with the insulator shorted", self.power, "W"),
             ("capacitance behind it", self.capacitance, "F"),
             ("time constant of the plate", self.time_constant, "s"),
             ("corner frequency of the plate", self.corner, "Hz"),
             ("energy behind it, not limited", self.stored_energy, "J"),
-            ("present series resistance", self.present, "ohm"),
+            (_PRESENT, self.present, "ohm"),
         ]
         if self.supply_voltage is not None:
             found.append(("largest supply voltage with it", self.supply_voltage, "V"))
@@ -162,7 +146,7 @@ def series_resistor(
         )
     if not math.isfinite(voltage):
         raise InputError("the largest voltage is not known; declare limits.voltage")
-    resistance = smallest_series_resistance(
+    resistance = body_current.smallest_series_resistance(
         voltage=voltage, current=holding.value, body_resistance=body_resistance
     )
     capacitance = plate_capacitance(found)
@@ -174,13 +158,13 @@ def series_resistor(
         current_source=holding.source,
         body_resistance=body_resistance,
         resistance=resistance,
-        power=resistor_power(voltage=voltage, resistance=resistance),
+        power=body_current.resistor_power(voltage=voltage, resistance=resistance),
         capacitance=capacitance,
-        time_constant=charging_time(resistance=resistance, capacitance=capacitance),
-        corner=corner_frequency(resistance=resistance, capacitance=capacitance),
-        stored_energy=stored_energy_behind(voltage=voltage, capacitance=capacitance),
+        time_constant=body_current.charging_time(resistance=resistance, capacitance=capacitance),
+        corner=body_current.corner_frequency(resistance=resistance, capacitance=capacitance),
+        stored_energy=body_current.stored_energy_behind(voltage=voltage, capacitance=capacitance),
         present=present,
-        supply_voltage=largest_supply_voltage(
+        supply_voltage=body_current.largest_supply_voltage(
             resistance=present, current=holding.value, body_resistance=body_resistance
         )
         or None,

@@ -19,23 +19,13 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
-from electrovib.physics.material import Material
 from electrovib.physics.safety import AIR
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.studies.compare.result import (
-    Comparison,
-    Entry,
-    answer,
-    explain,
-    in_time,
-    knows_polarity,
-    pages,
-    tables,
-)
+from electrovib.studies.compare import result
 from electrovib.studies.sweep import parse_over
 
 if TYPE_CHECKING:
@@ -54,7 +44,7 @@ def compare(
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     models: Sequence[str] | None = None,
     over: Sequence[str] | Mapping[str, Sequence[float] | Real] = (),
-) -> Comparison:
+) -> result.Comparison:
     """Run every force law on the same finger and plate, and explain why they differ.
 
     Parameters
@@ -90,7 +80,7 @@ def compare(
 
 def _compared(
     scenario: Scenario, models: Sequence[str] | None, over: Mapping[str, Sequence[float] | Real]
-) -> Comparison:
+) -> result.Comparison:
     if scenario.drive.quantity == "current":
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
@@ -126,17 +116,17 @@ def _compared(
         over_parameter(scenario, ordered, path, values=np.asarray(values), highest=highest)
         for path, values in over.items()
     ]
-    return Comparison(
+    return result.Comparison(
         scenario=scenario,
         voltage=voltage,
         entries=tuple(entries),
-        answer=answer(scenario, entries, voltage=voltage),
+        answer=result.answer(scenario, entries, voltage=voltage),
         left_out=left_out,
         frequency=frequency,
         time=time,
-        tables=tables(entries, left_out, scenario),
+        tables=result.tables(entries, left_out, scenario),
         panels=tuple(panels),
-        pages=pages(scenario, entries),
+        pages=result.pages(scenario, entries),
     )
 
 
@@ -190,35 +180,30 @@ class _Bench:
         in_gap = scenario.replace({"force": {"model": "MaxwellStressInGap"}})
         self.static = static_force(in_gap, voltage=voltage)
         self.breakdown = air_breaks_down(scenario, voltage=voltage)
-        step = self.step(in_gap, voltage)
+        step = _stepped(in_gap, voltage, time, "AtRest")
         self.stack_warnings = _warnings(step)
         self.air_warnings = air_warnings(step)
 
-    def step(self, case: Scenario, voltage: float) -> xarray.Dataset:
-        """Simulate a step from rest to a voltage [V]."""
-        changes: dict[str, Any] = {"drive": {"model": "Step", "level": voltage}}
-        return simulate(case.replace(changes | {"time.initial_state": {"model": "AtRest"}}), time=self.time)
-
-    def entry(self, name: str, case: Scenario) -> Entry:
+    def entry(self, name: str, case: Scenario) -> result.Entry:
         """Compute the entry of one law."""
         law = case.force
         static = static_force(case, voltage=self.voltage)
         mean = mean_force(case, phasors(case, self.frequency), amplitude=self.voltage)
-        why = explain(case, ratio=static / self.static)
+        why = result.explain(case, ratio=static / self.static)
         early = late = polarity = np.nan
         try:
-            trace = self.step(case, self.voltage)
+            trace = _stepped(case, self.voltage, self.time, "AtRest")
         except NotCausalError:
             step, warnings = np.zeros(0), self.stack_warnings
         else:
             step, warnings = np.asarray(trace.electrostatic_force.values), _warnings(trace)
             early, late = float(np.interp(EARLY, self.time, step)), float(step[-1])
-            why += f"; {in_time(case, early=early, late=late)}"
+            why += f"; {result.in_time(case, early=early, late=late)}"
             polarity = self.polarity(case, step)
         in_the_gap = law.evaluation_surface == "gap"
         if in_the_gap:
             warnings = tuple(dict.fromkeys([*warnings, *self.air_warnings]))
-        return Entry(
+        return result.Entry(
             name=name,
             evaluation_surface=law.evaluation_surface,
             status=law.status,
@@ -236,9 +221,9 @@ class _Bench:
 
     def polarity(self, case: Scenario, step: Real) -> float:
         """Return the mean attraction of a step over that of a step of the opposite sign, dimensionless."""
-        if not knows_polarity(case):
+        if not result.knows_polarity(case):
             return 1.0
-        turned = self.step(case, -self.voltage).electrostatic_force.values
+        turned = _stepped(case, -self.voltage, self.time, "AtRest").electrostatic_force.values
         return float(np.trapezoid(step, self.time) / np.trapezoid(turned, self.time))
 
 
@@ -256,7 +241,7 @@ KINDS = ("line", "dashed", "dotted")
 """Line styles of the first, second and every further of coinciding curves."""
 
 
-def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float) -> Panel:
+def over_frequency(entries: Sequence[result.Entry], *, frequency: Real, voltage: float) -> Panel:
     """Return the figure of the mean force of each law over frequency, under a sine of the peak `voltage`."""
     curves = [
         Curve(label=entry.name, x=frequency, y=entry.mean, look=look)
@@ -275,7 +260,7 @@ def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float)
     )
 
 
-def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
+def over_time(entries: Sequence[result.Entry], *, time: Real, voltage: float) -> Panel:
     """Return the figure of the response of each law that has one to a step of the height `voltage`."""
     curves = []
     for look, entry in enumerate(entries):
@@ -367,14 +352,21 @@ def insulating(scenario: Scenario) -> Scenario:
     """Return the same stack without conduction, with its dispersion."""
     changes: dict[str, Any] = {}
     for name, layer in scenario.stack.layers.items():
-        changes |= _without_conduction(layer.material, f"stack.{name}.material")
+        if layer.material.conductivity:
+            changes[f"stack.{name}.material.conductivity"] = 0.0
         if layer.leak is not None:
             changes[f"stack.{name}.leak"] = None
     return scenario.replace(changes) if changes else scenario
 
 
-def _without_conduction(material: Material, path: str) -> dict[str, Any]:
-    return {f"{path}.conductivity": 0.0} if material.conductivity else {}
+def _stepped(scenario: Scenario, voltage: float, time: Real, state: str) -> xarray.Dataset:
+    """Simulate a step to a voltage [V], from rest or in the steady state."""
+    changes = {"drive": {"model": "Step", "level": voltage}, "time.initial_state": {"model": state}}
+    return simulate(scenario.replace(changes), time=time)
+
+
+def _held(scenario: Scenario, voltage: float) -> xarray.Dataset:
+    return _stepped(scenario, voltage, np.array([0.0, 1.0]), "PeriodicState")
 
 
 def static_force(scenario: Scenario, *, voltage: float) -> float:
@@ -383,25 +375,16 @@ def static_force(scenario: Scenario, *, voltage: float) -> float:
     Of a law without a response in time it is twice its mean under a sine of 1 Hz.
     """
     held = insulating(scenario)
-    changes = {
-        "drive": {"model": "Step", "level": voltage},
-        "time.initial_state": {"model": "PeriodicState"},
-    }
     if not scenario.force.causal:
         slow = phasors(held, np.array([1.0]))
         return 2 * float(mean_force(held, slow, amplitude=voltage)[0])
-    return float(simulate(held.replace(changes), time=np.array([0.0, 1.0])).electrostatic_force[-1])
+    return float(_held(held, voltage).electrostatic_force[-1])
 
 
 def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
     """Return the warnings about the air of the gap at a constant voltage without conduction; empty without one."""
-    changes = {
-        "force": {"model": "MaxwellStressInGap"},
-        "drive": {"model": "Step", "level": voltage},
-        "time.initial_state": {"model": "PeriodicState"},
-    }
-    trace = simulate(insulating(scenario).replace(changes), time=np.array([0.0, 1.0]))
-    return "; ".join(air_warnings(trace))
+    in_gap = insulating(scenario).replace({"force": {"model": "MaxwellStressInGap"}})
+    return "; ".join(air_warnings(_held(in_gap, voltage)))
 
 
 def air_warnings(trace: xarray.Dataset) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
-from electrovib.core.errors import ElectrovibError, InputError, Problem, nearest
+from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
@@ -121,12 +121,15 @@ def compare_materials(
         For a layer or a material that does not exist, or if the scenario runs with none of them.
     """
     given = read_scenario(scenario)
-    chosen = _layer(given, layer)
+    chosen = layer_of_plate(given, layer)
     entries, left_out = [], dict[str, str]()
-    for name, case in _cases(given, chosen, materials).items():
+    wanted = known_materials() if materials is None else dict.fromkeys(materials)
+    if not wanted:
+        raise InputError(f"no material is named; known: {', '.join(known_materials())}")
+    for name, material in {AS_IT_IS: "", **named_materials(wanted)}.items():
         try:
-            replaced = case if isinstance(case, Scenario) else given.replace(case)
-            entries.append(_entry(name, replaced, chosen))
+            case = with_material(given, chosen, material) if material else given
+            entries.append(_entry(name, case, chosen))
         except ElectrovibError as error:
             left_out[name] = str(error)
     if not entries:
@@ -141,8 +144,13 @@ def compare_materials(
     )
 
 
-def _layer(scenario: Scenario, layer: str) -> str:
-    """Find the layer whose material is exchanged."""
+def known_materials() -> list[str]:
+    """Return the names of the library."""
+    return [each.name for each in materials()]
+
+
+def layer_of_plate(scenario: Scenario, layer: str) -> str:
+    """Find the layer whose material is exchanged: the only one of the plate if no name is given."""
     plate = [name for name, role in scenario.stack.roles.items() if role == "plate"]
     known = scenario.stack.layers
     if layer and layer not in known:
@@ -150,29 +158,33 @@ def _layer(scenario: Scenario, layer: str) -> str:
     if not layer and len(plate) != 1:
         has = f"has {len(plate)} layers of the plate" if plate else "has no layer of the plate"
         raise InputError(
-            f"the stack {has}: name the layer whose material is exchanged, of {', '.join(known)}"
+            f"layer: the stack {has}: name the layer whose material is exchanged, of {', '.join(known)}"
         )
     return layer or plate[0]
 
 
-def _cases(
-    scenario: Scenario, layer: str, names: Sequence[str] | None
-) -> dict[str, Scenario | dict[str, str]]:
-    """Give the scenario as it is, then the changes for each material; every unknown name is refused at once."""
-    wanted = [each.name for each in materials()] if names is None else list(dict.fromkeys(names))
-    if not wanted:
-        raise InputError(f"no material is named; known: {', '.join(each.name for each in materials())}")
-    problems: list[Problem] = []
-    for name in wanted:
-        try:
+def named_materials(names: Iterable[str]) -> dict[str, str]:
+    """Return materials by the names that the library gives them; every one that is unknown or named twice is refused."""
+    problems, found = list[str](), dict[str, str]()
+    for text in names:
+        name = " ".join(text.split())
+        with gathered(problems):
             Material.offer(name)
-        except InputError as error:
-            problems += error.problems
+            shown = getattr(find_substance(name), "name", name)
+            if shown in found:
+                raise InputError(f"materials: '{name}' is named twice")
+            found[shown] = name
     if problems:
         raise InputError(problems)
-    found = ((getattr(find_substance(name), "name", name), name) for name in wanted)
-    changes = {shown: {f"stack.{layer}.material": name} for shown, name in found}
-    return {AS_IT_IS: scenario, **changes}
+    return found
+
+
+def with_material(scenario: Scenario, layer: str, name: str) -> Scenario:
+    """Return the scenario with a material in a layer, without the breakdown field that belongs to its own material."""
+    changes: dict[str, str | None] = {f"stack.{layer}.material": name}
+    if scenario.stack.layers[layer].breakdown_field is not None:
+        changes |= {f"stack.{layer}.breakdown_field": None}
+    return scenario.replace(changes)
 
 
 def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:

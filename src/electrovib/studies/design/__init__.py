@@ -4,7 +4,5 @@ A form of the question is a function of its own, named in `electrovib.studies.de
 arguments that are given.
 """
 
-from electrovib.studies.design.function import design
-from electrovib.studies.design.result import Designed
-
-__all__ = ["Designed", "design"]
+from electrovib.studies.design.function import design as design
+from electrovib.studies.design.result import Designed as Designed

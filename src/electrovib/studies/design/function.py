@@ -11,37 +11,24 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.scenario import Source, read_scenario
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.choice import chosen
 from electrovib.solve.effort import counted, last_time
 from electrovib.solve.meter import Meter, measured
-from electrovib.studies.check import checked
+from electrovib.studies.check import LimitsSource, checked
 from electrovib.studies.check.result import not_in_rows
-from electrovib.studies.design.drive import design_drive
-from electrovib.studies.design.found import DesignedParameter, Explored, FoundValue
+from electrovib.studies.design import search
+from electrovib.studies.design.drive import TargetSource, design_drive
 from electrovib.studies.design.limits import Limited, obtainable, several_limits
-from electrovib.studies.design.search import (
-    MOST_ADDED,
-    Function,
-    explore,
-    first_values,
-    look_between,
-    sharpen_extremes,
-    solutions,
-)
+from electrovib.studies.design.result import Designed, DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.share import design_for_share
 from electrovib.studies.design.uncertain import influences, inputs_of, propagated, read_draws
 from electrovib.studies.design.wanted import BetweenSource, Evaluation, Wanted, WantSource, read_wanted
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
     from electrovib.scenario.space import SpaceSource
-    from electrovib.studies.check import LimitsSource
-    from electrovib.studies.design.drive import TargetSource
-    from electrovib.studies.design.result import Designed
-    from electrovib.studies.design.wanted import BetweenSource, WantSource
-    from electrovib.studies.elasticity import Elasticity
+    from electrovib.studies.sensitivity import Elasticity
 
 
 _ALWAYS: Final = ("scenario", "progress")
@@ -120,22 +107,7 @@ def design(
     BudgetError
         If the computation would take more time or memory than is allowed.
     """
-    arguments = {
-        "want": want,
-        "free": free,
-        "between": between,
-        "target": target,
-        "method": method,
-        "carrier": carrier,
-        "rate": rate,
-        "limits": limits,
-        "space": space,
-        "n": n,
-        "seed": seed,
-        "linear": linear,
-        "share": share,
-        "band": band,
-    }
+    arguments = {name: value for name, value in locals().items() if name not in (*_ALWAYS, "set")}
     given = {name: value for name, value in arguments.items() if value is not None}
     form = form_of(given)
     found: Designed = form.function(read_scenario(scenario, changes=set), progress=progress, **given)
@@ -218,12 +190,14 @@ def design_parameter(
     wanted = read_wanted(scenario, want=want, free=free, between=between)
     given = several_limits(limits, scenario)
     over = read_draws(scenario, space, n=n, seed=seed, linear=linear)
-    most_added, most_between = (_FEW_ADDED, _FEW_ADDED) if is_long(scenario) else (MOST_ADDED, _BETWEEN)
+    most_added, most_between = (
+        (_FEW_ADDED, _FEW_ADDED) if is_long(scenario) else (search.MOST_ADDED, _BETWEEN)
+    )
     evaluation = Evaluation(scenario, wanted, (free,))
     function = _explored(evaluation, sparse=most_added == _FEW_ADDED, most=most_added, progress=progress)
-    sharpen_extremes(function, wanted.value)
-    is_settled = look_between(function, wanted.value, most_added=most_between)
-    roots, jumps, beyond = solutions(function, wanted.value)
+    search.sharpen_extremes(function, wanted.value)
+    is_settled = search.look_between(function, wanted.value, most_added=most_between)
+    roots, jumps, beyond = search.solutions(function, wanted.value)
     limited = Limited(lambda at: checked(evaluation.scenario({free: at}), limits=list(given)))
     each_compared = (FoundValue(each, limited(each.value), limited.problem(each.value)) for each in roots)
     found = tuple(sorted(each_compared, key=lambda each: _order(each, wanted)))
@@ -254,10 +228,10 @@ def is_long(scenario: Scenario) -> bool:
 
 def _explored(
     evaluation: Evaluation, *, sparse: bool, most: int, progress: Callable[[int, int], None] | None
-) -> Function:
+) -> search.Function:
     """Compute the quantity over the range; refused where it is known nowhere, or is the same everywhere."""
     wanted = evaluation.wanted
-    values = first_values(wanted.low, wanted.high, wanted.begin, sparse=sparse)
+    values = search.first_values(wanted.low, wanted.high, wanted.begin, sparse=sparse)
     count, of = len(values), f"{len(values)} evaluations for {wanted.free}"
     meter = Meter.of_cases(
         "this design", of, count, numbers=0, remedy="narrow the range, --free PATH=LOW:HIGH"
@@ -268,8 +242,8 @@ def _explored(
         report(min(len(searched.values), count), count)
         return evaluation({wanted.free: at})
 
-    searched = Function(compute)
-    explore(searched, values, most_added=most)
+    searched = search.Function(compute)
+    search.explore(searched, values, most_added=most)
     points = searched.known
     reach = f"at {{}} value from {wanted.parameter(wanted.low)} to {wanted.parameter(wanted.high)}"
     if not points:

@@ -10,14 +10,20 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.limits import Limits
-from electrovib.studies.check import LimitsFrom, declared_limits
+from electrovib.studies.check import (
+    CheckResult,
+    CheckRow,
+    DeclaredLimit,
+    LimitsFrom,
+    LimitsSource,
+    declared_limits,
+)
 from electrovib.studies.check.function import checked_values
 from electrovib.studies.check.result import FAIL
 from electrovib.studies.design.search import CannotBeComputedError, Function, Point, crossing, has_ratio
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
-    from electrovib.studies.check import CheckResult, CheckRow, DeclaredLimit, LimitsSource
 
 _TRIES: Final = 4
 """Number of limits that can be found one behind the other between two values."""

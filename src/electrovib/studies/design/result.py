@@ -1,4 +1,4 @@
-"""What the answer to every inverse question offers: sentences, tables, numbers, and the scenario with the result in it."""
+"""What the answer to every inverse question offers, and that of the search for one parameter, in sentences and tables."""
 
 from __future__ import annotations
 
@@ -6,19 +6,24 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from electrovib.core.answer import Answer, Document
-from electrovib.core.diagnostics import warning_lines
+from electrovib.core.answer import Answer, Document, Table
+from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, json_text
+from electrovib.studies.check.result import UNKNOWN, not_compared
 
 if TYPE_CHECKING:
-    from electrovib.core.answer import Table
-    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.studies.check import LimitsSource
+    from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
+    from electrovib.studies.design.limits import Obtainable
+    from electrovib.studies.design.search import Function, Root
+    from electrovib.studies.design.uncertain import NeededValues
+    from electrovib.studies.design.wanted import Wanted
+    from electrovib.studies.sensitivity import Elasticity
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -113,3 +118,342 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | list | tuple):
         return [plain(each) for each in (value.tolist() if isinstance(value, np.ndarray) else value)]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+_MOST_INFLUENCES: Final = 6
+_NEGLIGIBLE: Final = 0.01
+"""Elasticity below which a parameter is not listed."""
+
+
+@dataclass(frozen=True)
+class FoundValue:
+    """A root of the search, compared with the limits; `check` is None where that cannot be done, and `problem` says why."""
+
+    root: Root
+    check: CheckResult | None
+    problem: str = ""
+
+    @property
+    def value(self) -> float:
+        """Value of the free parameter; of an interval its first end."""
+        return self.root.value
+
+    @property
+    def failed(self) -> tuple[CheckRow, ...]:
+        """Limits that are exceeded."""
+        return () if self.check is None else self.check.failed
+
+    @property
+    def is_allowed(self) -> bool:
+        """Whether no limit is exceeded, as far as they could be compared."""
+        return not self.failed
+
+    def numbers(self) -> dict[str, Any]:
+        """Return all numbers as a table."""
+        return {
+            "value": self.value,
+            "until": self.root.until,
+            "is_extreme": self.root.is_extreme,
+            "quantity": self.root.reached,
+            "is_allowed": self.is_allowed,
+            "limits": None if self.check is None else self.check.to_dict()["limits"],
+            "not_compared": self.problem or None,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explored:
+    """Where the quantity was computed, at `count` values of the free parameter.
+
+    `lowest` and `highest` are such a value and the quantity there, `refused` has the reasons where nothing
+    could be computed, and `unknown` values have no known quantity. The quantity passes the wanted value
+    discontinuously at the `jumps`, and `beyond` the listed solutions; `is_settled` is False if finer values
+    kept showing further ones.
+    """
+
+    count: int
+    lowest: tuple[float, float]
+    highest: tuple[float, float]
+    refused: dict[float, str]
+    unknown: int
+    jumps: tuple[float, ...]
+    beyond: int
+    is_settled: bool
+
+    @classmethod
+    def of(cls, function: Function, jumps: list[float], *, beyond: int, is_settled: bool) -> Explored:
+        """Return what a search has computed of a function."""
+        points = function.known
+        return cls(
+            count=len(function.values),
+            lowest=min(points, key=lambda point: point[1]),
+            highest=max(points, key=lambda point: point[1]),
+            refused=dict(function.refused),
+            unknown=len(function.values) - len(points) - len(function.refused),
+            jumps=tuple(jumps),
+            beyond=beyond,
+            is_settled=is_settled,
+        )
+
+    @property
+    def is_all(self) -> bool:
+        """Whether every solution that was seen is listed, and none appeared between finer values."""
+        return self.is_settled and not self.beyond
+
+    def numbers(self) -> dict[str, Any]:
+        """Return all numbers as a table."""
+        return {
+            "lowest": dict(zip(("at", "quantity"), self.lowest, strict=True)),
+            "highest": dict(zip(("at", "quantity"), self.highest, strict=True)),
+            "discontinuities": self.jumps,
+            "is_all": self.is_all,
+            "beyond": self.beyond,
+            "evaluations": self.count,
+        }
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class DesignedParameter(Designed):
+    """Values of one parameter that give a wanted quantity.
+
+    - `base`: scenario from which the search began.
+    - `wanted`: quantity, its value, and the free parameter with its range.
+    - `solutions`: those within the limits first, and of these those with the sign of the value in the
+      scenario, the nearest to it first.
+    - `explored`: where the quantity was computed.
+    - `obtainable`: nearest value of the quantity within the limits, where no solution is allowed; else None.
+    - `influences`: how the first solution follows other parameters, the largest first.
+    - `distribution`: of the value that is needed, over a space; None without one.
+    - `diagnostics`: of the first solution, else of the scenario as it is, beyond those that the check states.
+    """
+
+    form = "parameter"
+    base: Scenario
+    wanted: Wanted
+    solutions: tuple[FoundValue, ...]
+    explored: Explored
+    obtainable: Obtainable | None
+    influences: tuple[Elasticity, ...]
+    distribution: NeededValues | None
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def best(self) -> FoundValue | None:
+        """First solution within the limits; None if there is none."""
+        return next((each for each in self.solutions if each.is_allowed), None)
+
+    @property
+    def value(self) -> float:
+        """First value of the free parameter within the limits, in its SI unit; NaN if there is none."""
+        return math.nan if self.best is None else self.best.value
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """All values of the free parameter within the limits, in its SI unit."""
+        return tuple(each.value for each in self.solutions if each.is_allowed)
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """Scenario with the first value within the limits; None if there is none."""
+        return None if self.best is None else self.base.replace({self.wanted.free: self.best.value})
+
+    @property
+    def is_achieved(self) -> bool:
+        """Whether a value gives the wanted quantity within the limits."""
+        return self.best is not None
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The answer, other solutions, the limits and the spread."""
+        return (*_answer(self), *_others(self), *_limits(self), *_spread(self))
+
+    @property
+    def details(self) -> tuple[str, ...]:
+        """What the value depends on, and where the quantity was computed."""
+        return (*_influences(self), *_how(self))
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """Solutions, percentiles and elasticities as tables of words."""
+        return tuple(table for table in _tables(self) if table.rows)
+
+    def numbers(self) -> dict[str, Any]:
+        """Return all numbers as nested tables."""
+        wanted, nearest, spread = self.wanted, self.obtainable, self.distribution
+        within = nearest and {
+            "at": nearest.value,
+            "quantity": nearest.reached,
+            "limit": nearest.row and nearest.row.text,
+        }
+        return {
+            "quantity": {"name": wanted.name, "unit": wanted.unit, "wanted": wanted.value},
+            "free": wanted.free_numbers(),
+            "value": self.value,
+            "solutions": [each.numbers() for each in self.solutions],
+            "reachable": self.explored.numbers(),
+            "obtainable_within_limits": within,
+            "elasticities": {each.path: each.value for each in self.influences},
+            "distribution": spread and spread.to_dict(),
+            "scenario": self.scenario and self.scenario.to_dict(),
+        }
+
+
+def _answer(found: DesignedParameter) -> list[str]:
+    wanted, best = found.wanted, found.best
+    aim = f"{wanted.name} = {wanted.quantity(wanted.value)}"
+    if best is not None:
+        return [f"{wanted.free} = {_span(found, best)} gives {aim}{_extreme(best)}."]
+    reach = f"from {wanted.parameter(wanted.low)} to {wanted.parameter(wanted.high)}"
+    if found.solutions:
+        lines = [f"No value of {wanted.free} {reach} gives {aim} within the limits."]
+        for each in found.solutions:
+            lines += [f"{_span(found, each)} would, but {row.text}." for row in each.failed]
+        return [*lines, *_obtainable(found)]
+    low, high = found.explored.lowest, found.explored.highest
+    lines = [
+        f"No value of {wanted.free} {reach} gives {aim}: it reaches from {wanted.quantity(low[1])} (at"
+        f" {wanted.parameter(low[0])}) to {wanted.quantity(high[1])} (at {wanted.parameter(high[0])})."
+    ]
+    if not low[1] <= wanted.value <= high[1]:
+        at, reached = low if wanted.value < low[1] else high
+        lines.append(f"Nearest: {wanted.quantity(reached)} at {wanted.free} = {wanted.parameter(at)}.")
+    return [*lines, *_obtainable(found)]
+
+
+def _obtainable(found: DesignedParameter) -> list[str]:
+    wanted, near = found.wanted, found.obtainable
+    if near is None:
+        return ["Every value that could be computed exceeds a limit."] if found.solutions else []
+    if not found.solutions and near.row is None:
+        return []  # the nearest value of all, which is stated already
+    word = "at most" if near.reached < wanted.value else "at least"
+    bound = f", where {near.row.text}" if near.row is not None else ""
+    return [
+        f"Within the limits {wanted.name} is {word} {wanted.quantity(near.reached)}, at {wanted.free} ="
+        f" {wanted.parameter(near.value)}{bound}."
+    ]
+
+
+def _others(found: DesignedParameter) -> list[str]:
+    others = [each for each in found.solutions if each is not found.best] if found.best else []
+    if not others:
+        return []
+    words = []
+    for each in others:
+        forbidden = f" (forbidden: {each.failed[0].text})" if each.failed else ""
+        words.append(f"{_span(found, each)}{_extreme(each)}{forbidden}")
+    listed, explored, share = len(found.solutions), found.explored, ""
+    if not explored.is_all:
+        least = "" if explored.is_settled else "at least "
+        share = (
+            f" ({listed} with the first, of {least}{listed + explored.beyond}; a narrower range, between,"
+            " finds the others)"
+        )
+    return [f"Other solutions{share}: {'; '.join(words)}."]
+
+
+def _span(found: DesignedParameter, each: FoundValue) -> str:
+    first, until = found.wanted.parameter(each.value), each.root.until
+    return first if until is None else f"any value from {first} to {found.wanted.parameter(until)}"
+
+
+def _extreme(each: FoundValue) -> str:
+    return ", which is an extreme value of the quantity" if each.root.is_extreme else ""
+
+
+def _limits(found: DesignedParameter) -> list[str]:
+    """Return the nearest limit of the first solution, what could not be compared, and what is not declared."""
+    best = found.best
+    if best is None:
+        return []
+    if best.check is None:
+        return [f"The limits could not be compared: {best.problem}"]
+    rows, lines = best.check.rows, []
+    if judged := [row for row in rows if row.margin and row.state != UNKNOWN]:
+        row = min(judged, key=lambda row: row.margin or math.inf)
+        lines.append(f"Nearest limit: {row.text} ({1 / (row.margin or math.inf):.3g} of that limit).")
+    lines += [f"Not judged: {row.text}." for row in rows if row.state == UNKNOWN and row.limit is not None]
+    return [*lines, *not_compared(rows)]
+
+
+def _spread(found: DesignedParameter) -> list[str]:
+    spread = found.distribution
+    if spread is None:
+        return []
+    count = len(spread.values)
+    named = f"'{spread.title}'" if spread.title else "the space"
+    values = ", ".join(
+        f"{percent} %: {found.wanted.parameter(float(f'{value:.4g}'))}"
+        for percent, value in spread.percentiles().items()
+        if math.isfinite(value)
+    )
+    lines = [
+        f"Distribution of {found.wanted.free} over {count} draws from {named} (seed {spread.seed}, {spread.method}):"
+        f" {values or 'none'}."
+    ]
+    if spread.unsolved:
+        lines.append(
+            f"{spread.unsolved} of {count} draws have no value in the range; the percentiles are those of the others."
+        )
+    return [*lines, *spread.remarks]
+
+
+def _influences(found: DesignedParameter) -> list[str]:
+    listed = [each for each in found.influences if abs(each.value) >= _NEGLIGIBLE][:_MOST_INFLUENCES]
+    if not listed:
+        return []
+    words = ", ".join(
+        f"{each.path} ({format_quantity(each.at, each.unit, digits=4)}) {each.value:+.2g}" for each in listed
+    )
+    return [
+        f"Elasticities of {found.wanted.free} (its relative change over that of the parameter, for the same"
+        f" {found.wanted.name}): {words}."
+    ]
+
+
+def _how(found: DesignedParameter) -> list[str]:
+    wanted, explored = found.wanted, found.explored
+    lines = [
+        f"The quantity was computed at {explored.count} values from {wanted.parameter(wanted.low)} to"
+        f" {wanted.parameter(wanted.high)}; a pair of solutions between two neighbouring values can be missed, which a narrower"
+        " range (between) finds."
+    ]
+    if explored.jumps:
+        at = ", ".join(wanted.parameter(each) for each in explored.jumps)
+        lines.append(f"The quantity passes the wanted value discontinuously at {wanted.free} = {at}.")
+    if explored.refused:
+        ends = sorted(explored.refused)
+        count = (
+            f"{len(ends)} of these values, from {wanted.parameter(ends[0])} to {wanted.parameter(ends[-1])}"
+        )
+        lines.append(f"Not computed at {count}, for instance: {explored.refused[ends[0]]}")
+    if explored.unknown:
+        lines.append(f"The quantity is not known at {explored.unknown} of these values.")
+    return lines
+
+
+def _tables(found: DesignedParameter) -> list[Table]:
+    wanted, spread = found.wanted, found.distribution
+    solutions = tuple(
+        (
+            wanted.parameter(each.value)
+            + ("" if each.root.until is None else f" to {wanted.parameter(each.root.until)}"),
+            wanted.quantity(each.root.reached),
+            "; ".join(row.text for row in each.failed) or "no limit exceeded",
+        )
+        for each in found.solutions
+    )
+    known = {} if spread is None else spread.percentiles()
+    percentiles = tuple(
+        (f"{percent} %", wanted.parameter(value)) for percent, value in known.items() if math.isfinite(value)
+    )
+    influences = tuple(
+        (each.path, format_quantity(each.at, each.unit, digits=4), f"{each.value:+.3g}")
+        for each in found.influences
+        if abs(each.value) >= _NEGLIGIBLE
+    )
+    return [
+        Table(f"Values of {wanted.free}", (wanted.free, wanted.name, "limits"), solutions),
+        Table(f"Distribution of {wanted.free}", ("percentile", wanted.free), percentiles),
+        Table(f"Elasticities of {wanted.free}", ("parameter", "value", "elasticity"), influences),
+    ]

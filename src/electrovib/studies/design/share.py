@@ -12,32 +12,22 @@ import numpy as np
 
 from electrovib.core.errors import InputError, Problem, gathered
 from electrovib.core.units import format_quantity
-from electrovib.scenario.space import read_space
+from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check import checked
+from electrovib.studies.check import CheckResult, CheckRow, LimitsSource, checked
 from electrovib.studies.check.result import not_in_rows, shown
-from electrovib.studies.design.fingers import (
-    MOST_VALUES,
-    Covered,
-    DrawnFingers,
-    by_gain,
-    by_solution,
-    clopper_pearson,
-    needed,
-    quantile_ranks,
-)
+from electrovib.studies.design import uncertain
 from electrovib.studies.design.limits import Limited, obtainable, several_limits
 from electrovib.studies.design.result import Designed
 from electrovib.studies.design.search import Function, explore, first_values
+from electrovib.studies.design.uncertain import Covered, DrawnFingers
 from electrovib.studies.design.wanted import BetweenSource, Wanted, read_band
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.scenario.space import Space, SpaceSource
-    from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
 
 RESAMPLED: Final = 400
 """Bootstrap samples of the value with the largest share."""
@@ -91,7 +81,9 @@ def design_for_share(
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")
     fingers = DrawnFingers(scenario, wanted, over.draw(seed, 0, n))
     quadratic = fingers.is_quadratic()
-    covered = (by_gain if quadratic else by_solution)(fingers, *ends, progress=meter.reporting(progress))
+    covered = (uncertain.by_gain if quadratic else uncertain.by_solution)(
+        fingers, *ends, progress=meter.reporting(progress)
+    )
     fresh = replace(fingers, draws=over.draw(seed, n, 2 * n))
     sampled = _Sampled(fingers, fresh, covered, ends, share, seed, band is not None)
     found = sampled.found()
@@ -105,11 +97,11 @@ def design_for_share(
         seed=seed,
         found=found,
         value_interval=(math.nan, math.nan) if found is None else sampled.value_interval(found.value),
-        ranges=tuple(covered.where(needed(share, n))),
+        ranges=tuple(covered.where(uncertain.needed(share, n))),
         top=found or sampled.top(),
         method="proportional to the square of the parameter, one solution each"
         if quadratic
-        else f"solved at up to {MOST_VALUES} values of the parameter, and between them by Brent's method",
+        else f"solved at up to {uncertain.MOST_VALUES} values of the parameter, and between them by Brent's method",
         limits=given,
     )
     return result if result.top is None else _compared(result, result.top, sampled)
@@ -251,7 +243,7 @@ class _Sampled:
             value=value,
             share=self.covered.number_at(value) / self.covered.count,
             fresh_share=number / self.fresh.count,
-            interval=clopper_pearson(number, self.fresh.count),
+            interval=uncertain.clopper_pearson(number, self.fresh.count),
         )
 
     def value_with(self, least: int, near: float) -> float:
@@ -267,7 +259,7 @@ class _Sampled:
 
     def found(self) -> ShareAt | None:
         """Return the value for the wanted share; None if it is not reached."""
-        least = needed(self.share, self.covered.count)
+        least = uncertain.needed(self.share, self.covered.count)
         value, most = self.covered.best()
         if most < least:
             return None
@@ -291,7 +283,7 @@ class _Sampled:
             values = np.array([each.best()[0] for each in samples])
             low, high = np.quantile(values[np.isfinite(values)], [0.025, 0.975])
             return float(low), float(high)
-        ranks = quantile_ranks(self.share, count)
+        ranks = uncertain.quantile_ranks(self.share, count)
         ends = [self.value_with(rank, value) if 0 < rank <= count else math.inf for rank in ranks]
         return min(ends), max(ends)
 

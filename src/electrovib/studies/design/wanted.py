@@ -20,8 +20,7 @@ from electrovib.solve.meter import clock
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities.names import TAKEN
-from electrovib.studies.sweep import read_quantities
-from electrovib.studies.sweep.run import felt
+from electrovib.studies.sweep import felt, read_quantities
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -102,7 +101,7 @@ def read_wanted(
         else:
             name = f"{statistic.removeprefix(_ANY)} at {format_quantity(at, 's')}"
             meaning = f"{meaning.removeprefix(f'{TAKEN[_ANY.strip()]}: ')} at {format_quantity(at, 's')}"
-        value = _number(text, unit, f"want: {name}")
+        value = read_number(text, unit, f"want: {name}")
     declared, begin, ends = None, math.nan, (math.nan, math.nan)
     with gathered(problems):
         declared, begin = _parameter(scenario, free)
@@ -183,18 +182,20 @@ def _timed(scenario: Scenario, name: str) -> tuple[str, float | None]:
     return f"{_ANY}{signal}", time
 
 
-def _number(value: Any, unit: str, path: str) -> float:
-    why = "expected a level in dB, for instance '6 dB'" if unit == "dB" else ""
+def read_number(value: Any, unit: str, path: str) -> float:
+    """Read a finite number in SI, a text with its unit, or a level in dB."""
+    why, number = "", math.nan
     try:
         if unit == "dB":
             number = float(str(value).strip().removesuffix("dB"))
         else:
             number = parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except (TypeError, ValueError):
-        number = math.nan
+    except (TypeError, ValueError) as error:
+        why = str(error) if isinstance(value, str) else ""
     if isinstance(value, bool) or not math.isfinite(number):
         shown = shortened(value if isinstance(value, str) else repr(value), LONGEST_QUOTED)
-        raise InputError(why or expected(unit), path=path, value=shown)
+        why = "expected a level in dB, for instance '6 dB'" if unit == "dB" else why or expected(unit)
+        raise InputError(why, path=path, value=shown)
     return number
 
 
@@ -226,7 +227,7 @@ def _ends(between: BetweenSource, free: str, declared: Quantity) -> tuple[float,
         )
         raise InputError(f"expected LOW:HIGH, for instance {example}; {allowed}", path="between", value=shown)
     numbers = (part.strip() if isinstance(part, str) else part for part in parts)
-    low, high = (_number(each, declared.unit, "between") for each in numbers)
+    low, high = (read_number(each, declared.unit, "between") for each in numbers)
     if not declared.low <= low < high <= declared.high:
         raise InputError(f"expected two values, the smaller first; {allowed}", path="between", value=shown)
     return low, high

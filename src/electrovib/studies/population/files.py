@@ -190,7 +190,7 @@ def _damaged(path: Path) -> DataFileError:
     return DataFileError(f"is damaged: its checksum is not that of its content. {_ADVICE}", path=path)
 
 
-def make_array(place: Path, dims: tuple[str, ...], words: dict[str, Any], **how: Any) -> Any:
+def make_array(place: Path, dims: Any, words: dict[Any, Any], **how: Any) -> Any:
     """Make an array, replacing one that was left incomplete; the signals of fingers end with a checksum in each chunk."""
     import zarr
     from zarr.codecs import Crc32cCodec

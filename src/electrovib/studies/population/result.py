@@ -6,7 +6,7 @@ import hashlib
 import json
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -21,18 +21,16 @@ from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form, csv_text
 from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
+from electrovib.solve.population.kernels import quantiles
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.population.declared import FORMAT, scenario_text
+from electrovib.studies.population.declared import FORMAT, DeclaredStudy, scenario_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import xarray
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.studies.population.declared import DeclaredStudy
-    from electrovib.studies.population.fingers import Collected, Evaluator
+    from electrovib.studies.population.tiles import Collected, Evaluator
 
 
 EXACT: Final = "exact order statistics of float32 values, interpolated linearly"
@@ -40,36 +38,30 @@ BINNED: Final = "from a histogram of float32 values, relative error below 0.3 %"
 _FINGER: Final = "finger"
 
 
-class StoredArray(NamedTuple):
-    """An array of a result, with its dimensions, unit and meaning."""
-
-    dims: tuple[str, ...]
-    values: NDArray[Any]
-    attributes: dict[str, str]
-
-
-def arrays(collected: Collected) -> dict[str, StoredArray]:
+def arrays(collected: Collected) -> xarray.Dataset:
     """Compute the arrays of a result, except the signals of every finger."""
+    import xarray
+
     evaluator, declared = collected.evaluator, collected.evaluator.declared
     axis, dim = SIGNALS[declared.axis], declared.axis
-    found = {dim: StoredArray((dim,), evaluator.axis, {"units": axis.unit, "long_name": axis.doc})}
+    found: dict[str, Any] = {dim: (dim, evaluator.axis, {"units": axis.unit, "long_name": axis.doc})}
     if declared.percentiles:
-        values = np.asarray(declared.percentiles)
-        found["percentile"] = StoredArray(("percentile",), values, {"units": "%", "long_name": "percentile"})
+        about = {"units": "%", "long_name": "percentile"}
+        found["percentile"] = ("percentile", np.asarray(declared.percentiles), about)
     for name in declared.signals:
         found |= _of_signal(name, collected)
     if declared.draws:
         found |= _parameters(declared)
-    return found
+    return xarray.Dataset(found)
 
 
-def _of_signal(name: str, collected: Collected) -> dict[str, StoredArray]:
+def _of_signal(name: str, collected: Collected) -> dict[str, Any]:
     each, declared = collected.statistics[name], collected.evaluator.declared
     unit, axis = SIGNALS[name].unit, declared.axis
-    words, found = name.replace("_", " "), dict[str, StoredArray]()
+    words, found = name.replace("_", " "), dict[str, Any]()
 
     def put(suffix: str, dims: tuple[str, ...], values: NDArray[Any], unit: str, meaning: str) -> None:
-        found[f"{name}_{suffix}"] = StoredArray(dims, values, {"units": unit, "long_name": meaning})
+        found[f"{name}_{suffix}"] = (dims, values, {"units": unit, "long_name": meaning})
 
     squared = f"{unit}^2" if unit.isalpha() else f"({unit})^2"
     put("mean", (axis,), each.mean, unit, f"mean of the {words} over the fingers")
@@ -91,8 +83,6 @@ def _of_signal(name: str, collected: Collected) -> dict[str, StoredArray]:
 
 def _quantiles(name: str, collected: Collected) -> Real:
     """Return the percentiles by column, (percentiles, n); NaN where the signal of a finger is not known."""
-    from electrovib.solve.population.kernels import quantiles
-
     each, evaluator = collected.statistics[name], collected.evaluator
     shares = tuple(percentile / 100 for percentile in evaluator.declared.percentiles)
     if each.histogram is not None:
@@ -102,17 +92,13 @@ def _quantiles(name: str, collected: Collected) -> Real:
     return np.where(each.unknown > 0, np.nan, found)
 
 
-def _parameters(declared: DeclaredStudy) -> dict[str, StoredArray]:
+def _parameters(declared: DeclaredStudy) -> dict[str, Any]:
     """Return the drawn values of every parameter."""
-    from electrovib.core.paths import quantity_at
-
-    drawn = declared.space.draw(declared.seed, 0, declared.fingers)
     found = {}
-    for path, values in drawn.items():
+    for path, values in declared.space.draw(declared.seed, 0, declared.fingers).items():
         quantity = quantity_at(declared.scenario, path)
-        found[path] = StoredArray(
-            (_FINGER,), np.asarray(values, float), {"units": quantity.unit, "long_name": quantity.doc}
-        )
+        about = {"units": quantity.unit, "long_name": quantity.doc}
+        found[path] = (_FINGER, np.asarray(values, float), about)
     return found
 
 
@@ -120,16 +106,6 @@ def draws_of(name: str, axis: str) -> tuple[tuple[str, str], dict[str, str]]:
     """Return dimensions and attributes of the signals of every finger."""
     known = SIGNALS[name]
     return (_FINGER, axis), {"units": known.unit, "long_name": known.doc}
-
-
-def dataset(found: Mapping[str, StoredArray], attributes: Mapping[str, Any]) -> xarray.Dataset:
-    """Make a Dataset of the arrays of a result."""
-    import xarray
-
-    variables = {name: tuple(each) for name, each in found.items()}
-    coordinates = {name: each for name, each in variables.items() if each[0] == (name,)}
-    others = {name: each for name, each in variables.items() if name not in coordinates}
-    return xarray.Dataset(others, coords=coordinates, attrs=dict(attributes))
 
 
 def attributes(evaluator: Evaluator) -> dict[str, Any]:

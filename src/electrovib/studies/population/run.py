@@ -13,30 +13,17 @@ from electrovib.core.budget import Work, megabytes, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.data.lock import HeldError, held
 from electrovib.solve.meter import Meter, measured
-from electrovib.studies.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
+from electrovib.studies.population import store
+from electrovib.studies.population.declared import BLOCK, MEMORY, PERCENTILES, DeclaredStudy, read_study
 from electrovib.studies.population.files import written
-from electrovib.studies.population.fingers import Collected, Evaluator
-from electrovib.studies.population.result import StoredArray, arrays, attributes, dataset, draws_of
-from electrovib.studies.population.store import (
-    CHECKPOINT,
-    LOCK,
-    StudyStore,
-    clear,
-    open_study,
-    refuse_full_disk,
-    refuse_other_method,
-    remove_unbegun,
-    state_of,
-)
-from electrovib.studies.population.tiles import tiles_of_cluster, tiles_of_process
+from electrovib.studies.population.result import arrays, attributes, draws_of
+from electrovib.studies.population.tiles import Collected, Evaluator, Tile, tiles_of_cluster, tiles_of_process
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.scenario import Source
     from electrovib.scenario.space import SpaceSource
-    from electrovib.studies.population.declared import DeclaredStudy
-    from electrovib.studies.population.fingers import Tile
 
     Progress = Callable[[int, int], bool | None]
 
@@ -138,10 +125,10 @@ def study(
     if output is None:
         return _in_memory(declared, where, progress)
     path = Path(output)
-    if state_of(path, declared) == "complete":
+    if store.state_of(path, declared) == "complete":
         return _complete(path)
     evaluator = _evaluator(declared, where)
-    refuse_full_disk(path, evaluator)
+    store.refuse_full_disk(path, evaluator)
     made = not path.exists()
     with written(path):
         path.mkdir(exist_ok=True)
@@ -150,15 +137,15 @@ def study(
     finally:
         if made and not any(path.iterdir()):
             path.rmdir()
-    return open_study(path)
+    return store.open_study(path)
 
 
 def _complete(path: Path) -> xarray.Dataset:
     """Return a complete study, after removing what a process killed at its very end may have left."""
-    found = open_study(path)
-    if (path / CHECKPOINT).exists():
+    found = store.open_study(path)
+    if (path / store.CHECKPOINT).exists():
         with _locked(path):
-            clear(path)
+            store.clear(path)
     return found
 
 
@@ -168,12 +155,12 @@ def _locked(path: Path) -> Iterator[None]:
     with ExitStack() as stack:
         try:
             with written(path):
-                stack.enter_context(held(path / LOCK))
+                stack.enter_context(held(path / store.LOCK))
         except HeldError as error:
             who = f" ({error})" if str(error) else ""
             raise InputError(
                 f"another process{who} is writing this study; wait until it ends, or give another name. If it has ended on"
-                f" another computer, remove {path / LOCK}.",
+                f" another computer, remove {path / store.LOCK}.",
                 path=path,
             ) from None
         yield
@@ -235,8 +222,8 @@ def _in_memory(
     if declared.draws:
         for name, rows in collected.rows.items():
             dims, words = draws_of(name, declared.axis)
-            found[name] = StoredArray(dims, rows, words)
-    return dataset(found, attributes(evaluator))
+            found[name] = (dims, rows, words)
+    return found.assign_attrs(attributes(evaluator))
 
 
 def _stored(
@@ -244,46 +231,46 @@ def _stored(
 ) -> None:
     """Run or continue a study in its store."""
     with _locked(path):
-        state = state_of(path, evaluator.declared)
+        state = store.state_of(path, evaluator.declared)
         if state == "complete":  # by another process, meanwhile
             return
         if state == "begun":
-            refuse_other_method(path, evaluator)
+            store.refuse_other_method(path, evaluator)
         try:
-            store, collected = StudyStore(path, evaluator), Collected(evaluator, hold=evaluator.held)
-            store.restore(collected)
-            _evaluate(store, collected, where, progress)
-            store.finish(arrays(collected))
+            kept, collected = store.StudyStore(path, evaluator), Collected(evaluator, hold=evaluator.held)
+            kept.restore(collected)
+            _evaluate(kept, collected, where, progress)
+            kept.finish(arrays(collected))
         except ElectrovibError as error:
             if state == "absent" and not isinstance(error.__cause__, OSError):
-                remove_unbegun(path)
+                store.remove_unbegun(path)
             raise
 
 
 def _evaluate(
-    store: StudyStore, collected: Collected, where: dict[str, Any] | None, progress: Progress | None
+    kept: store.StudyStore, collected: Collected, where: dict[str, Any] | None, progress: Progress | None
 ) -> None:
     """Evaluate the fingers that are missing; keep what is complete from time to time, and if the study is interrupted."""
     last, took, between_tiles = time.monotonic(), 0.0, True
-    total = store.declared.fingers
+    total = kept.declared.fingers
     try:
         _report(progress, collected)
         with closing(_tiles(collected, where, progress)) as tiles:
             for tile in tiles:
                 between_tiles = False
                 collected.add(tile)
-                if store.declared.draws:
-                    store.append(tile.rows)
-                begun, takes = time.monotonic(), max(took, store.waiting(collected) / _RATE)
+                if kept.declared.draws:
+                    kept.append(tile.rows)
+                begun, takes = time.monotonic(), max(took, kept.waiting(collected) / _RATE)
                 if begun - last >= min(_LONGEST, max(PAUSE, _SHARE * takes)) and tile.stop < total:
-                    store.commit(collected)
+                    kept.commit(collected)
                     last = time.monotonic()
                     took = last - begun
                 between_tiles = True
                 _report(progress, collected)
     except (KeyboardInterrupt, StudyCancelledError):
         if between_tiles:
-            store.commit(collected)
+            kept.commit(collected)
         raise
 
 

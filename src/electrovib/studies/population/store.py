@@ -13,32 +13,16 @@ import numpy as np
 
 from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.studies.population.declared import BLOCK, FORMAT
-from electrovib.studies.population.files import (
-    METADATA,
-    PARTIAL,
-    arrays_of,
-    make_array,
-    open_array,
-    read_group,
-    read_sums,
-    refuse_damaged,
-    refuse_irregular,
-    rows_read,
-    stated,
-    write_group,
-    write_sums,
-    written,
-)
-from electrovib.studies.population.result import StoredArray, attributes, dataset, definition, draws_of
+from electrovib.studies.population import files
+from electrovib.studies.population.declared import BLOCK, FORMAT, DeclaredStudy
+from electrovib.studies.population.result import attributes, definition, draws_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import xarray
 
-    from electrovib.studies.population.declared import DeclaredStudy
-    from electrovib.studies.population.fingers import Collected, Evaluator, Rows
+    from electrovib.studies.population.tiles import Collected, Evaluator, Rows
 
 SUFFIX: Final = ".zarr"
 LOCK: Final = ".lock"
@@ -71,13 +55,13 @@ class StudyStore:
     def __init__(self, path: Path, evaluator: Evaluator) -> None:
         self.path, self.declared = path, evaluator.declared
         self.done: dict[str, Any] = {"fingers": 0}
-        with written(path):
-            if not (path / METADATA).exists():
-                write_group(path, attributes(evaluator))
-            self.attributes = read_group(path)
+        with files.written(path):
+            if not (path / files.METADATA).exists():
+                files.write_group(path, attributes(evaluator))
+            self.attributes = files.read_group(path)
             if (path / SUMS).exists():
-                self.done, self._sums = read_sums(path / SUMS)
-                refuse_damaged(path, self.done)
+                self.done, self._sums = files.read_sums(path / SUMS)
+                files.refuse_damaged(path, self.done)
             (path / CHECKPOINT).mkdir(exist_ok=True)
             self._make_rows(evaluator)
 
@@ -92,13 +76,15 @@ class StudyStore:
             self.tails[name] = np.empty((0, evaluator.samples), np.float32)
             place = self.path / self.place / name
             if self.appended:
-                self.rows[name] = open_array(place, "r+")
+                self.rows[name] = files.open_array(place, "r+")
                 self.tails[name] = self._sums[f"{name}/tail"]
                 continue
             dims, words = draws_of(name, declared.axis)
             shape = (declared.fingers, evaluator.samples)
             chunks = (min(BLOCK, shape[0]), shape[1])
-            self.rows[name] = make_array(place, dims, words, shape=shape, dtype="float32", chunks=chunks)
+            self.rows[name] = files.make_array(
+                place, dims, words, shape=shape, dtype="float32", chunks=chunks
+            )
 
     def restore(self, collected: Collected) -> None:
         """Continue from the fingers that are complete."""
@@ -113,7 +99,7 @@ class StudyStore:
         self._sums = {}
         for name, rows in collected.rows.items():
             whole = self.appended - len(self.tails[name])
-            with rows_read(self.path / self.place / name):
+            with files.rows_read(self.path / self.place / name):
                 for begin in range(0, whole, BLOCK):
                     stop = min(begin + BLOCK, whole)
                     rows[begin:stop] = self.rows[name][begin:stop]
@@ -132,7 +118,7 @@ class StudyStore:
                 tail = np.concatenate([tail, part])
                 stop = start + given
                 if len(tail) == BLOCK or stop == self.declared.fingers:
-                    with written(self.path):
+                    with files.written(self.path):
                         self.rows[name][stop - len(tail) : stop] = tail
                     tail = tail[:0]
             self.tails[name] = tail
@@ -155,27 +141,30 @@ class StudyStore:
         for name, each in collected.statistics.items():
             found = each.arrays()
             sums |= {f"{name}/{key}": values for key, values in found.items()}
-        with written(self.path):
-            files = stated(self.path, [METADATA], [f"{self.place}{name}" for name in self.rows])
-            done = {"fingers": collected.fingers, **files}
-            write_sums(self.path / SUMS, done, sums)
+        with files.written(self.path):
+            places = [f"{self.place}{name}" for name in self.rows]
+            done = {"fingers": collected.fingers, **files.stated(self.path, [files.METADATA], places)}
+            files.write_sums(self.path / SUMS, done, sums)
         self.done = done
 
-    def finish(self, arrays: Mapping[str, StoredArray]) -> None:
+    def finish(self, arrays: xarray.Dataset) -> None:
         """Write the result, mark the study as complete, and remove what was needed to resume it."""
-        with written(self.path):
-            for name, each in arrays.items():
-                shape = each.values.shape
-                make_array(self.path / name, each.dims, each.attributes, data=each.values, chunks=shape)
+        with files.written(self.path):
+            names = [str(name) for name in arrays.variables]
+            for name in names:
+                each = arrays[name].variable
+                files.make_array(self.path / name, each.dims, each.attrs, data=each.values, chunks=each.shape)
             rows = self.rows if self.declared.draws else ()
-            write_group(self.path, self.attributes | {COMPLETE: True, **stated(self.path, arrays, rows)})
+            files.write_group(
+                self.path, self.attributes | {COMPLETE: True, **files.stated(self.path, names, rows)}
+            )
             clear(self.path)
 
 
 def clear(path: Path) -> None:
     """Remove what a complete study no longer needs, and files that a killed process was writing."""
     shutil.rmtree(path / CHECKPOINT, ignore_errors=True)
-    for each in list(path.rglob(f"*{PARTIAL}")):
+    for each in list(path.rglob(f"*{files.PARTIAL}")):
         with suppress(OSError):
             each.unlink()
 
@@ -198,14 +187,16 @@ def state_of(path: Path, declared: DeclaredStudy) -> str:
             f"a study is stored in a folder whose name ends in {SUFFIX}, not in '{path.suffix}'", path=path
         )
     _require_zarr()
-    with written(path):
+    with files.written(path):
         if not path.exists():
             return "absent"
         if not path.is_dir():
             raise InputError("is a file; a study is stored in a folder. Give another name.", path=path)
-        refuse_irregular(path)
-        if not (path / METADATA).exists():
-            if all(each.name.startswith(LOCK) or each.name.endswith(PARTIAL) for each in path.iterdir()):
+        files.refuse_irregular(path)
+        if not (path / files.METADATA).exists():
+            if all(
+                each.name.startswith(LOCK) or each.name.endswith(files.PARTIAL) for each in path.iterdir()
+            ):
                 return "absent"
             raise InputError("exists already and is no study of electrovib; give another name.", path=path)
     found = _attributes(path)
@@ -227,7 +218,7 @@ def state_of(path: Path, declared: DeclaredStudy) -> str:
 
 def refuse_other_method(path: Path, evaluator: Evaluator) -> None:
     """Refuse to continue a study that was begun with another version or method."""
-    theirs, ours = read_group(path), attributes(evaluator)
+    theirs, ours = files.read_group(path), attributes(evaluator)
     pairs = [(name, theirs.get(name), ours[name]) for name in ("method", "percentiles_from", "own_models")]
     pairs += [(name, theirs["versions"].get(name), each) for name, each in ours["versions"].items()]
     differing = [f"{name.replace('_', ' ')} '{was}', here '{now}'" for name, was, now in pairs if was != now]
@@ -272,14 +263,16 @@ def open_study(path: str | Path) -> xarray.Dataset:
         If it is no study, not complete, or not as it was written: every file is compared with the checksum that the store
         states, and the signals of every finger when they are read.
     """
+    import xarray
+
     _require_zarr()
     place = Path(path)
-    with written(place, "read"):
-        if not (place / METADATA).exists():
+    with files.written(place, "read"):
+        if not (place / files.METADATA).exists():
             raise InputError(
                 "is no study of electrovib; expected the folder that 'electrovib study' wrote", path=path
             )
-    refuse_irregular(place)
+    files.refuse_irregular(place)
     found = _attributes(place)
     if not found.pop(COMPLETE, False):
         raise InputError(
@@ -287,18 +280,18 @@ def open_study(path: str | Path) -> xarray.Dataset:
             f" --seed {found['seed']} -o {path}",
             path=path,
         )
-    refuse_damaged(place, found)
+    files.refuse_damaged(place, found)
     rows = {each.split("/")[0] for each in found["chunks"]}
-    with written(place, "read"):
-        arrays = {name: _stored(place / name, lazy=name in rows) for name in arrays_of(found)}
+    with files.written(place, "read"):
+        arrays = {name: _stored(place / name, lazy=name in rows) for name in files.arrays_of(found)}
     del found["files"], found["chunks"]
-    return dataset(arrays, found)
+    return xarray.Dataset(arrays, attrs=found)
 
 
-def _stored(place: Path, *, lazy: bool) -> StoredArray:
-    array = open_array(place)
+def _stored(place: Path, *, lazy: bool) -> tuple[Any, Any, Any]:
+    array = files.open_array(place)
     values: Any = _rows_of(place) if lazy else np.asarray(array[:])
-    return StoredArray(array.metadata.dimension_names, values, dict(array.attrs))
+    return array.metadata.dimension_names, values, dict(array.attrs)
 
 
 def _rows_of(place: Path) -> Any:
@@ -308,7 +301,7 @@ def _rows_of(place: Path) -> Any:
 
     class StoredRows(BackendArray):
         def __init__(self) -> None:
-            self.array = open_array(place)
+            self.array = files.open_array(place)
             self.shape, self.dtype = self.array.shape, self.array.dtype
 
         def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
@@ -316,7 +309,7 @@ def _rows_of(place: Path) -> Any:
             return indexing.explicit_indexing_adapter(key, self.shape, basic, self._read)
 
         def _read(self, key: tuple[Any, ...]) -> Any:
-            with rows_read(place):
+            with files.rows_read(place):
                 return self.array[key]
 
         def __reduce__(self) -> tuple[Any, ...]:
@@ -332,7 +325,7 @@ def _array_of(place: Path) -> Any:
 
 def _attributes(path: Path) -> dict[str, Any]:
     """Read what a store states of its study."""
-    found = read_group(path)
+    found = files.read_group(path)
     if found.get("format") != FORMAT:
         raise DataFileError("is no study of electrovib, or one of another version.", path=path)
     return found

@@ -7,19 +7,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem, shortened
+from electrovib.core.errors import InputError, NoColumnError, Problem, shortened
 from electrovib.core.files import note_input
 from electrovib.core.model import Model
 from electrovib.core.parsing import read_toml
 from electrovib.core.samples import Samples
 from electrovib.core.units import parse_quantity
-from electrovib.data.columns import read_columns
 from electrovib.data.picture import read_picture
 from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.texture.base import Texture
 from electrovib.physics.texture.path import FingerPath
 from electrovib.physics.texture.profile import MOST_PIXELS, GreyscalePicture
 from electrovib.scenario import read_part
+from electrovib.studies.check import first_columns
 
 M = TypeVar("M", bound=Model)
 TextureSource: TypeAlias = "str | Path | Mapping[str, Any] | Texture"
@@ -134,31 +134,13 @@ _DATA = (".csv", ".txt", ".tsv", ".npy", ".nc", ".mat", ".png")
 
 def _recorded(path: Path, across: float) -> FingerPath:
     """Read a path from a file with headings, or from its first two columns without them."""
-    note_input(path)
-    faults: list[DataFileError] = []
-    for names in _HEADINGS:
-        keys = ("time_samples", "x_samples", "y_samples")
-        wanted: dict[str, tuple[str | int, str]] = {
-            key: (column, "s" if key == "time_samples" else "m")
-            for key, column in zip(keys, names, strict=False)
-        }
-        try:
-            found = read_columns(path, wanted)
-        except NoColumnError as error:
-            faults.append(error)
-        except DataFileError as error:
-            if "has no headings" not in str(error):
-                raise
-            found = read_columns(path, {"time_samples": (0, "s"), "x_samples": (1, "m")})
-            return _built(found, path, across)
-        else:
-            return _built(found, path, across)
-    raise InputError(
-        Problem(each.reason.replace("'x'", "'x' or 'position'"), path=path) for each in faults[1].problems
-    )
-
-
-def _built(columns: Mapping[str, Any], path: Path, across: float) -> FingerPath:
+    units = {"time_samples": "s", "x_samples": "m", "y_samples": "m"}
+    try:
+        columns = first_columns(path, _HEADINGS, units)
+    except NoColumnError as error:
+        raise InputError(
+            Problem(each.reason.replace("'x'", "'x' or 'position'"), path=path) for each in error.problems
+        ) from None
     table: dict[str, Any] = {name: Samples(values) for name, values in columns.items()} | {"across": across}
     try:
         found: FingerPath = read_part(FingerPath, {"model": "RecordedPath", **table})  # type: ignore[type-abstract]

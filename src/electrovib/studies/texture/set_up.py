@@ -1,7 +1,8 @@
-"""What a drive and a stream of a texture share: inputs, the attraction for an added friction, and what the limits allow."""
+"""What a drive and a stream of a texture share: inputs, what the limits allow, and the samples at given positions."""
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,22 +12,138 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.physics.texture.base import RenderingPlate
-from electrovib.scenario import Source, TimeGrid, read_scenario
+from electrovib.physics.texture.base import RenderingPlate, Texture
+from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.solve.expanded import Expanded
-from electrovib.studies.check import LimitsSource, declared_limits, refuse_unlimited, sampled
-from electrovib.studies.design.gain import carrier_gain
-from electrovib.studies.texture.reading import read_texture
-from electrovib.studies.texture.synthesis import Synthesis
+from electrovib.studies.check import DeclaredLimit, LimitsSource, declared_limits, refuse_unlimited, sampled
+from electrovib.studies.design.drive.carrier import carrier_gain
+from electrovib.studies.texture.reading import TextureSource, read_texture
+from electrovib.studies.texture.stream import added_friction
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from electrovib.core.arrays import Real
-    from electrovib.physics.texture.base import Texture
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check import DeclaredLimit
-    from electrovib.studies.texture.reading import TextureSource
+
+
+_ROUNDED: Final = 1e-9
+"""Relative excess that counts as rounding."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Synthesis:
+    """Texture, friction, gain and limits that together determine each sample from position and velocity.
+
+    With a carrier of frequency f, sample n is a(n) sin(2 pi f n/rate), where a^2 times the gain of the force
+    at f is the wanted attraction; without a carrier it is a(n). Envelope and carrier depend on the sample and
+    on the finger alone, so that the samples are the same in whatever blocks they are computed.
+    """
+
+    texture: Texture
+    friction: AttractionOfFriction
+    hardware: RenderingHardware
+    rate: float
+
+    @functools.cached_property
+    def ramp_samples(self) -> int:
+        """Intervals of a ramp, 1 at least."""
+        return max(1, round(self.hardware.ramp * self.rate))
+
+    def forces(self, position: Real, velocity: Real) -> Real:
+        """Return the wanted attraction, out of range where it cannot be rendered; NaN where the texture gives none."""
+        added = added_friction(self.texture, position, velocity, self.friction.plate)
+        with np.errstate(over="ignore"):
+            return self.friction.force(added)
+
+    def amplitudes(self, forces: Real) -> Real:
+        """Return the amplitude of the carrier, or the voltage without one; 0 for forces below 0."""
+        hardware = self.hardware
+        found = hardware.largest_amplitude * np.sqrt(np.maximum(forces / hardware.largest_force, 0.0))
+        largest = hardware.largest_amplitude
+        if found.max(initial=0.0) > largest:
+            return np.where(found <= largest * (1 + _ROUNDED), np.minimum(found, largest), found)
+        return np.asarray(found)
+
+    def rising(self, first: int, amplitudes: Real) -> Real:
+        """Return amplitudes from sample `first` on times the ramp at the beginning, which is 0 at sample 0."""
+        if first >= self.ramp_samples:
+            return amplitudes
+        with np.errstate(invalid="ignore"):  # 0 times infinity, which `first_fault` finds
+            return np.minimum(1.0, np.arange(first, first + len(amplitudes)) / self.ramp_samples) * amplitudes
+
+    def falling(self, since: int, count: int, amplitude: float) -> Real:
+        """Return `count` amplitudes of the ramp at the end after `since` of its samples; 0 from its end on."""
+        steps = np.arange(since + 1, since + count + 1)
+        return amplitude * np.maximum(0.0, 1 - steps / self.ramp_samples)
+
+    def voltages(self, first: int, amplitudes: Real) -> Real:
+        """Return the samples of the drive from sample `first` on."""
+        carrier = self.hardware.carrier
+        if not carrier:
+            return amplitudes
+        cycles = (
+            math.fmod(first * carrier, self.rate) / self.rate
+        )  # less than one cycle, however long the drive
+        phase = np.arange(len(amplitudes)) * (2 * math.pi * carrier / self.rate) + 2 * math.pi * cycles
+        return np.asarray(amplitudes * np.sin(phase) + 0.0)
+
+    def first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
+        """Find the first sample at which the texture or a limit is not held, -1 if all are, and what is not held.
+
+        With a carrier of angular frequency w the slope between two samples is at most the root of a'^2 + (w
+        a)^2, with the slope a' and the larger amplitude a of both.
+        """
+        if len(ramped) == 0:
+            return -1, ""
+        with np.errstate(invalid="ignore"):  # infinite amplitudes
+            return self._first_fault(forces, ramped, before)
+
+    def _first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
+        hardware, both = self.hardware, np.concatenate(([before], ramped))
+        steps = (both[1:] - both[:-1]) * self.rate
+        largest_force, largest_slope = (
+            limit * (1 + 2 * _ROUNDED) for limit in (hardware.largest_force, hardware.largest_slope)
+        )
+        turning = 2 * math.pi * hardware.carrier
+        # one bound for all samples first, which nearly every block meets
+        steepest = math.hypot(max(steps.max(), -steps.min()), turning * both.max())
+        if steepest <= largest_slope and forces.min() >= 0 and forces.max() <= largest_force:
+            return -1, ""
+        slopes = np.hypot(steps, turning * np.maximum(both[1:], both[:-1]))
+        held = (forces >= 0) & (forces <= largest_force) & (slopes <= largest_slope)
+        if held.all():
+            return -1, ""
+        place = int(np.argmin(held))
+        return place, self._why(
+            float(forces[place]), float(slopes[place]), int(np.count_nonzero(np.isnan(forces))), len(forces)
+        )
+
+    def _why(self, force: float, slope: float, unknown: int, count: int) -> str:
+        hardware = self.hardware
+        if math.isnan(force):
+            return (
+                f"the model '{type(self.texture).__name__}' returned NaN or infinity, {unknown} of {count} values; the added"
+                " friction has to be a number of newtons"
+            )
+        if not force >= 0:
+            return (
+                "the texture has less friction than the plate itself, and attraction only adds friction; raise the texture or"
+                " lower its baseline"
+            )
+        if force > hardware.largest_force:
+            wanted = (
+                f"an attraction of {format_quantity(force, 'N', digits=4)}"
+                if math.isfinite(force)
+                else "more"
+            )
+            return (
+                f"the texture needs {wanted}, and the hardware gives {format_quantity(hardware.largest_force, 'N', digits=4)} at"
+                f" {format_quantity(hardware.largest_amplitude, 'V', digits=4)}, within {hardware.bound}; reduce the texture, or"
+                " take another carrier"
+            )
+        return (
+            f"the voltage changes at {format_quantity(slope, 'V/s', digits=4)}, and the limits of current and slew rate"
+            f" allow {format_quantity(hardware.largest_slope, 'V/s', digits=4)}; take wider edges, a slower finger, or a shorter"
+            " ramp, which leaves more of them to changes of the amplitude"
+        )
 
 
 Amount: TypeAlias = float | str
@@ -36,6 +153,10 @@ RAMP: Final = 1e-3
 """Duration of a ramp at either end [s], by default; a choice."""
 FREQUENCY: Final = 100.0
 """Frequency at which the force of a drive without carrier is taken [Hz], by default; a choice."""
+IN_CYCLE: Final = 64
+"""Samples per cycle of the carrier, where no rate is given: straight lines between them lower the force by 0.16 %."""
+WITHOUT_CARRIER: Final = 10e3
+"""Samples per second without a carrier, where no rate is given [Hz]; a choice."""
 FINEST: Final = 0.4
 """Highest carrier over the rate of samples [1]; a choice below the limit of 0.5."""
 
@@ -63,18 +184,25 @@ class RenderingSetUp:
         refuse_unlimited(declared, what=what)
         return cls(scenario=found, texture=read, declared=declared)
 
-    def synthesis(self, *, carrier: float, frequency: float, ramp: float, rate: float) -> Synthesis:
-        """Return what determines the samples; `carrier` is 0 without one, and the force is then taken at `frequency`."""
-        if carrier > FINEST * rate:
+    def synthesis(
+        self, carrier: Amount | None, frequency: Amount, ramp: Amount, rate: Amount | None, *, fastest: float
+    ) -> Synthesis:
+        """Return what determines the samples; without a carrier the force is that at `frequency`."""
+        tone = 0.0 if carrier is None else amount(carrier, "Hz", "carrier", low=1e-3, high=1e7)
+        per_second = IN_CYCLE * tone or WITHOUT_CARRIER
+        if rate is not None:
+            per_second = amount(rate, "Hz", "rate", low=1.0, high=fastest)
+        if tone > FINEST * per_second:
             raise InputError(
-                f"a carrier may have {FINEST:g} of the rate of {rate:g} Hz; take a rate of {carrier / FINEST:g} Hz or more",
+                f"a carrier may have {FINEST:g} of the rate of {per_second:g} Hz; take a rate of {tone / FINEST:g} Hz or more",
                 path="carrier",
-                value=f"{carrier:g} Hz",
+                value=f"{tone:g} Hz",
             )
-        ramp = max(1, round(ramp * rate)) / rate
-        plate = hardware(self.scenario, self.declared, carrier=carrier, frequency=frequency, ramp=ramp)
+        still = amount(frequency, "Hz", "frequency", low=1e-3, high=1e7)
+        edge = max(1, round(amount(ramp, "s", "ramp", low=1e-6, high=10.0) * per_second)) / per_second
+        plate = hardware(self.scenario, self.declared, carrier=tone, frequency=still, ramp=edge)
         friction = AttractionOfFriction(self.scenario, plate.largest_force)
-        return Synthesis(texture=self.texture, friction=friction, hardware=plate, rate=rate)
+        return Synthesis(texture=self.texture, friction=friction, hardware=plate, rate=per_second)
 
 
 def amount(value: Amount, unit: str, name: str, *, low: float, high: float) -> float:

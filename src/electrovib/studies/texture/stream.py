@@ -8,6 +8,7 @@ import sys
 import threading
 import traceback
 from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -25,21 +26,25 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.texture.base import RenderingPlate, Texture
     from electrovib.studies.check import CheckResult
-    from electrovib.studies.texture.synthesis import Synthesis
+    from electrovib.studies.texture.set_up import Synthesis
 
 
 _TICK: Final = 1e-6
 """Share of a sample by which a time stamp may be early or late."""
-_STATE: Final = (
-    "_next",
-    "_amplitude",
-    "_origin",
-    "_time",
-    "_place",
-    "_sample_place",
-    "_fallen",
-    "_fall_from",
-)
+
+
+@dataclass
+class Progress:
+    """How far the samples of a stream have come; what was not played is taken back by its copy from before."""
+
+    next: int = 0
+    amplitude: float = 0.0
+    origin: float = math.nan
+    time: float = math.nan
+    place: Real = field(default_factory=lambda: np.zeros(2))
+    sample_place: Real | None = None
+    fallen: int = 0
+    fall_from: float = 0.0
 
 
 class StreamClosedError(InputError):
@@ -71,11 +76,7 @@ class TextureStream:
         self.blocks: list[Real] = []
         self._interruption: BaseException | None = None
         self._across = place_across(synthesis.texture)
-        self._next, self._amplitude = 0, 0.0
-        self._origin, self._time = math.nan, math.nan
-        self._place: Real = np.zeros(2)
-        self._sample_place: Real | None = None
-        self._fallen, self._fall_from = 0, 0.0
+        self.state = Progress()
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -105,7 +106,7 @@ class TextureStream:
     @property
     def samples(self) -> int:
         """Samples rendered so far."""
-        return self._next
+        return self.state.next
 
     def render(self, position: ArrayLike, time: float) -> Real:
         """Render the samples [V] after the call before, up to the time of a position.
@@ -139,7 +140,7 @@ class TextureStream:
         """
         if self.error is not None:
             return self._ending(self._block)
-        before = self.state
+        before = replace(self.state)
         try:
             return self._rendered(position, time)
         except BaseException as error:  # noqa: BLE001 - raised again at 0 V
@@ -185,17 +186,6 @@ class TextureStream:
         """Samples that `play` has written [V]."""
         return np.concatenate([np.zeros(0), *self.blocks])
 
-    @property
-    def state(self) -> dict[str, Any]:
-        """Progress of the samples, which can be set to that before a block that was not played."""
-        return {name: getattr(self, name) for name in _STATE}
-
-    @state.setter
-    def state(self, state: dict[str, Any]) -> None:
-        """Return to earlier progress."""
-        for name, value in state.items():
-            setattr(self, name, value)
-
     def end(self, reason: InputError) -> None:
         """Let the samples that follow fall to 0 V, for a reason; an earlier reason is kept."""
         self.error = self.error or reason
@@ -209,7 +199,7 @@ class TextureStream:
     def close(self) -> Real:
         """End the stream by its ramp: samples [V] down to 0 V, none if 0 V is reached already."""
         self.end(InputError("the stream was closed"))
-        left = self._synthesis.ramp_samples - self._fallen
+        left = self._synthesis.ramp_samples - self.state.fallen
         return self._ending(left) if left > 0 else np.zeros(0)
 
     def _rendered(self, position: ArrayLike, time: float) -> Real:
@@ -218,7 +208,7 @@ class TextureStream:
         try:
             places, now = self._read(position, time)
             count, places = self._at_samples(places, now)
-            before = places[:1] if self._sample_place is None else self._sample_place
+            before = places[:1] if self.state.sample_place is None else self.state.sample_place
             velocity = (places - np.concatenate((before, places[:-1]))) * self.rate
             forces = self._synthesis.forces(places, velocity)
         except Exception as error:  # noqa: BLE001 - whatever a position or a texture raises
@@ -233,39 +223,41 @@ class TextureStream:
     def _checked(self, count: int, places: Real, forces: Real) -> Real:
         """Return the samples of a block within the limits, or those up to the first violation and the ramp after them."""
         synthesis = self._synthesis
-        ramped = synthesis.rising(self._next, synthesis.amplitudes(forces))
-        place, why = synthesis.first_fault(forces, ramped, self._amplitude)
-        if self._next + count > self._last and place < 0:
-            place, why = max(0, self._last - self._next), "the declared longest duration is reached"
+        ramped = synthesis.rising(self.state.next, synthesis.amplitudes(forces))
+        place, why = synthesis.first_fault(forces, ramped, self.state.amplitude)
+        if self.state.next + count > self._last and place < 0:
+            place, why = max(0, self._last - self.state.next), "the declared longest duration is reached"
         if place < 0:
-            found = synthesis.voltages(self._next, ramped)
+            found = synthesis.voltages(self.state.next, ramped)
             if count:
-                self._next += count
-                self._amplitude = float(ramped[-1])
-                self._sample_place = places[-1:]
+                self.state.next += count
+                self.state.amplitude = float(ramped[-1])
+                self.state.sample_place = places[-1:]
             return found
         self.error = InputError(f"{why}. The stream ends at 0 V", path="texture")
         kept = ramped[:place]
-        found = synthesis.voltages(self._next, kept)
-        self._next += place
-        self._amplitude = float(kept[-1]) if place else self._amplitude
+        found = synthesis.voltages(self.state.next, kept)
+        self.state.next += place
+        self.state.amplitude = float(kept[-1]) if place else self.state.amplitude
         return np.concatenate([found, self._ending(count - place)])
 
     def _ending(self, count: int) -> Real:
         """Return samples of the ramp to 0 V; raise once it is complete."""
         synthesis = self._synthesis
-        if self._fallen == 0:
-            self._fall_from = self._amplitude
-            if self._fall_from == 0.0:
-                self._fallen = synthesis.ramp_samples
-                if self._next:
+        if self.state.fallen == 0:
+            self.state.fall_from = self.state.amplitude
+            if self.state.fall_from == 0.0:
+                self.state.fallen = synthesis.ramp_samples
+                if self.state.next:
                     return np.zeros(count)
-        elif self._fallen >= synthesis.ramp_samples:
+        elif self.state.fallen >= synthesis.ramp_samples:
             interruption, self._interruption = self._interruption, None
             raise interruption or self.closed()
-        found = synthesis.voltages(self._next, synthesis.falling(self._fallen, count, self._fall_from))
-        self._next += count
-        self._fallen += count
+        found = synthesis.voltages(
+            self.state.next, synthesis.falling(self.state.fallen, count, self.state.fall_from)
+        )
+        self.state.next += count
+        self.state.fallen += count
         return found
 
     def _read(self, position: ArrayLike, time: float) -> tuple[Real, float]:
@@ -286,13 +278,15 @@ class TextureStream:
         else:
             places = np.full((given.size, 2), self._across)
             places[:, 0] = given
-        if math.isnan(self._time):
-            self._origin = now - (self._block - 1) / self.rate
-            self._time, self._place = now - self._block / self.rate, places[0]
-        elif not now > self._time:
-            raise ValueError(f"the time {now:.9g} s is not after that of the call before, {self._time:.9g} s")
-        if (now - self._time) * self.rate > self._block + _TICK:
-            late = now - self._time
+        if math.isnan(self.state.time):
+            self.state.origin = now - (self._block - 1) / self.rate
+            self.state.time, self.state.place = now - self._block / self.rate, places[0]
+        elif not now > self.state.time:
+            raise ValueError(
+                f"the time {now:.9g} s is not after that of the call before, {self.state.time:.9g} s"
+            )
+        if (now - self.state.time) * self.rate > self._block + _TICK:
+            late = now - self.state.time
             raise ValueError(
                 f"{late:.4g} s have passed since the call before, and a block has {self.latency:.4g} s"
             )
@@ -300,9 +294,9 @@ class TextureStream:
 
     def _at_samples(self, places: Real, now: float) -> tuple[int, Real]:
         """Return the number of samples up to a time and the positions at them, on straight lines."""
-        rate, before, last = self.rate, self._time, self._place
-        count = math.floor((now - self._origin) * rate + _TICK) - self._next + 1
-        since = self._origin - before + np.arange(self._next, self._next + count) / rate
+        rate, before, last = self.rate, self.state.time, self.state.place
+        count = math.floor((now - self.state.origin) * rate + _TICK) - self.state.next + 1
+        since = self.state.origin - before + np.arange(self.state.next, self.state.next + count) / rate
         shares = since * (len(places) / (now - before))
         if len(places) == 1:
             found = last + shares[:, None] * (places[0] - last)
@@ -313,7 +307,7 @@ class TextureStream:
                 found[:, axis] = np.interp(
                     shares, knots, np.concatenate((last[axis : axis + 1], places[:, axis]))
                 )
-        self._time, self._place = now, places[-1]
+        self.state.time, self.state.place = now, places[-1]
         return count, found
 
 
@@ -408,7 +402,7 @@ def _blocks(
             return
         finally:
             stopping.may_raise = False
-        before = stream.state
+        before = replace(stream.state)
         try:
             block = stream.render(position, time)
             write(block)

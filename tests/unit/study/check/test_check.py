@@ -26,7 +26,7 @@ from electrovib.studies.check import (
     sampled,
     strictest,
 )
-from electrovib.studies.check.declared import LINES_TO_ADD
+from electrovib.studies.check.result import LINES_TO_ADD
 
 FIG6 = "vezzoli_2014/fig6"
 CAPACITANCE = 8.8541878128e-12 * 1e-4 / (90e-6 / 3.35 + 200e-6 / 1560)

@@ -16,10 +16,9 @@ from electrovib.core.errors import InputError, NotCausalError
 from electrovib.physics.limits import Limits
 from electrovib.studies.check import cleared_for_output
 from electrovib.studies.design.drive import design_drive, read_target
-from electrovib.studies.design.drive.carrier import chosen_carrier
-from electrovib.studies.design.drive.trade import Trade, best_factor
-from electrovib.studies.design.drive.trade import _held as held_start
-from electrovib.studies.design.gain import carrier_gain
+from electrovib.studies.design.drive.carrier import carrier_gain, chosen_carrier
+from electrovib.studies.design.drive.direct import Trade, best_factor
+from electrovib.studies.design.drive.direct import _held as held_start
 from electrovib.studies.design.limits import Bounds
 
 FIG6, GAP, FIG7 = "vezzoli_2014/fig6", "vezzoli_2014/fig6_gap", "vezzoli_2014/fig7"
@@ -192,12 +191,11 @@ def test_limits_of_dc_are_traded_as_by_brute_force(forces, limits):
         options = {"method": "SLSQP", "bounds": [(0, most)] * count, "constraints": held}
         found = minimize(loss, random.uniform(0, most, count), **options)
         best = min(best, found.fun) if found.success else best
-    solution = designed.solution
     assert len(grid) == count + 2 * lead
     assert designed.binding
     assert designed.misfit <= 1.01 * best
-    assert 1 <= solution.agreeing <= solution.searches == 14
-    agreeing = f"{solution.agreeing} of 14 searches from different starts end within 1 %"
+    assert 1 <= designed.agreeing <= designed.searches == 14
+    agreeing = f"{designed.agreeing} of 14 searches from different starts end within 1 %"
     assert designed.lines[-1].startswith(agreeing)
 
 
@@ -212,8 +210,8 @@ def test_searches_over_many_samples_take_over_what_those_over_few_values_find():
     target = times, np.interp(times, np.arange(count) * 4e-3, peaks * 1e-3)
     designed = ev.design(FIG6, target=target, method="dc", rate=32 / times[-1], limits={"voltage": 350.0})
     assert designed.misfit < 0.787
-    assert designed.solution.agreeing < designed.solution.searches == 14
-    assert designed.to_dict()["searches"] == {"made": 14, "agreeing": designed.solution.agreeing}
+    assert designed.agreeing < designed.searches == 14
+    assert designed.to_dict()["searches"] == {"made": 14, "agreeing": designed.agreeing}
 
 
 def test_the_best_of_several_searches_is_that_of_a_grid_and_the_same_at_each_call():

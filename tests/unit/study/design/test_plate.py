@@ -20,7 +20,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.exports.design import write_design
 from electrovib.studies.design.plate import pareto_set
-from electrovib.studies.design.plate.candidates import PERCEIVED
+from electrovib.studies.design.plate.function import PERCEIVED
 from electrovib.view.documents import drawn, html
 
 PERMITTIVITY, GAP, AREA, STRENGTH = 3.0, 20e-6, 1e-4, 20e6

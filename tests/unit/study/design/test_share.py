@@ -15,7 +15,8 @@ from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.studies.design import share
-from electrovib.studies.design.fingers import (
+from electrovib.studies.design.search import inside_band
+from electrovib.studies.design.uncertain import (
     Covered,
     DrawnFingers,
     by_gain,
@@ -24,7 +25,6 @@ from electrovib.studies.design.fingers import (
     needed,
     quantile_ranks,
 )
-from electrovib.studies.design.search import inside_band
 from electrovib.studies.design.wanted import read_wanted
 
 PERMITTIVITY, GAP, AREA, MEDIAN, FACTOR = 3.0, 20e-6, 1e-4, 5e-6, 1.5

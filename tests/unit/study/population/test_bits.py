@@ -11,9 +11,8 @@ from stand_in_population import PATH, SPACE, StandInPopulation, stand_in
 from electrovib.scenario import load
 from electrovib.scenario.space import read_space
 from electrovib.studies.population import StudyCancelledError, open_study, study
-from electrovib.studies.population.fingers import Evaluator, Statistics
 from electrovib.studies.population.result import percentile_words
-from electrovib.studies.population.tiles import TileSizes, largest_tile
+from electrovib.studies.population.tiles import Evaluator, Statistics, TileSizes, largest_tile
 
 ASKED = {"n": 5000, "exceed": ["1 mN"], "draws": True}
 FORCE = "electrostatic_force"

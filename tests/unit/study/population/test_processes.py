@@ -19,9 +19,8 @@ import pytest
 import electrovib as ev
 from electrovib.core.own_models import use_models
 from electrovib.studies.population.declared import DeclaredStudy, read_study
-from electrovib.studies.population.fingers import Collected, Evaluator
 from electrovib.studies.population.result import computing_versions
-from electrovib.studies.population.tiles import tile_on_worker
+from electrovib.studies.population.tiles import Collected, Evaluator, tile_on_worker
 
 SPACE = {"stack.stratum_corneum.thickness": {"model": "Uniform", "low": "100 um", "high": "300 um"}}
 SCENARIO = "vezzoli_2014/fig6"

@@ -10,7 +10,7 @@ from PIL import Image
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.studies.design.gain import carrier_gain
+from electrovib.studies.design.drive.carrier import carrier_gain
 from electrovib.studies.texture.drive import mean_over_period
 
 PLATE = "vezzoli_2014/fig6"  # friction coefficient 0.5, limit of the current 250 uA

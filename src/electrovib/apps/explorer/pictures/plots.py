@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, Axis, PlottedCurve, figure, with_kept
 from electrovib.core.signals import SIGNALS
 from electrovib.physics.perception import Perception
-from electrovib.studies.sensation import just_felt
+from electrovib.studies.felt_spectrum import Stimulus, just_felt
 from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, layer_colours
 from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
 
@@ -82,7 +82,7 @@ def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
     person = scenario.perception or Perception()
     given = person.compliance or scenario.finger
     if percept.sensation is not None:
-        low, high = just_felt(percept.spectrum, person, given, _FREQUENCIES)
+        low, high = just_felt(Stimulus(percept.spectrum, person, given), _FREQUENCIES)
         middle = np.sqrt(low * high)
         whose = "published, middle" if percept.left else "of the perception"
         return np.where(

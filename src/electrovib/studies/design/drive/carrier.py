@@ -1,22 +1,230 @@
-"""Drives with a carrier whose envelope makes the force averaged over a period of the carrier follow a target."""
+"""Gain of the force at a carrier, samples of a drive with the force that they cause, and envelopes that make it a target."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.studies.design.drive.played import FoundDrive, Played
-from electrovib.studies.design.gain import carrier_gain
+from electrovib.core.model import read_model
+from electrovib.core.samples import Samples
+from electrovib.physics.drive.current import CurrentAmplifier
+from electrovib.physics.drive.sampled import Sampled
+from electrovib.scenario import Scenario, TimeGrid
+from electrovib.solve.electrics.attraction import mean_force
+from electrovib.solve.expanded import FORCE, Expanded
+from electrovib.solve.stack.expand import behind_amplifier, phasors
 from electrovib.studies.design.limits import Bounds, refuse_exceeded, worst_of
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
     from electrovib.core.arrays import Real
-    from electrovib.scenario import Scenario
+    from electrovib.physics.drive.base import Drive
+    from electrovib.physics.limits import Limits
     from electrovib.studies.design.drive.target import Target
+
+
+_PROBES: Final = (1.0, 100.0)
+"""Amplitudes of the drive at which the mean force is compared with the square of the amplitude [V or A]."""
+_SAME: Final = 1e-9
+"""Relative difference that counts as rounding [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarrierGain:
+    """Force, currents and plate voltage of one sine in its steady state, per unit of the peak of the drive, over frequency.
+
+    - `force`: time mean over the squared peak [N/V^2; N/A^2 for a current drive], >= 0.
+    - `voltage`: peak voltage of the plate [1]; for a current drive that across the stack [V/A].
+    - `current`, `body_current`: peak current of the amplifier into plate, declared stray capacitance and
+      finger, and that through the finger [A/V; 1].
+    """
+
+    frequency: Real
+    force: Real
+    voltage: Real
+    current: Real
+    body_current: Real
+
+    def amplitude(self, force: ArrayLike) -> Real:
+        """Return the peak of the drive that causes a mean force; infinite where the gain is 0."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.asarray(force, dtype=float) / self.force
+            return np.where(np.asarray(force) == 0, 0.0, np.sqrt(ratio))
+
+    def largest_amplitude(self, limits: Limits, *, slew: float | None = None) -> Real:
+        """Return the largest peak of the drive within limits of voltage, currents and slope; infinite without one."""
+        bounds = [np.full(len(self.frequency), np.inf)]
+        for limit, gain in (
+            (limits.voltage, self.voltage),
+            (limits.current, self.current),
+            (limits.body_current, self.body_current),
+        ):
+            if limit is not None:
+                with np.errstate(divide="ignore"):
+                    bounds.append(limit / gain)
+        if slew is not None:
+            bounds.append(slew / (2 * math.pi * self.frequency))
+        return np.asarray(np.min(bounds, axis=0))
+
+    def largest_force(self, limits: Limits, *, slew: float | None = None) -> Real:
+        """Return the largest mean force of one sine within declared limits; infinite where none is declared."""
+        return np.asarray(self.force * self.largest_amplitude(limits, slew=slew) ** 2)
+
+
+def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
+    """Return force, currents and plate voltage of one sine per unit of its amplitude, at each frequency.
+
+    The mean force is F = g a^2 for the drive a sin(2 pi f t), without initial charges and without the limits
+    of an amplifier; a force of another form is refused.
+    """
+    axis = np.atleast_1d(np.asarray(frequency, dtype=float))
+    if axis.ndim != 1 or not np.all(np.isfinite(axis) & (axis > 0)):
+        raise InputError("must be frequencies above 0 Hz", path="carrier")
+    refuse_nonlinear(scenario)
+    section = behind_amplifier(scenario, phasors(scenario, axis))
+    first, later = (mean_force(scenario, section, amplitude=probe) / probe**2 for probe in _PROBES)
+    if np.any(np.abs(later - first) > _SAME * np.abs(first)):
+        raise _not_of_second_degree(scenario)
+    amplifier, area = scenario.circuit.amplifier, scenario.contact_area
+    body = np.abs(section.current_density * area)
+    if scenario.drive.quantity == "current":
+        return CarrierGain(
+            frequency=axis, force=first, voltage=np.abs(section.voltage), current=body, body_current=body
+        )
+    output = np.ones(len(axis), complex)
+    current = section.current_density * area
+    if amplifier is not None:
+        pole = 1.0 if amplifier.bandwidth is None else 1 + 1j * axis / amplifier.bandwidth
+        output = output * (amplifier.gain / pole)
+        current = current + 2j * math.pi * axis * amplifier.stray_capacitance * output
+    return CarrierGain(
+        frequency=axis,
+        force=first,
+        voltage=np.abs(output),
+        current=np.abs(current),
+        body_current=body,
+    )
+
+
+def refuse_nonlinear(scenario: Scenario) -> None:
+    """Refuse a scenario whose stack does not respond linearly to the drive."""
+    leaky = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
+    problems = []
+    if leaky:
+        problems.append(
+            f"stack.{leaky[0]}.leak: the conduction is not ohmic, so the force is not proportional to the square of the"
+            " voltage; declare a conductivity in place of the leak"
+        )
+    if scenario.contact.closing is not None:
+        problems.append(
+            "contact: the gap follows load and attraction, so the force is not proportional to the square of the voltage;"
+            " declare a fixed gap, for instance with contact.model = 'FixedArea'"
+        )
+    if scenario.motion.moved_gap is not None:
+        problems.append(
+            "motion.distance: the gap changes with time, so the gain of the force does too; omit motion.distance"
+        )
+    if scenario.motion.renews_film:
+        problems.append(
+            "motion: the sliding film leaves the contact with its charge, which the gain at one frequency does not contain;"
+            " omit the renewal of the film"
+        )
+    if problems:
+        raise InputError(problems)
+
+
+def _not_of_second_degree(scenario: Scenario) -> InputError:
+    """Return the error for a force that is not proportional to the square of the drive."""
+    contact, law = type(scenario.contact).__name__, type(scenario.force).__name__
+    return InputError(
+        f"the force of {law} on {contact} is not proportional to the square of the drive"
+        f" ({_PROBES[0]:g} and {_PROBES[1]:g} compared), so it has no gain; use contact.model = 'FixedArea' and a law of"
+        " second degree"
+    )
+
+
+SENSE: Final = 1e3
+"""Command voltage over current of a designed current drive [ohm]."""
+_SIMPSON: Final = np.array([1.0, 4.0, 1.0]) / 6
+
+
+class Played:
+    """A scenario under a drive of straight lines between evenly spaced samples, `rate` per second, from rest."""
+
+    def __init__(self, scenario: Scenario, rate: float) -> None:
+        self.base = scenario
+        self.rate = rate
+        self._last: Expanded | None = None
+
+    def times(self, count: int) -> Real:
+        """Return the times of a number of samples [s]."""
+        return np.asarray(np.arange(count) / self.rate)
+
+    def scenario(self, values: Real) -> Scenario:
+        """Return the scenario with samples [V, or A of a current drive] as its drive."""
+        return self.base.model_copy(update={"drive": self._drive(values), "time": TimeGrid()})
+
+    def _drive(self, values: Real) -> Drive:
+        current = self.base.drive.quantity == "current"
+        volts = values * SENSE if current else values
+        table = {"time_samples": Samples(self.times(len(values))), "voltage_samples": Samples(volts)}
+        drive = read_model(Sampled, table)
+        if not current:
+            return drive
+        return read_model(CurrentAmplifier, {"command": drive, "sense_resistance": SENSE})
+
+    def expanded(self, values: Real) -> Expanded:
+        """Return the scenario under these samples [V or A], prepared for evaluation at any times."""
+        self._last = Expanded(self.scenario(values), before=self._last, mechanics=False)
+        return self._last
+
+    def halves(self, count: int) -> Real:
+        """Return the times of a number of samples and the middles between them [s]."""
+        return np.asarray(np.arange(2 * count - 1) / (2 * self.rate))
+
+    def force(self, values: Real) -> Real:
+        """Return the predicted force (2 n - 1,) at the n samples and in the middles between them."""
+        record = self.expanded(values).at(self.halves(len(values)), wanted=FORCE)
+        return np.asarray(record.solution.attraction)
+
+    def means(self, force: Real, first: int, count: int, width: int) -> Real:
+        """Return the mean of a result of `force` over successive groups of intervals, by Simpson's rule."""
+        inside = force[2 * first : 2 * (first + count * width) + 1]
+        intervals = _SIMPSON[0] * inside[:-2:2] + _SIMPSON[1] * inside[1:-1:2] + _SIMPSON[2] * inside[2::2]
+        return np.asarray(np.mean(intervals.reshape(count, width), axis=1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundDrive:
+    """Samples of a drive and the mean forces over successive intervals.
+
+    - `times`, `values`: evenly spaced from 0, and samples [V, or A of a current drive].
+    - `edges`, `wanted`, `predicted`: ends of the intervals, and mean force of the target and of the full
+      model.
+    - `scale`: largest multiple of the target within the limits without a compromise; infinite without limits.
+    - `limited`: samples at which a limit prevents the target; `ratios`: largest value over each limit.
+    - `searches`, `agreeing`: searches for the smallest misfit, 0 where none was needed, and those within 1 %
+      of it.
+    """
+
+    times: Real
+    values: Real
+    rate: float
+    edges: Real
+    wanted: Real
+    predicted: Real
+    carrier: float | None
+    scale: float
+    limited: NDArray[np.bool_]
+    ratios: dict[str, float] = field(default_factory=dict)
+    searches: int = 0
+    agreeing: int = 0
+
 
 SAMPLES: Final = 64
 """Samples in a period of the carrier; a choice."""

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, InputError
-from electrovib.core.files import note_input
-from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.columns import read_columns
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.studies.check import first_columns
+from electrovib.studies.design.wanted import read_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 TargetSource: TypeAlias = "str | Path | Target | tuple[ArrayLike, ArrayLike]"
 """A text, a file with columns of time and force, a pair of times [s] and forces [N], or a Target."""
-HEADINGS: Final = ("force", "electrostatic_force")
-"""Headings of the force that are tried in a file, in this order."""
+HEADINGS: Final = (("time", "force"), ("time", "electrostatic_force"))
+"""Headings of time and force that are tried in a file, in this order."""
 TEXTS: Final = "'sine 50 Hz 30 mN', 'sine 50 Hz 10 mN to 30 mN for 0.2 s', 'constant 5 mN for 1 s'"
 PERIODS: Final = 5
 """Periods of a sine whose duration is not given."""
@@ -130,7 +130,8 @@ def read_target(source: TargetSource) -> Target:
     if isinstance(source, str) and (words := source.split()) and words[0].lower() in {"sine", "constant"}:
         return _of_text(" ".join(words))
     if isinstance(source, str | Path):
-        return _of_file(Path(source))
+        found = first_columns(path := Path(source), HEADINGS, {"time": "s", "force": "N"})
+        return _of_samples(found["time"], found["force"], f"the force of {path.name}")
     if isinstance(source, Sequence) and len(source) == 2:
         return _of_samples(
             np.asarray(source[0], dtype=float), np.asarray(source[1], dtype=float), "the given force"
@@ -146,10 +147,7 @@ def _of_text(text: str) -> Target:
     found = (_SINE if lowered == "sine" else _CONSTANT).fullmatch(f"{lowered} {rest}")
 
     def read(part: str, unit: str) -> float:
-        try:
-            return parse_quantity(part, unit)
-        except ValueError as error:
-            raise InputError(str(error), path="target", value=part) from None
+        return read_number(part, unit, "target")
 
     def refuse(good: bool, wanted: str) -> None:
         if not good:
@@ -184,25 +182,6 @@ def _of_text(text: str) -> Target:
 
 def _shown(value: float, unit: str) -> str:
     return format_quantity(value, unit, digits=6)
-
-
-def _of_file(path: Path) -> Target:
-    note_input(path)
-    fault: DataFileError | None = None
-    for name in HEADINGS:
-        try:
-            found = read_columns(path, {"time": ("time", "s"), "force": (name, "N")})
-        except DataFileError as error:
-            if "has no headings" in str(error):
-                found = read_columns(path, {"time": (0, "s"), "force": (1, "N")})
-                break
-            fault = fault or error
-        else:
-            break
-    else:
-        assert fault is not None
-        raise fault
-    return _of_samples(found["time"], found["force"], f"the force of {path.name}")
 
 
 def _of_samples(times: Real, forces: Real, text: str) -> Target:

@@ -1,37 +1,249 @@
-"""Design of a plate: every combination of thickness, material and drive within all limits, refined around the best ones."""
+"""Design of a plate: combinations of thickness, material and drive within all limits, refined around the best ones."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import functools
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, nearest
+from electrovib.core.citation import UNVERIFIED
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
 from electrovib.core.paths import quantity_at
-from electrovib.physics.limits import unit_of_limit
-from electrovib.physics.material import Material
-from electrovib.physics.material.library import find_substance
-from electrovib.scenario import Source, read_scenario
-from electrovib.studies.check import LimitsSource, checked, declared_limits
-from electrovib.studies.design.limits import several_limits
-from electrovib.studies.design.plate.candidates import (
-    LARGEST,
-    LIMITED,
-    PARAMETER,
-    QUANTITY,
-    Objective,
-    PlateCandidate,
-    Plates,
+from electrovib.core.quantity import quantity_of
+from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, unit_of_limit
+from electrovib.physics.safety import AIR
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits
+from electrovib.studies.check.result import (
+    FAIL,
+    ONLY_DECLARED,
+    PASS,
+    UNKNOWN,
+    breakdown_row,
+    limit_row,
+    limited_quantity,
 )
+from electrovib.studies.compare.materials import layer_of_plate, named_materials, with_material
+from electrovib.studies.design.limits import several_limits
 from electrovib.studies.design.plate.result import RELAXED, PlateDesign, best_of, gains_of
-from electrovib.studies.perceive import perceive
-from electrovib.studies.sweep import parse_over, read_quantities
+from electrovib.studies.perceive import perceive, verdict
+from electrovib.studies.sweep import Case, parse_over, read_quantities, sweep_cases
 
 if TYPE_CHECKING:
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check import DeclaredLimit
+    from electrovib.core.diagnostics import Diagnostic
+
+
+FILM: Final = "film strength"
+"""Beginning of the name of the diagnostic of a layer's breakdown."""
+FELT: Final = "detection level"
+PERCEIVED: Final = "threshold over felt amplitude"
+"""Quantity of the row of perception: 1 at the threshold."""
+LIMITED: Final = {limited_quantity(name): name for name in WORDS}
+"""Quantity to the name of its limit."""
+QUANTITY, LARGEST, PARAMETER = "quantity", "largest value", "parameter"
+_FELT_STATES: Final = {"detectable": PASS, "not detectable": FAIL}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Objective:
+    """What is maximised or minimised: ``"mean electrostatic_force"``, ``"peak voltage"`` or a dotted path.
+
+    `sign` is -1 if the largest value is the best, 1 if the smallest is. `kind` is `QUANTITY` of a sweep,
+    `LARGEST` value that a limit is compared with, or swept `PARAMETER`.
+    """
+
+    name: str
+    unit: str
+    sign: int
+    kind: str
+
+    @property
+    def goal(self) -> str:
+        """The word ``largest`` or ``smallest``."""
+        return "largest" if self.sign < 0 else "smallest"
+
+    def cost(self, candidate: PlateCandidate) -> float:
+        """Return the value of a candidate, negative where the largest is the best; NaN where it is not known."""
+        return self.sign * candidate.values[self.name]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateCandidate:
+    """One plate with its drive.
+
+    - `material`: of the insulator; empty where the scenario keeps its own.
+    - `at`: dotted path to value in SI; `values`: objective to its value, NaN where it is not known.
+    - `rows`: comparison with every limit; a row in the state ``"fail"`` forbids the candidate.
+    - `diagnostics`: those of the run that are warnings and belong to no row.
+    - `refined`: whether it was added between the values that were asked for.
+    """
+
+    material: str
+    at: Mapping[str, float]
+    values: Mapping[str, float]
+    rows: tuple[CheckRow, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    refined: bool = False
+
+    @functools.cached_property
+    def forbidden_by(self) -> tuple[str, ...]:
+        """Quantities whose limit is exceeded."""
+        return tuple(row.quantity for row in self.rows if row.state == FAIL)
+
+    @property
+    def is_allowed(self) -> bool:
+        """Whether no limit is exceeded."""
+        return not self.forbidden_by
+
+    def is_allowed_with(self, relaxed: Collection[str], factor: float) -> bool:
+        """Return whether no limit is exceeded when some are multiplied by a factor; an infinite one omits them."""
+        return all(
+            row.quantity in relaxed
+            and (math.isinf(factor) or (row.margin is not None and row.margin * factor >= 1))
+            for row in self.rows
+            if row.state == FAIL
+        )
+
+    @functools.cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Sentences on breakdown strengths that are unverified or may not apply to this layer."""
+        films = [row for row in self.rows if row.quantity.startswith(FILM)]
+        return tuple(row.text for row in films if row.state == UNKNOWN or UNVERIFIED in row.text)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plates:
+    """What the candidates have in common; `perceived` states whether a detection threshold is calibrated."""
+
+    members: Mapping[str, Scenario]
+    declared: Mapping[str, DeclaredLimit]
+    objectives: tuple[Objective, ...]
+    perceived: bool
+
+    def solve(
+        self,
+        over: Mapping[str, Sequence[float] | Real],
+        *,
+        materials: Sequence[str],
+        refined: bool = False,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> list[PlateCandidate]:
+        """Solve every combination of materials and values, the last path running fastest."""
+        found: list[PlateCandidate] = []
+        names = [each.name for each in self.objectives if each.kind == QUANTITY]
+        names += [FELT] if self.perceived and FELT not in names else []
+        names = names or ["mean electrostatic_force"]  # a run is needed for the limits
+        for place, material in enumerate(materials):
+
+            def counted(done: int, of: int, before: int = place) -> None:
+                if progress is not None:
+                    progress(before * of + done, len(materials) * of)
+
+            judged = self.members[material].model_copy(update={"limits": self._judged_limits()})
+            cases = sweep_cases(judged, over, quantities=names, progress=counted).cases
+            found += [self._candidate(material, case, refined=refined) for case in cases]
+        return found
+
+    def scenario(self, material: str, at: Mapping[str, float]) -> Scenario:
+        """Return the scenario of a candidate, with its own limits."""
+        return self.members[material].replace(dict(at))
+
+    def _judged_limits(self) -> Limits:
+        """Return limits with which a run judges every quantity that a row shows, the largest possible where none is declared.
+
+        Root mean squares and the rate of change, which take a run of their own, need a limit or an objective.
+        """
+        asked = {LIMITED[each.name] for each in self.objectives if each.kind == LARGEST}
+        values = {}
+        for name in WORDS:
+            quantity = quantity_of(Limits, name)
+            assert quantity is not None
+            if name in self.declared:
+                values[name] = self.declared[name].value
+            elif name in asked or name not in ONLY_DECLARED:
+                values[name] = quantity.high
+        return Limits(**values)
+
+    def _candidate(self, material: str, case: Case, *, refined: bool) -> PlateCandidate:
+        rows = self._rows(material, case)
+        by_quantity = {row.quantity: row.value for row in rows}
+        known = dict(case.at) | dict(case.values) | by_quantity
+        values = {each.name: known[each.name] for each in self.objectives}
+        judged = set(by_quantity) | {name.replace("_", " ") for name in WORDS}
+        return PlateCandidate(
+            material=material,
+            at=dict(case.at),
+            values={name: math.nan if value is None else value for name, value in values.items()},
+            rows=rows,
+            diagnostics=tuple(
+                each
+                for each in case.diagnostics
+                if each.state == "warning" and each.name.removesuffix(SWITCH_ON) not in judged
+            ),
+            refined=refined,
+        )
+
+    def _rows(self, material: str, case: Case) -> tuple[CheckRow, ...]:
+        """Compare a case with declared limits, breakdown and perception; a row in the state ``"fail"`` forbids it.
+
+        An unverified strength of a film forbids too, and its row states the status.
+        """
+        declared, largest, diagnostics = self.declared, _largest(case.diagnostics), case.diagnostics
+        names = [name for name in WORDS if name in largest or name in declared or name not in ONLY_DECLARED]
+        elsewhere = {}
+        if declared.keys() - largest.keys():  # limits that a run does not judge
+            limits = Limits(**{name: each.value for name, each in declared.items()})
+            result = checked(self.scenario(material, case.at), limits=[limits])
+            elsewhere = {row.quantity: row for row in result.rows}
+        rows = [
+            elsewhere[limited_quantity(name)]
+            if name in declared and name not in largest
+            else limit_row(name, largest.get(name), declared.get(name))
+            for name in names
+        ]
+        rows += [breakdown_row(each, strict=True) for each in diagnostics if each.name.startswith(FILM)]
+        rows += [breakdown_row(each) for each in diagnostics if each.name in AIR]
+        if self.perceived:
+            person = self.members[material].perception
+            assert person is not None
+            rows.append(_felt_row(case.values[FELT], person.threshold_uncertainty))
+        return tuple(rows)
+
+
+def _largest(diagnostics: Sequence[Diagnostic]) -> dict[str, float | None]:
+    """Return the largest value of each limited quantity that was judged; infinite without a bound, None if unknown."""
+    by_title = {name.replace("_", " "): name for name in WORDS}
+    found: dict[str, float | None] = {}
+    for each in diagnostics:
+        name = by_title.get(each.name.removesuffix(SWITCH_ON))
+        if name is None:
+            continue
+        value = math.inf if each.value is None and each.state == "warning" else each.value
+        held = found.get(name)
+        if name not in found or held is None or (value is not None and value > held):
+            found[name] = value
+    return found
+
+
+def _felt_row(level: float, uncertainty: float | None) -> CheckRow:
+    """Return the row of perception: a change of friction below the detection threshold forbids the candidate."""
+    is_known = not math.isnan(level)
+    found = verdict(sensation=level if is_known else None, uncertainty=uncertainty)
+    return CheckRow(
+        quantity=PERCEIVED,
+        value=float(10 ** (-level / 20)) if is_known else None,
+        limit=1.0,
+        unit="1",
+        source="perception.threshold of the scenario",
+        state=_FELT_STATES.get(found, UNKNOWN),
+        text=f"the change of friction is {level:.3g} dB above the detection threshold: {found}",
+    )
+
 
 AS_IT_IS: Final = ""
 """Name of the material where the scenario keeps its own."""
@@ -116,8 +328,9 @@ def design_plate(
         axes = dict(over) if isinstance(over, Mapping) else dict(parse_over(given, over))
     with gathered(problems):
         if materials:
-            chosen = _layer_of(given, layer)
-            members = _members_of(given, chosen, materials)
+            chosen = layer_of_plate(given, layer)
+            named = named_materials(materials)
+            members = {shown: with_material(given, chosen, name) for shown, name in named.items()}
         elif layer:
             raise InputError("layer: names the layer whose material is varied; add the materials, or omit it")
     with gathered(problems):
@@ -148,43 +361,6 @@ def design_plate(
         notes=(*([] if plate is None or is_calibrated else [_felt(plate)]), *_notes(given, axes, chosen)),
         limits=several_limits(limits, given),
     )
-
-
-def _layer_of(scenario: Scenario, layer: str) -> str:
-    """Find the layer whose material is varied: the only one of the plate if no name is given."""
-    known = scenario.stack.layers
-    plate = [name for name, role in scenario.stack.roles.items() if role == "plate"]
-    if layer and layer not in known:
-        raise InputError(f"layer '{layer}': the stack has none of this name.{nearest(layer, known)}")
-    if not layer and len(plate) != 1:
-        raise InputError(
-            f"layer: the plate has {len(plate)} layers; name the one whose material is varied, of {', '.join(known)}"
-        )
-    return layer or plate[0]
-
-
-def _members_of(scenario: Scenario, layer: str, materials: Sequence[str]) -> dict[str, Scenario]:
-    """Return the scenario with each material in a layer, without the breakdown field that belongs to its own material."""
-    problems: list[str | Problem] = []
-    found: dict[str, Scenario] = {}
-    for text in materials:
-        name = " ".join(text.split())
-        try:
-            Material.offer(name)
-        except InputError as error:
-            problems += error.problems
-            continue
-        shown = getattr(find_substance(name), "name", name)
-        if shown in found:
-            problems.append(f"materials: '{name}' is named twice")
-            continue
-        changes: dict[str, str | None] = {f"stack.{layer}.material": name}
-        if scenario.stack.layers[layer].breakdown_field is not None:
-            changes |= {f"stack.{layer}.breakdown_field": None}
-        found[shown] = scenario.replace(changes)
-    if problems:
-        raise InputError(problems)
-    return found
 
 
 def _objectives(

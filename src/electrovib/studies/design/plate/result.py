@@ -13,11 +13,17 @@ import numpy as np
 
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.arrays import Real
-from electrovib.core.units import KINDS, format_quantity
+from electrovib.core.units import KINDS
 from electrovib.data.marks import Form, csv_text
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check.result import UNKNOWN, not_compared, not_in_rows
-from electrovib.studies.design.plate.candidates import Objective, PlateCandidate
+from electrovib.studies.check.result import (
+    UNKNOWN,
+    limits_table,
+    nearest_limit,
+    not_compared,
+    not_in_rows,
+    shown,
+)
 from electrovib.studies.design.result import Designed
 
 if TYPE_CHECKING:
@@ -26,6 +32,7 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.studies.check import CheckResult, CheckRow
+    from electrovib.studies.design.plate.function import Objective, PlateCandidate
 
 RELAXED: Final = 1.1
 """Factor by which the binding limit is relaxed, to state what that gains; a choice."""
@@ -127,7 +134,11 @@ class PlateDesign(Designed):
     @property
     def tables(self) -> tuple[Table, ...]:
         """Limits at the best candidate, the Pareto set, and how many candidates each limit forbids."""
-        found = [] if self.best is None else [_limits_table(self, self.best)]
+        found = (
+            []
+            if self.best is None
+            else [limits_table(f"Limits at {place_of(self, self.best)}", self.best.rows)]
+        )
         found += [_pareto_table(self)] if self.pareto else []
         return tuple(found + ([_forbidden_table(self)] if len(self.allowed) < len(self.candidates) else []))
 
@@ -280,15 +291,6 @@ def pareto_set(costs: ArrayLike) -> NDArray[np.bool_]:
     return found
 
 
-def shown(value: float | None, unit: str) -> str:
-    """Write a value with its unit."""
-    if value is None or math.isnan(value):
-        return "not known"
-    if math.isinf(value):
-        return "no bound"
-    return format_quantity(value, unit, digits=4) if unit in KINDS else f"{value:.4g} {unit}".strip()
-
-
 def plain(name: str) -> str:
     """Write the name of an objective or of a limit for people; a dotted path stays as it is."""
     return name if "." in name else name.replace("_", " ")
@@ -305,11 +307,12 @@ def _answer(design: PlateDesign, best: PlateCandidate) -> list[str]:
     first = design.objectives[0]
     ends = [] if design.gains else _ends(design, best)
     place = ("", "an end of the ranges: ", "a corner of the ranges: ")[min(len(ends), 2)]
+    row = nearest_limit(best.rows)
     where = f"{shown(best.values[first.name], first.unit)}, at {place}{place_of(design, best)}"
     sentences = [
         f"The {first.goal} {plain(first.name)} within the limits is {where}.",
         _binding(design, best, ends),
-        *_nearest(best),
+        *([f"Closest limit: {_ratio(row)} ({_at_limit(row)})."] if row else []),
         *not_compared(best.rows),
         _counts(design),
     ]
@@ -395,19 +398,6 @@ def _ends(design: PlateDesign, best: PlateCandidate) -> list[str]:
     return ends
 
 
-def nearest_limit(candidate: PlateCandidate) -> CheckRow | None:
-    """Return the comparison whose value is nearest to its limit, or exceeds it most, whatever the status of that limit."""
-    compared = [row for row in candidate.rows if row.margin is not None]
-    return min(compared, key=lambda row: row.margin or 0.0, default=None)
-
-
-def _nearest(best: PlateCandidate) -> list[str]:
-    row = nearest_limit(best)
-    if row is None:
-        return []
-    return [f"Closest limit: {_ratio(row)} ({_at_limit(row)})."]
-
-
 def _ratio(row: CheckRow) -> str:
     """Write the name of a limit and the ratio of limit and value; a limit that decides nothing is marked."""
     return f"{row.quantity}, {row.margin or 0.0:.3g}{' (not judged)' if row.state == UNKNOWN else ''}"
@@ -420,22 +410,6 @@ def _counts(design: PlateDesign) -> str:
     if len(design.objectives) < 2:
         return f"{text}."
     return f"{text}, {efficient_ones} of them {'is' if efficient_ones == 1 else 'are'} the Pareto set of {words}."
-
-
-def _limits_table(design: PlateDesign, best: PlateCandidate) -> Table:
-    rows = tuple(
-        (
-            row.state,
-            row.quantity,
-            shown(row.value, row.unit),
-            "" if row.limit is None else shown(row.limit, row.unit),
-            "" if row.margin is None else f"{row.margin:.3g}",
-            row.source,
-        )
-        for row in best.rows
-    )
-    headings = ("state", "quantity", "largest", "limit", "limit/value", "source of the limit")
-    return Table(f"Limits at {place_of(design, best)}", headings, rows)
 
 
 def _pareto_table(design: PlateDesign) -> Table:
@@ -453,7 +427,7 @@ def _pareto_table(design: PlateDesign) -> Table:
     )
     rows = []
     for each in chosen:
-        nearest = nearest_limit(each)
+        nearest = nearest_limit(each.rows)
         rows.append(
             (
                 *([each.material] if material else []),

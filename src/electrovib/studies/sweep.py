@@ -1,21 +1,23 @@
-"""Sweeps: what is asked for is read, and every case solved on its own, at the times that its drive needs."""
+"""Sweeps: what is asked for is read, every case solved on its own, and all of them put into one Dataset."""
 
 from __future__ import annotations
 
 import functools
 import itertools
+import json
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
-from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
 from electrovib.core.paths import quantity_at, with_numbers
+from electrovib.core.signals import FORMAT, stamp
 from electrovib.core.tables import stored_changes
 from electrovib.core.units import expected, format_quantity, parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -23,16 +25,14 @@ from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import counted
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities import DEFAULTS, Named, Together, read_name
-from electrovib.solve.simulate import simulate
+from electrovib.solve.quantities.resolve import window
+from electrovib.solve.simulate import provenance, simulate
 from electrovib.studies.perceive import perceive
-from electrovib.studies.sweep.table import Case, dataset
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     import xarray
-
-    from electrovib.scenario import Scenario
 
 
 CASE_NUMBERS: Final = 5000
@@ -88,8 +88,7 @@ def sweep(
     ``numerical_error``, relative to the largest value of the signal; it does not depend on output times.
     """
     found = sweep_cases(scenario, over, quantities=quantities, records=records, progress=progress)
-    words = functools.partial(_words, _units(found.scenario, found.axes))
-    return dataset(found.scenario, found.axes, found.cases, found.asked.units, records=records, words=words)
+    return _dataset(found, records=records)
 
 
 @dataclass(frozen=True)
@@ -127,14 +126,10 @@ def sweep_cases(
         try:
             cases.append(_solved(point, together, done, asked, records=records))
         except ElectrovibError as error:
-            where = f" (at {_words(_units(scenario, axes), point)})" if point else ""
+            where = f" (at {_words(scenario, point)})" if point else ""
             kind = BudgetError if isinstance(error, BudgetError) else InputError
             raise kind(problem.followed_by(where) for problem in error.problems) from None
     return Cases(scenario, axes, asked, cases)
-
-
-def _units(scenario: Scenario, axes: Mapping[str, Any]) -> dict[str, str]:
-    return {path: quantity_at(scenario, path).unit for path in axes}
 
 
 def _metered(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> Meter:
@@ -244,8 +239,11 @@ def _solved(
     )
 
 
-def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:
-    shown = (f"{path} = {format_quantity(value, units[path], digits=4)}" for path, value in point.items())
+def _words(scenario: Scenario, point: Mapping[str, float]) -> str:
+    shown = (
+        f"{path} = {format_quantity(value, quantity_at(scenario, path).unit, digits=4)}"
+        for path, value in point.items()
+    )
     return ", ".join(shown)
 
 
@@ -338,3 +336,159 @@ def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
     value = math.nan if found.sensation is None else found.sensation
     text = f"{found.answer}; {found.to_measure}" if found.to_measure else ""
     return value, [Diagnostic("detection level", "unknown", text)] if text else []
+
+
+LARGEST: Final = (
+    "reduction_error",
+    "transfer_error",
+    "attraction_error",
+    "step_error",
+    "quadrature_error",
+    "mechanics_error",
+    "energy_residual",
+    "events",
+    "friction_events",
+)
+"""Attributes of which a sweep keeps the largest."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One case of a sweep.
+
+    `errors` are relative to the largest value of each signal; `how` states solver, reason, errors and events.
+    """
+
+    at: Mapping[str, float]
+    values: Mapping[str, float]
+    errors: Mapping[str, float]
+    how: Mapping[str, Any]
+    diagnostics: Sequence[Diagnostic]
+    record: xarray.Dataset | None = None
+
+
+def _dataset(found: Cases, *, records: bool) -> xarray.Dataset:
+    """Assemble the cases of a sweep, as `electrovib.sweep` returns them."""
+    import xarray
+
+    cases, axes = found.cases, found.axes
+    shape = tuple(len(values) for values in axes.values())
+    variables: dict[str, Any] = {}
+    for name, (unit, meaning) in found.asked.units.items():
+        about: dict[str, Any] = {"units": unit, "long_name": meaning}
+        missed = [case.errors[name] for case in cases if name in case.errors]
+        if missed:
+            about["numerical_error"] = float(np.max(missed))
+        values = np.array([case.values[name] for case in cases]).reshape(shape)
+        variables[name] = (tuple(axes), values, about)
+    for path, along in axes.items():
+        quantity = quantity_at(found.scenario, path)
+        variables[path] = (path, along, {"units": quantity.unit, "long_name": quantity.doc})
+    if records:
+        variables |= _records([case.record for case in cases if case.record is not None], tuple(axes), shape)
+    whole = xarray.Dataset(variables, attrs=_attributes(found, records=records))
+    return stamp(whole.set_coords(["time"]) if records else whole)
+
+
+def _attributes(found: Cases, *, records: bool) -> dict[str, Any]:
+    """Return the swept parameters, the methods and the validity as attributes."""
+    cases, words = found.cases, functools.partial(_words, found.scenario)
+    checks = over_all([(case.at, case.diagnostics) for case in cases], words=words)
+    about = {"format": FORMAT} | provenance(found.scenario)
+    about |= {
+        "over": json.dumps({path: values.tolist() for path, values in found.axes.items()}),
+        "quantities": json.dumps(list(found.asked.units)),
+        "taken_over": window(found.scenario)[1],
+        "records": int(records),
+        "validity": json.dumps(checks),
+    }
+    for name in ("solver", "solver_reason"):
+        about[name] = "; ".join(dict.fromkeys(str(case.how[name]) for case in cases))
+    for name in LARGEST:
+        values = [case.how[name] for case in cases if name in case.how]
+        if values:
+            about[name] = max(values)
+    return about
+
+
+def _records(
+    traces: Sequence[xarray.Dataset], paths: tuple[str, ...], shape: tuple[int, ...]
+) -> dict[str, Any]:
+    """Stack records along ``sample``, each with its own times and NaN after its end."""
+    longest, first = max(trace.sizes["time"] for trace in traces), traces[0]
+
+    def stacked(name: str) -> tuple[Any, Real]:
+        rows = [trace[name].variable.to_base_variable() for trace in traces]
+        if "time" in rows[0].dims:
+            rows = [row.pad(time=(0, longest - row.sizes["time"])) for row in rows]
+        dims = ("sample" if dim == "time" else dim for dim in rows[0].dims)
+        return (*paths, *dims), np.stack([row.values for row in rows]).reshape(shape + rows[0].shape)
+
+    shared = {name: (name, first[name].values) for name in ("frequency", "layer") if name in first.coords}
+    return {str(name): stacked(str(name)) for name in (*first.data_vars, "time")} | shared
+
+
+SAME: Final = 1e-9
+"""Relative difference up to which two values count as equal: rounding."""
+Judged: TypeAlias = "tuple[Mapping[str, float], Sequence[Diagnostic]]"
+"""Values of the swept parameters of a case, and its diagnostics."""
+
+
+def over_all(cases: Sequence[Judged], *, words: Callable[[Mapping[str, float]], str]) -> list[dict[str, Any]]:
+    """Keep of each diagnostic the case with the largest value relative to the limit.
+
+    Each has ``at``, the parameters of that case, and ``cases``, the number in its state; diagnostics of one
+    name are identified by their order, and one that was judged in some cases only has two entries.
+    """
+    found: dict[tuple[str, int], list[tuple[Mapping[str, float], Diagnostic]]] = {}
+    for at, diagnostics in cases:
+        seen: dict[str, int] = {}
+        for diagnostic in diagnostics:
+            place = seen[diagnostic.name] = seen.get(diagnostic.name, -1) + 1
+            found.setdefault((diagnostic.name, place), []).append((at, diagnostic))
+    return [told for group in found.values() for told in _of_one_check(group, len(cases), words)]
+
+
+def _of_one_check(
+    group: Sequence[tuple[Mapping[str, float], Diagnostic]],
+    count: int,
+    words: Callable[[Mapping[str, float]], str],
+) -> list[dict[str, Any]]:
+    told = []
+    measured = [pair for pair in group if pair[1].value is not None and pair[1].limit is not None]
+    if measured:
+        at, worst = max(measured, key=lambda pair: share_of_limit(pair[1]))
+        alike = sum(other.state == worst.state for _, other in measured)
+        most, least = share_of_limit(worst), min(share_of_limit(other) for _, other in measured)
+        tail = f"; largest at {words(at)}"
+        if count == 1 or (len(measured) == count and most - least <= SAME * abs(most)):
+            tail = f"; the same in all {count} cases" if count > 1 else ""
+        elif worst.state == "warning":
+            tail += f", warning in {alike} of {count} cases"
+        told.append(_as_told(worst, at, alike, tail))
+    plain = [pair for pair in group if pair[1].value is None or pair[1].limit is None]
+    plain = [pair for pair in plain if not measured or pair[1].state != "ok"]
+    if plain:
+        at, worst = max(plain, key=lambda pair: STATES.index(pair[1].state))
+        texts = [each.text for _, each in plain if each.state == worst.state]
+        if len(texts) < count:
+            tail = f"; in {len(texts)} of {count} cases, the first at {words(at)}"
+        else:
+            tail = "" if len(set(texts)) == 1 else f"; in all cases, this is the one at {words(at)}"
+        told.append(_as_told(worst, at, len(texts), tail))
+    return told
+
+
+def _as_told(diagnostic: Diagnostic, at: Mapping[str, float], cases: int, tail: str) -> dict[str, Any]:
+    return diagnostic.to_dict() | {"text": diagnostic.text + tail, "at": dict(at), "cases": cases}
+
+
+def share_of_limit(diagnostic: Diagnostic) -> float:
+    """Return value over limit of a diagnostic that has both, dimensionless; minus infinity for NaN."""
+    assert diagnostic.value is not None
+    assert diagnostic.limit is not None
+    if math.isnan(diagnostic.value) or math.isnan(diagnostic.limit):
+        return -math.inf
+    if diagnostic.limit == 0:
+        return math.inf if diagnostic.value > 0 else 0.0
+    return diagnostic.value / diagnostic.limit
