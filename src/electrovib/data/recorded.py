@@ -1,12 +1,14 @@
-"""Content of a file: its columns with names and units as written, chosen by heading or number, and converted to SI."""
+"""Content of a file: columns with names and units as written, chosen and converted to SI; and what a reader declares."""
 
 from __future__ import annotations
 
-import importlib.util
+import enum
+import re
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
@@ -16,13 +18,11 @@ from electrovib.core.units import KINDS
 from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
+    from collections.abc import Iterator
 
     from electrovib.core.arrays import Real
 
-EXTRA: Final = "formats"
-"""Name of the optional dependencies that the readers of foreign formats need."""
+
 _MOST_OMITTED: Final = 20
 _TIME_UNITS: Final = ("s", "ms", "us", "ns")
 
@@ -155,15 +155,6 @@ def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -
     raise NoColumnError(why, path=path, column=column)
 
 
-def check_package(path: Path, module: str, what: str, otherwise: str = "") -> None:
-    """Refuse to read a file without the package that reads it."""
-    if importlib.util.find_spec(module) is None:
-        raise DataFileError(
-            f"{what} is read with the package {module}, which is not installed: pip install 'electrovib[{EXTRA}]'{otherwise}",
-            path=path,
-        )
-
-
 def check_declared(path: Path, count: int) -> None:
     """Refuse a file that declares more numbers than a file of its size may hold."""
     size = path.stat().st_size
@@ -241,3 +232,53 @@ def columns_of_array(name: str, unit: str, values: Real, most: int = 64) -> Iter
 def text_of(value: Any) -> str:
     """Return a property of a foreign file as a short text."""
     return str(value)[:200]
+
+
+ColumnReader: TypeAlias = Callable[[Path, Sequence[str | int], bool], dict[str | int, Column]]
+"""Of path, columns by heading or number, and whether fields may be empty."""
+
+
+class CanRead(enum.Enum):
+    """Whether a reader takes a file."""
+
+    NO = 0
+    PERHAPS = 1
+    YES = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileFormat:
+    """One format of files.
+
+    - `name`: of the reader in options.
+    - `suffixes`: in small letters; a file with one of them is perhaps of this format.
+    - `can_read`: judges by the first bytes and the suffix.
+    - `read`: reads whatever a file holds.
+    - `columns`: reads the chosen columns and refuses what is no number in them; by default those of `read`.
+    - `options`: what `read` takes besides the path.
+    - `package`: has to be installed for it, empty if none has to be; `otherwise`: what else helps.
+    - `is_last`: asked after all others.
+    """
+
+    name: str
+    description: str
+    suffixes: tuple[str, ...]
+    can_read: Callable[[bytes, str], CanRead]
+    read: Callable[..., Recorded]
+    columns: ColumnReader | None = None
+    options: tuple[str, ...] = ()
+    package: str = ""
+    otherwise: str = ""
+    is_last: bool = False
+
+
+def begins(pattern: bytes, *suffixes: str) -> Callable[[bytes, str], CanRead]:
+    """Return a function that recognises a format by a pattern of its first bytes, or perhaps by its suffix."""
+    form = re.compile(pattern, re.DOTALL)
+
+    def can_read(head: bytes, suffix: str) -> CanRead:
+        if form.match(head):
+            return CanRead.YES
+        return CanRead.PERHAPS if suffix in suffixes else CanRead.NO
+
+    return can_read

@@ -10,7 +10,7 @@ from electrovib.core.errors import DataFileError, InputError, NoColumnError, Pro
 from electrovib.core.files import note_input
 from electrovib.core.mistakes import shown
 from electrovib.core.model import Model, read_model
-from electrovib.data.columns import read_columns
+from electrovib.data.registry import read_columns
 
 M = TypeVar("M", bound=Model)
 

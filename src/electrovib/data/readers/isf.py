@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.file_format import FileFormat, begins
-from electrovib.data.recorded import DataColumn, Recorded
+from electrovib.data.recorded import DataColumn, FileFormat, Recorded, begins
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -20,9 +20,8 @@ import numpy as np
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError, NoColumnError, suggestion
 from electrovib.data.faults import check_file, damaged
-from electrovib.data.file_format import CanRead, FileFormat
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import Column, columns_of_array, real_numbers, recorded_of
+from electrovib.data.recorded import CanRead, Column, FileFormat, columns_of_array, real_numbers, recorded_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence

@@ -9,8 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.faults import DAMAGE, damaged
-from electrovib.data.file_format import FileFormat, begins
-from electrovib.data.recorded import choose, real_numbers, recorded_of
+from electrovib.data.recorded import FileFormat, begins, choose, real_numbers, recorded_of
 from electrovib.data.unit_words import name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:

@@ -11,10 +11,9 @@ import numpy as np
 from electrovib.core.budget import megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.faults import DAMAGE, damaged
-from electrovib.data.file_format import FileFormat, begins
 from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.text import read_laboratory_bytes
-from electrovib.data.recorded import check_package
+from electrovib.data.recorded import FileFormat, begins
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,7 +34,6 @@ _MOST_FILLED: Final = 64
 
 def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
     """Read a sheet of a spreadsheet that holds rows of numbers; formulas count as the values that were saved with them."""
-    check_package(path, _PACKAGE, "a spreadsheet", ", or save it as .csv")
     size = path.stat().st_size
     unpacked = _declared_size(path)
     if unpacked > _UNPACKED * size + _BASE:
@@ -124,4 +122,5 @@ FORMAT: Final = FileFormat(
     read=read_spreadsheet,
     options=("part",),
     package=_PACKAGE,
+    otherwise=", or save it as .csv",
 )

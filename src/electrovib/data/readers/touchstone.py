@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.file_format import CanRead, FileFormat
-from electrovib.data.recorded import DataColumn, Recorded
+from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded
 
 if TYPE_CHECKING:
     from pathlib import Path

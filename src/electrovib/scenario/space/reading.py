@@ -16,7 +16,7 @@ from electrovib.core.errors import LONGEST_QUOTED, InputError, gathered, nearest
 from electrovib.core.files import note_input
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.columns import read_columns
+from electrovib.data.registry import read_columns
 from electrovib.data.toml_file import read_toml_file
 from electrovib.scenario.distributions import Distribution, Empirical, Normal, Truncated
 from electrovib.scenario.reading import Source, read_scenario
@@ -26,12 +26,10 @@ from electrovib.scenario.space.space import Space
 from electrovib.scenario.space.writing import KEYS, SCHEMA, WITHOUT_UNIT, Origin, read_origin
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection
 
     from electrovib.core.quantity import Quantity
-    from electrovib.scenario.distributions import Distribution
     from electrovib.scenario.experiment import Scenario
-    from electrovib.scenario.space.space import Space
 
 SpaceSource: TypeAlias = "str | Path | Mapping[str, Any] | Space"
 """Anything that a space can be read from."""

@@ -13,8 +13,8 @@ from electrovib.core.model import Model
 from electrovib.core.parsing import read_toml
 from electrovib.core.samples import Samples
 from electrovib.core.units import parse_quantity
-from electrovib.data.columns import read_columns
 from electrovib.data.picture import read_picture
+from electrovib.data.registry import read_columns
 from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.texture.base import Texture
 from electrovib.physics.texture.path import FingerPath

@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import note_input
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.columns import read_columns
+from electrovib.data.registry import read_columns
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
