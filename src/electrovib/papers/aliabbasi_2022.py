@@ -55,7 +55,7 @@ PRESETS = {
     "maximum": PresetNote(
         "maximum near 250 Hz (unverified)",
         "touchscreen, touch panel with a thin coating, force over frequency, leaky gap",
-    ),
+    )
 }
 NOT_READ = (
     "The equations and curves of the paper were not read, and its maximum near 250 Hz is cited from memory, unverified; of"

@@ -47,7 +47,7 @@ PRESETS = {
     "chain": PresetNote(
         "a leak in parallel with the gap",
         "touchscreen, touch panel with a thin coating, impedance, electrode polarisation, force over frequency",
-    ),
+    )
 }
 NOT_READ = "The gap, the form of the electrode polarisation impedance and its values were not read."
 

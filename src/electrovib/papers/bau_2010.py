@@ -48,9 +48,8 @@ CITATION = cited(CITATIONS)
 STATUS = "abstract"
 PRESETS = {
     "sine": PresetNote(
-        "difference threshold",
-        "touchscreen, touch panel with a thin coating, TeslaTouch, sine",
-    ),
+        "difference threshold", "touchscreen, touch panel with a thin coating, TeslaTouch, sine"
+    )
 }
 NOT_READ = (
     "The paper's parallel-plate equation, its thresholds and its difference thresholds were not read; the screen"

@@ -43,17 +43,12 @@ CITATION = cited(CITATIONS)
 STATUS = "abstract"
 PRESETS = {
     "sine": PresetNote(
-        "low-voltage drives, the reference",
-        "electrovibration display, plastic film, conventional sine",
+        "low-voltage drives, the reference", "electrovibration display, plastic film, conventional sine"
     ),
     "modulated": PresetNote(
-        "low-voltage drives",
-        "electrovibration display, plastic film, amplitude modulation, carrier",
+        "low-voltage drives", "electrovibration display, plastic film, amplitude modulation, carrier"
     ),
-    "offset": PresetNote(
-        "low-voltage drives",
-        "electrovibration display, plastic film, DC offset",
-    ),
+    "offset": PresetNote("low-voltage drives", "electrovibration display, plastic film, DC offset"),
     "both": PresetNote(
         "low-voltage drives",
         "electrovibration display, plastic film, amplitude modulation, carrier, DC offset",

@@ -40,12 +40,10 @@ CITATION = cited(CITATIONS)
 STATUS = "unverified"
 PRESETS = {
     "current": PresetNote(
-        "uniform intensity (unverified)",
-        "current control, uniform intensity, prescribed current",
+        "uniform intensity (unverified)", "current control, uniform intensity, prescribed current"
     ),
     "voltage": PresetNote(
-        "uniform intensity (unverified)",
-        "voltage control, for comparison with a prescribed current",
+        "uniform intensity (unverified)", "voltage control, for comparison with a prescribed current"
     ),
 }
 NOT_READ = (

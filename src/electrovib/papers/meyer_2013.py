@@ -44,7 +44,7 @@ PRESETS = {
     "first_order": PresetNote(
         "cut-off below 500 Hz",
         "touchscreen, thin coating, tribometer, first-order circuit, force over frequency",
-    ),
+    )
 }
 NOT_READ = (
     "The equations and the figure of force over frequency were not read: which voltage the first-order circuit"

@@ -47,17 +47,12 @@ PRESETS = {
         "the force rises under DC",
         "electroadhesion, Johnsen-Rahbek effect, constant voltage, two leaky layers",
     ),
-    "fall": PresetNote(
-        "the force falls under DC",
-        "electroadhesion, constant voltage, two leaky layers",
-    ),
+    "fall": PresetNote("the force falls under DC", "electroadhesion, constant voltage, two leaky layers"),
     "charged": PresetNote(
-        "charge has to be neutralised",
-        "electroadhesion, Johnsen-Rahbek effect, residual charge",
+        "charge has to be neutralised", "electroadhesion, Johnsen-Rahbek effect, residual charge"
     ),
     "blocked": PresetNote(
-        "comparison with Vezzoli 2014",
-        "electroadhesion, constant voltage, plastic film that insulates",
+        "comparison with Vezzoli 2014", "electroadhesion, constant voltage, plastic film that insulates"
     ),
 }
 NOT_READ = (

@@ -27,13 +27,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
-from electrovib.physics.roughness import (
-    ContactSpots,
-    GaussianGaps,
-    PullingSpots,
-    local_pull,
-    mean_pull,
-)
+from electrovib.physics.roughness import ContactSpots, GaussianGaps, PullingSpots, local_pull, mean_pull
 from electrovib.physics.stack import Layer, Linear, Section, roles_of
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
@@ -70,7 +64,7 @@ PRESETS = {
     "coating": PresetNote(
         "no number of the paper",
         "touchscreen, touch panel with a thin coating, the 3M-type screen of `compare` (values unverified), rough finger",
-    ),
+    )
 }
 NOT_READ = (
     "the paper's own distribution of gaps under load and attraction, solved together with the contact area: the law here"

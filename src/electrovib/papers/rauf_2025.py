@@ -41,8 +41,7 @@ CITATION = cited(CITATIONS)
 STATUS = "abstract"
 PRESETS = {
     "field_50": PresetNote(
-        "figure 2b",
-        "electroadhesive clutch, interdigitated electrodes, high permittivity; not a finger",
+        "figure 2b", "electroadhesive clutch, interdigitated electrodes, high permittivity; not a finger"
     ),
     "field_3": PresetNote("figure 2b", "electroadhesive clutch, interdigitated electrodes; not a finger"),
     "relaxor": PresetNote(
@@ -79,12 +78,7 @@ WITHIN = {HIGH: 6e-2, LOW: 1.5e-2}
 
 
 def clutch_force(
-    *,
-    voltage: float,
-    gap: float,
-    permittivity: float,
-    thickness: float = THICKNESS,
-    area: float = AREA,
+    *, voltage: float, gap: float, permittivity: float, thickness: float = THICKNESS, area: float = AREA
 ) -> float:
     """Compute the attraction [N] of interdigitated electrodes under a dielectric to a floating metal.
 

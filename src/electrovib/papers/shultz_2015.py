@@ -38,8 +38,7 @@ PRESETS = {
         "touchscreen, electroadhesive display, Johnsen-Rahbek effect, constant voltage",
     ),
     "insulated": PresetNote(
-        "the force fades on an insulator",
-        "touchscreen, electroadhesive display, constant voltage",
+        "the force fades on an insulator", "touchscreen, electroadhesive display, constant voltage"
     ),
 }
 NOT_READ = "The text was not read: its law is cited from memory, unverified; its coating, gap and voltages are not known here."

@@ -38,13 +38,9 @@ CITATIONS = (
 CITATION = cited(CITATIONS)
 STATUS = "abstract"
 PRESETS = {
-    "at_rest": PresetNote(
-        "impedance of a sliding finger",
-        "touchscreen, electroadhesive display, impedance",
-    ),
+    "at_rest": PresetNote("impedance of a sliding finger", "touchscreen, electroadhesive display, impedance"),
     "sliding": PresetNote(
-        "impedance of a sliding finger",
-        "touchscreen, electroadhesive display, impedance, air gap",
+        "impedance of a sliding finger", "touchscreen, electroadhesive display, impedance, air gap"
     ),
 }
 NOT_READ = (

@@ -42,8 +42,7 @@ PRESETS = {
         "electrotactile display, plastic film, Maxwell stress in the insulator",
     ),
     "display_gap": PresetNote(
-        "intensity set by peak voltage",
-        "electrotactile display, plastic film, Maxwell stress in the gap",
+        "intensity set by peak voltage", "electrotactile display, plastic film, Maxwell stress in the gap"
     ),
 }
 NOT_READ = (

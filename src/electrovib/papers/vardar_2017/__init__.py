@@ -20,9 +20,20 @@ from __future__ import annotations
 
 from electrovib.core.citation import Check
 from electrovib.papers.vardar_2017.reproduction import reproduce
-from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, PRESETS, first_order_skin, scenarios
-from electrovib.papers.vardar_2017.thresholds import crossover, felt_level, sine_over_square, weight
-from electrovib.papers.vardar_2017.values import CITATION, CITATIONS, NOT_READ, STATUS
+from electrovib.papers.vardar_2017.thresholds import (
+    CITATION,
+    CITATIONS,
+    FREQUENCIES,
+    NOT_READ,
+    PRESETS,
+    STATUS,
+    crossover,
+    felt_level,
+    first_order_skin,
+    scenarios,
+    sine_over_square,
+    weight,
+)
 
 __all__ = [
     "CHECKS",

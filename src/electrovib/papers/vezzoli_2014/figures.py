@@ -1,18 +1,42 @@
-"""The paper's figures as data."""
+"""The paper's figures as data, in which the same thing has one colour."""
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.core.arrays import Real
-from electrovib.papers.vezzoli_2014 import compute, decay, values
-from electrovib.papers.vezzoli_2014.looks import look
+from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.skin import time_constant
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
+
+MEANINGS: Final = (
+    "paper point",
+    "palmar men 2 uS",
+    "1963 impedance",
+    "Gabriel dry",
+    "leaky gap",
+    "Gabriel wet",
+    "no conduction",
+    "your table",
+    "trembling hand",
+    "sliding",
+    "polarity",
+    "sensor",
+)
+"""In the order of the palette."""
+NOT_DRAWN: Final = len(MEANINGS)
+
+
+def look(meaning: str) -> int:
+    """Return the place of a meaning in the palette; that after the last for curves that are never drawn."""
+    return MEANINGS.index(meaning) if meaning in MEANINGS else NOT_DRAWN
+
 
 SHOWN = ("paper point", "palmar men 2 uS", "1963 impedance", "Gabriel wet", "Gabriel dry")
 """Skins drawn one by one; all are in the ranges, in the tables and in the files of the curves."""
@@ -25,13 +49,7 @@ SINGLE_LEAK = "Maxwell stress in the gap, leaky gap 1 um"
 
 def panels(own: Tabulated | None) -> tuple[Panel, ...]:
     """Return all figures; `own` is a user's skin, drawn beside the published ones."""
-    return (
-        figure_2(),
-        figure_4(own),
-        figure_6(),
-        figure_6_ramps(),
-        figure_7_skins(own),
-    )
+    return (figure_2(), figure_4(own), figure_6(), figure_6_ramps(), figure_7_skins(own))
 
 
 def figure_2() -> Panel:
@@ -111,7 +129,7 @@ def figure_4(own: Tabulated | None) -> Panel:
             )
         )
     ends = np.array([10.0, 1e6])
-    of_voltage, of_force = (np.full(2, reading.tau) for reading in (decay.BY_VOLTAGE, decay.BY_FORCE))
+    of_voltage, of_force = (np.full(2, reading.tau) for reading in (compute.BY_VOLTAGE, compute.BY_FORCE))
     curves += [
         Curve(
             label="paper: 7.7 ms, or 15.4 ms if of the force",
@@ -124,7 +142,7 @@ def figure_4(own: Tabulated | None) -> Panel:
         Curve(
             label="12 ms: the measured 6 ms, of the force",
             x=ends,
-            y=np.full(2, decay.MEASURED.tau),
+            y=np.full(2, compute.MEASURED.tau),
             kind="dashed",
             look=look("paper point"),
             drawn=False,
@@ -148,7 +166,7 @@ def _cases_of_figure_6() -> dict[str, tuple[Scenario, str, str]]:
     found = {
         "law (1), no charge lost": (scenarios()["fig6_static"], "dashed", "no conduction"),
         "7.7 ms, not dispersive": (scenarios()["fig6"], "line", "paper point"),
-        "15.4 ms, not dispersive": (compute.point(decay.BY_FORCE.tau), "dashed", "paper point"),
+        "15.4 ms, not dispersive": (compute.point(compute.BY_FORCE.tau), "dashed", "paper point"),
         "Maxwell stress in a leaky gap of 1 um": (compute.leaky_gap(1e-6), "line", "leaky gap"),
     }
     for name, skin in compute.force_skins().items():
