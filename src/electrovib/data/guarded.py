@@ -17,7 +17,7 @@ import numpy as np
 
 from electrovib.core.budget import ONE_THREAD, content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, NoColumnError, Problem
-from electrovib.data.faults import check_file, damaged
+from electrovib.data.faults import check_file, damaged, packed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -198,11 +198,7 @@ class GuardedReading:
 
     def _too_much(self) -> DataFileError:
         content, size = megabytes(self._limits.content), megabytes(self._path.stat().st_size)
-        return DataFileError(
-            f"is damaged, or packed too tightly: {size} would unfold to more than {content}."
-            " If it is whole, save it without compression.",
-            path=self._path,
-        )
+        return packed(self._path, f"{size} would unfold to more than {content}")
 
     def _ended(self) -> DataFileError:
         """Return the error of a process that ended without a last message."""

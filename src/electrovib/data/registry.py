@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.errors import DataFileError, nearest
 from electrovib.data import readers
 from electrovib.data.faults import check_file
-from electrovib.data.recorded import CanRead, Column, FileFormat, Recorded, choose
+from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded, choose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -97,22 +97,16 @@ def read_columns(
     read = chosen.columns or functools.partial(_of_recorded, chosen.read)
     found = read(path, asked, missing)
     if len({len(column.values) for column in found.values()}) > 1:
-        sizes = ", ".join(f"{column.label} {len(column.values)}" for column in found.values())
+        sizes = ", ".join(f"{column.called} {len(column.values)}" for column in found.values())
         raise DataFileError(f"the columns differ in length: {sizes}.", path=path)
     return {name: found[column].in_si(path, unit, missing=missing) for name, (column, unit) in wanted.items()}
 
 
 def _of_recorded(
     read: Callable[[Path], Recorded], path: Path, asked: Sequence[str | int], missing: bool
-) -> dict[str | int, Column]:
+) -> dict[str | int, DataColumn]:
     """Choose columns of a format that has no other access to them."""
     del missing
-    recorded = read(path)
-    names = [channel.name for channel in recorded.channels]
-    found: dict[str | int, Column] = {}
-    for column in asked:
-        channel = recorded.channels[choose(path, names, column, len(names))]
-        found[column] = Column(
-            label=f"column '{channel.name}'", unit=channel.unit, values=channel.values, place="row"
-        )
-    return found
+    channels = read(path).channels
+    names = [channel.name for channel in channels]
+    return {column: channels[choose(path, names, column, len(names))] for column in asked}

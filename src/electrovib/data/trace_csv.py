@@ -211,10 +211,8 @@ def _write_table(out: TextIO, trace: xarray.Dataset, structure: Mapping[str, Any
 
 def _of_every_case(trace: xarray.Dataset, name: str) -> NDArray[np.float64]:
     """Repeat a variable along the parameters on which it does not depend."""
-    variable = trace[name]
-    shape = [trace.sizes[dim] if dim in variable.dims else 1 for dim in trace.sizes]
-    ordered = variable.transpose(*(dim for dim in trace.sizes if dim in variable.dims)).values
-    return np.broadcast_to(ordered.reshape(shape), list(trace.sizes.values())).astype(float).ravel()
+    whole = trace[name].variable.set_dims(dict(trace.sizes))  # type: ignore[no-untyped-call]
+    return np.asarray(whole.values.astype(float).ravel())
 
 
 def load_csv(path: Path) -> xarray.Dataset:

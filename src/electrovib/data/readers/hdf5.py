@@ -15,6 +15,7 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
+from electrovib.data.faults import packed
 from electrovib.data.guarded import Reader, read_guarded
 from electrovib.data.recorded import (
     CanRead,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.data.recorded import Column, Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
 _SUFFIXES: Final = (".nc", ".h5", ".hdf5")
 _CLASSIC: Final = b"CDF"
@@ -57,7 +58,7 @@ def reader(path: Path, function: str) -> Reader:
     return Reader(f"{__name__}:{function}", needs, "a netCDF file")
 
 
-def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, Column]:
+def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read variables by name; their attribute ``units`` has priority over a unit in the name."""
     del missing
     content = read_guarded(reader(path, "chosen"), path, wanted=list(columns))
@@ -132,11 +133,7 @@ def arrays(path: Path) -> Iterator[tuple[Any, Any]]:
         for name, variable in plain.items():
             left -= math.prod(variable.shape) * max(variable.dtype.itemsize, 8)
             if left < 0:
-                raise DataFileError(
-                    "is damaged, or packed too tightly: it declares more numbers than a file of its size may hold."
-                    " If it is whole, save it without compression.",
-                    path=path,
-                )
+                raise packed(path, "it declares more numbers than a file of its size may hold")
             stated = variable.attributes(_UNITS)
             unit = next((stated[key] for key in _UNITS if key in stated), "")
             yield (name, unit if isinstance(unit, str) else ""), variable.read()
@@ -158,11 +155,7 @@ def _whole(path: Path, name: str, variable: NetcdfVariable) -> NDArray[Any] | li
     """Read a variable after its declared size has been checked."""
     declared, size = math.prod(variable.shape) * variable.dtype.itemsize, path.stat().st_size
     if declared > content_allowed(size):
-        raise DataFileError(
-            f"is damaged, or packed too tightly: '{name}' declares {megabytes(declared)} in a file of"
-            f" {megabytes(size)}. If it is whole, save it without compression.",
-            path=path,
-        )
+        raise packed(path, f"'{name}' declares {megabytes(declared)} in a file of {megabytes(size)}")
     return variable.read()
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import CanRead, FileFormat, recorded_of, text_of
+from electrovib.data.recorded import CanRead, FileFormat, recorded_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,10 +52,7 @@ def spectrum(path: Path, instrument: str) -> Iterator[tuple[Any, Any]]:
     """Yield frequency and parts of the impedance; called in a guarded process."""
     from impedance import preprocessing
 
-    try:
-        frequency, impedance = preprocessing.readFile(str(path), instrument=instrument)
-    except Exception as error:  # noqa: BLE001  # the package states no kinds
-        raise ValueError(text_of(error).partition("\n")[0] or type(error).__name__) from None
+    frequency, impedance = preprocessing.readFile(str(path), instrument=instrument)
     grid, values = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
     if grid.ndim != 1 or values.shape != grid.shape or grid.size < 2:
         raise ValueError("it holds no spectrum of two or more frequencies")

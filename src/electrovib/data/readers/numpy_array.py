@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from electrovib.data.recorded import Column, Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
 _MOST: Final = 1024
 _MOST_ROWS: Final = 64
@@ -39,14 +39,14 @@ def _no_table(path: Path, shape: tuple[int, ...]) -> DataFileError:
     )
 
 
-def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, Column]:
+def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read columns of an array with a row per sample, or of a structured array."""
     del missing
     array = _opened(path)
     fields = array.dtype.names or ()
     if array.ndim != (1 if fields else 2):
         raise _no_table(path, array.shape)
-    found: dict[str | int, Column] = {}
+    found: dict[str | int, DataColumn] = {}
     for column in columns:
         index = choose(path, fields, column, len(fields) or array.shape[1])
         label = f"column '{fields[index]}'" if fields else f"column {index}"

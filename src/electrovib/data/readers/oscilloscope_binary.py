@@ -98,10 +98,7 @@ def channels(path: Path) -> Iterator[tuple[Any, Any]]:
     from RigolWFM import wfm
 
     tektronix = _tektronix(path)
-    try:
-        found = wfm.Wfm.from_file(str(path))
-    except Exception as error:  # noqa: BLE001  # the package has many kinds, of which none derives from a common one
-        raise ValueError(text_of(error).partition("\n")[0] or type(error).__name__) from None
+    found = wfm.Wfm.from_file(str(path))
     recorded = [channel for channel in found.channels if channel.volts is not None and len(channel.volts) > 1]
     if not recorded:
         raise ValueError("it holds no channel")

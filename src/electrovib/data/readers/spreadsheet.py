@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.budget import megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.faults import DAMAGE, damaged
+from electrovib.data.faults import DAMAGE, damaged, packed
 from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.text import read_laboratory_bytes
 from electrovib.data.recorded import FileFormat, begins
@@ -37,10 +37,7 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
     size = path.stat().st_size
     unpacked = _declared_size(path)
     if unpacked > _UNPACKED * size + _BASE:
-        raise DataFileError(
-            f"is damaged, or packed too tightly: {megabytes(size)} would unpack to {megabytes(unpacked)}. Save it as .csv.",
-            path=path,
-        )
+        raise packed(path, f"{megabytes(size)} would unpack to {megabytes(unpacked)}", "Save it as .csv.")
     seconds = _SECONDS + unpacked / 1e6
     limits = ReaderLimits(
         memory=memory_allowed(size) + 4 * unpacked, content=2 * unpacked + _BASE, processor_time=seconds,
@@ -91,19 +88,14 @@ def sheets(path: Path) -> Iterator[tuple[str, Any]]:
     import openpyxl
 
     warnings.simplefilter("ignore")
-    try:
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
-        for sheet in book.worksheets[:_MOST_SHEETS]:
-            sheet.reset_dimensions()  # the declared size of a sheet may be false
-            lines = ["\t".join(map(_cell, row)).rstrip() for row in sheet.iter_rows(values_only=True)]
-            if any(lines):
-                width = min(max(line.count("\t") for line in lines), _MOST_FILLED)
-                lines = [line and line + "\t" * (width - line.count("\t")) for line in lines]
-                yield sheet.title, np.frombuffer("\n".join(lines).encode("utf-8", "replace"), np.uint8)
-    except MemoryError:
-        raise
-    except Exception as error:  # noqa: BLE001  # the package has many kinds, of which none derives from a common one
-        raise ValueError(str(error)[:160] or type(error).__name__) from None
+    book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
+    for sheet in book.worksheets[:_MOST_SHEETS]:
+        sheet.reset_dimensions()  # the declared size of a sheet may be false
+        lines = ["\t".join(map(_cell, row)).rstrip() for row in sheet.iter_rows(values_only=True)]
+        if any(lines):
+            width = min(max(line.count("\t") for line in lines), _MOST_FILLED)
+            lines = [line and line + "\t" * (width - line.count("\t")) for line in lines]
+            yield sheet.title, np.frombuffer("\n".join(lines).encode("utf-8", "replace"), np.uint8)
 
 
 def _cell(value: object) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.core.units import parse_quantity
-from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded
+from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded, unique
 from electrovib.data.text.layout import (
     INSPECTED,
     MISSING,
@@ -70,9 +70,7 @@ def with_stamps(recorded: Recorded, stamps: str) -> Recorded:
     known = time[np.isfinite(time)]
     if known.size < 2 or not (np.diff(known) >= 0).all() or known[0] == known[-1]:
         return recorded
-    name = "time"
-    while any(each.name == name for each in recorded.channels):
-        name = f"{name}'"
+    name = unique("time", recorded.channels)
     about = {"first_time": stamps.partition("\n")[0][:_LONGEST]} | ({"date_order": order} if order else {})
     return dataclasses.replace(
         recorded,
@@ -420,9 +418,7 @@ def _recorded(
     layout = named_by_preamble(layout, settings)
     channels: list[DataColumn] = []
     for place, column in enumerate(layout.columns):
-        name = layout.names[place] or f"column {column}"
-        while any(each.name == name for each in channels):
-            name = f"{name}'"
+        name = unique(layout.names[place] or f"column {column}", channels)
         channels.append(DataColumn(name=name, unit=layout.units[place], values=numbers[:, place]))
     time, is_count = "", is_index(layout, channels[0])
     counting = is_count or counts(channels[0].values)
