@@ -23,10 +23,9 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import DeclaresFile
-from electrovib.core.meant import explained as explained_path
 from electrovib.core.mistakes import explained, near_members, problems, wants
 from electrovib.core.quantity import Quantity, quantity_of
-from electrovib.core.tables import put, stored_changes
+from electrovib.core.tables import explained_path, put, stored_changes
 
 M = TypeVar("M", bound="Model")
 

@@ -8,15 +8,21 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.meant import explained, meant
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
-from electrovib.core.tables import derived_at, number_at, place_of, stored_changes, unknown
+from electrovib.core.tables import (
+    derived_at,
+    explained_path,
+    meant,
+    number_at,
+    place_of,
+    stored_changes,
+    unknown,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.model import Model
     from electrovib.core.quantity import Quantity
 
 
@@ -35,7 +41,7 @@ def value_at(model: Model, path: str) -> Any:
         else:
             if how := type(model).how_to_add(model.to_dict(), path):
                 raise InputError(how, path=path)
-            raise InputError([explained(model, unknown(table, ".".join(parts[:depth]), key, path))])
+            raise InputError([explained_path(model, unknown(table, ".".join(parts[:depth]), key, path))])
     return table
 
 

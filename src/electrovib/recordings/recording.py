@@ -12,8 +12,8 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.files import note_input
 from electrovib.core.model import read_model
+from electrovib.core.parsing import read_toml_file
 from electrovib.data.registry import read_columns
-from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.rig import EvenSamples, TimeColumn, TribometerChannels
 from electrovib.recordings.rail import at_rail
 

@@ -14,9 +14,9 @@ from markupsafe import Markup
 from scipy.integrate import solve_ivp
 
 from electrovib.core.answer import REFERENCE
+from electrovib.core.budget import items_heard
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
-from electrovib.core.items import items_heard
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.papers.vezzoli_2014.figures import MEANINGS
 from electrovib.studies.reproduction import Row, verdict_over

@@ -11,8 +11,8 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Curve, Page, Panel, Table
 from electrovib.core.arrays import Real
+from electrovib.core.budget import computed
 from electrovib.core.errors import InputError
-from electrovib.core.items import computed
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vardar_2017.thresholds import (
     BOTH_CHANNELS,

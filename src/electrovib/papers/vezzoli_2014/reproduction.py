@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.items import computed
+from electrovib.core.budget import computed
 from electrovib.papers.vezzoli_2014.values import CITATION
 from electrovib.studies.reproduction import Reproduction
 

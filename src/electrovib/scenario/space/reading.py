@@ -14,10 +14,10 @@ import numpy as np
 
 from electrovib.core.errors import LONGEST_QUOTED, InputError, gathered, nearest, shortened
 from electrovib.core.files import note_input
+from electrovib.core.parsing import read_toml_file
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.registry import read_columns
-from electrovib.data.toml_file import read_toml_file
 from electrovib.scenario.distributions import Distribution, Empirical, Normal, Truncated
 from electrovib.scenario.reading import Source, read_scenario
 from electrovib.scenario.space.relations import Group, Grouping, check_relations

@@ -9,8 +9,8 @@ from typing import Any, Final, TypeAlias
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
+from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
-from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario import Scenario
 
