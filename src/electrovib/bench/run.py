@@ -24,7 +24,7 @@ from electrovib.core.units import format_quantity
 from electrovib.data.lock import HeldError, held
 from electrovib.exports.save import check_output
 from electrovib.scenario import Source, read_scenario
-from electrovib.scenario.space.counter import checked_seed
+from electrovib.scenario.space.relations import checked_seed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

@@ -1,9 +1,8 @@
 """An experiment as one frozen tree of models, and how it is read."""
 
 from electrovib.scenario.experiment import Scenario
-from electrovib.scenario.files import read_part
+from electrovib.scenario.files import read_part, skins
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
-from electrovib.scenario.offers import skins
 from electrovib.scenario.presets import AIR, plain, preset, sourced
 from electrovib.scenario.reading import (
     DEFAULT,

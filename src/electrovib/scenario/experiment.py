@@ -28,17 +28,14 @@ from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
 from electrovib.physics.stack import IMPLIED, ORDER, Stack, beside_interface
-from electrovib.scenario.files import read_part
+from electrovib.scenario.files import read_part, with_offers
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
-from electrovib.scenario.offers import with_offers
 from electrovib.scenario.sources import BY_THE_USER
 from electrovib.scenario.toml import SCHEMA, to_toml
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-    from electrovib.core.model import Model
-    from electrovib.physics.moisture import Moisture
 
 
 class Scenario(Model):

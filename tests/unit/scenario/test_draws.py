@@ -19,7 +19,7 @@ from electrovib.scenario.distributions import (
     Uniform,
 )
 from electrovib.scenario.space import Group, Grouping, Space
-from electrovib.scenario.space.counter import uniform_shares
+from electrovib.scenario.space.relations import uniform_shares
 
 LOGNORMAL, MEASURED = LogNormal(median=3.0, factor=1.5), Empirical(values=(3.0, 1.0, 2.0))
 REFERENCES = [

@@ -17,7 +17,7 @@ from electrovib.physics.drive.levels import LEVELS, SWING, LevelledDrive
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.material.library import materials
 from electrovib.physics.perception import SkinCompliance
-from electrovib.scenario.offers import skins, with_offers
+from electrovib.scenario.files import skins, with_offers
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model

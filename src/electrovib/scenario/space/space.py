@@ -11,8 +11,7 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
-from electrovib.scenario.space.counter import checked_seed, uniform_shares
-from electrovib.scenario.space.relations import connected, fulfil
+from electrovib.scenario.space.relations import checked_seed, connected, fulfil, uniform_shares
 from electrovib.scenario.space.writing import space_lines, space_table, space_toml
 
 if TYPE_CHECKING:

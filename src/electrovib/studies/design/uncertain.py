@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.tables import stored_changes
 from electrovib.scenario.space import read_space
-from electrovib.scenario.space.counter import checked_seed
+from electrovib.scenario.space.relations import checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.studies.design.search import (
     Function,
