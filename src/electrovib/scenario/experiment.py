@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
 
-
 class Scenario(Model):
     """A finger on a plate under a drive: everything that `simulate` needs.
 
