@@ -389,9 +389,9 @@ def _with_measured(path: str, given: dict[str, Any], quantity: Quantity, folder:
 
 def _within(path: str, found: Distribution, quantity: Quantity) -> Distribution:
     """Refuse values outside the range of a parameter, with the ends that keep them inside."""
-    if isinstance(found, Truncated) and found.low == 0 < quantity.low:
-        if isinstance(found.distribution, Normal):  # positive, as a fit writes it
-            found = found.truncated(quantity.low, math.inf)
+    positive = isinstance(found, Truncated) and found.low == 0 and isinstance(found.distribution, Normal)
+    if positive and quantity.low > 0:  # as a fit writes it
+        found = found.truncated(quantity.low, math.inf)
     outside = {
         "low": (found.share(math.nextafter(quantity.low, -math.inf)), quantity.low),
         "high": (found.share_above(quantity.high), quantity.high),
