@@ -20,7 +20,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
@@ -221,7 +221,7 @@ _SERIES = "plates in series with inputs cited from memory, unverified; computed 
 
 
 def _derived(name: str, expect: float, rtol: float, source: str, compute: Callable[[], float]) -> Check:
-    return Check(name, expect=expect, rtol=rtol, source=source, compute=compute, status="derived")
+    return derived(name, expect=expect, rtol=rtol, source=source, compute=compute)
 
 
 def _ratio(electrical: float, rms: float, in_rms: float, expect: float) -> Check:

@@ -16,7 +16,7 @@ import functools
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import eps0
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
@@ -119,13 +119,12 @@ def stack_over_formula() -> float:
 
 CHECKS = (
     *(_check(*point) for point in FIELD_POINTS),
-    Check(
+    derived(
         "stack with two contacts over the formula",
         expect=1.0,
         rtol=1e-9,
         source="identity: the current enters through half of the electrodes and leaves through the other half",
         compute=stack_over_formula,
-        status="derived",
     ),
 )
 

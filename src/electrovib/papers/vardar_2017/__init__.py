@@ -18,7 +18,7 @@ much on skin and edges.
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check
+from electrovib.core.citation import Check, derived
 from electrovib.papers.vardar_2017.reproduction import reproduce
 from electrovib.papers.vardar_2017.thresholds import (
     CITATION,
@@ -54,13 +54,12 @@ __all__ = [
 
 
 def _ratio(name: str, time_constant: float, frequency: float, expect: float, rtol: float) -> Check:
-    return Check(
+    return derived(
         f"sine over square threshold, {name}, {frequency:g} Hz, in dB",
         expect=expect,
         rtol=rtol,
         source="first-order high-pass, square law, weight about 250 Hz, computed apart from this code; one decimal",
         compute=lambda: sine_over_square(first_order_skin(time_constant=time_constant), frequency=frequency),
-        status="derived",
     )
 
 
