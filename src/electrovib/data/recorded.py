@@ -255,7 +255,6 @@ class FileFormat:
     """One format of files.
 
     - `name`: of the reader in options.
-    - `suffixes`: in small letters; a file with one of them is perhaps of this format.
     - `can_read`: judges by the first bytes and the suffix.
     - `read`: reads whatever a file holds.
     - `columns`: reads the chosen columns and refuses what is no number in them; by default those of `read`.
@@ -266,7 +265,6 @@ class FileFormat:
 
     name: str
     description: str
-    suffixes: tuple[str, ...]
     can_read: Callable[[bytes, str], CanRead]
     read: Callable[..., Recorded]
     columns: ColumnReader | None = None

@@ -333,7 +333,7 @@ from electrovib.data.recorded import DataColumn, Recorded
 def read(path):
     return Recorded(channels=(DataColumn(name="counts", unit="mV", values=np.array([1.0, 2.0, np.nan])),), step=1e-3)
 
-FORMAT = FileFormat(name="lab", description="counts", suffixes=(".lab",), can_read=begins(b"LAB"), read=read)
+FORMAT = FileFormat(name="lab", description="counts", can_read=begins(b"LAB"), read=read)
 """
     )
     monkeypatch.setattr(readers, "__path__", [*readers.__path__, str(tmp_path)])

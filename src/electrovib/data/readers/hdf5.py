@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.data.recorded import DataColumn, Recorded
 
-_SUFFIXES: Final = (".nc", ".h5", ".hdf5")
 _CLASSIC: Final = b"CDF"
 _OF_THE_FORMAT: Final = {
     "CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "DIMENSION_LABELS", "_Netcdf4Dimid", "_Netcdf4Coordinates",
@@ -305,13 +304,12 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
         head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02")) or head[512:516] == b"\x89HDF"
     ):
         return CanRead.NO if head.startswith(b"MATLAB") else CanRead.YES
-    return CanRead.PERHAPS if suffix in _SUFFIXES else CanRead.NO
+    return CanRead.PERHAPS if suffix in (".nc", ".h5", ".hdf5") else CanRead.NO
 
 
 FORMAT: Final = FileFormat(
     name="hdf5",
     description="netCDF and HDF5 (.nc, .h5, .hdf5): arrays of one or two dimensions",
-    suffixes=_SUFFIXES,
     can_read=_can_read,
     read=read_hdf5,
     columns=read_columns,

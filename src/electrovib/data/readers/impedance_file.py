@@ -70,7 +70,6 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="impedance",
     description="ZPlot .z; also impedance of Gamry, BioLogic, VersaStudio, CH Instruments, which text reads too",
-    suffixes=(".dta", ".z", ".mpt", ".par"),
     can_read=_can_read,
     read=read_impedance_file,
     package=_PACKAGE,

@@ -128,7 +128,6 @@ def _counts(
 FORMAT: Final = FileFormat(
     name="isf",
     description="Tektronix internal format (.isf)",
-    suffixes=(".isf",),
     can_read=begins(rb"(?i)\s*:?(WFMP|WFMO|BYT_N|CURV)", ".isf"),
     read=read_isf,
 )

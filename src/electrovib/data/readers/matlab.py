@@ -479,7 +479,6 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="matlab",
     description="MATLAB (.mat, -v6, -v7 and -v7.3): arrays, and fields of structs by dotted path",
-    suffixes=(".mat",),
     can_read=_can_read,
     read=read_matlab_table,
     columns=read_columns,

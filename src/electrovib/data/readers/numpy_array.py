@@ -86,7 +86,6 @@ def read_numpy(path: Path) -> Recorded:
 FORMAT: Final = FileFormat(
     name="numpy",
     description="NumPy arrays (.npy): a row per sample, or a structured array",
-    suffixes=(".npy",),
     can_read=begins(rb"\x93NUMPY", ".npy"),
     read=read_numpy,
     columns=read_columns,

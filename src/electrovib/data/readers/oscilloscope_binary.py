@@ -125,7 +125,6 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="scope",
     description="Tektronix and Rigol .wfm, Keysight, Rigol and Siglent .bin, LeCroy .trc",
-    suffixes=(".wfm", ".bin", ".trc"),
     can_read=_can_read,
     read=read_oscilloscope_binary,
     package=_PACKAGE,

@@ -109,7 +109,6 @@ def _cell(value: object) -> str:
 FORMAT: Final = FileFormat(
     name="xlsx",
     description="spreadsheets (.xlsx): the first sheet with numbers, or the one chosen",
-    suffixes=(".xlsx", ".xlsm"),
     can_read=begins(rb"PK\x03\x04.*(xl/|\[Content_Types\])", ".xlsx", ".xlsm"),
     read=read_spreadsheet,
     options=("part",),

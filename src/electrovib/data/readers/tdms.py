@@ -56,7 +56,6 @@ def channels(path: Path) -> Iterator[tuple[Any, Any]]:
 FORMAT: Final = FileFormat(
     name="tdms",
     description="NI TDMS (.tdms)",
-    suffixes=(".tdms",),
     can_read=begins(b"TDSm", ".tdms"),
     read=read_tdms,
     options=("part",),

@@ -445,7 +445,6 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="text",
     description="delimited text of any instrument (.csv, .tsv, .txt, .dat, .lvm, .dta, .mpt, .par)",
-    suffixes=(".csv", ".tsv", ".txt", ".dat"),
     can_read=_can_read,
     read=read_laboratory_text,
     columns=read_columns,

@@ -86,7 +86,6 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="touchstone",
     description="Touchstone files of a one-port (.s1p): S, Z or Y as an impedance",
-    suffixes=(".s1p",),
     can_read=_can_read,
     read=read_touchstone,
 )

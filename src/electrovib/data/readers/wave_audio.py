@@ -82,7 +82,6 @@ def _shares(data: bytes, order: str, width: int, *, is_float: bool) -> Real:
 FORMAT: Final = FileFormat(
     name="wav",
     description="sound files (.wav), as shares of full scale",
-    suffixes=(".wav",),
     can_read=begins(rb"RIF[FX].{4}WAVE", ".wav"),
     read=read_wave,
 )
