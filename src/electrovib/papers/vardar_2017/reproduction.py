@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterable
 from itertools import chain
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -63,6 +63,11 @@ DECIBELS: Final = "1"
 """Unit of an axis whose label contains dB: a plain number."""
 
 
+def curve(label: str, x: Real, y: Real, meaning: str, **more: Any) -> Curve:
+    """Return a curve in the colour of what it stands for."""
+    return Curve(label=label, x=x, y=y, look=LOOKS.index(meaning), **more)
+
+
 def panels() -> tuple[Panel, ...]:
     """Return all figures."""
     return thresholds(), ratio(), crossovers()
@@ -112,12 +117,12 @@ def thresholds() -> Panel:
         found = curves_of(skin)
         for drive, level in found.level.items():
             curves.append(
-                Curve(
-                    label=f"{drive}, {name}",
-                    x=found.frequency,
-                    y=level,
+                curve(
+                    f"{drive}, {name}",
+                    found.frequency,
+                    level,
+                    name,
                     kind=KINDS.get(drive, "dotted"),
-                    look=LOOKS.index(name),
                     drawn=drive in KINDS or name == "7.7 ms",
                 )
             )
@@ -151,12 +156,7 @@ def ratio() -> Panel:
         Curve(label="equal", x=frequency, y=np.zeros(len(places)), kind="dashed", look=REFERENCE),
     ]
     curves += [
-        Curve(
-            label=name,
-            x=frequency,
-            y=ratios(first_order_skin(time_constant=tau), places),
-            look=LOOKS.index(name),
-        )
+        curve(name, frequency, ratios(first_order_skin(time_constant=tau), places), name)
         for name, tau in ((f"{tau / 1e-3:g} ms", tau) for tau in TIME_CONSTANTS)
     ]
     return Panel(
@@ -181,17 +181,10 @@ def crossovers() -> Panel:
         chosen = taus[::2] if points else taus
         found = np.array([crossover_of(time_constant=float(tau), weight=weight) for tau in chosen])
         kind = "points" if points else "line"
-        curves.append(Curve(label=weight, x=chosen, y=found, kind=kind, look=LOOKS.index(weight)))
+        curves.append(curve(weight, chosen, found, weight, kind=kind))
     edged = np.array([crossover_of(time_constant=float(tau), edge=EDGE) for tau in taus])
     known = np.isfinite(edged)  # where the edges leave a crossing at all
-    curves.append(
-        Curve(
-            label="Pacinian, on the force, edges of 200 us",
-            x=taus[known],
-            y=edged[known],
-            look=LOOKS.index("edges"),
-        )
-    )
+    curves.append(curve("Pacinian, on the force, edges of 200 us", taus[known], edged[known], "edges"))
     reported = np.full(2, 60.0)
     curves.append(Curve(label="60 Hz, the paper", x=taus[[0, -1]], y=reported, kind="dashed", look=REFERENCE))
     return Panel(

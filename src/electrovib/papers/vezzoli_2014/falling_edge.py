@@ -14,11 +14,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from electrovib.core.answer import Curve, Panel, Table
+from electrovib.core.answer import Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.papers.kaczmarek_2006 import FAST, SLOW, rectifying, skin_conductivity
 from electrovib.papers.vezzoli_2014 import compute, values
-from electrovib.papers.vezzoli_2014.figures import look
+from electrovib.papers.vezzoli_2014.figures import curve
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
@@ -353,12 +353,12 @@ def _pulses() -> Panel:
     for name, result in outcomes().items():
         rising = np.max(np.abs(result.force[result.time <= RAMP + HOLD]))
         curves.append(
-            Curve(
-                label=f"{name} ({result.ratio:.2f})",
-                x=result.time,
-                y=result.force / rising,
+            curve(
+                f"{name} ({result.ratio:.2f})",
+                result.time,
+                result.force / rising,
+                DRAWN.get(name, ""),
                 kind="dashed" if name == "the paper's model" else "line",
-                look=look(DRAWN.get(name, "")),
                 drawn=name in DRAWN,
             )
         )
@@ -384,14 +384,14 @@ def _against_hold() -> Panel:
         if candidate.name.startswith(LINEAR):
             ratios = np.array([outcome(candidate, hold=hold).ratio for hold in HOLDS])
             curves.append(
-                Curve(
-                    label=candidate.name,
-                    x=np.array(HOLDS),
-                    y=ratios,
+                curve(
+                    candidate.name,
+                    np.array(HOLDS),
+                    ratios,
+                    AGAINST_HOLD.get(candidate.name, ""),
                     kind="dashed"
                     if candidate.name in ("the paper's model", "sliding at 100 mm/s")
                     else "line",
-                    look=look(AGAINST_HOLD.get(candidate.name, "")),
                     drawn=candidate.name in AGAINST_HOLD,
                 )
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -38,6 +38,11 @@ def look(meaning: str) -> int:
     return MEANINGS.index(meaning) if meaning in MEANINGS else NOT_DRAWN
 
 
+def curve(label: str, x: Real, y: Real, meaning: str, **more: Any) -> Curve:
+    """Return a curve in the colour of what it stands for."""
+    return Curve(label=label, x=x, y=y, look=look(meaning), **more)
+
+
 SHOWN = ("paper point", "palmar men 2 uS", "1963 impedance", "Gabriel wet", "Gabriel dry")
 """Skins drawn one by one; all are in the ranges, in the tables and in the files of the curves."""
 OF_FIGURE_6 = ("palmar men 2 uS", "1963 impedance")
@@ -69,24 +74,14 @@ def figure_2() -> Panel:
         x=("time", "s"),
         y=("electrostatic force", "N"),
         curves=(
-            Curve(
-                label="gap does not conduct",
-                x=time,
-                y=trace.electrostatic_force.values,
-                look=look("no conduction"),
+            curve("gap does not conduct", time, trace.electrostatic_force.values, "no conduction"),
+            curve(
+                "the same, the hand trembles by 10 um",
+                held.time.values,
+                held.electrostatic_force.values,
+                "trembling hand",
             ),
-            Curve(
-                label="the same, the hand trembles by 10 um",
-                x=held.time.values,
-                y=held.electrostatic_force.values,
-                look=look("trembling hand"),
-            ),
-            Curve(
-                label="gap leaks, 8.7e8 ohm m",
-                x=time,
-                y=leaky.electrostatic_force.values,
-                look=look("leaky gap"),
-            ),
+            curve("gap leaks, 8.7e8 ohm m", time, leaky.electrostatic_force.values, "leaky gap"),
         ),
     )
 
@@ -106,11 +101,11 @@ def _taus_over_frequency() -> list[Curve]:
         span("all cited skins", measured=True),
         span("constructed skins of constant phase", measured=False),
         *(
-            Curve(
-                label=skin.name,
-                x=frequency,
-                y=taus[key],
-                look=look(skin.name),
+            curve(
+                skin.name,
+                frequency,
+                taus[key],
+                skin.name,
                 drawn=skin.name in SHOWN and skin.name != "Gabriel wet",
             )
             for key, skin in skins.items()
@@ -123,28 +118,24 @@ def figure_4(own: Tabulated | None) -> Panel:
     curves = _taus_over_frequency()
     if own is not None:
         rows = own.table()[0]
-        curves.append(
-            Curve(
-                label="your table", x=rows, y=time_constant(own, rows), kind="points", look=look("your table")
-            )
-        )
+        curves.append(curve("your table", rows, time_constant(own, rows), "your table", kind="points"))
     ends = np.array([10.0, 1e6])
     of_voltage, of_force = (np.full(2, reading.tau) for reading in (compute.BY_VOLTAGE, compute.BY_FORCE))
     curves += [
-        Curve(
-            label="paper: 7.7 ms, or 15.4 ms if of the force",
-            x=ends,
-            y=of_voltage,
+        curve(
+            "paper: 7.7 ms, or 15.4 ms if of the force",
+            ends,
+            of_voltage,
+            "paper point",
             upper=of_force,
             kind="band",
-            look=look("paper point"),
         ),
-        Curve(
-            label="12 ms: the measured 6 ms, of the force",
-            x=ends,
-            y=np.full(2, compute.MEASURED.tau),
+        curve(
+            "12 ms: the measured 6 ms, of the force",
+            ends,
+            np.full(2, compute.MEASURED.tau),
+            "paper point",
             kind="dashed",
-            look=look("paper point"),
             drawn=False,
         ),
     ]
@@ -187,7 +178,7 @@ def figure_6() -> Panel:
             "Maxwell stress in a leaky gap of 1 um",
         )
         time, force = trace.time.values, trace.electrostatic_force.values
-        curves.append(Curve(label=label, x=time, y=force, kind=kind, look=look(meaning), drawn=drawn))
+        curves.append(curve(label, time, force, meaning, kind=kind, drawn=drawn))
     curves.insert(0, measured_range(curves[0].x[[0, -1]]))
     return Panel(
         id="fig6",
@@ -229,7 +220,7 @@ def figure_6_ramps() -> Panel:
             "leaky gap" if name in compute.LEAKY_GAPS else "paper point" if name.startswith("paper") else name
         )
         drawn = (name in SHOWN and name != "Gabriel wet") or name == SINGLE_LEAK
-        curves.append(Curve(label=name, x=ramps, y=forces, look=look(meaning), drawn=drawn))
+        curves.append(curve(name, ramps, forces, meaning, drawn=drawn))
     return Panel(
         id="fig6_ramps",
         title="Figure 6: ramp that would give the measured force",
@@ -248,16 +239,10 @@ def figure_7_skins(own: Tabulated | None) -> Panel:
     curves = []
     for name, skin in compute.force_skins().items():
         force = compute.frequency_force(skin.material, frequency)
-        curves.append(
-            Curve(label=name, x=frequency, y=force / force[-1], look=look(name), drawn=name in SHOWN)
-        )
+        curves.append(curve(name, frequency, force / force[-1], name, drawn=name in SHOWN))
     if own is not None:
         force = compute.frequency_force(own, frequency)
-        curves.append(
-            Curve(
-                label="your table", x=frequency, y=force / force[-1], kind="points", look=look("your table")
-            )
-        )
+        curves.append(curve("your table", frequency, force / force[-1], "your table", kind="points"))
     return Panel(
         id="fig7",
         title="Figure 7: mean force over frequency on a thin coating, relative to 10 kHz",

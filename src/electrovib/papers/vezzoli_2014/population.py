@@ -17,7 +17,7 @@ from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.units import parse_quantity
 from electrovib.papers.vezzoli_2014 import compute, values
-from electrovib.papers.vezzoli_2014.figures import look, measured_range
+from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.scenario.space import Space, read_space
@@ -268,11 +268,11 @@ def whole_set_up() -> Panel:
             time[:: (-1) ** number] for number in range(SUBJECTS)
         ]  # one line: all begin and end at 0
         curves.append(
-            Curve(
-                label=label,
-                x=np.concatenate(there_and_back),
-                y=np.concatenate([each[:: (-1) ** number] for number, each in enumerate(attraction)]),
-                look=look(meaning),
+            curve(
+                label,
+                np.concatenate(there_and_back),
+                np.concatenate([each[:: (-1) ** number] for number, each in enumerate(attraction)]),
+                meaning,
             )
         )
     return Panel(
@@ -380,7 +380,7 @@ def _figure_6() -> Panel:
     kept = np.linspace(0, len(share) - 1, 401).astype(int)
     low, high = values.FORCE_MEASURED
     curves = [
-        Curve(label=label, x=np.sort(each.force)[kept], y=share[kept], look=look(meaning))
+        curve(label, np.sort(each.force)[kept], share[kept], meaning)
         for label, each, meaning in (
             ("law (1) of the paper", by_law, "paper point"),
             ("Maxwell stress in a leaky gap", in_gap, "leaky gap"),
