@@ -369,7 +369,7 @@ class Model(Immutable, DeclaresFile, Written):
         """
         for name, value in self:
             path = f"{prefix}{name}"
-            quantity = quantity_of(type(self), name) if name in type(self).model_fields else None
+            quantity = quantity_of(type(self), name)
             if quantity is not None:
                 yield path, value, quantity
             elif isinstance(value, Model):

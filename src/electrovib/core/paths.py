@@ -133,8 +133,7 @@ def _is_in_range(kind: type[Model], name: str, value: Any) -> bool:
 
 @functools.cache
 def _declared(kind: type[Model]) -> dict[str, Quantity]:
-    found = {name: quantity_of(kind, name) for name in kind.model_fields}
-    return {name: quantity for name, quantity in found.items() if quantity is not None}
+    return {name: found for name in kind.model_fields if (found := quantity_of(kind, name)) is not None}
 
 
 def _copied(model: M, content: dict[str, Any]) -> M:

@@ -250,7 +250,7 @@ def _others(kind: type[Drive], present: Drive) -> dict[str, float]:
     if issubclass(kind, LevelledDrive):
         found = {name: value for name, value in found.items() if name not in (*SWING, *LEVELS)}
     found.pop(_only_level(kind), None)
-    frequency = quantity_of(kind, "frequency") if "frequency" in kind.model_fields else None
+    frequency = quantity_of(kind, "frequency")
     if frequency is not None and "frequency" not in found and present.period:
         found["frequency"] = 1 / present.period
     return found
