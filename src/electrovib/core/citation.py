@@ -141,9 +141,6 @@ def status_text(status: str) -> str:
     return _SHOWN[status] if status else "a definition"
 
 
-__all__ = ["STATUSES", "Check"]
-
-
 @dataclass(frozen=True)
 class Check:
     """Comparison of a published or derived number with the number computed here.
