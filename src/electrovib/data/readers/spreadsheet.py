@@ -50,9 +50,7 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
             path=path,
         )
     problem: DataFileError | None = None
-    for name, content in found.items():
-        if part and name != part:
-            continue
+    for name, content in ({part: found[part]} if part else found).items():
         try:
             read = read_laboratory_bytes(
                 path, content.tobytes(), delimiter="\t", decimal_comma=False, origin=name
