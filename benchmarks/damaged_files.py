@@ -24,8 +24,9 @@ import xarray
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
 from electrovib.core.signals import make_trace
-from electrovib.data.columns import read_columns
-from electrovib.data.traces import open_if_trace, save_csv, save_mat, save_nc
+from electrovib.data.registry import read_columns
+from electrovib.data.trace_csv import save_csv
+from electrovib.data.traces import open_if_trace, save_mat, save_nc
 from electrovib.scenario import read_scenario, sweep_of
 
 TIME, VOLTAGE = np.arange(40) * 1e-3, np.sin(np.arange(40.0)) * 100

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.data.columns import read_columns
+from electrovib.data.registry import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.recordings.release import FittedRelease, fit_release

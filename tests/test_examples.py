@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.papers.vezzoli_2014.population.closed_forms import lateral_by_law
+from electrovib.papers.vezzoli_2014.population import lateral_by_law
 
 ROOT = Path(__file__).parent.parent
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.model import read_model
-from electrovib.data.columns import read_columns
+from electrovib.data.registry import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import read_recording

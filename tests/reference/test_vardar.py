@@ -9,7 +9,7 @@ import pytest
 
 from electrovib.core.discovery import papers
 from electrovib.papers import vardar_2017
-from electrovib.papers.vardar_2017.figures import conducting_skins
+from electrovib.papers.vardar_2017.reproduction import conducting_skins
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, ON_DISPLACEMENT, ON_FORCE
 from electrovib.studies.felt_spectrum import crossover, threshold_ratio
 

@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from electrovib.core.budget import listening
-from electrovib.core.items import items_heard
+from electrovib.core.budget import items_heard, listening
 
 PATIENCE = 1.0
 """Time before the progress bar is shown [s]."""

@@ -21,10 +21,10 @@ from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
-from electrovib.data.lock import HeldError, held
+from electrovib.data.atomic import HeldError, held
 from electrovib.exports.save import check_output
 from electrovib.scenario import Source, read_scenario
-from electrovib.scenario.space.counter import checked_seed
+from electrovib.scenario.space.relations import checked_seed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

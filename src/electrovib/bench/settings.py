@@ -11,9 +11,8 @@ from pydantic import Field, model_validator
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model, read_model
-from electrovib.core.parsing import read_toml
+from electrovib.core.parsing import read_toml, read_toml_file
 from electrovib.core.quantity import Number, Quantity
-from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.limits import Limits
 
 if TYPE_CHECKING:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final, TypeVar
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import parse_quantity
@@ -52,9 +52,20 @@ class Work:
         return cls(what=what, time=_NUMBER * numbers, memory=memory, remedy=remedy)
 
 
+T = TypeVar("T")
 _DEFAULT: Final = Budget()
 _ALLOWED: ContextVar[Budget] = ContextVar("allowed", default=_DEFAULT)
 LISTENER: ContextVar[Callable[[float], None] | None] = ContextVar("listener", default=None)
+
+
+@contextmanager
+def holding(variable: ContextVar[T], value: T) -> Iterator[T]:
+    """Let a variable have a value within the block, in this thread."""
+    token = variable.set(value)
+    try:
+        yield value
+    finally:
+        variable.reset(token)
 
 
 def allowed() -> Budget:
@@ -94,11 +105,8 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
         chosen = replace(chosen, time=_positive("time", time, _seconds))
     if memory is not None:
         chosen = replace(chosen, memory=_positive("memory", memory, _bytes))
-    token = _ALLOWED.set(chosen)
-    try:
+    with holding(_ALLOWED, chosen):
         yield chosen
-    finally:
-        _ALLOWED.reset(token)
 
 
 def read_budget(text: str) -> dict[str, float]:
@@ -155,11 +163,8 @@ def _advice(remedy: str, time: float, memory: float) -> str:
 @contextmanager
 def listening(listener: Callable[[float], None] | None) -> Iterator[None]:
     """Report the progress of time stepping in the block to a listener, as the fraction that is done, 0 to 1."""
-    token = LISTENER.set(listener)
-    try:
+    with holding(LISTENER, listener):
         yield
-    finally:
-        LISTENER.reset(token)
 
 
 _MEMORY: Final = re.compile(r"\s*(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)\s*(B|kB|MB|GB|TB)\s*")
@@ -224,3 +229,30 @@ def megabytes(size: float) -> str:
     if size >= 1e12:
         return f"{size / 1e12:.3g} TB"
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
+
+
+ItemListener = Callable[[str, int, int], None]
+"""Takes what is computed, the number of the item from 1 on, and the number of all items."""
+_OF_ITEMS: ContextVar[ItemListener | None] = ContextVar("item listener", default=None)
+
+
+@contextmanager
+def items_heard(listener: ItemListener) -> Iterator[None]:
+    """Inform a listener of each item that is begun in the block, in this thread."""
+    with holding(_OF_ITEMS, listener):
+        yield
+
+
+def each_item(names: Sequence[str]) -> Iterator[str]:
+    """Yield the names of the items of a computation, and inform the listener before each."""
+    for number, name in enumerate(names, 1):
+        if (listener := _OF_ITEMS.get()) is not None:
+            listener(name, number, len(names))
+        yield name
+
+
+def computed(items: Sequence[tuple[str, Callable[[], Iterable[Any]]]]) -> list[tuple[Any, ...]]:
+    """Compute items in their order, and inform the listener before each."""
+    functions = [function for _, function in items]
+    names = each_item([name for name, _ in items])
+    return [tuple(function()) for _, function in zip(names, functions, strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass, field
@@ -140,9 +141,6 @@ def status_text(status: str) -> str:
     return _SHOWN[status] if status else "a definition"
 
 
-__all__ = ["STATUSES", "Check"]
-
-
 @dataclass(frozen=True)
 class Check:
     """Comparison of a published or derived number with the number computed here.
@@ -181,3 +179,7 @@ class Check:
     def accepts(self, value: float) -> bool:
         """Return whether a number agrees within the tolerance, bounds included; NaN never agrees."""
         return abs(value - self.expect) <= self.rtol * abs(self.expect)
+
+
+derived: Final = functools.partial(Check, status="derived")
+"""A check against a number that follows from what a source states, computed apart from this code."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
-from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, nearest, shortened
-from electrovib.core.search import Searchable, as_question, closest_entries, suggestions
+from electrovib.core.search import Searchable, asked, closest_entries, near
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -124,13 +123,9 @@ def paper(name: str) -> ModuleType:
 def _near_papers(name: str, known: Collection[str]) -> str:
     """Ask for the three papers that a wrong name is most like, with what each is about; only these are imported."""
     entries = (Searchable(name=author_year, kind="paper", meaning="") for author_year in known)
-    near = closest_entries(name, entries)
-    about = ((paper(match.entry.name).__doc__ or "").strip().split("\n")[0] for match in near)
-    named = [
-        replace(match, entry=replace(match.entry, meaning=text))
-        for match, text in zip(near, about, strict=True)
-    ]
-    return as_question(named) or nearest(name, known)
+    found = [match.entry.name for match in closest_entries(name, entries)]
+    about = ((paper(each).__doc__ or "").strip().split("\n")[0] for each in found)
+    return asked(zip(found, about, strict=True)) or nearest(name, known)
 
 
 def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
@@ -151,9 +146,8 @@ def find_offer(name: str, functions: Collection[str]) -> Any:
         if name in found:
             return found[name]
     offered = offers(functions)
-    entries = [Searchable(name=key, kind="offer", meaning=_named(thing)) for key, thing in offered.items()]
-    near = as_question(suggestions(name, entries)) or nearest(name, offered)
-    raise InputError(f"no paper offers '{shortened(name, LONGEST_QUOTED)}'.{near}")
+    most_like = near(name, {key: _named(thing) for key, thing in offered.items()}, kind="offer")
+    raise InputError(f"no paper offers '{shortened(name, LONGEST_QUOTED)}'.{most_like}")
 
 
 def _named(offer: Any) -> str:

@@ -10,7 +10,7 @@ from traceback import FrameSummary, walk_tb
 from typing import TYPE_CHECKING, Final, Self
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
 
 LONGEST_QUOTED: Final = 60
@@ -127,7 +127,13 @@ def nearest(word: str, known: Iterable[str]) -> str:
 def suggestion(word: str, known: Iterable[str]) -> str:
     """Write ``" Did you mean 'x'?"`` with the closest known name; empty if none is close."""
     close = closest(word, known)
-    return "" if close is None else f" Did you mean '{close}'?"
+    return question([] if close is None else [f"'{close}'"])
+
+
+def question(shown: Sequence[str]) -> str:
+    """Write ``" Did you mean a, b or c?"``; empty without anything to ask for."""
+    listed = " or ".join(filter(None, (", ".join(shown[:-1]), *shown[-1:])))
+    return f" Did you mean {listed}?" if shown else ""
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:

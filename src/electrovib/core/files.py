@@ -7,6 +7,8 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.budget import holding
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
@@ -71,11 +73,8 @@ class DeclaresFile:
 def inputs_noted() -> Iterator[list[Path]]:
     """Collect the files that are read in the block, so that no output replaces one of them."""
     found: list[Path] = []
-    token = _inputs.set(found)
-    try:
+    with holding(_inputs, found):
         yield found
-    finally:
-        _inputs.reset(token)
 
 
 def note_input(path: Path) -> None:

@@ -11,7 +11,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import LONGEST_QUOTED, Problem, nearest, shortened
 from electrovib.core.quantity import quantity_of
-from electrovib.core.search import Searchable, as_question, suggestions
+from electrovib.core.search import near
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
@@ -58,12 +58,8 @@ def wants(model: type[Model], value: object) -> str:
 
 def near_members(family: type[Model], name: str) -> str:
     """Ask for the three members of a family that a wrong name is most like, with what each is; else list all."""
-    members = find_members(family)
-    entries = [
-        Searchable(name=key, kind=family.__name__, meaning=first_line(member))
-        for key, member in members.items()
-    ]
-    return as_question(suggestions(name, entries)) or nearest(name, members)
+    meanings = {key: first_line(member) for key, member in find_members(family).items()}
+    return near(name, meanings, kind=family.__name__)
 
 
 def first_line(thing: object) -> str:

@@ -23,10 +23,9 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import DeclaresFile
-from electrovib.core.meant import explained as explained_path
 from electrovib.core.mistakes import explained, near_members, problems, wants
 from electrovib.core.quantity import Quantity, quantity_of
-from electrovib.core.tables import put, stored_changes
+from electrovib.core.tables import explained_path, put, stored_changes
 
 M = TypeVar("M", bound="Model")
 
@@ -370,7 +369,7 @@ class Model(Immutable, DeclaresFile, Written):
         """
         for name, value in self:
             path = f"{prefix}{name}"
-            quantity = quantity_of(type(self), name) if name in type(self).model_fields else None
+            quantity = quantity_of(type(self), name)
             if quantity is not None:
                 yield path, value, quantity
             elif isinstance(value, Model):

@@ -8,15 +8,21 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.meant import explained, meant
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
-from electrovib.core.tables import derived_at, number_at, place_of, stored_changes, unknown
+from electrovib.core.tables import (
+    derived_at,
+    explained_path,
+    meant,
+    number_at,
+    place_of,
+    stored_changes,
+    unknown,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.model import Model
     from electrovib.core.quantity import Quantity
 
 
@@ -35,7 +41,7 @@ def value_at(model: Model, path: str) -> Any:
         else:
             if how := type(model).how_to_add(model.to_dict(), path):
                 raise InputError(how, path=path)
-            raise InputError([explained(model, unknown(table, ".".join(parts[:depth]), key, path))])
+            raise InputError([explained_path(model, unknown(table, ".".join(parts[:depth]), key, path))])
     return table
 
 
@@ -127,8 +133,7 @@ def _is_in_range(kind: type[Model], name: str, value: Any) -> bool:
 
 @functools.cache
 def _declared(kind: type[Model]) -> dict[str, Quantity]:
-    found = {name: quantity_of(kind, name) for name in kind.model_fields}
-    return {name: quantity for name, quantity in found.items() if quantity is not None}
+    return {name: found for name in kind.model_fields if (found := quantity_of(kind, name)) is not None}
 
 
 def _copied(model: M, content: dict[str, Any]) -> M:

@@ -130,5 +130,5 @@ class Quantity:
 
 def quantity_of(model: type[BaseModel], field: str) -> Quantity | None:
     """Return the declaration of a field; None if it is no physical parameter."""
-    found = [m for m in model.model_fields[field].metadata if isinstance(m, Quantity)]
-    return found[0] if found else None
+    declared = model.model_fields.get(field)
+    return next((m for m in declared.metadata if isinstance(m, Quantity)), None) if declared else None

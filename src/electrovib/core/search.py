@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+from electrovib.core.errors import nearest, question
+
 NAME, LAST, ALIAS = "name", "last part of the name", "alias"
 KIND, PREFIX, WORDS, SPELLING = "kind", "prefix", "words", "spelling"
 STAGES: Final = (NAME, LAST, ALIAS, KIND, PREFIX, WORDS, SPELLING)
@@ -84,11 +86,18 @@ def suggestions(query: str, entries: Iterable[Searchable], *, count: int = 3) ->
 
 def as_question(matches: Iterable[Match]) -> str:
     """Write ``" Did you mean 'x' (what it is), 'y' (...) or 'z' (...)?"``; empty without matches."""
-    shown = [f"'{match.entry.name}' ({_shortened(match.entry.meaning)})" for match in matches]
-    if not shown:
-        return ""
-    listed = f"{', '.join(shown[:-1])} or {shown[-1]}" if len(shown) > 1 else shown[0]
-    return f" Did you mean {listed}?"
+    return asked((match.entry.name, match.entry.meaning) for match in matches)
+
+
+def asked(meanings: Iterable[tuple[str, str]]) -> str:
+    """Ask, as `as_question`, for names with what each is."""
+    return question([f"'{name}' ({_shortened(meaning)})" for name, meaning in meanings])
+
+
+def near(name: str, meanings: Mapping[str, str], *, kind: str) -> str:
+    """Ask for the three names that a wrong one is most like, with the meaning of each; else list all names."""
+    entries = [Searchable(name=key, kind=kind, meaning=meaning) for key, meaning in meanings.items()]
+    return as_question(suggestions(name, entries)) or nearest(name, meanings)
 
 
 def _judge(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] | None:

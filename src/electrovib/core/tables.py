@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel
 
-from electrovib.core.errors import InputError, Problem, nearest
+from electrovib.core.discovery import find_members
+from electrovib.core.errors import InputError, Problem, closest, nearest, question
 from electrovib.core.samples import Samples
+
+if TYPE_CHECKING:
+    from electrovib.core.model import Model
 
 
 def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[Problem]:
@@ -203,3 +207,50 @@ def _descended(model: Any, keys: list[str]) -> Any:
         else:
             owner = None
     return owner
+
+
+_MOST: Final = 3
+_MOST_MODELS: Final = 8
+
+
+def meant(model: Model, path: str) -> str:
+    """Write which parameters of a model, or which other models, have what an unknown path names; empty where none has."""
+    owner, _, name = path.rpartition(".")
+    if owner:
+        return _of_other_models(model, owner.split("."), name)
+    return _with_the_word(model, name)
+
+
+def explained_path(model: Model, problem: Problem) -> Problem:
+    """Return the problem of an unknown path with what it may mean, in the place of a name that is only spelled similarly."""
+    asked = meant(model, problem.path)
+    if not asked:
+        return problem
+    reason = problem.reason.partition(" Did you mean ")[0]
+    return Problem(f"{reason}{asked}", path=problem.path, value=problem.value)
+
+
+def _with_the_word(model: Model, word: str) -> str:
+    """Ask for the parameters with a word as the last part of their paths, as another part, or in their meaning."""
+    given = [(path, quantity.doc) for path, value, quantity in model.parameters() if value is not None]
+    found = [item for item in given if item[0].rpartition(".")[2] == word]
+    if not found and closest(word, type(model).model_fields) is None:
+        found = [item for item in given if word in item[0].split(".")]
+        found = found or [item for item in given if word in item[1].split()]
+    return question([f"'{path}' ({meaning})" for path, meaning in found[:_MOST]] if word else [])
+
+
+def _of_other_models(model: Model, owner: list[str], name: str) -> str:
+    """Name the members of a family that have a parameter which the chosen member does not have."""
+    holder, held = _descended(model, owner[:-1]), _descended(model, owner)
+    family = holder.part(owner[-1]) if hasattr(holder, "part") else None
+    if family is None or not family.is_family or held is None:
+        return ""
+    here = {*type(held).model_fields, *type(held).derived}
+    if closest(name, here):
+        return ""
+    others = [key for key, member in sorted(find_members(family).items()) if name in member.model_fields]
+    if not others:
+        return ""
+    more = ", ..." if len(others) > _MOST_MODELS else ""
+    return f" Models with '{name}': {', '.join(others[:_MOST_MODELS])}{more}; to take one, set {'.'.join(owner)}.model as well."

@@ -36,6 +36,13 @@ def check_file(path: Path) -> None:
         raise DataFileError(f"cannot be read: {error}.", path=path) from None
 
 
+def packed(
+    path: Path, what: str, advice: str = "If it is whole, save it without compression."
+) -> DataFileError:
+    """Return the error for a file that states, or unfolds to, more than one of its size may hold."""
+    return DataFileError(f"is damaged, or packed too tightly: {what}. {advice}".rstrip(), path=path)
+
+
 def damaged(path: Path, what: str, error: BaseException) -> DataFileError:
     """Return the error for a damaged file, with the first line of the message of the library."""
     said = (str(error).splitlines() or [""])[0][:160] or type(error).__name__

@@ -17,7 +17,7 @@ import numpy as np
 
 from electrovib.core.budget import ONE_THREAD, content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, NoColumnError, Problem
-from electrovib.data.faults import check_file, damaged
+from electrovib.data.faults import check_file, damaged, packed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -56,9 +56,9 @@ class Reader:
     """A reader, named so that another process can import it.
 
     `function` is ``"module:name"`` of a generator that takes the path and further arguments by name, and
-    yields pairs of a name and an array or JSON content; it may raise DataFileError with a sentence for the
-    user. The modules `needs` are loaded before the memory is limited. `format_name` is for messages: ``"a
-    netCDF file"``.
+    yields pairs of a name, or a tuple of numbers and texts, and an array or JSON content; it may raise
+    DataFileError with a sentence for the user. The modules `needs` are loaded before the memory is limited.
+    `format_name` is for messages: ``"a netCDF file"``.
     """
 
     function: str
@@ -141,11 +141,11 @@ class GuardedReading:
         """Kill the process, from any thread; the thread that waits for its content then meets a `DataFileError`."""
         self._process.kill()
 
-    def content(self) -> dict[str, Any]:
+    def content(self) -> dict[Any, Any]:
         """Wait for the reader and return its items; a fault of the file, a limit and a crash are DataFileErrors."""
         return dict(self._items())
 
-    def _items(self) -> Iterator[tuple[str, Any]]:
+    def _items(self) -> Iterator[tuple[Any, Any]]:
         """Iterate over the items that the reader yields, up to its last message."""
         assert self._process.stdout is not None
         stream, left = self._process.stdout, self._limits.content
@@ -162,7 +162,8 @@ class GuardedReading:
                 left = self._less(left, math.prod(shape) * kind.itemsize)
                 value = np.empty(shape, kind)
                 self._fill(stream, value)
-            yield message["name"], value
+            name = message["name"]
+            yield tuple(name) if isinstance(name, list) else name, value
 
     def _less(self, left: int, size: int) -> int:
         if size > left:
@@ -197,11 +198,7 @@ class GuardedReading:
 
     def _too_much(self) -> DataFileError:
         content, size = megabytes(self._limits.content), megabytes(self._path.stat().st_size)
-        return DataFileError(
-            f"is damaged, or packed too tightly: {size} would unfold to more than {content}."
-            " If it is whole, save it without compression.",
-            path=self._path,
-        )
+        return packed(self._path, f"{size} would unfold to more than {content}")
 
     def _ended(self) -> DataFileError:
         """Return the error of a process that ended without a last message."""
@@ -226,7 +223,7 @@ def _stopped_by(*names: str) -> set[int]:
 
 def read_guarded(
     reader: Reader, path: Path, *, limits: ReaderLimits | None = None, **arguments: Any
-) -> dict[str, Any]:
+) -> dict[Any, Any]:
     """Read a file in a separate process, and wait for it."""
     with GuardedReading(reader, path, limits=limits, **arguments) as reading:
         return reading.content()

@@ -40,7 +40,6 @@ def main() -> None:
 def answer(answers: IO[bytes], function: Any, request: dict[str, Any]) -> None:
     """Send the items of the reader, or the fault that it found."""
     from electrovib.core.errors import InputError
-    from electrovib.data.faults import DAMAGE
 
     try:
         for name, value in function(Path(request["path"]), **request["arguments"]):
@@ -52,7 +51,7 @@ def answer(answers: IO[bytes], function: Any, request: dict[str, Any]) -> None:
         last["column"] = getattr(error, "column", None)
     except MemoryError:
         last = {"memory": True}
-    except DAMAGE as error:
+    except Exception as error:  # noqa: BLE001  # packages have many kinds, of which none derives from a common one
         last = {"damaged": str(error) or type(error).__name__}
     write(answers, last)
 

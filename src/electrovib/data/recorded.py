@@ -1,39 +1,92 @@
-"""Content of a file: its columns with names and units as written, chosen by heading or number, and converted to SI."""
+"""Content of a file: columns with names and units as written, chosen and converted to SI; and what a reader declares."""
 
 from __future__ import annotations
 
-import importlib.util
+import enum
+import re
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError, NoColumnError, suggestion
 from electrovib.core.units import KINDS
+from electrovib.data.faults import packed
 from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
+    from collections.abc import Iterator
 
     from electrovib.core.arrays import Real
 
-EXTRA: Final = "formats"
-"""Name of the optional dependencies that the readers of foreign formats need."""
+
 _MOST_OMITTED: Final = 20
 _TIME_UNITS: Final = ("s", "ms", "us", "ns")
 
 
 @dataclass(frozen=True, kw_only=True)
 class DataColumn:
-    """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty."""
+    """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty.
+
+    For messages, `label` is what the column is called, and `place` names a row, or is the word for one.
+    """
 
     name: str
     unit: str
     values: Real
+    label: str = ""
+    place: str | Callable[[int], str] = "row"
+
+    @property
+    def called(self) -> str:
+        """What the column is called in a message."""
+        return self.label or f"column '{self.name}'"
+
+    def in_si(self, path: Path, asked: str, *, missing: bool = False) -> Real:
+        """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them."""
+        if len(self.values) < 2:
+            count = "only one row" if len(self.values) else "no rows"
+            raise DataFileError(f"{self.called} has {count}; at least two are needed.", path=path)
+        bad = np.flatnonzero(~np.isfinite(self.values))
+        if len(bad) and not missing:
+            more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
+            where, value = self._where(int(bad[0])), self.values[bad[0]]
+            raise DataFileError(f"{where}, {self.called}: {value} is not a finite number{more}.", path=path)
+        factor = self._factor(path, asked)
+        inverse = round(1 / factor) if factor < 1 else 0
+        # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
+        with np.errstate(all="ignore"):
+            found = self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
+        if not missing and not np.all(np.isfinite(found)):
+            row = int(np.argmin(np.isfinite(found)))
+            raise DataFileError(
+                f"{self._where(row)}, {self.called}: {self.values[row]:g} {self.unit or asked} is too large a number.",
+                path=path,
+            )
+        return found
+
+    def _where(self, row: int) -> str:
+        return f"{self.place} {row} (first is 0)" if isinstance(self.place, str) else self.place(row)
+
+    def _factor(self, path: Path, asked: str) -> float:
+        expected, own = kind_and_factor(asked), kind_and_factor(self.unit or asked)
+        if expected is None or own is None:
+            unknown = self.unit if expected else asked
+            known = ", ".join(kind for kind in KINDS if kind != "1")
+            raise DataFileError(
+                f"{self.called}: '{unknown}' is not a known unit; known, also with prefixes: {known}.",
+                path=path,
+            )
+        if own[0] != expected[0]:
+            kind = KINDS[expected[0]][0]
+            raise DataFileError(
+                f"{self.called} is in '{self.unit}', but {kind} is needed, such as '{asked}'.", path=path
+            )
+        return own[1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,58 +118,6 @@ class Recorded:
         return np.asarray(self.start + self.step * np.arange(self.size))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Column:
-    """A column that was asked for, with the numbers as they are in the file; `place` names a row, or is the word for one."""
-
-    label: str
-    unit: str
-    values: Real
-    place: str | Callable[[int], str] = "row"
-
-    def in_si(self, path: Path, asked: str, *, missing: bool = False) -> Real:
-        """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them."""
-        if len(self.values) < 2:
-            count = "only one row" if len(self.values) else "no rows"
-            raise DataFileError(f"{self.label} has {count}; at least two are needed.", path=path)
-        bad = np.flatnonzero(~np.isfinite(self.values))
-        if len(bad) and not missing:
-            more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
-            where, value = self._where(int(bad[0])), self.values[bad[0]]
-            raise DataFileError(f"{where}, {self.label}: {value} is not a finite number{more}.", path=path)
-        factor = self._factor(path, asked)
-        inverse = round(1 / factor) if factor < 1 else 0
-        # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
-        with np.errstate(all="ignore"):
-            found = self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
-        if not missing and not np.all(np.isfinite(found)):
-            row = int(np.argmin(np.isfinite(found)))
-            raise DataFileError(
-                f"{self._where(row)}, {self.label}: {self.values[row]:g} {self.unit or asked} is too large a number.",
-                path=path,
-            )
-        return found
-
-    def _where(self, row: int) -> str:
-        return f"{self.place} {row} (first is 0)" if isinstance(self.place, str) else self.place(row)
-
-    def _factor(self, path: Path, asked: str) -> float:
-        expected, own = kind_and_factor(asked), kind_and_factor(self.unit or asked)
-        if expected is None or own is None:
-            unknown = self.unit if expected else asked
-            known = ", ".join(kind for kind in KINDS if kind != "1")
-            raise DataFileError(
-                f"{self.label}: '{unknown}' is not a known unit; known, also with prefixes: {known}.",
-                path=path,
-            )
-        if own[0] != expected[0]:
-            kind = KINDS[expected[0]][0]
-            raise DataFileError(
-                f"{self.label} is in '{self.unit}', but {kind} is needed, such as '{asked}'.", path=path
-            )
-        return own[1]
-
-
 def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> None:
     """Refuse anything but a one-dimensional array of real numbers."""
     if dimensions != 1 or dtype.kind not in "fiu":
@@ -126,12 +127,12 @@ def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> 
 
 def real_numbers(
     path: Path, label: str, array: np.ndarray[Any, np.dtype[Any]], unit: str, word: str = "row"
-) -> Column:
+) -> DataColumn:
     """Return an array of a binary file as a column."""
     check_row(path, label, array.ndim, array.dtype)
     with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
         values = np.asarray(array, dtype=np.float64)
-    return Column(label=label, unit=unit, values=values, place=word)
+    return DataColumn(name=label, unit=unit, values=values, label=label, place=word)
 
 
 def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
@@ -155,23 +156,12 @@ def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -
     raise NoColumnError(why, path=path, column=column)
 
 
-def check_package(path: Path, module: str, what: str, otherwise: str = "") -> None:
-    """Refuse to read a file without the package that reads it."""
-    if importlib.util.find_spec(module) is None:
-        raise DataFileError(
-            f"{what} is read with the package {module}, which is not installed: pip install 'electrovib[{EXTRA}]'{otherwise}",
-            path=path,
-        )
-
-
 def check_declared(path: Path, count: int) -> None:
     """Refuse a file that declares more numbers than a file of its size may hold."""
     size = path.stat().st_size
     if count * 8 > content_allowed(size):
-        raise DataFileError(
-            f"is damaged, or packed too tightly: {megabytes(size)} are too small for the {count} numbers that it declares.",
-            path=path,
-        )
+        what = f"{megabytes(size)} are too small for the {count} numbers that it declares"
+        raise packed(path, what, "")
 
 
 def recorded_of(
@@ -203,20 +193,25 @@ def recorded_of(
         more = f" and {len(others) - _MOST_OMITTED} more" if len(others) > _MOST_OMITTED else ""
         stated["omitted"] = ", ".join(others[:_MOST_OMITTED]) + more
     channels: list[DataColumn] = []
-    names: set[str] = set()
     for name, unit, values in by_length[chosen]:
-        unique = name
-        while unique in names:
-            unique += "'"
-        names.add(unique)
         known = as_unit(unit)
         channels.append(
             DataColumn(
-                name=unique, unit=unit if known is None else known, values=np.asarray(values, dtype=float)
+                name=unique(name, channels),
+                unit=unit if known is None else known,
+                values=np.asarray(values, dtype=float),
             )
         )
     time = "" if step is not None else next((each.name for each in channels if is_named_time(each)), "")
     return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=stated)
+
+
+def unique(name: str, channels: Iterable[DataColumn]) -> str:
+    """Return a name that no channel has, with primes behind it where one has."""
+    taken = {each.name for each in channels}
+    while name in taken:
+        name = f"{name}'"
+    return name
 
 
 def is_named_time(channel: DataColumn) -> bool:
@@ -241,3 +236,51 @@ def columns_of_array(name: str, unit: str, values: Real, most: int = 64) -> Iter
 def text_of(value: Any) -> str:
     """Return a property of a foreign file as a short text."""
     return str(value)[:200]
+
+
+ColumnReader: TypeAlias = Callable[[Path, Sequence[str | int], bool], dict[str | int, DataColumn]]
+"""Of path, columns by heading or number, and whether fields may be empty."""
+
+
+class CanRead(enum.Enum):
+    """Whether a reader takes a file."""
+
+    NO = 0
+    PERHAPS = 1
+    YES = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileFormat:
+    """One format of files.
+
+    - `name`: of the reader in options.
+    - `can_read`: judges by the first bytes and the suffix.
+    - `read`: reads whatever a file holds.
+    - `columns`: reads the chosen columns and refuses what is no number in them; by default those of `read`.
+    - `options`: what `read` takes besides the path.
+    - `package`: has to be installed for it, empty if none has to be; `otherwise`: what else helps.
+    - `is_last`: asked after all others.
+    """
+
+    name: str
+    description: str
+    can_read: Callable[[bytes, str], CanRead]
+    read: Callable[..., Recorded]
+    columns: ColumnReader | None = None
+    options: tuple[str, ...] = ()
+    package: str = ""
+    otherwise: str = ""
+    is_last: bool = False
+
+
+def begins(pattern: bytes, *suffixes: str) -> Callable[[bytes, str], CanRead]:
+    """Return a function that recognises a format by a pattern of its first bytes, or perhaps by its suffix."""
+    form = re.compile(pattern, re.DOTALL)
+
+    def can_read(head: bytes, suffix: str) -> CanRead:
+        if form.match(head):
+            return CanRead.YES
+        return CanRead.PERHAPS if suffix in suffixes else CanRead.NO
+
+    return can_read

@@ -1,20 +1,26 @@
-"""File formats of instruments: the reader of a file is found from its first bytes, else from its suffix."""
+"""Files of instruments as a whole or by columns in SI: the reader is found from the first bytes, else from the suffix."""
 
 from __future__ import annotations
 
-import importlib
+import functools
+import importlib.util
 import pkgutil
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError, nearest
 from electrovib.data import readers
 from electrovib.data.faults import check_file
-from electrovib.data.file_format import CanRead, FileFormat
-from electrovib.data.recorded import EXTRA, Recorded
+from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded, choose
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
+    from electrovib.core.arrays import Real
+
+
+_EXTRA: Final = "formats"
+"""Name of the optional dependencies that the readers of foreign formats need."""
 HEAD: Final = 4096
 """First bytes from which a format is recognised."""
 
@@ -49,10 +55,21 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
         raise DataFileError(f"there is no reader '{reader}'.{nearest(reader, by_name)}", path=path)
     chosen = by_name[reader] if reader else format_of(path)
     check_file(path)
+    _check_package(path, chosen)
     given = {name: value for name, value in options.items() if value is not None}
     if foreign := [name for name in given if name not in chosen.options]:
         raise DataFileError(f"the option {foreign[0]} does not belong to {chosen.description}.", path=path)
     return chosen.read(path, **given)
+
+
+def _check_package(path: Path, chosen: FileFormat) -> None:
+    """Refuse to read a file without the package that reads it."""
+    if chosen.package and importlib.util.find_spec(chosen.package) is None:
+        raise DataFileError(
+            f"is read with the package {chosen.package}, which is not installed: pip install"
+            f" 'electrovib[{_EXTRA}]'{chosen.otherwise}",
+            path=path,
+        )
 
 
 def format_lines() -> list[str]:
@@ -61,4 +78,35 @@ def format_lines() -> list[str]:
         f"{each.name:<10} {each.description}" + (f"; needs {each.package}" if each.package else "")
         for each in FORMATS
     ]
-    return [*lines, f"The packages are installed with: pip install 'electrovib[{EXTRA}]'"]
+    return [*lines, f"The packages are installed with: pip install 'electrovib[{_EXTRA}]'"]
+
+
+def read_columns(
+    path: Path, wanted: Mapping[str, tuple[str | int, str]], *, missing: bool = False
+) -> dict[str, Real]:
+    """Read the wanted columns of a measured file, converted to SI.
+
+    `wanted` maps a name to heading, or number from 0, and unit; a unit in the file has priority over it, and
+    must be of the same kind. With `missing`, NaN, infinities and empty fields of text (as NaN) are accepted.
+    Text has lines of ``#`` as comments; of a ``.mat`` file ``"name[3]"`` is column 3 of the array ``name``,
+    and ``"trial.force"`` a field of a struct.
+    """
+    chosen = format_of(path)
+    _check_package(path, chosen)
+    asked = [column for column, _ in wanted.values()]
+    read = chosen.columns or functools.partial(_of_recorded, chosen.read)
+    found = read(path, asked, missing)
+    if len({len(column.values) for column in found.values()}) > 1:
+        sizes = ", ".join(f"{column.called} {len(column.values)}" for column in found.values())
+        raise DataFileError(f"the columns differ in length: {sizes}.", path=path)
+    return {name: found[column].in_si(path, unit, missing=missing) for name, (column, unit) in wanted.items()}
+
+
+def _of_recorded(
+    read: Callable[[Path], Recorded], path: Path, asked: Sequence[str | int], missing: bool
+) -> dict[str | int, DataColumn]:
+    """Choose columns of a format that has no other access to them."""
+    del missing
+    channels = read(path).channels
+    names = [channel.name for channel in channels]
+    return {column: channels[choose(path, names, column, len(names))] for column in asked}

@@ -10,8 +10,8 @@ from electrovib.core.errors import InputError, suggestion
 from electrovib.core.signals import is_study_result, is_trace
 from electrovib.data.atomic import check_writable
 from electrovib.data.marks import Form
-from electrovib.data.traces import csv_files, csv_forms, save_csv, save_nc
-from electrovib.data.traces.matlab import save_mat
+from electrovib.data.trace_csv import csv_files, csv_forms, save_csv
+from electrovib.data.traces import save_mat, save_nc
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.papers import aliabbasi_2024, gabriel_1996, palmar_1995, plutchik_1963
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario, preset
@@ -55,7 +55,7 @@ PRESETS = {
     "maximum": PresetNote(
         "maximum near 250 Hz (unverified)",
         "touchscreen, touch panel with a thin coating, force over frequency, leaky gap",
-    ),
+    )
 }
 NOT_READ = (
     "The equations and curves of the paper were not read, and its maximum near 250 Hz is cited from memory, unverified; of"
@@ -117,13 +117,12 @@ _SKINS = {
 
 
 def _maximum(skin: str, gap_resistivity: float, expect: float, rtol: float) -> Check:
-    return Check(
+    return derived(
         f"maximum of the force, {skin}, leak of {gap_resistivity:g} ohm m",
         expect=expect,
         rtol=rtol,
         source="computed independently of this code for 3 um on the coating without body, two to four digits",
         compute=lambda: maximum_of(gap_resistivity=gap_resistivity, skin=_SKINS[skin]),
-        status="derived",
     )
 
 

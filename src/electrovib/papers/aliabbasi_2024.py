@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
@@ -47,7 +47,7 @@ PRESETS = {
     "chain": PresetNote(
         "a leak in parallel with the gap",
         "touchscreen, touch panel with a thin coating, impedance, electrode polarisation, force over frequency",
-    ),
+    )
 }
 NOT_READ = "The gap, the form of the electrode polarisation impedance and its values were not read."
 
@@ -152,13 +152,12 @@ def estimate_against_law(*, frequency: float) -> float:
 
 
 def _corner(gap_resistivity: float, expect: float, rtol: float) -> Check:
-    return Check(
+    return derived(
         f"half force of the gap, leak of {gap_resistivity:g} ohm m",
         expect=expect,
         rtol=rtol,
         source="1/(2 pi R_g (C_g + C_i)) for 3 um on the coating, computed independently of this code",
         compute=lambda: rises_to(chain(gap_resistivity=gap_resistivity, resistance=0.0), share=0.5),
-        status="derived",
     )
 
 
@@ -166,20 +165,18 @@ CHECKS = (
     _corner(1e6, 1415.0, 1e-3),
     _corner(2e7, 71.0, 1e-2),
     _corner(1e9, 1.4, 2e-2),
-    Check(
+    derived(
         "gap from impedances at 10 Hz, where it leaks",
         expect=GAP,
         rtol=1e-9,
         source="abstract: remaining impedance gives the gap; identity with the gap of the scenario",
         compute=lambda: estimate(scenarios()["chain"], frequency=10.0, voltage=100.0)[0],
-        status="derived",
     ),
-    Check(
+    derived(
         "force from impedances over that of the Maxwell stress in the gap, 250 Hz",
         expect=1.0,
         rtol=1e-9,
         source="abstract: remaining impedance gives the force; identity with the Maxwell stress in the gap",
         compute=lambda: estimate_against_law(frequency=250.0),
-        status="derived",
     ),
 )

@@ -13,7 +13,7 @@ with mass and stiffness at one speed, `MassSpringDamper` with its `growth` is th
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.physics.finger import GrowthWithSpeed
 
 CITATIONS = (
@@ -62,13 +62,12 @@ def change(*, slope: float) -> float:
 
 
 def _change(name: str, slope: float, expect: float, rtol: float) -> Check:
-    return Check(
+    return derived(
         f"{name} from 20 to 100 mm/s",
         expect=expect,
         rtol=rtol,
         source="abstract: slope per mm/s times 80, three or four digits",
         compute=lambda: change(slope=slope),
-        status="derived",
     )
 
 

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
@@ -48,9 +48,8 @@ CITATION = cited(CITATIONS)
 STATUS = "abstract"
 PRESETS = {
     "sine": PresetNote(
-        "difference threshold",
-        "touchscreen, touch panel with a thin coating, TeslaTouch, sine",
-    ),
+        "difference threshold", "touchscreen, touch panel with a thin coating, TeslaTouch, sine"
+    )
 }
 NOT_READ = (
     "The paper's parallel-plate equation, its thresholds and its difference thresholds were not read; the screen"
@@ -105,28 +104,25 @@ def order_of_the_force() -> int:
 
 
 CHECKS = (
-    Check(
+    derived(
         "voltage difference that can just be distinguished, as a share",
         expect=0.149,
         rtol=4e-3,
         source="Ryu 2018, abstract: 1.21 dB, three digits",
         compute=lambda: just_noticeable_ratio() - 1,
-        status="derived",
     ),
-    Check(
+    derived(
         "change of the attraction at that voltage, in dB",
         expect=2.42,
         rtol=4e-3,
         source="twice the 1.21 dB of Ryu 2018, abstract: the force is a square",
         compute=lambda: force_change(ratio=just_noticeable_ratio()),
-        status="derived",
     ),
-    Check(
+    derived(
         "frequency of the force over that of the drive",
         expect=2.0,
         rtol=1e-9,
         source="the attraction is proportional to the square of the voltage, whatever its sign",
         compute=order_of_the_force,
-        status="derived",
     ),
 )

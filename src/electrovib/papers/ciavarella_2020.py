@@ -20,7 +20,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.contact.rough_surface import (
@@ -145,12 +145,11 @@ CHECKS = (
         compute=decays_to_a_plateau,
         status="abstract",
     ),
-    Check(
+    derived(
         "pull of conductors over that of two plates in air",
         expect=1.0,
         rtol=1e-12,
         source="identity: the case of conductors is that of no layer",
         compute=conductors_over_plates,
-        status="derived",
     ),
 )

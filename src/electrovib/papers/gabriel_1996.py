@@ -10,7 +10,7 @@ the time constant of the voltage, and twice as far below if they are the decay o
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Citation, cited, derived
 from electrovib.physics.material import ColeCole
 from electrovib.physics.skin import Skin, time_constant
 
@@ -70,20 +70,18 @@ def skins() -> dict[str, Skin]:
 
 
 CHECKS = (
-    Check(
+    derived(
         "tau of dry skin at 100 Hz",
         expect=50.3e-6,
         rtol=2e-3,
         source="evaluated independently of this code, table of skin values",
         compute=lambda: float(time_constant(DRY, 100.0)),
-        status="derived",
     ),
-    Check(
+    derived(
         "tau of wet skin at 1 kHz",
         expect=0.433e-3,
         rtol=2e-3,
         source="evaluated independently of this code, table of skin values",
         compute=lambda: float(time_constant(WET, 1e3)),
-        status="derived",
     ),
 )

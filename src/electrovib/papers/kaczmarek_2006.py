@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError
@@ -210,13 +210,12 @@ def edge_ratio(*, positive: float, negative: float, ramp: float = 20e-3, hold: f
 
 
 def _edges(name: str, expect: float, positive: float, negative: float) -> Check:
-    return Check(
+    return derived(
         name,
         expect=expect,
         rtol=2e-3,
         source="closed form of one mode, (tau (1 - exp(-ramp/tau)))^2, by hand; checks the candidate law, not the paper",
         compute=lambda: edge_ratio(positive=positive, negative=negative),
-        status="derived",
     )
 
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
@@ -43,17 +43,12 @@ CITATION = cited(CITATIONS)
 STATUS = "abstract"
 PRESETS = {
     "sine": PresetNote(
-        "low-voltage drives, the reference",
-        "electrovibration display, plastic film, conventional sine",
+        "low-voltage drives, the reference", "electrovibration display, plastic film, conventional sine"
     ),
     "modulated": PresetNote(
-        "low-voltage drives",
-        "electrovibration display, plastic film, amplitude modulation, carrier",
+        "low-voltage drives", "electrovibration display, plastic film, amplitude modulation, carrier"
     ),
-    "offset": PresetNote(
-        "low-voltage drives",
-        "electrovibration display, plastic film, DC offset",
-    ),
+    "offset": PresetNote("low-voltage drives", "electrovibration display, plastic film, DC offset"),
     "both": PresetNote(
         "low-voltage drives",
         "electrovibration display, plastic film, amplitude modulation, carrier, DC offset",
@@ -151,13 +146,12 @@ def square_harmonics(drive: dict[str, Any]) -> NDArray[np.float64]:
 
 
 def _algebra(name: str, drive: dict[str, Any], order: int, expect: float) -> Check:
-    return Check(
+    return derived(
         name,
         expect=expect,
         rtol=1e-9,
         source="algebra of the square, exact; rounding of a discrete Fourier transform",
         compute=lambda: float(square_harmonics(drive)[order]),
-        status="derived",
     )
 
 
@@ -170,12 +164,11 @@ CHECKS = (
     _algebra("mean of a carrier under 1 + 0.8 cos", _MODULATED, 0, 0.66),
     _algebra("carrier under 1 + 0.8 cos, at the modulation", _MODULATED, 1, 0.8),
     _algebra("carrier under 1 + 0.8 cos, at twice the modulation", _MODULATED, 2, 0.16),
-    Check(
+    derived(
         "vibrating force with an offset of twice the amplitude over that without, one peak-to-peak voltage",
         expect=8.0,
         rtol=1e-9,
         source="abstract: less peak-to-peak voltage for an equal percept; 2 V0 V1 against V1^2/2",
         compute=lambda: float(square_harmonics(_OFFSET)[1] / square_harmonics(sine(amplitude=1.0))[2]),
-        status="derived",
     ),
 )

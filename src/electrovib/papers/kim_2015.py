@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
@@ -40,12 +40,10 @@ CITATION = cited(CITATIONS)
 STATUS = "unverified"
 PRESETS = {
     "current": PresetNote(
-        "uniform intensity (unverified)",
-        "current control, uniform intensity, prescribed current",
+        "uniform intensity (unverified)", "current control, uniform intensity, prescribed current"
     ),
     "voltage": PresetNote(
-        "uniform intensity (unverified)",
-        "voltage control, for comparison with a prescribed current",
+        "uniform intensity (unverified)", "voltage control, for comparison with a prescribed current"
     ),
 }
 NOT_READ = (
@@ -116,13 +114,12 @@ def mean_attraction(name: str, changes: dict[str, Any] | None = None) -> float:
 
 def _derived(name: str, expect: float, current: float, frequency: float) -> Check:
     changes = {"drive.amplitude": math.sqrt(2) * current, "drive.frequency": frequency}
-    return Check(
+    return derived(
         name,
         expect=expect,
         rtol=1e-3,
         source="I_rms^2/(2 eps0 A w^2), evaluated independently of this code, four digits",
         compute=lambda: mean_attraction("current", changes),
-        status="derived",
     )
 
 
@@ -130,7 +127,7 @@ CHECKS = (
     _derived("mean attraction, 1 mA rms, 25 kHz, 1 cm2", 22.89e-3, 1e-3, 25e3),
     _derived("mean attraction, 0.1 mA rms, 1 kHz, 1 cm2", 143.0e-3, 1e-4, 1e3),
     _derived("mean attraction, 1 mA rms, 5 kHz, 1 cm2", 572.2e-3, 1e-3, 5e3),
-    Check(
+    derived(
         "attraction at a gap of 100 um over that at 0.1 um, prescribed current",
         expect=1.0,
         rtol=1e-9,
@@ -139,14 +136,12 @@ CHECKS = (
             mean_attraction("current", {"stack.gap.thickness": 100e-6})
             / mean_attraction("current", {"stack.gap.thickness": 0.1e-6})
         ),
-        status="derived",
     ),
-    Check(
+    derived(
         "root-mean-square gap field, 1 mA rms, 25 kHz, 1 cm2",
         expect=7.19e6,
         rtol=1e-3,
         source="I_rms/(w eps0 A), evaluated independently of this code, three digits",
         compute=lambda: gap_field(current=1e-3, frequency=25e3),
-        status="derived",
     ),
 )

@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
@@ -44,7 +44,7 @@ PRESETS = {
     "first_order": PresetNote(
         "cut-off below 500 Hz",
         "touchscreen, thin coating, tribometer, first-order circuit, force over frequency",
-    ),
+    )
 }
 NOT_READ = (
     "The equations and the figure of force over frequency were not read: which voltage the first-order circuit"
@@ -145,37 +145,33 @@ def voltage_exponent() -> float:
 
 
 CHECKS = (
-    Check(
+    derived(
         "shortest time constant of the model",
         expect=0.318e-3,
         rtol=2e-3,
         source="abstract: cut-off below about 500 Hz, as a time constant",
         compute=lambda: time_constant(CUT_OFF),
-        status="derived",
     ),
-    Check(
+    derived(
         "attraction at 500 Hz over its plateau, in the stack",
         expect=0.5,
         rtol=1e-6,
         source="half the power at the cut-off of a first-order circuit, here the abstract's bound",
         compute=lambda: share_of_plateau(frequency=CUT_OFF),
-        status="derived",
     ),
-    Check(
+    derived(
         "cut-off predicted for the skin of Vezzoli et al. 2014, in Hz",
         expect=13.8,
         rtol=5e-3,
         source="1/(2 pi 7.7 ms (1 + C_i/C_s)) with C_i/C_s = 1/2, by hand, three digits: below 500 Hz",
         compute=lambda: cut_off(values.skins()["point"].material),
-        status="derived",
     ),
-    Check(
+    derived(
         "C_i over C_s of 1 um with permittivity 3.9",
         expect=0.5,
         rtol=1e-2,
         source="3.45 nF against the 6.9 nF per cm2 of Vezzoli et al. 2014: C_i comparable with C_s",
         compute=capacitance_ratio,
-        status="derived",
     ),
     Check(
         "exponent of the voltage",

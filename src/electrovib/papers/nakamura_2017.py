@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
@@ -47,17 +47,12 @@ PRESETS = {
         "the force rises under DC",
         "electroadhesion, Johnsen-Rahbek effect, constant voltage, two leaky layers",
     ),
-    "fall": PresetNote(
-        "the force falls under DC",
-        "electroadhesion, constant voltage, two leaky layers",
-    ),
+    "fall": PresetNote("the force falls under DC", "electroadhesion, constant voltage, two leaky layers"),
     "charged": PresetNote(
-        "charge has to be neutralised",
-        "electroadhesion, Johnsen-Rahbek effect, residual charge",
+        "charge has to be neutralised", "electroadhesion, Johnsen-Rahbek effect, residual charge"
     ),
     "blocked": PresetNote(
-        "comparison with Vezzoli 2014",
-        "electroadhesion, constant voltage, plastic film that insulates",
+        "comparison with Vezzoli 2014", "electroadhesion, constant voltage, plastic film that insulates"
     ),
 }
 NOT_READ = (
@@ -155,7 +150,7 @@ def _two_layers(name: str, expect: float, rtol: float, compute: Any) -> Check:
     source = (
         "closed form of two layers, evaluated independently of this code, to as many digits as the tolerance"
     )
-    return Check(name, expect=expect, rtol=rtol, source=source, compute=compute, status="derived")
+    return derived(name, expect=expect, rtol=rtol, source=source, compute=compute)
 
 
 CHECKS = (

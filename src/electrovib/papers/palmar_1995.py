@@ -10,7 +10,7 @@ skin conductance level of 2 to 20 uS, assumed for 1 cm2.
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Citation, cited, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin, time_constant
@@ -74,20 +74,18 @@ def skins() -> dict[str, Skin]:
 
 
 CHECKS = (
-    Check(
+    derived(
         "tau of palmar skin, alpha 0.7545, 2 uS, at 100 Hz",
         expect=1.84e-3,
         rtol=3e-3,
         source="evaluated independently of this code, table of skin values",
         compute=lambda: float(time_constant(palmar(exponent=MEN, conductance=2e-6), 100.0)),
-        status="derived",
     ),
-    Check(
+    derived(
         "tau of palmar skin, alpha 0.8025, 20 uS, at 10 kHz",
         expect=0.0366e-3,
         rtol=5e-3,
         source="evaluated independently of this code, table of skin values",
         compute=lambda: float(time_constant(palmar(exponent=WOMEN, conductance=20e-6), 1e4)),
-        status="derived",
     ),
 )

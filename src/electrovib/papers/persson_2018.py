@@ -20,20 +20,14 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
-from electrovib.physics.roughness import (
-    ContactSpots,
-    GaussianGaps,
-    PullingSpots,
-    local_pull,
-    mean_pull,
-)
+from electrovib.physics.roughness import ContactSpots, GaussianGaps, PullingSpots, local_pull, mean_pull
 from electrovib.physics.stack import Layer, Linear, Section, roles_of
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
@@ -70,7 +64,7 @@ PRESETS = {
     "coating": PresetNote(
         "no number of the paper",
         "touchscreen, touch panel with a thin coating, the 3M-type screen of `compare` (values unverified), rough finger",
-    ),
+    )
 }
 NOT_READ = (
     "the paper's own distribution of gaps under load and attraction, solved together with the contact area: the law here"
@@ -227,7 +221,7 @@ _SERIES = "plates in series with inputs cited from memory, unverified; computed 
 
 
 def _derived(name: str, expect: float, rtol: float, source: str, compute: Callable[[], float]) -> Check:
-    return Check(name, expect=expect, rtol=rtol, source=source, compute=compute, status="derived")
+    return derived(name, expect=expect, rtol=rtol, source=source, compute=compute)
 
 
 def _ratio(electrical: float, rms: float, in_rms: float, expect: float) -> Check:

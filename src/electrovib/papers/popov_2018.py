@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import eps0
 
 
@@ -137,24 +137,22 @@ _APART = "the abstract's analogy with inputs of a choice, computed independently
 
 
 def _gain(load: float, expect: float) -> Check:
-    return Check(
+    return derived(
         f"growth of the contact of an adhesive sphere at {load:g} N",
         expect=expect,
         rtol=0.6e-3 / expect,  # a tenth of a percent of the area
         source=_APART,
         compute=lambda: area_gain(normal_force=load),
-        status="derived",
     )
 
 
 CHECKS = (
-    Check(
+    derived(
         "energy of separation over strength times range",
         expect=1.0,
         rtol=1e-12,
         source="identity",
         compute=energy_over_strength_and_range,
-        status="derived",
     ),
     Check(
         "energy of separation, growth with twice the voltage",
@@ -164,21 +162,15 @@ CHECKS = (
         compute=lambda: separation_energy(voltage=2 * _VOLTAGE, **_COATING) / _energy(),
         status="abstract",
     ),
-    Check(
-        "energy of separation, 1 um of 3.9 at 100 V",
-        expect=0.1727,
-        rtol=5e-4,
-        source=_APART,
-        compute=_energy,
-        status="derived",
+    derived(
+        "energy of separation, 1 um of 3.9 at 100 V", expect=0.1727, rtol=5e-4, source=_APART, compute=_energy
     ),
-    Check(
+    derived(
         "strength of adhesion, 1 um of 3.9 at 100 V",
         expect=673e3,
         rtol=1e-3,
         source=_APART,
         compute=lambda: adhesive_strength(voltage=_VOLTAGE, **_COATING),
-        status="derived",
     ),
     _gain(0.1, 0.455),
     _gain(0.5, 0.185),

@@ -16,7 +16,7 @@ import functools
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.core.constants import eps0
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
@@ -41,8 +41,7 @@ CITATION = cited(CITATIONS)
 STATUS = "abstract"
 PRESETS = {
     "field_50": PresetNote(
-        "figure 2b",
-        "electroadhesive clutch, interdigitated electrodes, high permittivity; not a finger",
+        "figure 2b", "electroadhesive clutch, interdigitated electrodes, high permittivity; not a finger"
     ),
     "field_3": PresetNote("figure 2b", "electroadhesive clutch, interdigitated electrodes; not a finger"),
     "relaxor": PresetNote(
@@ -79,12 +78,7 @@ WITHIN = {HIGH: 6e-2, LOW: 1.5e-2}
 
 
 def clutch_force(
-    *,
-    voltage: float,
-    gap: float,
-    permittivity: float,
-    thickness: float = THICKNESS,
-    area: float = AREA,
+    *, voltage: float, gap: float, permittivity: float, thickness: float = THICKNESS, area: float = AREA
 ) -> float:
     """Compute the attraction [N] of interdigitated electrodes under a dielectric to a floating metal.
 
@@ -125,13 +119,12 @@ def stack_over_formula() -> float:
 
 CHECKS = (
     *(_check(*point) for point in FIELD_POINTS),
-    Check(
+    derived(
         "stack with two contacts over the formula",
         expect=1.0,
         rtol=1e-9,
         source="identity: the current enters through half of the electrodes and leaves through the other half",
         compute=stack_over_formula,
-        status="derived",
     ),
 )
 

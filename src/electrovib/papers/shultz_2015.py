@@ -13,7 +13,7 @@ import functools
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Citation, cited, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
@@ -38,8 +38,7 @@ PRESETS = {
         "touchscreen, electroadhesive display, Johnsen-Rahbek effect, constant voltage",
     ),
     "insulated": PresetNote(
-        "the force fades on an insulator",
-        "touchscreen, electroadhesive display, constant voltage",
+        "the force fades on an insulator", "touchscreen, electroadhesive display, constant voltage"
     ),
 }
 NOT_READ = "The text was not read: its law is cited from memory, unverified; its coating, gap and voltages are not known here."
@@ -92,20 +91,18 @@ def settled_force(name: str) -> float:
 
 
 CHECKS = (
-    Check(
+    derived(
         "attraction with all of 100 V across 3 um and 1 cm2, N",
         expect=0.4919,
         rtol=2e-4,
         source="limit of the Maxwell stress in the gap, by hand, four digits",
         compute=lambda: gap_force(voltage=VOLTAGE, gap=GAP, area=AREA),
-        status="derived",
     ),
-    Check(
+    derived(
         "settled attraction on a coating that leaks, N",
         expect=0.4919,
         rtol=2e-4,
         source="limit of the Maxwell stress in the gap, by hand: the gap has 3e4 times the resistance of coating and skin",
         compute=lambda: settled_force("leaky"),
-        status="derived",
     ),
 )

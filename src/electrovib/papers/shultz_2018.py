@@ -16,7 +16,7 @@ import functools
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
@@ -38,13 +38,9 @@ CITATIONS = (
 CITATION = cited(CITATIONS)
 STATUS = "abstract"
 PRESETS = {
-    "at_rest": PresetNote(
-        "impedance of a sliding finger",
-        "touchscreen, electroadhesive display, impedance",
-    ),
+    "at_rest": PresetNote("impedance of a sliding finger", "touchscreen, electroadhesive display, impedance"),
     "sliding": PresetNote(
-        "impedance of a sliding finger",
-        "touchscreen, electroadhesive display, impedance, air gap",
+        "impedance of a sliding finger", "touchscreen, electroadhesive display, impedance, air gap"
     ),
 }
 NOT_READ = (
@@ -118,28 +114,25 @@ def sliding_over_rest(*, gap: float) -> tuple[float, float]:
 
 
 CHECKS = (
-    Check(
+    derived(
         "impedance with a gap of 0.385 um over that at rest",
         expect=2.0,
         rtol=2e-3,
         source="abstract: a rise of 100 %; gap of K computed by hand, three digits",
         compute=lambda: sliding_over_rest(gap=0.385e-6)[0],
-        status="derived",
     ),
-    Check(
+    derived(
         "impedance with a gap of 3.846 um over that at rest",
         expect=11.0,
         rtol=1e-3,
         source="abstract: a rise of 1000 %; gap of 10 K computed by hand, four digits",
         compute=lambda: sliding_over_rest(gap=3.846e-6)[0],
-        status="derived",
     ),
-    Check(
+    derived(
         "attraction of contact over that with twice its impedance",
         expect=4.0,
         rtol=3e-3,
         source="identity: at fixed voltage the gap field is inversely proportional to the impedance",
         compute=lambda: 1 / sliding_over_rest(gap=0.385e-6)[1],
-        status="derived",
     ),
 )

@@ -13,7 +13,7 @@ import functools
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
@@ -42,8 +42,7 @@ PRESETS = {
         "electrotactile display, plastic film, Maxwell stress in the insulator",
     ),
     "display_gap": PresetNote(
-        "intensity set by peak voltage",
-        "electrotactile display, plastic film, Maxwell stress in the gap",
+        "intensity set by peak voltage", "electrotactile display, plastic film, Maxwell stress in the gap"
     ),
 }
 NOT_READ = (
@@ -104,15 +103,14 @@ def against_frequency(*, low: float, high: float) -> tuple[float, float]:
 
 
 CHECKS = (
-    Check(
+    derived(
         "static force of one dielectric layer at 1000 V",
         expect=0.183096,
         rtol=1e-5,
         source="stress D E/2 in a plate capacitor, film of vezzoli_2014, computed by hand",
         compute=lambda: attraction("MaxwellStressInInsulator", voltage=VOLTAGE),
-        status="derived",
     ),
-    Check(
+    derived(
         "Maxwell stress in the gap over this law",
         expect=3.35,
         rtol=1e-9,
@@ -121,7 +119,6 @@ CHECKS = (
             attraction("MaxwellStressInGap", voltage=VOLTAGE)
             / attraction("MaxwellStressInInsulator", voltage=VOLTAGE)
         ),
-        status="derived",
     ),
     Check(
         "attraction at 10 kHz over 100 Hz, one peak voltage",
@@ -131,12 +128,11 @@ CHECKS = (
         compute=lambda: against_frequency(low=100.0, high=1e4)[0],
         status="abstract",
     ),
-    Check(
+    derived(
         "current density at 10 kHz over 100 Hz, one peak voltage",
         expect=100.0,
         rtol=1e-4,
         source="the current of a capacitor is proportional to the frequency while the attraction above is constant",
         compute=lambda: against_frequency(low=100.0, high=1e4)[1],
-        status="derived",
     ),
 )

@@ -12,8 +12,8 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.files import note_input
 from electrovib.core.model import read_model
-from electrovib.data.columns import read_columns
-from electrovib.data.toml_file import read_toml_file
+from electrovib.core.parsing import read_toml_file
+from electrovib.data.registry import read_columns
 from electrovib.physics.rig import EvenSamples, TimeColumn, TribometerChannels
 from electrovib.recordings.rail import at_rail
 
@@ -62,7 +62,7 @@ def read_recording(path: Path, channels: TribometerChannels) -> Recording:
     Parameters
     ----------
     path : Path
-        Any file from which `electrovib.data.columns.read_columns` reads columns: ``.mat``, ``.csv``, ``.npy`` ...
+        Any file from which `electrovib.data.registry.read_columns` reads columns: ``.mat``, ``.csv``, ``.npy`` ...
     channels : TribometerChannels
         Assignment of the columns, and their calibration.
 

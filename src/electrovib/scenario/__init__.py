@@ -1,47 +1,26 @@
 """An experiment as one frozen tree of models, and how it is read."""
 
-from electrovib.scenario.experiment import Scenario
-from electrovib.scenario.files import read_part
-from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
-from electrovib.scenario.offers import skins
-from electrovib.scenario.presets import AIR, plain, preset, sourced
-from electrovib.scenario.reading import (
-    DEFAULT,
-    Source,
-    changed_models,
-    load,
-    paper_of_preset,
-    paper_scenario,
-    read_scenario,
-    scenario_of,
-    sweep_of,
-)
-from electrovib.scenario.sources import is_default, not_in_paper
-from electrovib.scenario.toml import SCHEMA
-
-__all__ = [
-    "AIR",
-    "DEFAULT",
-    "SCHEMA",
-    "AtRest",
-    "FrequencyGrid",
-    "InitialState",
-    "PeriodicState",
-    "Scenario",
-    "Source",
-    "TimeGrid",
-    "changed_models",
-    "is_default",
-    "load",
-    "not_in_paper",
-    "paper_of_preset",
-    "paper_scenario",
-    "plain",
-    "preset",
-    "read_part",
-    "read_scenario",
-    "scenario_of",
-    "skins",
-    "sourced",
-    "sweep_of",
-]
+from electrovib.scenario.experiment import Scenario as Scenario
+from electrovib.scenario.files import read_part as read_part
+from electrovib.scenario.files import skins as skins
+from electrovib.scenario.grids import AtRest as AtRest
+from electrovib.scenario.grids import FrequencyGrid as FrequencyGrid
+from electrovib.scenario.grids import InitialState as InitialState
+from electrovib.scenario.grids import PeriodicState as PeriodicState
+from electrovib.scenario.grids import TimeGrid as TimeGrid
+from electrovib.scenario.presets import AIR as AIR
+from electrovib.scenario.presets import plain as plain
+from electrovib.scenario.presets import preset as preset
+from electrovib.scenario.presets import sourced as sourced
+from electrovib.scenario.reading import DEFAULT as DEFAULT
+from electrovib.scenario.reading import Source as Source
+from electrovib.scenario.reading import changed_models as changed_models
+from electrovib.scenario.reading import load as load
+from electrovib.scenario.reading import paper_of_preset as paper_of_preset
+from electrovib.scenario.reading import paper_scenario as paper_scenario
+from electrovib.scenario.reading import read_scenario as read_scenario
+from electrovib.scenario.reading import scenario_of as scenario_of
+from electrovib.scenario.reading import sweep_of as sweep_of
+from electrovib.scenario.sources import is_default as is_default
+from electrovib.scenario.sources import not_in_paper as not_in_paper
+from electrovib.scenario.toml import SCHEMA as SCHEMA

@@ -68,11 +68,6 @@ class Distribution(ABC):
     def share_above(self, value: float) -> float:
         """Return the probability of values that exceed a given one, without cancellation where it is small."""
 
-    @property
-    @abstractmethod
-    def ends(self) -> tuple[float, float]:
-        """Smallest and largest value that can occur, in the SI unit of the parameter; infinite if unbounded."""
-
     def truncated(self, low: float, high: float) -> Distribution:
         """Return the distribution of the values between two ends, which may be infinite, renormalised."""
         return Truncated(distribution=self, low=low, high=high)
@@ -109,12 +104,6 @@ class Truncated(Distribution):
         above = self.distribution.share_above
         return bounded((above(value) - above(self.high)) / self._kept)
 
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The nearer of these ends and those of the distribution."""
-        low, high = self.distribution.ends
-        return max(low, self.low), min(high, self.high)
-
     def truncated(self, low: float, high: float) -> Distribution:
         """Return the same distribution with the nearer of the ends."""
         return Truncated(distribution=self.distribution, low=max(low, self.low), high=min(high, self.high))
@@ -122,55 +111,27 @@ class Truncated(Distribution):
 
 @dataclass(frozen=True, kw_only=True)
 class Normal(Distribution):
-    """Normal distribution, truncated and renormalised where ends are given."""
+    """Normal distribution."""
 
     mean: float
     deviation: float
-    low: float = -math.inf
-    high: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse a deviation of 0 or less, ends in the wrong order, and ends that keep next to nothing."""
         check_positive(deviation=self.deviation)
-        check_increasing(low=self.low, high=self.high)
-        check_kept(self._kept)
-
-    @property
-    def _kept(self) -> float:
-        below, above = self._tails
-        return 1 - below - above
-
-    @property
-    def _tails(self) -> tuple[float, float]:
-        return self._below(self.low), self._below(2 * self.mean - self.high)
-
-    def _below(self, value: float) -> float:
-        return 0.5 * math.erfc((self.mean - value) / (self.deviation * math.sqrt(2)))
 
     def value(self, share: Real) -> Real:
-        """Invert the cumulative distribution between the ends."""
+        """Invert the cumulative distribution."""
         from scipy.special import ndtri
 
-        found = self.mean + self.deviation * ndtri(self._tails[0] + self._kept * share)
-        return np.asarray(np.clip(found, self.low, self.high))
+        return np.asarray(self.mean + self.deviation * ndtri(share))
 
     def share(self, value: float) -> float:
-        """Evaluate the cumulative distribution between the ends."""
-        return bounded((self._below(value) - self._tails[0]) / self._kept)
+        """Evaluate the cumulative distribution."""
+        return 0.5 * math.erfc((self.mean - value) / (self.deviation * math.sqrt(2)))
 
     def share_above(self, value: float) -> float:
         """Evaluate the complement by symmetry."""
-        return bounded((self._below(2 * self.mean - value) - self._tails[1]) / self._kept)
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The two ends, infinite unless given."""
-        return self.low, self.high
-
-    def truncated(self, low: float, high: float) -> Normal:
-        """Return a normal distribution with the nearer of the ends."""
-        nearer = max(low, self.low), min(high, self.high)
-        return Normal(mean=self.mean, deviation=self.deviation, low=nearer[0], high=nearer[1])
+        return self.share(2 * self.mean - value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,11 +162,6 @@ class LogNormal(Distribution):
         scale = math.log(self.factor) * math.sqrt(2)
         return 0.5 * math.erfc(log_ratio(value, self.median) / scale)
 
-    @property
-    def ends(self) -> tuple[float, float]:
-        """From 0 to infinity."""
-        return 0.0, math.inf
-
 
 @dataclass(frozen=True, kw_only=True)
 class Uniform(Distribution):
@@ -228,11 +184,6 @@ class Uniform(Distribution):
     def share_above(self, value: float) -> float:
         """Invert the interpolation from the upper end."""
         return bounded((self.high - value) / (self.high - self.low))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The two ends."""
-        return self.low, self.high
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -257,11 +208,6 @@ class LogUniform(Distribution):
     def share_above(self, value: float) -> float:
         """Invert the interpolation from the upper end."""
         return bounded(-log_ratio(value, self.high) / math.log(self.high / self.low))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The two ends."""
-        return self.low, self.high
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -303,11 +249,6 @@ class Triangular(Distribution):
             return 0.0
         return (self.high - value) ** 2 / ((self.high - self.low) * (self.high - self.likely))
 
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The two ends."""
-        return self.low, self.high
-
 
 @dataclass(frozen=True, kw_only=True)
 class Empirical(Distribution):
@@ -332,11 +273,6 @@ class Empirical(Distribution):
     def share_above(self, value: float) -> float:
         """Count the values that exceed this one."""
         return sum(each > value for each in self.values) / len(self.values)
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Smallest and largest measured value."""
-        return min(self.values), max(self.values)
 
     def truncated(self, low: float, high: float) -> Empirical:
         """Return the measured values between the ends, the ends included."""

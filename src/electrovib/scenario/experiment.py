@@ -28,17 +28,13 @@ from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
 from electrovib.physics.stack import IMPLIED, ORDER, Stack, beside_interface
-from electrovib.scenario.files import read_part
+from electrovib.scenario.files import read_part, with_offers
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
-from electrovib.scenario.offers import with_offers
 from electrovib.scenario.sources import BY_THE_USER
 from electrovib.scenario.toml import SCHEMA, to_toml
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
-
-    from electrovib.core.model import Model
-    from electrovib.physics.moisture import Moisture
 
 
 class Scenario(Model):
@@ -246,7 +242,7 @@ def in_words(model: Model) -> str:
         field = kind.model_fields.get(name)
         if value is None or (field is not None and field.default == value):
             continue
-        quantity = quantity_of(kind, name) if field is not None else None
+        quantity = quantity_of(kind, name)
         given.append(
             f"{name} = {format_quantity(value, quantity.unit, digits=4) if quantity else _text(value)}"
         )
@@ -315,27 +311,21 @@ def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> dict[str,
     placed, added = dict(stack), dict[str, Any]()
     for path in changes:
         name = path.split(".")[1] if path.startswith("stack.") else ""
-        role = _role(name, changes)
+        table = changes.get(f"stack.{name}")
+        role = _role(
+            name, table if isinstance(table, Mapping) else {"role": changes.get(f"stack.{name}.role")}
+        )
         if name and name not in placed and role in ORDER:
             layers = list(placed.items())
-            place = sum(
-                _lies_before(added.get(other) or _own_role(other, table), role) for other, table in layers
-            )
+            place = sum(_lies_before(added.get(other) or _role(other, own), role) for other, own in layers)
             placed = dict([*layers[:place], (name, {}), *layers[place:]])
             added[name] = role
     tables["stack"] = placed
     return added
 
 
-def _role(name: str, changes: Mapping[str, Any]) -> Any:
-    """Role of a new layer: that of its name, else the declared one, else None."""
-    table = changes.get(f"stack.{name}")
-    declared = table.get("role") if isinstance(table, Mapping) else changes.get(f"stack.{name}.role")
-    return IMPLIED.get(name, declared)
-
-
-def _own_role(name: str, table: Any) -> Any:
-    """Role of a layer of the stack: that of its name, else the declared one, else None."""
+def _role(name: str, table: Any) -> Any:
+    """Role of a layer: that of its name, else the declared one, else None."""
     return IMPLIED.get(name) or (table.get("role") if isinstance(table, Mapping) else None)
 
 

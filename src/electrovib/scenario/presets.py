@@ -10,8 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.tables import stored_changes
 from electrovib.scenario.experiment import Scenario
-from electrovib.scenario.files import read_part
-from electrovib.scenario.offers import with_offers
+from electrovib.scenario.files import read_part, with_offers
 from electrovib.scenario.reading import read_scenario
 from electrovib.scenario.sources import is_default
 

@@ -11,9 +11,8 @@ from electrovib.core.discovery import offers, paper_names, papers
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, closest_file, shortened
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import missing_models, origins
-from electrovib.core.parsing import read_json
+from electrovib.core.parsing import read_json, read_toml_file
 from electrovib.core.signals import is_trace
-from electrovib.data.toml_file import read_toml_file
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.discovery import find_members, offers, papers
-from electrovib.core.errors import Problem, closest, nearest
+from electrovib.core.errors import Problem, closest, nearest, question
 from electrovib.core.search import Searchable, as_question, suggestions
 from electrovib.core.tables import place_of
 from electrovib.core.units import format_quantity
@@ -124,11 +124,9 @@ def _names(kinds: list[type[Model]], table: Any) -> set[str]:
 def _meant(content: Mapping[str, Any], keys: list[str], depth: int, names: set[str]) -> str:
     near = closest(keys[depth], names)
     if near is not None:
-        return f" Did you mean '{'.'.join([*keys[:depth], near, *keys[depth + 1 :]])}'?"
-    same = [path for path in _paths(content) if path.rpartition(".")[2] == keys[-1]][:_MOST]
-    if same:
-        return f" Did you mean {' or '.join(repr(path) for path in same)}?"
-    return nearest(keys[depth], names)
+        return question([f"'{'.'.join([*keys[:depth], near, *keys[depth + 1 :]])}'"])
+    same = [repr(path) for path in _paths(content) if path.rpartition(".")[2] == keys[-1]]
+    return question(same[:_MOST]) or nearest(keys[depth], names)
 
 
 def _paths(table: Any, start: str = "") -> Iterator[str]:

@@ -46,7 +46,7 @@ def model_table(model: Model) -> Any:
         table.add("model", tomlkit.item(type(model).__name__))
     nested = []
     for name, value in model:
-        if value is None or (isinstance(value, Samples) and _field(model, "file")):
+        if value is None or (isinstance(value, Samples) and getattr(model, "file", None)):
             continue
         if isinstance(value, Model):
             nested.append((name, value))
@@ -62,7 +62,7 @@ def model_table(model: Model) -> Any:
 
 
 def _meaning(model: Model, name: str) -> str:
-    quantity = quantity_of(type(model), name) if name in type(model).model_fields else None
+    quantity = quantity_of(type(model), name)
     if quantity is not None:
         return quantity.doc
     field = type(model).model_fields.get(name)
@@ -86,12 +86,8 @@ def left_away(model: Model, prefix: str = "") -> dict[str, str]:
     return found
 
 
-def _field(model: Model, name: str) -> Any:
-    return getattr(model, name, None)
-
-
 def _written(model: Model, name: str, value: Any) -> Any:
-    quantity = quantity_of(type(model), name) if name in type(model).model_fields else None
+    quantity = quantity_of(type(model), name)
     if quantity is not None:
         return exact_text(value, quantity.unit)
     if isinstance(value, tuple):

@@ -17,7 +17,7 @@ from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, unsigned
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space import Space, SpaceSource, read_space
-from electrovib.scenario.space.counter import checked_seed
+from electrovib.scenario.space.relations import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities import read_name

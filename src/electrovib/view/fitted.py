@@ -387,7 +387,7 @@ def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) ->
 
 def chains_bytes(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> bytes:
     """Return the chains of a posterior distribution as a netCDF file, with the mark by which a later fit may replace it."""
-    from electrovib.data.traces.netcdf import in_memory
+    from electrovib.data.traces import in_memory
     from electrovib.recordings.fit.posterior import chains_of
 
     chains = chains_of(posterior, {row.name: row.unit for row in rows})

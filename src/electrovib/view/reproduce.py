@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.answer import Document, Table
+from electrovib.core.budget import each_item
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.core.items import each_item
 from electrovib.data.atomic import check_writable, left_by_a_kill, writing
 from electrovib.data.marks import Form, csv_text, is_ours
 from electrovib.studies.reproduction import COMPARED

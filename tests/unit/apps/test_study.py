@@ -12,8 +12,8 @@ from stand_in_population import SPACE, StandInPopulation, stand_in
 import electrovib as ev
 from electrovib.apps.cli.study import _processes
 from electrovib.apps.progress import items_shown, progress_words
+from electrovib.core.budget import computed, each_item, items_heard
 from electrovib.core.errors import InputError
-from electrovib.core.items import computed, each_item, items_heard
 from electrovib.data.marks import Form
 from electrovib.view import reproduce as page
 

@@ -16,10 +16,9 @@ from electrovib.core.errors import (
     nearest,
     suggestion,
 )
-from electrovib.core.meant import meant
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.samples import Samples
-from electrovib.core.tables import put
+from electrovib.core.tables import meant, put
 from electrovib.scenario import load
 
 

@@ -15,9 +15,8 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.data import atomic
-from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.atomic import HeldError, check_writable, held, write_text
 from electrovib.data.atomic import writing as writing_all
-from electrovib.data.lock import HeldError, held
 from electrovib.data.marks import Form, is_ours, sign, unsigned
 
 
@@ -217,7 +216,7 @@ HOLD = """
 import errno, sys, time
 from pathlib import Path
 import filelock
-from electrovib.data.lock import held
+from electrovib.data.atomic import held
 
 def without(self, *_, **__):
     raise OSError(errno.ENOLCK, "No locks available")

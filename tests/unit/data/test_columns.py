@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.columns import read_columns
+from electrovib.data.registry import read_columns
 
 ROOT = Path(__file__).parents[3]
 WANTED = {"time": ("time", "s"), "volts": ("voltage", "V")}

@@ -16,9 +16,9 @@ import pytest
 from electrovib.core.budget import content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError
 from electrovib.core.signals import make_trace
-from electrovib.data.columns import read_columns
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.hdf5 import reader as netcdf_reader
+from electrovib.data.registry import read_columns
 from electrovib.data.traces import load_nc, save_nc
 
 WANTED = {"t": ("time", "s"), "v": ("voltage", "V")}
@@ -301,7 +301,7 @@ def test_many_damaged_files_are_read_or_refused(count, kinds):
 def test_the_damaging_script_notices_a_crash_and_a_wrong_exception(tmp_path):
     """A reader that raises something else makes it fail."""
     (tmp_path / "sitecustomize.py").write_text(
-        "import electrovib.data.columns as columns\nolder = columns.read_columns\n"
+        "import electrovib.data.registry as columns\nolder = columns.read_columns\n"
         "def read(path, wanted):\n    found = older(path, wanted)\n"
         "    if found['v'][0] != 0: raise KeyError('x')\n    return found\ncolumns.read_columns = read\n"
     )

@@ -15,9 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.columns import read_columns
 from electrovib.data.readers import matlab
 from electrovib.data.readers.matlab import read_arrays
+from electrovib.data.registry import read_columns
 
 TABLE = np.arange(12.0).reshape(4, 3) / 7
 

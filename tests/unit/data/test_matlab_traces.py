@@ -13,7 +13,7 @@ from every_kind import LAYERS, same, small, with_sweep
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.signals import make_trace
-from electrovib.data.traces.matlab import load_mat, matlab_names, save_mat
+from electrovib.data.traces import load_mat, matlab_names, save_mat
 
 
 @pytest.mark.parametrize(

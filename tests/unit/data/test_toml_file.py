@@ -83,7 +83,7 @@ def test_no_other_module_reads_a_file_as_toml():
         if "read_toml(" in text and (".read_bytes()" in text or ".open(" in text or ".read_text(" in text)
     }
     assert reading == {
-        "data/toml_file.py",
+        "core/parsing.py",
         "apps/explorer/reading.py",
         "bench/settings.py",
         "scenario/space/shipped/__init__.py",

@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.signals import FORMAT, make_trace
-from electrovib.data.columns import read_columns
-from electrovib.data.traces import comma_separated, load_csv, load_nc, open_trace, save_csv, save_nc
-from electrovib.data.traces.matlab import save_mat
+from electrovib.data import trace_csv as comma_separated
+from electrovib.data.registry import read_columns
+from electrovib.data.trace_csv import load_csv, save_csv
+from electrovib.data.traces import load_nc, open_trace, save_mat, save_nc
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,8 @@ import xarray
 
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.data.traces import load_csv, load_mat, load_nc, open_trace
+from electrovib.data.trace_csv import load_csv
+from electrovib.data.traces import load_mat, load_nc, open_trace
 from electrovib.exports.save import check_output, save
 from electrovib.scenario import load
 

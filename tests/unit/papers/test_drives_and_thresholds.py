@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from electrovib.core.budget import items_heard
 from electrovib.core.discovery import papers
 from electrovib.core.errors import InputError
-from electrovib.core.items import items_heard
 from electrovib.papers import kang_2017, vardar_2017
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate

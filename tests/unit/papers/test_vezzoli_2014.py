@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 from electrovib.core.answer import REFERENCE
+from electrovib.core.budget import items_heard
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
-from electrovib.core.items import items_heard
-from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
-from electrovib.papers.vezzoli_2014.looks import MEANINGS
+from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014.figures import MEANINGS
 from electrovib.studies.reproduction import Row, verdict_over
 from electrovib.view import documents
 from electrovib.view.plots.of_answers import PALETTE
@@ -88,7 +88,7 @@ def test_no_row_mixes_laws(rows):
     cases = compute.figure_6_cases()
     laws = {name: type(case.force).__name__ for name, case in cases.items()}
     own = {"paper point", compute.POINT_BY_FORCE}
-    found = {case.name: case.force for case in by_skin.figure_6()}
+    found = {case.name: case.force for case in compute.figure_6()}
     for row, law in (("law_1", "Vezzoli2014Causal"), ("gap", "MaxwellStressInGap")):
         forces = [1e3 * force for name, force in found.items() if laws[name] == law and name not in own]
         assert rows[f"trapezium_force_{row}"].ours == pytest.approx((min(forces), max(forces)), rel=1e-12)
@@ -165,7 +165,7 @@ def test_figure_7_by_skin(skin):
     reciprocal, word = SHAPES[skin]
     found = compute.rise_and_saturation(compute.force_skins()[skin].material)
     assert found[0] == pytest.approx(1 / reciprocal, rel=0.15 if skin == "Gabriel dry" else 0.04)
-    assert by_skin.Shape(*found).words.startswith(word)
+    assert compute.Shape(*found).words.startswith(word)
 
 
 def test_the_causality_residual_is_rounding_without_dispersion():
@@ -315,9 +315,9 @@ def closed_ramp(tau, force):
 @pytest.mark.parametrize(
     ("reading", "tau", "force", "ramp", "gap"),
     [
-        (decay.BY_VOLTAGE, 7.7, 3.85, 36.3, "8.7e+08"),
-        (decay.BY_FORCE, 15.4, 7.7, 72.6, "1.74e+09"),
-        (decay.MEASURED, 12.0, 6.0, 56.6, "1.36e+09"),
+        (compute.BY_VOLTAGE, 7.7, 3.85, 36.3, "8.7e+08"),
+        (compute.BY_FORCE, 15.4, 7.7, 72.6, "1.74e+09"),
+        (compute.MEASURED, 12.0, 6.0, 56.6, "1.36e+09"),
     ],
     ids=["by voltage", "by force", "measured"],
 )
@@ -325,7 +325,7 @@ def test_both_readings_are_carried_through(reading, tau, force, ramp, gap):
     assert (reading.tau, reading.decay) == pytest.approx((tau * 1e-3, force * 1e-3))
     assert closed_ramp(reading.tau, 2.5e-3) == pytest.approx(ramp * 1e-3, rel=2e-3)  # three digits
     assert reading.ramp(2.5e-3) == pytest.approx(closed_ramp(1.0047721 * reading.tau, 2.5e-3), rel=3e-4)
-    shown = {line[0]: line for line in decay.table().rows}[reading.name]
+    shown = {line[0]: line for line in compute.decay_table().rows}[reading.name]
     assert shown[1:3] == (f"{tau:.3g}", f"{force:.3g}")
     assert shown[4] == gap
     # lateral 2 to 5 mN over friction of 0.3 to 0.6: attraction of 3.33 to 16.7 mN

@@ -7,10 +7,17 @@ import pytest
 
 import electrovib as ev
 from electrovib.papers.vezzoli_2014 import compute, values
-from electrovib.papers.vezzoli_2014.population import closed_forms as forms
-from electrovib.papers.vezzoli_2014.population import panels, predicted, rows, table
-from electrovib.papers.vezzoli_2014.population.predicted import SEED, population
-from electrovib.papers.vezzoli_2014.population.set_up import SET_UP, readings
+from electrovib.papers.vezzoli_2014 import population as forms
+from electrovib.papers.vezzoli_2014.population import (
+    SEED,
+    SET_UP,
+    panels,
+    population,
+    predicted,
+    readings,
+    rows,
+    table,
+)
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.material import ConstantPhase
 

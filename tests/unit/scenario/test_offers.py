@@ -9,7 +9,7 @@ from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
 from electrovib.papers import gabriel_1996, palmar_1995
 from electrovib.scenario import load, preset, skins
-from electrovib.scenario.offers import with_offers
+from electrovib.scenario.files import with_offers
 from electrovib.scenario.sources import BY_THE_USER, not_in_paper
 
 SKIN, FILM = "stack.stratum_corneum.material", "stack.insulator.material"

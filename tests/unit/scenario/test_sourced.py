@@ -17,7 +17,7 @@ MISSPELT = "Did you mean 'stack.gap.thickness'?"
 WRONG = {
     "stack.gap.thicknes": f"'stack.gap' has no 'thicknes'. {MISSPELT}",
     "stack.insulatr.thickness": "'stack' has no 'insulatr'. Did you mean 'stack.insulator.thickness'?",
-    "stack.coating.thickness": "'stack' has no 'coating'. Did you mean 'stack.insulator.thickness' or",
+    "stack.coating.thickness": "'stack' has no 'coating'. Did you mean 'stack.insulator.thickness', 'stack.gap.thickness' or",
     "lod.normal_force": "a scenario has no 'lod'. Did you mean 'load.normal_force'?",
     "load.normal_force.value": "'load.normal_force' is a single value",
     "stack.gap.material.permitivity": "Did you mean 'stack.gap.material.permittivity'?",

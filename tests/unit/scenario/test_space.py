@@ -44,7 +44,7 @@ def space(table=None, /, scenario=SINE, **parts):
 def test_a_space_is_read_in_the_units_of_its_parameters_and_feeds_a_prepared_scenario():
     found = space(relations=[f"{FILM} < {SKIN}"])
     assert found.paths == (FILM, SKIN)
-    assert found.distributions[FILM] == Normal(mean=1e-6, deviation=1e-7, low=5e-7, high=2e-6)
+    assert found.distributions[FILM] == Normal(mean=1e-6, deviation=1e-7).truncated(5e-7, 2e-6)
     values = found.values({FILM: np.array([0.5, 0.9]), SKIN: np.array([0.5, 0.1])})
     assert values[FILM][0] == pytest.approx(1e-6)
     force = prepare(SINE, free=found.paths, quantities=["mean electrostatic_force"])(values)
@@ -239,7 +239,7 @@ ORIGINS = st.builds(
 DISTRIBUTIONS = st.one_of(
     st.builds(lambda a, b: Uniform(low=a, high=a + b), NUMBERS, NUMBERS),
     st.builds(lambda a, b: LogUniform(low=a, high=a + b), NUMBERS, NUMBERS),
-    st.builds(lambda a, b: Normal(mean=a, deviation=b, low=1e-9, high=2e-2), NUMBERS, NUMBERS),
+    st.builds(lambda a, b: Normal(mean=a, deviation=b).truncated(1e-9, 2e-2), NUMBERS, NUMBERS),
     st.builds(lambda a, b: LogNormal(median=a, factor=1.1 + b), NUMBERS, NUMBERS),
     st.builds(lambda a, b: LogNormal(median=a, factor=1.1 + b).truncated(a / 2, math.inf), NUMBERS, NUMBERS),
     st.builds(lambda a, b, c: Triangular(low=a, likely=a + b, high=a + b + c), NUMBERS, NUMBERS, NUMBERS),

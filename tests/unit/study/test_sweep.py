@@ -9,7 +9,7 @@ import pytest
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.data.traces import load_csv
+from electrovib.data.trace_csv import load_csv
 from electrovib.exports.save import save
 from electrovib.papers import palmar_1995
 from electrovib.physics.tabulated import Tabulated

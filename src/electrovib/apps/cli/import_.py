@@ -96,7 +96,7 @@ def _as_trace(
     **options: Any,
 ) -> None:
     """Import a Trace, write it, and print its history and diagnostics."""
-    from electrovib.data.traces.opened import open_trace
+    from electrovib.data.traces import open_trace
     from electrovib.exports.save import check_output, save
     from electrovib.recordings.importing import import_file, merge_traces
 

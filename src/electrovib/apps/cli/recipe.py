@@ -27,7 +27,7 @@ def recipe_of(
 ) -> dict[str, Any]:
     """Read a recipe, then what ``--set`` and ``--column`` add to it; `only` are the keys of what is made, named by `of`."""
     from electrovib.apps.changes import read_changes
-    from electrovib.data.toml_file import read_toml_file
+    from electrovib.core.parsing import read_toml_file
 
     found: dict[str, Any] = {}
     if file is not None:

@@ -214,7 +214,7 @@ def _files(trace: Any, output: str | None) -> list[str]:
     """Return the files that `save` wrote: a CSV file has one dimension, so there may be two."""
     from pathlib import Path
 
-    from electrovib.data.traces import csv_files
+    from electrovib.data.trace_csv import csv_files
 
     if output is None or Path(output).suffix.lower() != ".csv":
         return [output] if output else []

@@ -17,7 +17,7 @@ from electrovib.physics.drive.levels import LEVELS, SWING, LevelledDrive
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.material.library import materials
 from electrovib.physics.perception import SkinCompliance
-from electrovib.scenario.offers import skins, with_offers
+from electrovib.scenario.files import skins, with_offers
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
@@ -250,7 +250,7 @@ def _others(kind: type[Drive], present: Drive) -> dict[str, float]:
     if issubclass(kind, LevelledDrive):
         found = {name: value for name, value in found.items() if name not in (*SWING, *LEVELS)}
     found.pop(_only_level(kind), None)
-    frequency = quantity_of(kind, "frequency") if "frequency" in kind.model_fields else None
+    frequency = quantity_of(kind, "frequency")
     if frequency is not None and "frequency" not in found and present.period:
         found["frequency"] = 1 / present.period
     return found

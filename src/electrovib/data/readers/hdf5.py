@@ -15,9 +15,17 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
-from electrovib.data.file_format import CanRead, FileFormat
+from electrovib.data.faults import packed
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import check_row, choose, columns_of_array, real_numbers, recorded_of
+from electrovib.data.recorded import (
+    CanRead,
+    FileFormat,
+    check_row,
+    choose,
+    columns_of_array,
+    real_numbers,
+    recorded_of,
+)
 from electrovib.data.unit_words import name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:
@@ -28,9 +36,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.data.recorded import Column, Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
-_SUFFIXES: Final = (".nc", ".h5", ".hdf5")
 _CLASSIC: Final = b"CDF"
 _OF_THE_FORMAT: Final = {
     "CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "DIMENSION_LABELS", "_Netcdf4Dimid", "_Netcdf4Coordinates",
@@ -50,25 +57,22 @@ def reader(path: Path, function: str) -> Reader:
     return Reader(f"{__name__}:{function}", needs, "a netCDF file")
 
 
-def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, Column]:
+def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read variables by name; their attribute ``units`` has priority over a unit in the name."""
     del missing
     content = read_guarded(reader(path, "chosen"), path, wanted=list(columns))
-    found: dict[str | int, Column] = {}
-    for column in columns:
-        name, unit = content[f"about {column}"]
-        found[column] = real_numbers(path, f"column '{name}'", content[f"values {column}"], unit, "index")
-    return found
+    return {
+        column: real_numbers(path, f"column '{name}'", values, unit, "index")
+        for (column, name, unit), values in content.items()
+    }
 
 
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     """Read the arrays of a netCDF or HDF5 file that have the length with most numbers, or that of the array `part`."""
-    content = read_guarded(reader(path, "arrays"), path)
     columns: list[tuple[str, str, Real]] = []
-    for at in range(len(content) // 2):
-        name, unit = content[f"about {at}"]
+    for (name, unit), values in read_guarded(reader(path, "arrays"), path).items():
         label, stated = name_and_unit(name)
-        columns += columns_of_array(label, unit or stated, content[f"values {at}"].astype(float))
+        columns += columns_of_array(label, unit or stated, values.astype(float))
     return recorded_of(path, columns, part=part)
 
 
@@ -90,8 +94,8 @@ class NetcdfVariable:
     is_stored: bool = True
 
 
-def chosen(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[str, Any]]:
-    """Yield name, unit and values of each column, decoded by the conventions for packed and missing numbers."""
+def chosen(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[Any, Any]]:
+    """Yield each column with its name and unit, and its values, decoded by the conventions for packed and missing numbers."""
     with _opened(path) as (variables, _):
         names = list(variables)
         for column in wanted:
@@ -106,8 +110,7 @@ def chosen(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[str, Any]]
             assert isinstance(values, np.ndarray)
             attributes = variable.attributes()
             unit = str(attributes.get("units", "")) or name_and_known_unit(name)[1]
-            yield f"about {column}", [name, unit]
-            yield f"values {column}", _decoded(values, attributes)
+            yield (column, name, unit), _decoded(values, attributes)
 
 
 def everything(path: Path) -> Iterator[tuple[str, Any]]:
@@ -121,23 +124,18 @@ def everything(path: Path) -> Iterator[tuple[str, Any]]:
             yield f"values {name}", _whole(path, name, variable)
 
 
-def arrays(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield name and unit, then values, of each array of real numbers of one or two dimensions, also in groups."""
+def arrays(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Yield name and unit, and the values, of each array of real numbers of one or two dimensions, also in groups."""
     left = content_allowed(path.stat().st_size)
     with _opened(path, deepest=_DEEPEST) as (variables, _):
         plain = {name: each for name, each in variables.items() if _is_plain(each)}
-        for at, (name, variable) in enumerate(plain.items()):
+        for name, variable in plain.items():
             left -= math.prod(variable.shape) * max(variable.dtype.itemsize, 8)
             if left < 0:
-                raise DataFileError(
-                    "is damaged, or packed too tightly: it declares more numbers than a file of its size may hold."
-                    " If it is whole, save it without compression.",
-                    path=path,
-                )
+                raise packed(path, "it declares more numbers than a file of its size may hold")
             stated = variable.attributes(_UNITS)
             unit = next((stated[key] for key in _UNITS if key in stated), "")
-            yield f"about {at}", [name, unit if isinstance(unit, str) else ""]
-            yield f"values {at}", variable.read()
+            yield (name, unit if isinstance(unit, str) else ""), variable.read()
 
 
 def _is_plain(variable: NetcdfVariable) -> bool:
@@ -156,11 +154,7 @@ def _whole(path: Path, name: str, variable: NetcdfVariable) -> NDArray[Any] | li
     """Read a variable after its declared size has been checked."""
     declared, size = math.prod(variable.shape) * variable.dtype.itemsize, path.stat().st_size
     if declared > content_allowed(size):
-        raise DataFileError(
-            f"is damaged, or packed too tightly: '{name}' declares {megabytes(declared)} in a file of"
-            f" {megabytes(size)}. If it is whole, save it without compression.",
-            path=path,
-        )
+        raise packed(path, f"'{name}' declares {megabytes(declared)} in a file of {megabytes(size)}")
     return variable.read()
 
 
@@ -310,13 +304,12 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
         head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02")) or head[512:516] == b"\x89HDF"
     ):
         return CanRead.NO if head.startswith(b"MATLAB") else CanRead.YES
-    return CanRead.PERHAPS if suffix in _SUFFIXES else CanRead.NO
+    return CanRead.PERHAPS if suffix in (".nc", ".h5", ".hdf5") else CanRead.NO
 
 
 FORMAT: Final = FileFormat(
     name="hdf5",
     description="netCDF and HDF5 (.nc, .h5, .hdf5): arrays of one or two dimensions",
-    suffixes=_SUFFIXES,
     can_read=_can_read,
     read=read_hdf5,
     columns=read_columns,

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.data.file_format import CanRead, FileFormat
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import check_package, recorded_of, text_of
+from electrovib.data.recorded import CanRead, FileFormat, recorded_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,12 +37,6 @@ def _instrument_of(head: bytes) -> str:
 
 def read_impedance_file(path: Path) -> Recorded:
     """Read the spectrum of an impedance analyser: frequency [Hz], real and imaginary part of the impedance [ohm]."""
-    check_package(
-        path,
-        _PACKAGE,
-        "a file of an impedance analyser",
-        "; with --set reader=text it is read as a plain table",
-    )
     with path.open("rb") as file:
         instrument = _instrument_of(file.read(65536))
     found = read_guarded(
@@ -51,31 +44,21 @@ def read_impedance_file(path: Path) -> Recorded:
         path,
         instrument=instrument or "gamry",
     )
-    return recorded_of(
-        path,
-        [
-            ("frequency", "Hz", found["frequency"]),
-            ("Z'", "ohm", found["real"]),
-            ("Z''", "ohm", found["imaginary"]),
-        ],
-        attributes={"instrument": instrument},
-    )
+    table = [(name, unit, values) for (name, unit), values in found.items()]
+    return recorded_of(path, table, attributes={"instrument": instrument})
 
 
-def spectrum(path: Path, instrument: str) -> Iterator[tuple[str, Any]]:
+def spectrum(path: Path, instrument: str) -> Iterator[tuple[Any, Any]]:
     """Yield frequency and parts of the impedance; called in a guarded process."""
     from impedance import preprocessing
 
-    try:
-        frequency, impedance = preprocessing.readFile(str(path), instrument=instrument)
-    except Exception as error:  # noqa: BLE001  # the package states no kinds
-        raise ValueError(text_of(error).partition("\n")[0] or type(error).__name__) from None
+    frequency, impedance = preprocessing.readFile(str(path), instrument=instrument)
     grid, values = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
     if grid.ndim != 1 or values.shape != grid.shape or grid.size < 2:
         raise ValueError("it holds no spectrum of two or more frequencies")
-    yield "frequency", grid
-    yield "real", values.real.copy()
-    yield "imaginary", values.imag.copy()
+    yield ("frequency", "Hz"), grid
+    yield ("Z'", "ohm"), values.real.copy()
+    yield ("Z''", "ohm"), values.imag.copy()
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:
@@ -87,8 +70,8 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="impedance",
     description="ZPlot .z; also impedance of Gamry, BioLogic, VersaStudio, CH Instruments, which text reads too",
-    suffixes=(".dta", ".z", ".mpt", ".par"),
     can_read=_can_read,
     read=read_impedance_file,
     package=_PACKAGE,
+    otherwise="; with --set reader=text it is read as a plain table",
 )

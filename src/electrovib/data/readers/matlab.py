@@ -19,10 +19,16 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError, NoColumnError, suggestion
-from electrovib.data.faults import check_file, damaged
-from electrovib.data.file_format import CanRead, FileFormat
+from electrovib.data.faults import check_file, damaged, packed
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import Column, columns_of_array, real_numbers, recorded_of
+from electrovib.data.recorded import (
+    CanRead,
+    DataColumn,
+    FileFormat,
+    columns_of_array,
+    real_numbers,
+    recorded_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -54,7 +60,7 @@ def read_arrays(path: Path, names: Collection[str]) -> dict[str, Real]:
     return _read(path, "chosen", names=list(dict.fromkeys(names)))
 
 
-def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, Column]:
+def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read columns of the arrays of a MATLAB file: ``"name[3]"`` is column 3, from 0, and ``"trial.force"`` a field."""
     del missing
     parts: dict[str | int, tuple[str, str, int | None, str]] = {}
@@ -279,11 +285,9 @@ class _Version5:
         element = self._elements[name]
         self._unfolded += element.unfolded
         if self._unfolded > content_allowed(len(self.raw)):
-            raise DataFileError(
-                f"is damaged, or packed too tightly: with '{name}' it would unfold to {megabytes(self._unfolded)} from a"
-                f" file of {megabytes(len(self.raw))}. If it is whole, save it with -v6.",
-                path=self.path,
-            )
+            size = f"{megabytes(self._unfolded)} from a file of {megabytes(len(self.raw))}"
+            what = f"with '{name}' it would unfold to {size}"
+            raise packed(self.path, what, "If it is whole, save it with -v6.")
         return self._loaded(element, as_strings=as_strings)[name]
 
     def look_into(self, name: str) -> list[str]:
@@ -351,11 +355,8 @@ class _Version73:
     def _dataset(self, name: str, each: int) -> h5py.Dataset:
         entry, size = self.file[name.replace(".", "/")], self.path.stat().st_size
         if (count := math.prod(entry.shape)) * each > content_allowed(size):
-            raise DataFileError(
-                f"is damaged, or packed too tightly: {megabytes(size)} are too small for the {count} numbers of"
-                f" '{name}'. If it is whole, save it with -v6 or -nocompression.",
-                path=self.path,
-            )
+            what = f"{megabytes(size)} are too small for the {count} numbers of '{name}'"
+            raise packed(self.path, what, "If it is whole, save it with -v6 or -nocompression.")
         return entry
 
     def look_into(self, name: str) -> list[str]:
@@ -478,7 +479,6 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="matlab",
     description="MATLAB (.mat, -v6, -v7 and -v7.3): arrays, and fields of structs by dotted path",
-    suffixes=(".mat",),
     can_read=_can_read,
     read=read_matlab_table,
     columns=read_columns,

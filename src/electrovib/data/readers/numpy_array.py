@@ -9,15 +9,14 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.faults import DAMAGE, damaged
-from electrovib.data.file_format import FileFormat, begins
-from electrovib.data.recorded import choose, real_numbers, recorded_of
+from electrovib.data.recorded import FileFormat, begins, choose, real_numbers, recorded_of
 from electrovib.data.unit_words import name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from electrovib.data.recorded import Column, Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
 _MOST: Final = 1024
 _MOST_ROWS: Final = 64
@@ -40,14 +39,14 @@ def _no_table(path: Path, shape: tuple[int, ...]) -> DataFileError:
     )
 
 
-def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, Column]:
+def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read columns of an array with a row per sample, or of a structured array."""
     del missing
     array = _opened(path)
     fields = array.dtype.names or ()
     if array.ndim != (1 if fields else 2):
         raise _no_table(path, array.shape)
-    found: dict[str | int, Column] = {}
+    found: dict[str | int, DataColumn] = {}
     for column in columns:
         index = choose(path, fields, column, len(fields) or array.shape[1])
         label = f"column '{fields[index]}'" if fields else f"column {index}"
@@ -87,7 +86,6 @@ def read_numpy(path: Path) -> Recorded:
 FORMAT: Final = FileFormat(
     name="numpy",
     description="NumPy arrays (.npy): a row per sample, or a structured array",
-    suffixes=(".npy",),
     can_read=begins(rb"\x93NUMPY", ".npy"),
     read=read_numpy,
     columns=read_columns,

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.data.file_format import CanRead, FileFormat
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import check_declared, check_package, recorded_of, text_of
+from electrovib.data.recorded import CanRead, FileFormat, check_declared, recorded_of, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,12 +36,11 @@ def _is_known(head: bytes) -> bool:
 
 def read_oscilloscope_binary(path: Path) -> Recorded:
     """Read the analogue channels of a binary file of an oscilloscope."""
-    check_package(path, _PACKAGE, "a binary file of an oscilloscope")
     found = read_guarded(
         Reader(f"{__name__}:channels", (f"{_PACKAGE}.wfm", "numpy"), "a binary file of an oscilloscope"), path
     )
-    step, start, model, omitted = found["about"]
-    table = [(*found[f"about {at}"], found[f"values {at}"]) for at in range((len(found) - 1) // 2)]
+    step, start, model, omitted = found.pop("about")
+    table = [(name, unit, values) for (_, name, unit), values in found.items()]
     return recorded_of(
         path,
         table,
@@ -95,15 +93,12 @@ def _step(times: Real, stated: object) -> float:
     return float(stated) if abs(step - spread) <= 1e-9 * spread else step
 
 
-def channels(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield time step, start and model, then name, unit and values of each channel; called in a guarded process."""
+def channels(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Yield time step, start and model, then number, name, unit and values of each channel; called in a guarded process."""
     from RigolWFM import wfm
 
     tektronix = _tektronix(path)
-    try:
-        found = wfm.Wfm.from_file(str(path))
-    except Exception as error:  # noqa: BLE001  # the package has many kinds, of which none derives from a common one
-        raise ValueError(text_of(error).partition("\n")[0] or type(error).__name__) from None
+    found = wfm.Wfm.from_file(str(path))
     recorded = [channel for channel in found.channels if channel.volts is not None and len(channel.volts) > 1]
     if not recorded:
         raise ValueError("it holds no channel")
@@ -118,8 +113,7 @@ def channels(path: Path) -> Iterator[tuple[str, Any]]:
     for at, channel in enumerate(recorded):
         unit = str(getattr(channel.unit, "name", "")).lower()
         stated = _UNITS.get(unit, "") if tektronix is None else tektronix.unit
-        yield f"about {at}", [str(channel.name), stated]
-        yield f"values {at}", np.asarray(channel.volts, dtype=float)
+        yield (at, str(channel.name), stated), np.asarray(channel.volts, dtype=float)
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:
@@ -131,7 +125,6 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="scope",
     description="Tektronix and Rigol .wfm, Keysight, Rigol and Siglent .bin, LeCroy .trc",
-    suffixes=(".wfm", ".bin", ".trc"),
     can_read=_can_read,
     read=read_oscilloscope_binary,
     package=_PACKAGE,

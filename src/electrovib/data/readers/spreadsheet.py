@@ -10,11 +10,10 @@ import numpy as np
 
 from electrovib.core.budget import megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.faults import DAMAGE, damaged
-from electrovib.data.file_format import FileFormat, begins
+from electrovib.data.faults import DAMAGE, damaged, packed
 from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.text import read_laboratory_bytes
-from electrovib.data.recorded import check_package
+from electrovib.data.recorded import FileFormat, begins
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,14 +34,10 @@ _MOST_FILLED: Final = 64
 
 def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
     """Read a sheet of a spreadsheet that holds rows of numbers; formulas count as the values that were saved with them."""
-    check_package(path, _PACKAGE, "a spreadsheet", ", or save it as .csv")
     size = path.stat().st_size
     unpacked = _declared_size(path)
     if unpacked > _UNPACKED * size + _BASE:
-        raise DataFileError(
-            f"is damaged, or packed too tightly: {megabytes(size)} would unpack to {megabytes(unpacked)}. Save it as .csv.",
-            path=path,
-        )
+        raise packed(path, f"{megabytes(size)} would unpack to {megabytes(unpacked)}", "Save it as .csv.")
     seconds = _SECONDS + unpacked / 1e6
     limits = ReaderLimits(
         memory=memory_allowed(size) + 4 * unpacked, content=2 * unpacked + _BASE, processor_time=seconds,
@@ -55,9 +50,7 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
             path=path,
         )
     problem: DataFileError | None = None
-    for name, content in found.items():
-        if part and name != part:
-            continue
+    for name, content in ({part: found[part]} if part else found).items():
         try:
             read = read_laboratory_bytes(
                 path, content.tobytes(), delimiter="\t", decimal_comma=False, origin=name
@@ -93,19 +86,14 @@ def sheets(path: Path) -> Iterator[tuple[str, Any]]:
     import openpyxl
 
     warnings.simplefilter("ignore")
-    try:
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
-        for sheet in book.worksheets[:_MOST_SHEETS]:
-            sheet.reset_dimensions()  # the declared size of a sheet may be false
-            lines = ["\t".join(map(_cell, row)).rstrip() for row in sheet.iter_rows(values_only=True)]
-            if any(lines):
-                width = min(max(line.count("\t") for line in lines), _MOST_FILLED)
-                lines = [line and line + "\t" * (width - line.count("\t")) for line in lines]
-                yield sheet.title, np.frombuffer("\n".join(lines).encode("utf-8", "replace"), np.uint8)
-    except MemoryError:
-        raise
-    except Exception as error:  # noqa: BLE001  # the package has many kinds, of which none derives from a common one
-        raise ValueError(str(error)[:160] or type(error).__name__) from None
+    book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
+    for sheet in book.worksheets[:_MOST_SHEETS]:
+        sheet.reset_dimensions()  # the declared size of a sheet may be false
+        lines = ["\t".join(map(_cell, row)).rstrip() for row in sheet.iter_rows(values_only=True)]
+        if any(lines):
+            width = min(max(line.count("\t") for line in lines), _MOST_FILLED)
+            lines = [line and line + "\t" * (width - line.count("\t")) for line in lines]
+            yield sheet.title, np.frombuffer("\n".join(lines).encode("utf-8", "replace"), np.uint8)
 
 
 def _cell(value: object) -> str:
@@ -119,9 +107,9 @@ def _cell(value: object) -> str:
 FORMAT: Final = FileFormat(
     name="xlsx",
     description="spreadsheets (.xlsx): the first sheet with numbers, or the one chosen",
-    suffixes=(".xlsx", ".xlsm"),
     can_read=begins(rb"PK\x03\x04.*(xl/|\[Content_Types\])", ".xlsx", ".xlsm"),
     read=read_spreadsheet,
     options=("part",),
     package=_PACKAGE,
+    otherwise=", or save it as .csv",
 )

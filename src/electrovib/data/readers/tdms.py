@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.data.file_format import FileFormat, begins
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import check_declared, check_package, recorded_of, text_of
+from electrovib.data.recorded import FileFormat, begins, check_declared, recorded_of, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,15 +21,10 @@ _UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 def read_tdms(path: Path, *, part: str = "") -> Recorded:
     """Read the channels ``"group/channel"`` of a TDMS file that have the length with most numbers, or that of `part`."""
-    check_package(path, _PACKAGE, "NI TDMS")
     found = read_guarded(Reader(f"{__name__}:channels", (_PACKAGE, "numpy"), "an NI TDMS file"), path)
-    table, steps = [], []
-    for at in range(len(found) // 2):
-        name, unit, step, start = found[f"about {at}"]
-        table.append((name, unit, np.asarray(found[f"values {at}"], dtype=float)))
-        steps.append((step, start))
+    table = [(name, unit, values) for (_, name, unit, *_), values in found.items()]
     recorded = recorded_of(path, table, part=part)
-    used = [steps[at] for at, (_, _, values) in enumerate(table) if values.size == recorded.size]
+    used = [(step, start) for (*_, step, start), values in found.items() if values.size == recorded.size]
     if recorded.time or used[0][0] is None or len({step for step, _ in used}) > 1:
         return recorded
     return recorded_of(
@@ -38,8 +32,8 @@ def read_tdms(path: Path, *, part: str = "") -> Recorded:
     )
 
 
-def channels(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield name, unit, step and start, then values, of each channel of numbers; called in a guarded process."""
+def channels(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Yield number, name, unit, step and start, and the values, of each channel of numbers; called in a guarded process."""
     from nptdms import TdmsFile
 
     with TdmsFile.open(path) as file:
@@ -56,14 +50,12 @@ def channels(path: Path) -> Iterator[tuple[str, Any]]:
             step, start = properties.get("wf_increment"), properties.get("wf_start_offset", 0.0)
             even = isinstance(step, (int, float)) and np.isfinite(step) and step > 0
             begin = float(start) if isinstance(start, (int, float)) and np.isfinite(start) else 0.0
-            yield f"about {at}", [name, unit, float(step) if even else None, begin]
-            yield f"values {at}", np.asarray(channel[:], dtype=float)
+            yield (at, name, unit, float(step) if even else None, begin), np.asarray(channel[:], dtype=float)
 
 
 FORMAT: Final = FileFormat(
     name="tdms",
     description="NI TDMS (.tdms)",
-    suffixes=(".tdms",),
     can_read=begins(b"TDSm", ".tdms"),
     read=read_tdms,
     options=("part",),

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.file_format import CanRead, FileFormat
-from electrovib.data.recorded import DataColumn, Recorded
+from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -87,7 +86,6 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 FORMAT: Final = FileFormat(
     name="touchstone",
     description="Touchstone files of a one-port (.s1p): S, Z or Y as an impedance",
-    suffixes=(".s1p",),
     can_read=_can_read,
     read=read_touchstone,
 )

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.file_format import FileFormat, begins
-from electrovib.data.recorded import DataColumn, Recorded
+from electrovib.data.recorded import DataColumn, FileFormat, Recorded, begins
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -83,7 +82,6 @@ def _shares(data: bytes, order: str, width: int, *, is_float: bool) -> Real:
 FORMAT: Final = FileFormat(
     name="wav",
     description="sound files (.wav), as shares of full scale",
-    suffixes=(".wav",),
     can_read=begins(rb"RIF[FX].{4}WAVE", ".wav"),
     read=read_wave,
 )

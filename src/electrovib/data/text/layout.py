@@ -91,9 +91,9 @@ class Layout:
     first: int
     width: int
     columns: tuple[int, ...]
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    preamble: tuple[tuple[str, ...], ...]
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    preamble: tuple[tuple[str, ...], ...] = ()
     headings: int = 0
     left_out: int = 0
 
@@ -165,9 +165,6 @@ def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[tuple[flo
             first=first,
             width=width,
             columns=tuple(sorted(columns)),
-            names=(),
-            units=(),
-            preamble=(),
         ),
     )
     settings = sum(bool(delimiter) and len(row) > 1 for row in layout.preamble)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.recorded import Column, choose
+from electrovib.data.recorded import DataColumn, choose
 from electrovib.data.text.layout import encoding_of, find_layout, is_row_of_numbers, lines_of, split
 from electrovib.data.unit_words import name_and_known_unit
 
@@ -168,7 +168,7 @@ def _refuse_mixture(path: Path, top: Sequence[str], second: Sequence[str]) -> No
             )
 
 
-def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, Column]:
+def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read columns by heading or number; units are in the headings or in a row of their own."""
     table = read_table(path, [column for column in columns if isinstance(column, str)])
     indices = [choose(path, table.headings, column, table.width) for column in columns]
@@ -177,11 +177,13 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
     def line(row: int) -> str:
         return f"line {next(itertools.islice(table.rows(), row, None))[0]}"
 
-    found: dict[str | int, Column] = {}
+    found: dict[str | int, DataColumn] = {}
     for column, index, values in zip(columns, indices, numbers.T, strict=True):
         own = name_and_known_unit(table.headings[index])[1] if table.headings else ""
         own = own or (table.units[index] if index < len(table.units) else "")
-        found[column] = Column(label=table.label(index), unit=own, values=values, place=line)
+        found[column] = DataColumn(
+            name=table.label(index), unit=own, values=values, label=table.label(index), place=line
+        )
     return found
 
 

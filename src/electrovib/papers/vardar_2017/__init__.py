@@ -18,38 +18,29 @@ much on skin and edges.
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check
-from electrovib.papers.vardar_2017.reproduction import reproduce
-from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, PRESETS, first_order_skin, scenarios
-from electrovib.papers.vardar_2017.thresholds import crossover, felt_level, sine_over_square, weight
-from electrovib.papers.vardar_2017.values import CITATION, CITATIONS, NOT_READ, STATUS
-
-__all__ = [
-    "CHECKS",
-    "CITATION",
-    "CITATIONS",
-    "FREQUENCIES",
-    "NOT_READ",
-    "PRESETS",
-    "STATUS",
-    "crossover",
-    "felt_level",
-    "first_order_skin",
-    "reproduce",
-    "scenarios",
-    "sine_over_square",
-    "weight",
-]
+from electrovib.core.citation import Check, derived
+from electrovib.papers.vardar_2017.reproduction import reproduce as reproduce
+from electrovib.papers.vardar_2017.thresholds import CITATION as CITATION
+from electrovib.papers.vardar_2017.thresholds import CITATIONS as CITATIONS
+from electrovib.papers.vardar_2017.thresholds import FREQUENCIES as FREQUENCIES
+from electrovib.papers.vardar_2017.thresholds import NOT_READ as NOT_READ
+from electrovib.papers.vardar_2017.thresholds import PRESETS as PRESETS
+from electrovib.papers.vardar_2017.thresholds import STATUS as STATUS
+from electrovib.papers.vardar_2017.thresholds import crossover as crossover
+from electrovib.papers.vardar_2017.thresholds import felt_level as felt_level
+from electrovib.papers.vardar_2017.thresholds import first_order_skin as first_order_skin
+from electrovib.papers.vardar_2017.thresholds import scenarios as scenarios
+from electrovib.papers.vardar_2017.thresholds import sine_over_square as sine_over_square
+from electrovib.papers.vardar_2017.thresholds import weight as weight
 
 
 def _ratio(name: str, time_constant: float, frequency: float, expect: float, rtol: float) -> Check:
-    return Check(
+    return derived(
         f"sine over square threshold, {name}, {frequency:g} Hz, in dB",
         expect=expect,
         rtol=rtol,
         source="first-order high-pass, square law, weight about 250 Hz, computed apart from this code; one decimal",
         compute=lambda: sine_over_square(first_order_skin(time_constant=time_constant), frequency=frequency),
-        status="derived",
     )
 
 

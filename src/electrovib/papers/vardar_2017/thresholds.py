@@ -1,17 +1,109 @@
-"""Thresholds of the screen's drives: shared formulas of `study`, on this paper's circuit."""
+"""The paper's citation, its screen, and thresholds of the screen's drives by the shared formulas of `studies`."""
 
 from __future__ import annotations
 
+import functools
 from typing import Final
 
 from numpy.typing import ArrayLike
 
 from electrovib.core.arrays import Real
-from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, scenarios
-from electrovib.physics.material import Material
+from electrovib.core.citation import Citation, cited
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers import plutchik_1963
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.physics.material import Constant, Material
 from electrovib.physics.perception import UNVERIFIED_CORNER, ElasticViscousSkin, Pacinian, Perception
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, preset
+from electrovib.scenario.sources import PresetNote
 from electrovib.studies import felt_spectrum
+
+CITATIONS = (
+    Citation(
+        kind="article",
+        authors=("Y. Vardar", "B. Guclu", "C. Basdogan"),
+        title="Effect of waveform on tactile perception by electrovibration displayed on touch screens",
+        journal="IEEE Trans. Haptics",
+        year=2017,
+        volume="10",
+        number="4",
+        pages="488",
+        doi="10.1109/TOH.2017.2704603",
+        read="abstract",
+    ),
+    Citation(
+        kind="inproceedings",
+        authors=("Y. Vardar", "B. Guclu", "C. Basdogan"),
+        about="the earlier conference paper on the same",
+        booktitle="EuroHaptics 2016",
+        year=2016,
+        doi="10.1007/978-3-319-42321-0_18",
+        read="abstract",
+        key="vardar_2016",
+    ),
+)
+CITATION = cited(CITATIONS)
+STATUS = "abstract"
+NOT_READ = (
+    "The circuit and the law of the force are cited from memory, unverified; the polynomials of the skin's permittivity and"
+    " resistivity and the thresholds in volts were not read."
+)
+
+
+FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 1920.0)
+"""Fundamental frequencies of the 2016 experiment, abstract [Hz]."""
+VOLTAGE = 100.0
+"""Peak of the ready-made drives, a choice [V]."""
+
+PRESETS = {
+    "sine": PresetNote(
+        "thresholds of sine and square",
+        "touchscreen, touch panel with a thin coating as on a 3M-type screen (values unverified), perception, waveform",
+    ),
+    "square": PresetNote(
+        "thresholds of sine and square",
+        "touchscreen, touch panel with a thin coating as on a 3M-type screen (values unverified), perception, waveform",
+    ),
+}
+
+CHOICE = "not printed in the abstract; a choice"
+COATING = "not printed in the abstract; as of 3M-type screens (cited from memory, unverified), and the coating of vezzoli_2014"
+SKIN = "plutchik_1963: solved from its abstract with 1 cm2 and 200 um assumed; the paper's own curves were not read"
+
+
+@functools.cache
+def scenarios() -> dict[str, Scenario]:
+    """Return a sine and a square voltage of one peak and one frequency on one screen."""
+    fundamental = (30.0, "Vardar 2017, abstract: one of seven")
+    screen = {
+        "force.model": "MaxwellStressInStratumCorneum",
+        "time.initial_state.model": "PeriodicState",
+        "stack.insulator": (values.COATING, COATING),
+        "stack.stratum_corneum": (plutchik_1963.layer(), SKIN),
+        "stack.stratum_corneum.thickness": (
+            plutchik_1963.THICKNESS,
+            "used by these authors (cited from memory, unverified), printed in vezzoli_2014",
+        ),
+    }
+    sine = {"model": "Sine", "amplitude": VOLTAGE, "frequency": fundamental}
+    square = {"model": "Square", "high": VOLTAGE, "low": -VOLTAGE, "frequency": fundamental}
+    return {
+        name: preset(
+            title=f"Vardar 2017: {name}, 30 Hz",
+            unchanged=CHOICE,
+            changes={**screen, "drive": (drive, CHOICE)},
+        )
+        for name, drive in (("sine", sine), ("square", square))
+    }
+
+
+def first_order_skin(*, time_constant: float) -> Constant:
+    """Skin without dispersion whose circuit with the coating has this time constant (C_i + C_s) R_s [s]."""
+    coating = values.COATING_PERMITTIVITY / values.COATING_THICKNESS
+    skin = values.SKIN_PERMITTIVITY / values.SKIN_THICKNESS
+    conductivity = eps0 * (coating + skin) * values.SKIN_THICKNESS / time_constant
+    return Constant(permittivity=values.SKIN_PERMITTIVITY, conductivity=conductivity)
+
 
 ON_FORCE: Final = Perception(channels=(Pacinian(),))
 """The Pacinian weight on the force: what the numbers computed apart from this code take."""

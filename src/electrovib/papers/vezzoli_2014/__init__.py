@@ -4,28 +4,20 @@ Claims: the attraction of a finger fades after a voltage step and grows with fre
 corneum conducts, with electrical values that depend on frequency; charge that has crossed it no longer attracts.
 Does not claim: a return path, a ramp time, a coefficient of friction, the skin's permittivity and resistivity at more
 than one frequency (its figure 4 shows their product), or the mechanics of finger and sensor. What this leaves open is in
-`open_questions`.
+`numbers`.
 """
 
 from __future__ import annotations
 
-from electrovib.papers.vezzoli_2014.defects import DEFECTS
-from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal, Vezzoli2014PerFrequency
-from electrovib.papers.vezzoli_2014.reproduction import reproduce
-from electrovib.papers.vezzoli_2014.scenarios import PRESETS, scenarios
-from electrovib.papers.vezzoli_2014.values import CHECKS, CITATION, CITATIONS, STATUS, materials, skins
-
-__all__ = [
-    "CHECKS",
-    "CITATION",
-    "CITATIONS",
-    "DEFECTS",
-    "PRESETS",
-    "STATUS",
-    "Vezzoli2014Causal",
-    "Vezzoli2014PerFrequency",
-    "materials",
-    "reproduce",
-    "scenarios",
-    "skins",
-]
+from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal as Vezzoli2014Causal
+from electrovib.papers.vezzoli_2014.laws import Vezzoli2014PerFrequency as Vezzoli2014PerFrequency
+from electrovib.papers.vezzoli_2014.reproduction import reproduce as reproduce
+from electrovib.papers.vezzoli_2014.scenarios import PRESETS as PRESETS
+from electrovib.papers.vezzoli_2014.scenarios import scenarios as scenarios
+from electrovib.papers.vezzoli_2014.values import CHECKS as CHECKS
+from electrovib.papers.vezzoli_2014.values import CITATION as CITATION
+from electrovib.papers.vezzoli_2014.values import CITATIONS as CITATIONS
+from electrovib.papers.vezzoli_2014.values import DEFECTS as DEFECTS
+from electrovib.papers.vezzoli_2014.values import STATUS as STATUS
+from electrovib.papers.vezzoli_2014.values import materials as materials
+from electrovib.papers.vezzoli_2014.values import skins as skins

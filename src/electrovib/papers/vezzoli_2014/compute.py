@@ -1,12 +1,16 @@
-"""The paper's quantities for a skin and a law."""
+"""The paper's quantities for a skin and a law: figures 6 and 7 for every skin, and its 7.7 ms beside its 6 ms."""
 
 from __future__ import annotations
 
-from typing import Any
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from electrovib.core.answer import Table
 from electrovib.core.arrays import Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
@@ -14,11 +18,17 @@ from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.material import Material
-from electrovib.physics.skin import Skin
+from electrovib.physics.skin import Skin, time_constant
 from electrovib.scenario import Scenario, skins
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
+from electrovib.studies.reproduction import Row, verdict_over
+
+if TYPE_CHECKING:
+    from electrovib.physics.material import Material
+    from electrovib.physics.tabulated import Tabulated
+
 
 POINT_BY_FORCE = "paper point, 15.4 ms"
 """The paper's skin if its 7.7 ms is the decay of the force."""
@@ -190,3 +200,229 @@ def suspended_constancy(*, conductivity: float) -> float:
     ends = np.array([0.0, drive.rise, drive.rise + drive.hold])
     force = simulate(scenario, time=ends).electrostatic_force.values
     return float(force[2] / force[1])
+
+
+@dataclass(frozen=True)
+class DecayReading:
+    """One reading, as a sentence, of a time that is printed, with the time constant of the effective voltage [s]."""
+
+    name: str
+    tau: float
+
+    @property
+    def decay(self) -> float:
+        """Decay of the force, lateral or normal [s]."""
+        return values.force_decay(tau=self.tau)
+
+    def ramp(self, force: float) -> float:
+        """Ramp of figure 6 that gives this attraction [N] with this time constant [s]."""
+        return ramp_for(point(self.tau), force=force)
+
+    def ramps(self, forces: tuple[float, float]) -> tuple[float, float]:
+        """Shortest and longest ramp [s] for a range of attractions [N]: the larger force needs the shorter one."""
+        return self.ramp(forces[1]), self.ramp(forces[0])
+
+
+BY_VOLTAGE = DecayReading("7.7 ms is the time constant of the voltage", values.TAU_MODEL)
+BY_FORCE = DecayReading(
+    "7.7 ms is already the decay of the force", values.voltage_decay(decay=values.TAU_MODEL)
+)
+MEASURED = DecayReading(
+    "6 ms measured in the lateral force", values.voltage_decay(decay=values.DECAY_MEASURED)
+)
+
+
+def decay_rows() -> tuple[Row, ...]:
+    """Return the time constants of the paper under both readings, and the check that they rest on."""
+    skins = {key: skin for key, skin in all_skins().items() if key != "vezzoli_2014/point"}
+    taus = sorted((float(time_constant(skin.material, 100.0)), skin.name) for skin in skins.values())
+    (least, fastest), (most, slowest) = taus[0], taus[-1]
+    voltage = (least / 1e-3, most / 1e-3)
+    force = (values.force_decay(tau=least) / 1e-3, values.force_decay(tau=most) / 1e-3)
+    short, long = BY_VOLTAGE.decay / MEASURED.decay, BY_FORCE.decay / MEASURED.decay
+    simulated = lateral_decay(point(values.TAU_MODEL))
+    film = 1 + values.insulator_capacitance() / values.skin_capacitance()
+    return (
+        Row("tau_giraud", "time constant of the voltage, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, voltage, "ms",
+            verdict_over(values.TAU_MODEL / 1e-3, voltage),
+            "The 7.7 ms calculated for Giraud's conditions, taken as the time constant of the voltage. The cited skins reach from"
+            f" {fastest} to {slowest}. The paper prints neither the frequency of its eps 1560 nor a resistivity: 5.57e5 ohm m is"
+            " computed from these 7.7 ms and is no independent value.", brief="frequency and resistivity not printed"),
+        Row("tau_giraud_force", "decay of the force, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, force, "ms",
+            verdict_over(values.TAU_MODEL / 1e-3, force),
+            "The same 7.7 ms, taken as the decay of the force. A force is proportional to the square of the voltage and decays in"
+            f" half its time constant, which is then {BY_FORCE.tau / 1e-3:.3g} ms; the paper does not state which of the two its"
+            " 7.7 ms is.", brief="if 7.7 ms is of the force"),
+        Row("tau_giraud_measured", "decay of the lateral force, cited skins at 100 Hz",
+            values.DECAY_MEASURED / 1e-3, force, "ms", verdict_over(values.DECAY_MEASURED / 1e-3, force),
+            f"Measured by Giraud. These 6 ms correspond to {MEASURED.tau / 1e-3:.3g} ms of the voltage. A decay of the finger"
+            " pulp of 4 ms (Pawluk and Howe 1999) may be part of them.", brief="skin of the subject not printed"),
+        Row("tau_giraud_decay", "decay of the lateral force, the paper's model",
+            values.DECAY_MEASURED / 1e-3, (BY_VOLTAGE.decay / 1e-3, BY_FORCE.decay / 1e-3), "ms", "open",
+            "The paper compares 7.7 ms with 6 ms. If 7.7 ms belongs to the voltage, the force of the model decays in"
+            f" {short:.2f} of the measured time; if it belongs to the force, in {long:.2f} of it. The paper does not state"
+            " which.", brief="7.7 ms of the voltage, or of the force"),
+        Row("force_decay_over_tau", "decay of the simulated lateral force over the time constant of the voltage",
+            None, simulated / (values.TAU_MODEL * film), "1", "check",
+            "After a step. One half, because the force is proportional to the square of the voltage.",
+            brief="force ~ voltage squared"),
+    )  # fmt: skip
+
+
+@functools.cache
+def decay_table() -> Table:
+    """Return what follows from either reading of the paper's time, and from the measurement."""
+    headings = (
+        "reading",
+        "voltage decays with [ms]",
+        "force decays with [ms]",
+        "skin that would need it, at eps 1560 [Ω m]",
+        "leaky gap that would need it [Ω m]",
+        "ramp for 2.5 mN of attraction [ms]",
+        "ramp for 2.5 mN of lateral force [ms]",
+        "ramp for the measured 2 to 5 mN of lateral force [ms]",
+    )
+    printed = (values.FORCE_MODEL, values.FORCE_MODEL)
+    lines = []
+    for reading in (BY_VOLTAGE, BY_FORCE, MEASURED):
+        ranges = [reading.ramps(values.attraction_of(forces)) for forces in (printed, values.FORCE_MEASURED)]
+        lines.append(
+            (
+                reading.name,
+                f"{reading.tau / 1e-3:.3g}",
+                f"{reading.decay / 1e-3:.3g}",
+                f"{reading.tau / (eps0 * values.SKIN_PERMITTIVITY):.3g}",
+                f"{reading.tau / eps0:.3g}",
+                f"{reading.ramp(values.FORCE_MODEL) / 1e-3:.3g}",
+                *(f"{low / 1e-3:.3g} to {high / 1e-3:.3g}" for low, high in ranges),
+            )
+        )
+    return Table(
+        "Voltage or force: what the paper's 7.7 ms may mean",
+        headings,
+        tuple(lines),
+        caption="The force decays twice as fast as the voltage.",
+        id="decay_readings",
+        shown=(0, 1, 2, 4, 5),
+    )
+
+
+@dataclass(frozen=True)
+class TrapeziumForce:
+    """Figure 6 with one skin, or with the Maxwell stress in a leaky gap.
+
+    `force` is the peak attraction with the ramp taken here [N], `ramp` the one that would give the paper's
+    2.5 mN of attraction [s], `edges` the attraction after the falling edge over that after the rising edge.
+    """
+
+    name: str
+    force: float
+    ramp: float
+    edges: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Figure 7 with one skin: F(10 kHz)/F(100 Hz), F(10 kHz)/largest F and F(5 kHz)/F(10 kHz)."""
+
+    rise: float
+    saturation: float
+    before: float
+
+    @property
+    def words(self) -> str:
+        """Verdict on this skin: begins with ``consistent`` or ``open``."""
+        if self.rise < 1:
+            return "open, falls"
+        if self.rise < 1.2:
+            return "open, flat"
+        if self.saturation < 0.9:
+            return "open, peaks and falls again"
+        if self.before < 0.95:
+            return "open, still rising at 10 kHz"
+        return "consistent, rises and saturates"
+
+
+def shape_of(material: Material) -> Shape:
+    """Compute rise and saturation of figure 7 for a skin."""
+    return Shape(*rise_and_saturation(material))
+
+
+@functools.cache
+def figure_6() -> tuple[TrapeziumForce, ...]:
+    """Compute figure 6 for every skin under the causal law, and for the Maxwell stress in leaky gaps."""
+    return tuple(
+        TrapeziumForce(
+            name,
+            peak_force(case, ramp=values.RAMP),
+            ramp_for(case, force=values.FORCE_MODEL),
+            edge_ratio(case),
+        )
+        for name, case in figure_6_cases().items()
+    )
+
+
+def under_cited_skins() -> tuple[TrapeziumForce, ...]:
+    """Return the results of figure 6 under law (1) for the skins of other publications."""
+    own = {POINT_BY_FORCE, values.skins()["point"].name, *LEAKY_GAPS}
+    return tuple(case for case in figure_6() if case.name not in own)
+
+
+def in_leaky_gaps() -> tuple[TrapeziumForce, ...]:
+    """Return the results of figure 6 for the Maxwell stress in leaky gaps."""
+    return tuple(case for case in figure_6() if case.name in LEAKY_GAPS)
+
+
+@functools.cache
+def figure_7() -> dict[str, Shape]:
+    """Compute figure 7 for every skin that may predict a force."""
+    return {name: shape_of(skin.material) for name, skin in force_skins().items()}
+
+
+def skin_tables(own: Tabulated | None) -> tuple[Table, ...]:
+    """Return the results for every skin, and the source status of every skin."""
+    return _results(own), _skins(own)
+
+
+def _results(own: Tabulated | None) -> Table:
+    shapes: Mapping[str, Shape] = figure_7()
+    skins, lines = force_skins(), []
+    for case in figure_6():
+        numbers = (f"{case.force / 1e-3:.3g}", f"{case.ramp / 1e-3:.3g}", f"{case.edges:.3g}")
+        skin = skins.get(case.name)
+        lines.append((case.name, skin.status if skin else "", *numbers, *_shown(shapes.get(case.name))))
+    if own is not None:
+        lines.append(("your table", "your own", "", "", "", *_shown(shape_of(own))))
+    headings = (
+        "skin or leaky gap",
+        "source status",
+        "peak attraction [mN]",
+        "ramp for 2.5 mN [ms]",
+        "falling/rising",
+        "figure 7: rise",
+        "saturation",
+        "verdict",
+    )
+    caption = (
+        "Figure 6 with ramps of 36 ms and a hold of 100 ms. Figure 7: rise = F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest"
+        " F. Sources, notes and time constants: skins.csv"
+    )
+    return Table("Figures 6 and 7 by skin", headings, tuple(lines), caption=caption, id="by_skin")
+
+
+def _shown(shape: Shape | None) -> tuple[str, str, str]:
+    return ("", "", "") if shape is None else (f"{shape.rise:.3g}", f"{shape.saturation:.2f}", shape.words)
+
+
+def _skins(own: Tabulated | None) -> Table:
+    lines = [
+        (skin.name, key, *_taus(skin.material), skin.status, skin.note) for key, skin in all_skins().items()
+    ]
+    if own is not None:
+        lines.append(("your table", own.file, *_taus(own), "your own", ""))
+    headings = ("skin", "path", "tau at 100 Hz [ms]", "1 kHz", "10 kHz", "source status", "note")
+    return Table("Skins", headings, tuple(lines), id="skins", on_page=False)
+
+
+def _taus(material: Material) -> list[str]:
+    return [f"{float(time_constant(material, frequency)) / 1e-3:.3g}" for frequency in (100.0, 1e3, 1e4)]

@@ -1,18 +1,47 @@
-"""The paper's figures as data."""
+"""The paper's figures as data, in which the same thing has one colour."""
 
 from __future__ import annotations
+
+from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.core.arrays import Real
-from electrovib.papers.vezzoli_2014 import compute, decay, values
-from electrovib.papers.vezzoli_2014.looks import look
+from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.skin import time_constant
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
+
+MEANINGS: Final = (
+    "paper point",
+    "palmar men 2 uS",
+    "1963 impedance",
+    "Gabriel dry",
+    "leaky gap",
+    "Gabriel wet",
+    "no conduction",
+    "your table",
+    "trembling hand",
+    "sliding",
+    "polarity",
+    "sensor",
+)
+"""In the order of the palette."""
+NOT_DRAWN: Final = len(MEANINGS)
+
+
+def look(meaning: str) -> int:
+    """Return the place of a meaning in the palette; that after the last for curves that are never drawn."""
+    return MEANINGS.index(meaning) if meaning in MEANINGS else NOT_DRAWN
+
+
+def curve(label: str, x: Real, y: Real, meaning: str, **more: Any) -> Curve:
+    """Return a curve in the colour of what it stands for."""
+    return Curve(label=label, x=x, y=y, look=look(meaning), **more)
+
 
 SHOWN = ("paper point", "palmar men 2 uS", "1963 impedance", "Gabriel wet", "Gabriel dry")
 """Skins drawn one by one; all are in the ranges, in the tables and in the files of the curves."""
@@ -25,13 +54,7 @@ SINGLE_LEAK = "Maxwell stress in the gap, leaky gap 1 um"
 
 def panels(own: Tabulated | None) -> tuple[Panel, ...]:
     """Return all figures; `own` is a user's skin, drawn beside the published ones."""
-    return (
-        figure_2(),
-        figure_4(own),
-        figure_6(),
-        figure_6_ramps(),
-        figure_7_skins(own),
-    )
+    return (figure_2(), figure_4(own), figure_6(), figure_6_ramps(), figure_7_skins(own))
 
 
 def figure_2() -> Panel:
@@ -51,24 +74,14 @@ def figure_2() -> Panel:
         x=("time", "s"),
         y=("electrostatic force", "N"),
         curves=(
-            Curve(
-                label="gap does not conduct",
-                x=time,
-                y=trace.electrostatic_force.values,
-                look=look("no conduction"),
+            curve("gap does not conduct", time, trace.electrostatic_force.values, "no conduction"),
+            curve(
+                "the same, the hand trembles by 10 um",
+                held.time.values,
+                held.electrostatic_force.values,
+                "trembling hand",
             ),
-            Curve(
-                label="the same, the hand trembles by 10 um",
-                x=held.time.values,
-                y=held.electrostatic_force.values,
-                look=look("trembling hand"),
-            ),
-            Curve(
-                label="gap leaks, 8.7e8 ohm m",
-                x=time,
-                y=leaky.electrostatic_force.values,
-                look=look("leaky gap"),
-            ),
+            curve("gap leaks, 8.7e8 ohm m", time, leaky.electrostatic_force.values, "leaky gap"),
         ),
     )
 
@@ -88,11 +101,11 @@ def _taus_over_frequency() -> list[Curve]:
         span("all cited skins", measured=True),
         span("constructed skins of constant phase", measured=False),
         *(
-            Curve(
-                label=skin.name,
-                x=frequency,
-                y=taus[key],
-                look=look(skin.name),
+            curve(
+                skin.name,
+                frequency,
+                taus[key],
+                skin.name,
                 drawn=skin.name in SHOWN and skin.name != "Gabriel wet",
             )
             for key, skin in skins.items()
@@ -105,28 +118,24 @@ def figure_4(own: Tabulated | None) -> Panel:
     curves = _taus_over_frequency()
     if own is not None:
         rows = own.table()[0]
-        curves.append(
-            Curve(
-                label="your table", x=rows, y=time_constant(own, rows), kind="points", look=look("your table")
-            )
-        )
+        curves.append(curve("your table", rows, time_constant(own, rows), "your table", kind="points"))
     ends = np.array([10.0, 1e6])
-    of_voltage, of_force = (np.full(2, reading.tau) for reading in (decay.BY_VOLTAGE, decay.BY_FORCE))
+    of_voltage, of_force = (np.full(2, reading.tau) for reading in (compute.BY_VOLTAGE, compute.BY_FORCE))
     curves += [
-        Curve(
-            label="paper: 7.7 ms, or 15.4 ms if of the force",
-            x=ends,
-            y=of_voltage,
+        curve(
+            "paper: 7.7 ms, or 15.4 ms if of the force",
+            ends,
+            of_voltage,
+            "paper point",
             upper=of_force,
             kind="band",
-            look=look("paper point"),
         ),
-        Curve(
-            label="12 ms: the measured 6 ms, of the force",
-            x=ends,
-            y=np.full(2, decay.MEASURED.tau),
+        curve(
+            "12 ms: the measured 6 ms, of the force",
+            ends,
+            np.full(2, compute.MEASURED.tau),
+            "paper point",
             kind="dashed",
-            look=look("paper point"),
             drawn=False,
         ),
     ]
@@ -148,7 +157,7 @@ def _cases_of_figure_6() -> dict[str, tuple[Scenario, str, str]]:
     found = {
         "law (1), no charge lost": (scenarios()["fig6_static"], "dashed", "no conduction"),
         "7.7 ms, not dispersive": (scenarios()["fig6"], "line", "paper point"),
-        "15.4 ms, not dispersive": (compute.point(decay.BY_FORCE.tau), "dashed", "paper point"),
+        "15.4 ms, not dispersive": (compute.point(compute.BY_FORCE.tau), "dashed", "paper point"),
         "Maxwell stress in a leaky gap of 1 um": (compute.leaky_gap(1e-6), "line", "leaky gap"),
     }
     for name, skin in compute.force_skins().items():
@@ -169,7 +178,7 @@ def figure_6() -> Panel:
             "Maxwell stress in a leaky gap of 1 um",
         )
         time, force = trace.time.values, trace.electrostatic_force.values
-        curves.append(Curve(label=label, x=time, y=force, kind=kind, look=look(meaning), drawn=drawn))
+        curves.append(curve(label, time, force, meaning, kind=kind, drawn=drawn))
     curves.insert(0, measured_range(curves[0].x[[0, -1]]))
     return Panel(
         id="fig6",
@@ -211,7 +220,7 @@ def figure_6_ramps() -> Panel:
             "leaky gap" if name in compute.LEAKY_GAPS else "paper point" if name.startswith("paper") else name
         )
         drawn = (name in SHOWN and name != "Gabriel wet") or name == SINGLE_LEAK
-        curves.append(Curve(label=name, x=ramps, y=forces, look=look(meaning), drawn=drawn))
+        curves.append(curve(name, ramps, forces, meaning, drawn=drawn))
     return Panel(
         id="fig6_ramps",
         title="Figure 6: ramp that would give the measured force",
@@ -230,16 +239,10 @@ def figure_7_skins(own: Tabulated | None) -> Panel:
     curves = []
     for name, skin in compute.force_skins().items():
         force = compute.frequency_force(skin.material, frequency)
-        curves.append(
-            Curve(label=name, x=frequency, y=force / force[-1], look=look(name), drawn=name in SHOWN)
-        )
+        curves.append(curve(name, frequency, force / force[-1], name, drawn=name in SHOWN))
     if own is not None:
         force = compute.frequency_force(own, frequency)
-        curves.append(
-            Curve(
-                label="your table", x=frequency, y=force / force[-1], kind="points", look=look("your table")
-            )
-        )
+        curves.append(curve("your table", frequency, force / force[-1], "your table", kind="points"))
     return Panel(
         id="fig7",
         title="Figure 7: mean force over frequency on a thin coating, relative to 10 kHz",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.items import computed
+from electrovib.core.budget import computed
 from electrovib.papers.vezzoli_2014.values import CITATION
 from electrovib.studies.reproduction import Reproduction
 
@@ -30,16 +30,7 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     `skin` is a table of one's own skin, columns frequency, permittivity and resistivity, which is drawn
     beside the others; one that is not a passive dielectric is refused.
     """
-    from electrovib.papers.vezzoli_2014 import (
-        by_skin,
-        compute,
-        decay,
-        falling_edge,
-        figures,
-        numbers,
-        open_questions,
-        population,
-    )
+    from electrovib.papers.vezzoli_2014 import compute, falling_edge, figures, numbers, population
 
     own = None if skin is None else _own_skin(skin)
     found = computed(
@@ -50,8 +41,8 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
             ("figures of the paper", lambda: figures.panels(own)),
             ("figures of the falling edge", falling_edge.panels),
             ("figures of the population", population.panels),
-            ("table of decays", lambda: [decay.table()]),
-            ("tables by skin", lambda: by_skin.tables(own)),
+            ("table of decays", lambda: [compute.decay_table()]),
+            ("tables by skin", lambda: compute.skin_tables(own)),
             ("table of the falling edge", lambda: [falling_edge.table()]),
             ("table of the population", lambda: [population.table()]),
         ]
@@ -62,12 +53,12 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         citation=CITATION,
         rows=rows,
         panels=panels,
-        pages=(open_questions.page(rows),),
+        pages=(numbers.page(rows),),
         tables=tables,
         equations=EQUATIONS,
         references=tuple(sorted({each.source for each in compute.all_skins().values()} - {CITATION})),
         title="Vezzoli et al. 2014, recomputed",
-        findings=open_questions.findings(rows),
+        findings=numbers.findings(rows),
     )
 
 

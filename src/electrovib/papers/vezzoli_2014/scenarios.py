@@ -18,8 +18,7 @@ PRESETS = {
         "plastic film, trapezoidal pulse of 1 kV, decay by conduction of the skin, the law of the paper",
     ),
     "fig6_static": PresetNote(
-        "figure 6 with equation (1)",
-        "plastic film, trapezoidal pulse of 1 kV, static law, no leakage",
+        "figure 6 with equation (1)", "plastic film, trapezoidal pulse of 1 kV, static law, no leakage"
     ),
     "fig6_gap": PresetNote(
         "figure 6 as a stack with a gap",

@@ -14,10 +14,10 @@ import numpy as np
 
 from electrovib.core.errors import LONGEST_QUOTED, InputError, gathered, nearest, shortened
 from electrovib.core.files import note_input
+from electrovib.core.parsing import read_toml_file
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.columns import read_columns
-from electrovib.data.toml_file import read_toml_file
+from electrovib.data.registry import read_columns
 from electrovib.scenario.distributions import Distribution, Empirical, Normal, Truncated
 from electrovib.scenario.reading import Source, read_scenario
 from electrovib.scenario.space.relations import Group, Grouping, check_relations
@@ -26,12 +26,10 @@ from electrovib.scenario.space.space import Space
 from electrovib.scenario.space.writing import KEYS, SCHEMA, WITHOUT_UNIT, Origin, read_origin
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection
 
     from electrovib.core.quantity import Quantity
-    from electrovib.scenario.distributions import Distribution
     from electrovib.scenario.experiment import Scenario
-    from electrovib.scenario.space.space import Space
 
 SpaceSource: TypeAlias = "str | Path | Mapping[str, Any] | Space"
 """Anything that a space can be read from."""
@@ -391,7 +389,8 @@ def _with_measured(path: str, given: dict[str, Any], quantity: Quantity, folder:
 
 def _within(path: str, found: Distribution, quantity: Quantity) -> Distribution:
     """Refuse values outside the range of a parameter, with the ends that keep them inside."""
-    if isinstance(found, Normal) and found.low == 0 < quantity.low:  # positive, as a fit writes it
+    positive = isinstance(found, Truncated) and found.low == 0 and isinstance(found.distribution, Normal)
+    if positive and quantity.low > 0:  # as a fit writes it
         found = found.truncated(quantity.low, math.inf)
     outside = {
         "low": (found.share(math.nextafter(quantity.low, -math.inf)), quantity.low),

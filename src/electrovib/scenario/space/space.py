@@ -11,9 +11,8 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
-from electrovib.scenario.space.counter import checked_seed, uniform_shares
-from electrovib.scenario.space.relations import connected, fulfil
-from electrovib.scenario.space.writing import space_lines, space_table, space_toml
+from electrovib.scenario.space.relations import checked_seed, connected, fulfil, uniform_shares
+from electrovib.scenario.space.writing import space_lines, space_table
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -177,7 +176,7 @@ class Space:
         found = {path: np.empty(stop - start) for path in self.paths}
         for first in range(start, stop, _BLOCK):  # whose arrays stay in the cache
             last = min(first + _BLOCK, stop)
-            values = self.values(self._shares(seed, first, last))
+            values = self.values(self.shares_of(self.paths, seed=seed, start=first, stop=last, attempt=0))
             if self.relations:
                 fulfil(self, values, seed=seed, start=first)
             for path, each in values.items():
@@ -251,7 +250,9 @@ class Space:
 
     def to_toml(self) -> str:
         """Return the space as the text of a TOML file, from which `read_space` makes an equal one."""
-        return space_toml(self)
+        import tomlkit
+
+        return tomlkit.dumps(space_table(self, texts=True))
 
     @functools.cached_property
     def _copula(self) -> Copula:
@@ -260,9 +261,6 @@ class Space:
     @functools.cached_property
     def _grouping_of(self) -> dict[str, str]:
         return {path: name for name, each in self.groupings.items() for path in each.paths}
-
-    def _shares(self, seed: int, start: int, stop: int) -> dict[str, Real]:
-        return {each: uniform_shares(each, seed=seed, start=start, stop=stop) for each in self.streams}
 
     def _names_of(self, streams: tuple[str, ...]) -> list[str]:
         """Return the names under which an input is shown: a division into groups stands for the paths that it sets."""

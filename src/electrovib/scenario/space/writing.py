@@ -104,13 +104,6 @@ def space_table(space: Space, *, texts: bool = False) -> dict[str, Any]:
     return {"schema": SCHEMA} | {name: part for name, part in found.items() if part}
 
 
-def space_toml(space: Space) -> str:
-    """Write a space as the text of a TOML file; it reads back equal."""
-    import tomlkit
-
-    return tomlkit.dumps(space_table(space, texts=True))
-
-
 def space_lines(space: Space) -> list[str]:
     """Write distributions, correlations, relations and groups, a line each."""
     table = space_table(space, texts=True)

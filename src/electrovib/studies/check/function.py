@@ -17,9 +17,8 @@ from electrovib.core.files import note_input
 from electrovib.core.model import read_model
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
-from electrovib.data.columns import read_columns
 from electrovib.data.recorded import Recorded
-from electrovib.data.registry import read_recorded
+from electrovib.data.registry import read_columns, read_recorded
 from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.sampled import Held, Sampled

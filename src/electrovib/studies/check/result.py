@@ -13,9 +13,9 @@ from electrovib.core.citation import UNVERIFIED
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
+from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, json_text
-from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, Limits, unit_of_limit
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity

@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.errors import InputError, Problem, gathered
 from electrovib.core.units import format_quantity
 from electrovib.scenario.space import Space, SpaceSource, read_space
-from electrovib.scenario.space.counter import checked_seed
+from electrovib.scenario.space.relations import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check import CheckResult, CheckRow, LimitsSource, checked

@@ -15,7 +15,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.tables import stored_changes
 from electrovib.scenario.space import Space, SpaceSource, read_space
-from electrovib.scenario.space.counter import checked_seed
+from electrovib.scenario.space.relations import checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.studies.design import search
 from electrovib.studies.design.wanted import Evaluation, Wanted

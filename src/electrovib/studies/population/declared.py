@@ -17,7 +17,7 @@ from electrovib.core.signals import SIGNALS, STUDY_FORMAT
 from electrovib.core.units import parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space import Space, SpaceSource, read_space
-from electrovib.scenario.space.counter import checked_seed
+from electrovib.scenario.space.relations import checked_seed
 from electrovib.scenario.space.writing import KEYS as ORIGIN_KEYS
 from electrovib.scenario.toml import SCHEMA
 

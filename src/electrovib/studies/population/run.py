@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.budget import Work, megabytes, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.data.lock import HeldError, held
+from electrovib.data.atomic import HeldError, held
 from electrovib.solve.meter import Meter, measured
 from electrovib.studies.population import store
 from electrovib.studies.population.declared import BLOCK, MEMORY, PERCENTILES, DeclaredStudy, read_study

@@ -10,11 +10,10 @@ from typing import Any, TypeAlias, TypeVar
 from electrovib.core.errors import InputError, NoColumnError, Problem, shortened
 from electrovib.core.files import note_input
 from electrovib.core.model import Model
-from electrovib.core.parsing import read_toml
+from electrovib.core.parsing import read_toml, read_toml_file
 from electrovib.core.samples import Samples
 from electrovib.core.units import parse_quantity
 from electrovib.data.picture import read_picture
-from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.texture.base import Texture
 from electrovib.physics.texture.path import FingerPath
 from electrovib.physics.texture.profile import MOST_PIXELS, GreyscalePicture

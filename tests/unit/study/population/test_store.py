@@ -12,7 +12,7 @@ from zarr.storage import LocalStore
 
 from electrovib.core.errors import InputError
 from electrovib.data import atomic
-from electrovib.data.lock import HeldError, held
+from electrovib.data.atomic import HeldError, held
 from electrovib.scenario import load
 from electrovib.studies.population import StudyCancelledError, open_study, study
 

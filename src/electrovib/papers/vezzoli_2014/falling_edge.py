@@ -1,0 +1,452 @@
+"""The falling edge: causes that could make the second peak of the trapezoidal pulse differ from the first.
+
+The paper states only that on the discharging parts there is a difference between model and measurement, and suspects
+the sensor. Each candidate cause here is the paper's own scenario with one change.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from electrovib.core.answer import Panel, Table
+from electrovib.core.arrays import Real
+from electrovib.papers.kaczmarek_2006 import FAST, SLOW, rectifying, skin_conductivity
+from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014.figures import curve
+from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.scenario import Scenario
+from electrovib.solve.simulate import simulate
+from electrovib.studies.reproduction import Row
+
+RAMP, HOLD = 25e-3, 200e-3
+"""Of the trapezoidal pulse on which the candidates are compared, a choice [s]."""
+FILM_CHARGE = 70e-6
+"""Charge that an earlier pass left on the film, a choice: 210 V [C/m2]."""
+TRIBOCHARGE = 7e-6
+"""Charge on the film as rubbing leaves it: 21 V, of the size of the effective voltage [C/m2]."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One possible cause.
+
+    `changes` are put into the paper's scenario by dotted path; `test` is the experiment that would
+    distinguish the cause from the others, `signal` where it appears, `values` what was taken, marked where it
+    is a choice. `linear`: its response is linear in the drive, so that a periodic trapezoidal pulse of equal
+    halves gives equal pulses.
+    """
+
+    name: str
+    changes: Mapping[str, Any]
+    test: str
+    values: str
+    signal: str = "electrostatic_force"
+    linear: bool = True
+
+    def scenario(self, *, ramp: float = RAMP, hold: float = HOLD) -> Scenario:
+        """Put the change into the paper's scenario with a ramp and a hold [s]."""
+        pulse = {"drive.rise": ramp, "drive.hold": hold, "drive.fall": ramp}
+        return scenarios()["fig6"].replace(pulse).replace(self.changes)
+
+
+_CHOICE = "a choice"
+_ALL_SKIN: Final = {"stack.stratum_corneum.material.conductivity": 0.0}
+"""The leak alone then conducts in the skin."""
+
+
+def _polarity(positive: float, negative: float) -> dict[str, Any]:
+    leak = rectifying(skin_conductivity, positive=positive, negative=negative)
+    return _ALL_SKIN | {"stack.stratum_corneum.leak": leak}
+
+
+def _sliding(speed: float, charge: float = 0.0) -> dict[str, Any]:
+    return {"motion.speed": speed, "motion.renews_film": True, "stack.insulator.initial_charge": charge}
+
+
+def _skin(name: str) -> dict[str, Any]:
+    return {"stack.stratum_corneum.material": compute.force_skins()[name].material}
+
+
+_MEMORY_TEST = "vary the hold: the ratio returns to 1 as a power of it; both halves of a periodic trapezoidal pulse are equal"
+_SLIDING_TEST = (
+    "vary the speed: the plateau of the hold is proportional to it; a finger at rest shows neither"
+)
+
+_RELAXING: Final = {
+    "model": "Tribometer",
+    "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
+    "lateral": {
+        "natural_frequency": 500.0,
+        "damping_ratio": 0.5,
+        "bandwidth": 1e3,
+        "creep": {"share": 0.25, "time": 50e-3},
+    },
+}
+"""A rig whose sensor creeps."""
+
+
+@functools.cache
+def candidates() -> tuple[Candidate, ...]:
+    """Return every candidate at plausible values."""
+    return (
+        Candidate("the paper's model", {}, "the reference", "one relaxation time of 7.7 ms"),
+        *(
+            Candidate(f"dispersive skin, {name}", _skin(name), _MEMORY_TEST, "cited skin, causal law")
+            for name in ("palmar men 2 uS", "palmar women 10 uS", "1963 impedance")
+        ),
+        *_of_polarity(),
+        *_of_sliding(),
+        *_of_charge_and_field(),
+        *_beyond_the_field(),
+    )
+
+
+def _of_polarity() -> tuple[Candidate, ...]:
+    """Return a skin that conducts better for positive voltages, and one that conducts better for negative ones."""
+    two_taus = f"time constants {SLOW * 1e3:g} and {FAST * 1e3:g} ms by polarity, {_CHOICE}"
+    test = "invert the drive, 0 to -1000 V, on a neutral film with the plate voltage recorded: the ratio is inverted"
+    weaker, stronger = _polarity(FAST, SLOW), _polarity(SLOW, FAST)
+    return (
+        Candidate("positive pulses weaker", weaker, test, f"{two_taus}, as Kaczmarek 2006", linear=False),
+        Candidate("positive pulses stronger", stronger, test, f"{two_taus}, the other sign", linear=False),
+    )
+
+
+def _of_sliding() -> tuple[Candidate, ...]:
+    """Return a finger that slides onto fresh film, neutral or charged."""
+    charged = f"{FILM_CHARGE * 1e6:g} uC/m2 on the fresh film, {_CHOICE}; 30 mm/s"
+    wiped = "neutralise the film before the pass, then do not: only this changes"
+    neutral = [
+        Candidate(
+            f"sliding at {speed * 1e3:g} mm/s",
+            _sliding(speed),
+            _SLIDING_TEST,
+            "fresh film, the paper's 7.7 ms",
+        )
+        for speed in (0.01, 0.03, 0.1)
+    ]
+    over_charge = [
+        Candidate(f"sliding over {word} film", _sliding(0.03, sign * FILM_CHARGE), wiped, charged)
+        for word, sign in (("positive", 1), ("negative", -1))
+    ]
+    return (*neutral, *over_charge)
+
+
+def _of_charge_and_field() -> tuple[Candidate, ...]:
+    """Return charge left by an earlier touch, and a skin that conducts better in a large field."""
+    growing = {"model": "FieldConduction", "conductivity": skin_conductivity(SLOW), "onset_field": 3e3}
+    return (
+        Candidate(
+            "charge left on the film, finger at rest",
+            {"stack.insulator.initial_charge": -TRIBOCHARGE},
+            "discharge the film before touching: only the first milliseconds change",
+            f"{-TRIBOCHARGE * 1e6:g} uC/m2 under the finger at the beginning, {_CHOICE}",
+        ),
+        Candidate(
+            "leak that grows with the field",
+            _ALL_SKIN | {"stack.stratum_corneum.leak": growing},
+            "vary the voltage: the force is not proportional to its square, and the decay changes",
+            f"conductivity doubled at 3 kV/m in the skin, {_CHOICE}",
+            linear=False,
+        ),
+    )
+
+
+def _beyond_the_field() -> tuple[Candidate, ...]:
+    """Return the candidates that change neither the stack nor the charge: mechanics, amplifier and sensor."""
+    creeping = {
+        "model": "Creep",
+        "steady": {"model": "Coulomb", "coefficient": 0.5},
+        "relaxations": [{"share": 0.2, "time": tau} for tau in (4e-3, 70e-3, 1.4)],
+    }
+    sinking = {"source_current": 250e-6, "sink_current": 2e-6, "stray_capacitance": 50e-12}
+    return (
+        Candidate(
+            "viscoelastic skin",
+            {"friction": creeping},
+            "step the friction without a voltage, by load or squeeze film: the same asymmetry",
+            f"shares of 0.2 at 4 ms, 70 ms and 1.4 s (times Pawluk and Howe 1999, shares {_CHOICE})",
+            signal="lateral_force",
+        ),
+        Candidate(
+            "amplifier sinks less than it sources",
+            {"circuit.amplifier": sinking},
+            "record the voltage at the plate: its falling ramp is slower than commanded",
+            f"250 uA out, 2 uA back, 50 pF of stray capacitance, {_CHOICE}",
+            linear=False,
+        ),
+        Candidate(
+            "sensor relaxes",
+            {"rig": _RELAXING},
+            "step the sensor with a weight: the same relaxation without finger and voltage",
+            f"a quarter of the signal follows with 50 ms, {_CHOICE}; the cause that the paper suspects",
+            signal="lateral_force_measured",
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The trapezoidal pulse under one candidate cause.
+
+    `time` [s] and `force` above its value before the drive [N]; `ratio` of the largest force from the falling
+    ramp on to the largest before; `decay` [s] after the rising ramp until the force has fallen to 1/e of its
+    value there, NaN if it does not.
+    """
+
+    time: Real = field(repr=False)
+    force: Real = field(repr=False)
+    ratio: float
+    decay: float
+
+
+def outcome(candidate: Candidate, *, ramp: float = RAMP, hold: float = HOLD) -> Outcome:
+    """Simulate the trapezoidal pulse, of ramps and a hold [s], under a candidate."""
+    scenario = candidate.scenario(ramp=ramp, hold=hold)
+    end = 2 * ramp + hold + 0.1
+    time = np.unique(np.concatenate([np.linspace(0, end, 3001), [ramp, ramp + hold, 2 * ramp + hold]]))
+    trace = simulate(scenario, time=time)
+    force = trace[candidate.signal].values - (
+        trace[candidate.signal].values[0] if _settled(candidate) else 0.0
+    )
+    top, falls = ramp + hold, time >= ramp + hold
+    rising = float(np.max(np.abs(force[(time > 0) & (time <= top)])))
+    peak = float(np.abs(force[time <= top][np.argmin(np.abs(time[time <= top] - ramp))]))
+    decay = _decay(time, np.abs(force), start=ramp, end=top, level=peak / math.e)
+    return Outcome(time, force, float(np.max(np.abs(force[falls]))) / rising, decay)
+
+
+def _decay(time: Real, force: Real, *, start: float, end: float, level: float) -> float:
+    """Time from the start to where the force falls below a level, between two samples in its logarithm; or NaN."""
+    below = np.flatnonzero((time > start) & (time <= end) & (force < level))
+    if not len(below):
+        return float("nan")
+    after = int(below[0])
+    near = slice(after - 1, after + 1)
+    logarithm = np.log(force[near] / level)
+    return float(np.interp(0.0, logarithm[::-1], time[near][::-1])) - start
+
+
+def _settled(candidate: Candidate) -> bool:
+    """Return whether the signal has a steady part before the drive: the friction of the load."""
+    return candidate.signal != "electrostatic_force"
+
+
+@functools.cache
+def outcomes() -> dict[str, Outcome]:
+    """Simulate every candidate once."""
+    return {candidate.name: outcome(candidate) for candidate in candidates()}
+
+
+@functools.cache
+def periodic_asymmetry() -> float:
+    """Compute the largest difference of both pulses of a periodic trapezoidal pulse of equal halves, over linear causes [1].
+
+    In the periodic state f(t + T/2) = f(t) exactly for any linear law that holds no constant voltage: v(t +
+    T/2) and -v(t) differ by a constant, and the force is even.
+    """
+    half = 50e-3
+    ramp = 10e-3
+    worst = 0.0
+    for candidate in candidates():
+        if candidate.linear and not any(path.startswith(("motion", "rig")) for path in candidate.changes):
+            drive = {
+                "model": "Trapezium",
+                "high": values.VOLTAGE,
+                "rise": ramp,
+                "hold": half - ramp,
+                "fall": ramp,
+            }
+            settled = {
+                "drive": drive | {"repeat": 2 * half},
+                "time.initial_state": {"model": "PeriodicState"},
+            }
+            scenario = candidate.scenario().replace(settled | {"stack.insulator.initial_charge": 0.0})
+            time = np.linspace(0.0, 2 * half, 1001)
+            force = simulate(scenario, time=time).electrostatic_force.values
+            worst = max(worst, float(np.max(np.abs(force[:500] - force[500:1000]))) / float(np.max(force)))
+    return worst
+
+
+DRAWN: Final = {
+    "the paper's model": "paper point",
+    "dispersive skin, palmar men 2 uS": "palmar men 2 uS",
+    "sliding at 30 mm/s": "sliding",
+    "positive pulses weaker": "polarity",
+    "sensor relaxes": "sensor",
+}
+"""Candidates whose pulses are drawn, and what their colours stand for."""
+AGAINST_HOLD: Final = {
+    "the paper's model": "paper point",
+    "dispersive skin, palmar men 2 uS": "palmar men 2 uS",
+    "dispersive skin, 1963 impedance": "1963 impedance",
+    "sliding at 30 mm/s": "sliding",
+    "sliding at 100 mm/s": "sliding",
+}
+"""Candidates whose ratio is drawn against the hold; the file of the curves has every linear one in the attraction."""
+LINEAR: Final = ("dispersive skin", "sliding at", "the paper's model")
+"""Beginnings of the names of the linear candidates in the attraction."""
+
+
+def table() -> Table:
+    """Return ratio and decay of every candidate, and the experiment that would identify it."""
+    found = outcomes()
+    base = found["the paper's model"].decay
+    lines = []
+    for candidate in candidates():
+        result = found[candidate.name]
+        decay = "stays" if np.isnan(result.decay) else f"{result.decay * 1e3:.3g}"
+        lines.append(
+            (
+                candidate.name,
+                f"{result.ratio:.2f}",
+                decay,
+                _readings(result, base),
+                candidate.values,
+                candidate.test,
+            )
+        )
+    headings = (
+        "candidate",
+        "force falling/rising",
+        "decay in the hold [ms]",
+        "changes",
+        "values",
+        "experiment that would identify it",
+    )
+    caption = (
+        f"Ramps of {RAMP * 1e3:g} ms, hold of {HOLD * 1e3:g} ms; force without the friction of the load. Changes: by more than"
+        " a tenth, the falling ramp or the decay in the hold of the paper's model."
+    )
+    return Table(
+        "The falling edge: each candidate cause alone",
+        headings,
+        tuple(lines),
+        caption=caption,
+        id="falling_edge_candidates",
+        shown=(0, 1, 2, 3),
+    )
+
+
+def _readings(result: Outcome, base: float) -> str:
+    """State for which readings of the paper's sentence this cause alone makes a difference of a tenth."""
+    ramp = abs(result.ratio - 1) > 0.1
+    hold = not abs(result.decay / base - 1) <= 0.1
+    named = [word for word, true in (("ramp", ramp), ("hold", hold)) if true]
+    return ", ".join(named)
+
+
+@functools.cache
+def panels() -> tuple[Panel, ...]:
+    """Return the pulses of some candidates, and the ratio against the hold, which distinguishes them."""
+    return (_pulses(), _against_hold())
+
+
+def _pulses() -> Panel:
+    curves = []
+    for name, result in outcomes().items():
+        rising = np.max(np.abs(result.force[result.time <= RAMP + HOLD]))
+        curves.append(
+            curve(
+                f"{name} ({result.ratio:.2f})",
+                result.time,
+                result.force / rising,
+                DRAWN.get(name, ""),
+                kind="dashed" if name == "the paper's model" else "line",
+                drawn=name in DRAWN,
+            )
+        )
+    return Panel(
+        id="falling_edge",
+        title="The falling edge: force over its rising peak, one cause at a time",
+        caption=f"0 to 1000 V, ramps of {RAMP * 1e3:g} ms, hold of {HOLD * 1e3:g} ms; in brackets falling over rising peak.",
+        x=("time", "s"),
+        y=("force over its rising peak", "1"),
+        curves=tuple(curves),
+        log_y=True,
+        floor=FLOOR,
+    )
+
+
+FLOOR: Final = 1e-3
+HOLDS: Final = (5e-3, 10e-3, 20e-3, 50e-3, 100e-3, 200e-3, 500e-3)
+
+
+def _against_hold() -> Panel:
+    curves = []
+    for candidate in candidates():
+        if candidate.name.startswith(LINEAR):
+            ratios = np.array([outcome(candidate, hold=hold).ratio for hold in HOLDS])
+            curves.append(
+                curve(
+                    candidate.name,
+                    np.array(HOLDS),
+                    ratios,
+                    AGAINST_HOLD.get(candidate.name, ""),
+                    kind="dashed"
+                    if candidate.name in ("the paper's model", "sliding at 100 mm/s")
+                    else "line",
+                    drawn=candidate.name in AGAINST_HOLD,
+                )
+            )
+    return Panel(
+        id="falling_edge_hold",
+        title="Falling over rising force against the hold",
+        caption="With a longer hold the effect of relaxation or a dispersive skin vanishes; those of sliding and polarity stay.",
+        x=("hold", "s"),
+        y=("force falling over rising", "1"),
+        curves=tuple(curves),
+        log_x=True,
+    )
+
+
+@functools.cache
+def rows() -> tuple[Row, ...]:
+    """Return the range of each ratio and decay over the candidates, and the check of equal halves."""
+    found = outcomes()
+    ratios = [result.ratio for result in found.values()]
+    decays = [result.decay * 1e3 for result in found.values() if not np.isnan(result.decay)]
+    own = found["the paper's model"].decay * 1e3
+    return (
+        Row(
+            "falling_edge_candidates",
+            "force falling over rising, each candidate cause alone",
+            None,
+            (min(ratios), max(ratios)),
+            "1",
+            "ours",
+            "The paper states that there is a difference, but neither its sign nor its size. Every candidate is in the table of"
+            " the falling edge.",
+            brief="sign and size of the difference are not printed",
+        ),
+        Row(
+            "hold_decay_candidates",
+            "decay of the force in the hold, each candidate cause alone",
+            None,
+            (min(decays), max(decays)),
+            "ms",
+            "ours",
+            "The other reading of the paper's discharging parts: time to 1/e. The paper's model gives"
+            f" {own:.3g} ms, half of the time constant of its voltage, (C_i + C_s) R_s, or twice that if its 7.7 ms is the"
+            " decay of the force. Every candidate is in the table of the falling edge.",
+            brief=f"{own:.3g} ms by the paper's model",
+        ),
+        Row(
+            "periodic_trapezium",
+            "difference of both pulses of a periodic trapezoidal pulse, linear causes",
+            None,
+            periodic_asymmetry(),
+            "1",
+            "check",
+            "Largest difference over the peak, for equal halves. The two pulses are exactly equal for any linear law. A"
+            " difference measured on a rig is therefore due to polarity, the amplifier or a film that slides; neither the"
+            " memory of the skin nor a linear relaxation of skin or sensor can cause it.",
+            brief="0 for any linear law",
+        ),
+    )
