@@ -25,8 +25,18 @@ from electrovib.apps.explorer.further import (
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page import words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
-from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure, thinned
-from electrovib.apps.explorer.pictures.plots import detection, felt, laws, over_frequency, over_time, recorded
+from electrovib.apps.explorer.pictures import (
+    Axis,
+    PlottedCurve,
+    detection,
+    felt,
+    figure,
+    laws,
+    over_frequency,
+    over_time,
+    recorded,
+    thinned,
+)
 from electrovib.apps.explorer.session import Pinned
 from electrovib.apps.explorer.state import presets
 from electrovib.core.constants import eps0

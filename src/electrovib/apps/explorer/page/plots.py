@@ -19,7 +19,7 @@ from electrovib.apps.explorer.page.words import (
     safety_words,
     verdict_words,
 )
-from electrovib.apps.explorer.pictures.plots import (
+from electrovib.apps.explorer.pictures import (
     felt,
     laws,
     over_frequency,

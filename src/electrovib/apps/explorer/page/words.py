@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import PINNED
+from electrovib.apps.explorer.pictures import PINNED
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity, typeset
