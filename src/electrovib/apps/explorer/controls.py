@@ -17,55 +17,6 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 
-class Declared:
-    """Words of a parameter, from its declaration."""
-
-    path: str
-    meaning: str
-    unit: str
-    source: str
-    allowed: tuple[float, float]
-
-    @property
-    def section(self) -> str:
-        """Part of the scenario to which the parameter belongs."""
-        return self.path.partition(".")[0]
-
-    @property
-    def name(self) -> str:
-        """Path below its part, in words; a layer's material is not named."""
-        inner = self.path.partition(".")[2].replace(".material.", ".")
-        inner = re.sub(r"channels\.(\d+)", lambda found: f"channel {int(found[1]) + 1}", inner)
-        return inner.replace("_", " ").replace(".", ", ")
-
-    @property
-    def is_detail(self) -> bool:
-        """Whether the parameter comes after the others of its section: that of a channel of perception."""
-        return self.path.startswith("perception.channels.")
-
-    def written(self, value: float) -> str:
-        """Write a value with its unit, as it is read again."""
-        return pretty_quantity(value, self.unit, digits=4)
-
-    @property
-    def help(self) -> str:
-        """Meaning, declared range and source, as shown beside the slider."""
-        low, high = (pretty_quantity(bound, self.unit) for bound in self.allowed)
-        source = f" Source: {self.source}." if self.source else ""
-        return f"{self.meaning} ({self.path}); allowed from {low} to {high}.{source}"
-
-
-@dataclass(frozen=True)
-class Blank(Declared):
-    """A field for a parameter, at a dotted path, that has no value; `allowed` is its declared range [SI]."""
-
-    path: str
-    meaning: str
-    unit: str
-    source: str
-    allowed: tuple[float, float]
-
-
 def parameters_of(scenario: Scenario) -> Iterator[tuple[str, float | None, Quantity]]:
     """Walk over the parameters that a page offers: dotted path, value in SI (None without one), declaration.
 
@@ -77,15 +28,6 @@ def parameters_of(scenario: Scenario) -> Iterator[tuple[str, float | None, Quant
         for name, value, quantity in Perception().parameters():
             if "." not in name:  # a channel can be changed only where the channels are declared
                 yield f"perception.{name}", value, quantity
-
-
-def blanks(scenario: Scenario) -> list[Blank]:
-    """Return a field for each parameter that can have a value and has none, in the order of the scenario."""
-    return [
-        Blank(path, quantity.doc, quantity.unit, "", (quantity.low, quantity.high))
-        for path, value, quantity in parameters_of(scenario)
-        if value is None
-    ]
 
 
 STEPS: Final = 1000
@@ -115,27 +57,63 @@ SECTIONS: Final = {
 
 
 @dataclass(frozen=True)
-class Control(Declared):
-    """A slider for one parameter.
+class Control:
+    """A field for one parameter, at a dotted path, with a slider if it has a value.
 
-    `value` at the start, `low` and `high`, the range of the slider, and `allowed`, the declared range, which
-    the field beside the slider takes, are in SI. `source` says where the value came from, empty if nothing is
-    stated. `is_logarithmic`: equal distances of the slider are equal ratios.
+    `value` at the start, None without one, `low` and `high`, the range of the slider, and `allowed`, the declared
+    range, which the field takes, are in SI. `source` says where the value came from, empty if nothing is stated.
+    `is_logarithmic`: equal distances of the slider are equal ratios.
     """
 
     path: str
     meaning: str
     unit: str
     source: str
-    value: float
+    value: float | None
     low: float
     high: float
     allowed: tuple[float, float]
     is_logarithmic: bool
 
+    @property
+    def section(self) -> str:
+        """Part of the scenario to which the parameter belongs."""
+        return self.path.partition(".")[0]
+
+    @property
+    def name(self) -> str:
+        """Path below its part, in words; a layer's material is not named."""
+        inner = self.path.partition(".")[2].replace(".material.", ".")
+        inner = re.sub(r"channels\.(\d+)", lambda found: f"channel {int(found[1]) + 1}", inner)
+        return inner.replace("_", " ").replace(".", ", ")
+
+    @property
+    def label(self) -> str:
+        """Section and name."""
+        return f"{SECTIONS[self.section]}: {self.name}"
+
+    @property
+    def is_detail(self) -> bool:
+        """Whether the parameter comes after the others of its section: that of a channel of perception."""
+        return self.path.startswith("perception.channels.")
+
+    @property
+    def help(self) -> str:
+        """Meaning, declared range, ends of the slider and source, as shown beside it."""
+        low, high = (pretty_quantity(bound, self.unit) for bound in self.allowed)
+        source = f" Source: {self.source}." if self.source else ""
+        kind = ", logarithmic" if self.is_logarithmic else ""
+        ends = f"; slider from {self.written(self.low)} to {self.written(self.high)}{kind}"
+        slider = "" if self.value is None else ends
+        return f"{self.meaning} ({self.path}); allowed from {low} to {high}{slider}.{source}"
+
+    def written(self, value: float | None) -> str:
+        """Write a value with its unit, as it is read again; nothing for none."""
+        return "" if value is None else pretty_quantity(value, self.unit, digits=4)
+
     def at(self, position: float) -> float:
         """Return the value [SI] at a position from 0 to `STEPS`; the first value itself at its own position."""
-        if round(position) == self.position(self.value):
+        if self.value is not None and round(position) == self.position(self.value):
             return self.value
         part = min(max(position / STEPS, 0.0), 1.0)
         if not self.is_logarithmic:
@@ -149,36 +127,23 @@ class Control(Declared):
             return round(STEPS * math.log(value / self.low) / math.log(self.high / self.low))
         return round(STEPS * (value - self.low) / (self.high - self.low))
 
-    @property
-    def help(self) -> str:
-        """Meaning, declared range, ends of the slider and source, as shown beside it."""
-        ends = f"{self.written(self.low)} to {self.written(self.high)}"
-        words, stop, source = super().help.partition(". Source: ")
-        kind = ", logarithmic" if self.is_logarithmic else ""
-        return f"{words.removesuffix('.')}; slider from {ends}{kind}.{stop[1:]}{source}"
-
 
 def controls(scenario: Scenario) -> list[Control]:
-    """Return a control for each parameter that has a value, in the order of `SECTIONS`, within it in that of the scenario.
+    """Return a control for each parameter, in the order of `SECTIONS`; those without a value, and details, are last there.
 
     Parameters that can only be 0, such as the initial charge of the layer that touches the finger, have none.
     """
-    declared = [
-        _control(path, value, quantity, scenario.sources.get(path, ""))
-        for path, value, quantity in parameters_of(scenario)
-        if value is not None
-    ]
-    found = [each for each in declared if each is not None and (each.value != 0 or _moves(scenario, each))]
+    declared = [_control(scenario, *each) for each in parameters_of(scenario)]
+    found = [each for each in declared if each.section in SECTIONS and _can_move(scenario, each)]
     order = list(SECTIONS)
-    return sorted(
-        (each for each in found if each.section in SECTIONS),
-        key=lambda each: order.index(each.section),
-    )
+    return sorted(found, key=lambda each: (order.index(each.section), each.is_detail, each.value is None))
 
 
-def _moves(scenario: Scenario, control: Control) -> bool:
-    """Return whether a parameter that is 0 can have another value: some are 0 by the nature of their place."""
-    for value in {control.low, control.high} - {control.value}:
+def _can_move(scenario: Scenario, control: Control) -> bool:
+    """Return whether a parameter can have another value: some are 0 by the nature of their place."""
+    if control.value != 0:
+        return control.low < control.high
+    for value in {control.low, control.high} - {0.0}:
         try:
             scenario.replace({control.path: value})
         except InputError:
@@ -187,21 +152,12 @@ def _moves(scenario: Scenario, control: Control) -> bool:
     return False
 
 
-def _control(path: str, value: float, quantity: Quantity, source: str) -> Control | None:
-    low, high = _ends(value, quantity)
-    if not low < high:
-        return None
-    return Control(
-        path=path,
-        meaning=quantity.doc,
-        unit=quantity.unit,
-        source=source,
-        value=value,
-        low=low,
-        high=high,
-        allowed=(quantity.low, quantity.high),
-        is_logarithmic=low > 0 and high / low >= _SPANS_DECADES,
-    )
+def _control(scenario: Scenario, path: str, value: float | None, quantity: Quantity) -> Control:
+    allowed = quantity.low, quantity.high
+    low, high = allowed if value is None else _ends(value, quantity)
+    source = scenario.sources.get(path, "")
+    is_logarithmic = low > 0 and high / low >= _SPANS_DECADES
+    return Control(path, quantity.doc, quantity.unit, source, value, low, high, allowed, is_logarithmic)
 
 
 def _ends(value: float, quantity: Quantity) -> tuple[float, float]:

@@ -166,7 +166,8 @@ def _numbers(values: NDArray[Any]) -> tuple[float | None, ...]:
 def _finite(data: Sequence[ArrayLike]) -> NDArray[Any]:
     """Return all finite numbers along an axis."""
     values = np.concatenate([np.ravel(np.asarray(each, dtype=float)) for each in data] or [np.zeros(0)])
-    return values[np.isfinite(values)]
+    finite: NDArray[Any] = values[np.isfinite(values)]
+    return finite
 
 
 def _axis(axis: Axis, values: NDArray[Any]) -> tuple[dict[str, Any], float, str]:

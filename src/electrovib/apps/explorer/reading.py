@@ -362,7 +362,8 @@ _FREE: Final = threading.BoundedSemaphore(MOST_FITS)
 
 def fittable(scenario: Scenario) -> list[str]:
     """Return the paths of the parameters that a page offers to fit: those with a value that changes a signal."""
-    return [each.path for each in controls(scenario) if each.section not in _WITHOUT_EFFECT]
+    found = (each for each in controls(scenario) if each.value is not None)
+    return [each.path for each in found if each.section not in _WITHOUT_EFFECT]
 
 
 @dataclass

@@ -11,7 +11,7 @@ import electrovib as ev
 from electrovib.apps.explorer import limits, reading
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.downloads import DOWNLOADS
-from electrovib.apps.explorer.page.words import fit_words
+from electrovib.apps.explorer.page.plots import fit_words
 from electrovib.apps.explorer.reading import (
     MOST_FREE,
     RunningFit,

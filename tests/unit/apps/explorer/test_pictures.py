@@ -23,7 +23,7 @@ from electrovib.apps.explorer.further import (
     slices,
 )
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
-from electrovib.apps.explorer.page import words
+from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
 from electrovib.apps.explorer.pictures import (
     Axis,
@@ -169,7 +169,7 @@ def test_kept_curves_are_dashed_and_listed_over_time_and_over_frequency_only(sho
     assert [line["name"] for line in lines] == ["attraction", "attraction, kept 1"]
     assert [line["showlegend"] for line in lines] == [True, False]
     assert max(lines[0]["y"]) == pytest.approx(4 * max(lines[1]["y"]), rel=1e-3)
-    text = words.kept_words(["a <b>", "c"])
+    text = words.kept_words([Pinned("a <b>", shown), Pinned("c", other)])
     assert "kept 1: a &lt;b&gt;" in text
     assert text.count("<line") == 2
     kept = [Pinned("mine: drive.high = 5 V", shown)]
