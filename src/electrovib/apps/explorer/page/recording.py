@@ -124,7 +124,7 @@ class RecordingPanel:
         try:
             wanted, scales = _chosen_columns(rows)
             options = {"step": step.strip(), "scale": scales}
-            found = await self._session.read(lambda: reading.named(name, content, wanted, **options))
+            found = await self._session.read(lambda: reading.read_upload(name, content, wanted, **options))
         except ElectrovibError as error:
             self._page.complain(str(error))
             return
