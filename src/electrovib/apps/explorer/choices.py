@@ -65,23 +65,31 @@ def choices(scenario: Scenario) -> list[Choice]:
     compliance of the skin, with which perception computes displacements. An alternative that does not fit the
     rest of the scenario is refused with a sentence when it is chosen.
     """
+
+    def given(part: Any, options: Mapping[str, str]) -> dict[str, str]:
+        return {AS_GIVEN: f"{type(part).__name__}, as in the scenario", **options}
+
     found = [
-        Choice("Drive", "drive", _as_given(scenario.drive) | {name: name for name in _drives()}),
-        Choice(
-            "Force law", "force", _as_given(scenario.force) | {name: name for name in find_members(ForceLaw)}
-        ),
+        Choice("Drive", "drive", given(scenario.drive, {name: name for name in _drives()})),
+        Choice("Force law", "force", given(scenario.force, {name: name for name in find_members(ForceLaw)})),
     ]
     layers = scenario.stack.layers
     if "stratum_corneum" in layers:
         others = {name: name for name in skins() if name not in DRY_AND_MOIST}
-        options = _as_given(layers["stratum_corneum"].material) | DRY_AND_MOIST | others
+        options = given(layers["stratum_corneum"].material, DRY_AND_MOIST | others)
         found.append(Choice("Skin", "stack.stratum_corneum.material", options))
     if "insulator" in layers:
         library = {each.name: each.name.replace("_", " ") for each in materials()}
-        given = _as_given(layers["insulator"].material)
-        found.append(Choice("Insulator", "stack.insulator.material", given | library))
-    found.append(Choice("Compliance of the skin (perception)", _COMPLIANCE, _compliances(scenario)))
-    return found
+        options = given(layers["insulator"].material, library)
+        found.append(Choice("Insulator", "stack.insulator.material", options))
+    models: Any = find_members(_FAMILIES[_COMPLIANCE])
+    options = given(
+        present := _part(scenario, _COMPLIANCE),
+        {each: f"{each}, begins with example values" for each in models},
+    )
+    if present is None:
+        options[AS_GIVEN] = "none" if scenario.finger is None else "that of the finger of the scenario"
+    return [*found, Choice("Compliance of the skin (perception)", _COMPLIANCE, options)]
 
 
 def chosen(state: PageState, choice: Choice, name: str, own: Mapping[str, Scenario]) -> PageState:
@@ -135,22 +143,6 @@ def _part(scenario: Scenario, path: str) -> Any:
     for name in path.split("."):
         found = getattr(found, name, None)
     return found
-
-
-def _compliances(scenario: Scenario) -> dict[str, str]:
-    """Return the models of the lateral compliance of the skin."""
-    present = _part(scenario, _COMPLIANCE)
-    if present is not None:
-        given = _as_given(present)
-    else:
-        given = {AS_GIVEN: "none" if scenario.finger is None else "that of the finger of the scenario"}
-    return given | {
-        name: f"{name}, begins with example values" for name in find_members(_FAMILIES[_COMPLIANCE])
-    }
-
-
-def _as_given(part: Any) -> dict[str, str]:
-    return {AS_GIVEN: f"{type(part).__name__}, as in the scenario"}
 
 
 def _drives() -> list[str]:
@@ -207,86 +199,59 @@ def carried_drive(kind: type[Drive], present: Drive, *, limit: float | None = No
     would exceed the `limit`, the largest magnitude that the set-up allows for what `kind` prescribes [V or
     A], and the present one, is reduced to the limit.
     """
-    table = dict(kind.example)
-    for group in (
-        _levels_of(kind, present),
-        *({name: value} for name, value in _others(kind, present).items()),
-    ):
-        changed = {name: value for name, value in table.items() if not _replaced(name, group)} | group
-        if group and _is_valid(kind, changed):
-            table = changed
-    drive = _built(kind, table)
-    allowed = (
-        None if limit is None else max(limit, present.largest() if present.quantity == kind.quantity else 0.0)
-    )
-    if allowed is not None and drive.largest() > allowed:
-        table = _reduced(kind, table, drive, allowed / drive.largest())
-        drive = _built(kind, table)
+    table, largest = dict(kind.example), 0.0
+    if kind.quantity == present.quantity:
+        largest = present.largest()
+        table = _if_valid(kind, _with_levels(kind, table, *_levels(present)), table)
+    table = _if_valid(kind, table | _others(kind, present), table)
+    drive = read_model(kind, table)
+    if limit is not None and drive.largest() > (allowed := max(limit, largest)):
+        part = allowed / drive.largest()
+        drive = read_model(kind, _with_levels(kind, table, *(part * each for each in _levels(drive))))
     stored = drive.to_dict()
     return {name: stored[name] for name in kind.model_fields if stored.get(name) is not None}
 
 
-def _levels_of(kind: type[Drive], present: Drive) -> dict[str, float]:
-    """Return the levels of the present drive as the chosen one takes them; empty where one is a voltage, the other a current."""
-    if kind.quantity != present.quantity:
-        return {}
-    if isinstance(present, LevelledDrive):
-        high, low = present.high, present.low
-    else:
-        low, high = present.extremes()
-        if low == high:  # a step from zero
-            low, high = min(low, 0.0), max(high, 0.0)
+def _levels(drive: Drive) -> tuple[float, float]:
+    """Return the high and the low level of a drive; those of a step are its level and 0."""
+    if isinstance(drive, LevelledDrive):
+        return drive.high, drive.low
+    low, high = drive.extremes()
+    return (high, low) if low < high else (max(high, 0.0), min(low, 0.0))
+
+
+def _level_names(kind: type[Drive]) -> tuple[str, ...]:
+    """Return the parameters of a drive by which its levels are given: as two of two pairs, as one, or none of these."""
     if issubclass(kind, LevelledDrive):
-        if SWING[0] in kind.model_fields:  # its amplitude is positive
-            high, low = max(high, low), min(high, low)
-        return dict(zip(LEVELS, (high, low), strict=True))
-    one = _only_level(kind)
-    return {one: max(high, low, key=abs)} if one else {}
+        return (*SWING, *LEVELS)
+    unit = _UNITS[kind.quantity]
+    found = [name for name in kind.model_fields if (each := quantity_of(kind, name)) and each.unit == unit]
+    return tuple(found) if len(found) == 1 else ()
+
+
+def _with_levels(kind: type[Drive], table: Mapping[str, Any], high: float, low: float) -> dict[str, Any]:
+    """Return a table with other levels; the table itself where the drive has no levels."""
+    names = _level_names(kind)
+    rest = {name: value for name, value in table.items() if name not in names}
+    if len(names) < len(LEVELS):
+        return rest | dict.fromkeys(names, max(high, low, key=abs))
+    if SWING[0] in kind.model_fields:  # its amplitude is positive
+        high, low = max(high, low), min(high, low)
+    return rest | dict(zip(LEVELS, (high, low), strict=True))
 
 
 def _others(kind: type[Drive], present: Drive) -> dict[str, float]:
     """Return the parameters of the present drive that are not levels, and its frequency where only its period is known."""
-    found = carried(kind, present)
-    if issubclass(kind, LevelledDrive):
-        found = {name: value for name, value in found.items() if name not in (*SWING, *LEVELS)}
-    found.pop(_only_level(kind), None)
-    frequency = quantity_of(kind, "frequency") if "frequency" in kind.model_fields else None
-    if frequency is not None and "frequency" not in found and present.period:
-        found["frequency"] = 1 / present.period
+    levels = _level_names(kind)
+    found = {name: value for name, value in carried(kind, present).items() if name not in levels}
+    if "frequency" in kind.model_fields and quantity_of(kind, "frequency") and present.period:
+        found.setdefault("frequency", 1 / present.period)
     return found
 
 
-def _only_level(kind: type[Drive]) -> str:
-    """Return the name of the one level of a drive that has neither amplitude nor high and low; empty otherwise."""
-    if issubclass(kind, LevelledDrive):
-        return ""
-    unit = _UNITS[kind.quantity]
-    found = [name for name in kind.model_fields if (each := quantity_of(kind, name)) and each.unit == unit]
-    return found[0] if len(found) == 1 else ""
-
-
-def _replaced(name: str, group: Mapping[str, Any]) -> bool:
-    """Return whether a parameter of the example is given by others: levels are given as one pair or as the other."""
-    return name in group or (LEVELS[0] in group and name in (*SWING, *LEVELS))
-
-
-def _reduced(kind: type[Drive], table: Mapping[str, Any], drive: Drive, factor: float) -> dict[str, Any]:
-    """Return a table whose levels are smaller by a factor; the table itself where the drive has no levels."""
-    if isinstance(drive, LevelledDrive):
-        group = {"high": factor * drive.high, "low": factor * drive.low}
-    else:
-        one = _only_level(kind)
-        group = {one: factor * float(table[one])} if one else {}
-    return {name: value for name, value in table.items() if not _replaced(name, group)} | group
-
-
-def _is_valid(kind: type[Drive], table: Mapping[str, Any]) -> bool:
+def _if_valid(kind: type[Drive], wanted: dict[str, Any], otherwise: dict[str, Any]) -> dict[str, Any]:
     try:
-        _built(kind, table)
+        read_model(kind, dict(wanted))
     except InputError:
-        return False
-    return True
-
-
-def _built(kind: type[Drive], table: Mapping[str, Any]) -> Drive:
-    return read_model(kind, dict(table))
+        return otherwise
+    return wanted

@@ -40,7 +40,7 @@ def drawing(shown: Computed) -> str:
     true_low = low = bottom
     for name, thickness in thicknesses.items():
         true_high, high = true_low - _HEIGHT * thickness / total, low - unit * heights[name]
-        parts += _layer(name, colours[name], (true_low, true_high), (low, high))
+        parts += _layer(colours[name], (true_low, true_high), (low, high))
         parts += _words(name, thickness, shown, (low + high) / 2)
         true_low, low = true_high, high
     described = ", ".join(
@@ -68,8 +68,7 @@ def _strip(top: float, words: str, colour: str, ink: str) -> str:
     )
 
 
-def _layer(name: str, colour: str, true: tuple[float, float], drawn: tuple[float, float]) -> list[str]:
-    del name
+def _layer(colour: str, true: tuple[float, float], drawn: tuple[float, float]) -> list[str]:
     boxes = [
         f'<rect x="{left:g}" y="{high:.3f}" width="{width:g}" height="{max(low - high, 0.3):.3f}" fill="{colour}"'
         ' fill-opacity="0.75" stroke="#ffffff" stroke-width="0.4"/>'

@@ -93,9 +93,8 @@ def explore(
     own, first = _first(scenario, set)
     chosen, sockets = listening(host, port)
     token = "" if is_loopback(host) else new_token()
-    shown = _names(host)[0]
-    address = f"http://{shown}:{chosen}/" + (f"?{TOKEN}={token}" if token else "")
     path = f"/?{TOKEN}={token}" if token else "/"
+    address = f"http://{_names(host)[0]}:{chosen}{path}"
     with served_on(sockets), _orderly_end():
         _guard(app, host, chosen, token)
         _import_all()
@@ -227,11 +226,8 @@ def listening(host: str, port: int | None) -> tuple[int, list[socket.socket]]:
         raise InputError(
             f"no port from {FIRST_PORT} to {FIRST_PORT + TRIED_PORTS - 1} can be opened at {host}: {reason}"
         )
-    why = (
-        "another program listens there"
-        if reason.errno == errno.EADDRINUSE
-        else reason.strerror or str(reason)
-    )
+    in_use, reached = "another program listens there", reason.strerror or str(reason)
+    why = in_use if reason.errno == errno.EADDRINUSE else reached.partition(" (")[0]
     raise InputError(
         f"port = {port}: it cannot be opened at {host} ({why}); choose another with --port, or omit --port for one that is free"
     )
@@ -241,9 +237,9 @@ def _opened(host: str, port: int) -> list[socket.socket]:
     """Return a listening socket for each address of a host; an address that this machine does not have is left out."""
     found: list[socket.socket] = []
     missing: OSError | None = None
-    for family, kind, protocol, _, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM):
+    for family, *_, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM):
         try:
-            found.append(_listening_at(family, kind, protocol, address))
+            found.append(socket.create_server(address, family=family))
         except OSError as error:
             if error.errno not in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
                 close(found)
@@ -251,20 +247,6 @@ def _opened(host: str, port: int) -> list[socket.socket]:
             missing = error
     if missing is not None and not found:
         raise missing
-    return found
-
-
-def _listening_at(family: int, kind: int, protocol: int, address: Any) -> socket.socket:
-    found = socket.socket(family, kind, protocol)
-    try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        if family == socket.AF_INET6:
-            found.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-        found.bind(address)
-        found.listen()  # until one of them listens, two sockets can be bound to the same port
-    except OSError:
-        found.close()
-        raise
     return found
 
 

@@ -8,8 +8,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
-from electrovib.apps.explorer.computed import Computed, compute
-from electrovib.apps.explorer.further import TABS, Further, Slice, slices
+from electrovib.apps.explorer.computed import TABS, Computed, Further, Slice, compute, slices
 from electrovib.apps.explorer.limits import (
     LARGEST_RUN,
     LONGEST_QUICK_RUN,

@@ -9,9 +9,7 @@ import pytest
 import xarray
 
 import electrovib as ev
-from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.drawing import drawing
-from electrovib.apps.explorer.further import (
+from electrovib.apps.explorer.computed import (
     FELT,
     FREQUENCY,
     LAWS,
@@ -20,8 +18,10 @@ from electrovib.apps.explorer.further import (
     TABS,
     TIME,
     Further,
+    compute,
     slices,
 )
+from electrovib.apps.explorer.drawing import drawing
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content

@@ -23,8 +23,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.studies.catalogue import scenarios
 
 if TYPE_CHECKING:
-    from electrovib.apps.explorer.computed import Computed
-    from electrovib.apps.explorer.further import Further
+    from electrovib.apps.explorer.computed import Computed, Further
     from electrovib.scenario import Scenario
 
 _STYLE: Final = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")

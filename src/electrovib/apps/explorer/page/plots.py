@@ -11,8 +11,8 @@ import numpy as np
 from nicegui import ui
 
 from electrovib.apps.explorer import pictures
+from electrovib.apps.explorer.computed import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
 from electrovib.apps.explorer.drawing import drawing
-from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity, typeset
