@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form, unsigned
-from electrovib.exports.waveform import FORMATS, check_waveform_file, export_waveform
+from electrovib.exports.waveform import check_waveform_file, export_waveform
+from electrovib.exports.waveform_formats import FORMATS
 from electrovib.scenario.toml import to_toml
 from electrovib.studies.design.drive import DesignedDrive
 

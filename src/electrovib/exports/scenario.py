@@ -13,7 +13,8 @@ from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form
 from electrovib.exports.spice.netlist import netlist
-from electrovib.exports.waveform import FORMATS, export_waveform
+from electrovib.exports.waveform import export_waveform
+from electrovib.exports.waveform_formats import FORMATS
 from electrovib.physics.limits import broken
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.effort import refuse_large

@@ -39,7 +39,7 @@ import numpy as np
 
 from electrovib.bench.drivers.identity import identify
 from electrovib.bench.faults import BenchError
-from electrovib.exports.waveform import hp_33120a as waveforms
+from electrovib.exports import waveform_formats as waveforms
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from electrovib.bench.link import Link
 
 HIGH_IMPEDANCE: Final = 9.9e37
-LARGEST_AMPLITUDE: Final = 2 * waveforms.LARGEST_VOLTAGE
+LARGEST_AMPLITUDE: Final = 2 * waveforms.HP_LARGEST_VOLTAGE
 """Largest peak-to-peak voltage into a high impedance [V]; unverified."""
 _SETTINGS_CONFLICT: Final = "-221"
 _MOST_ERRORS: Final = 20
@@ -59,12 +59,12 @@ class Hp33120a:
     """Driver of the HP / Agilent 33120A; `also` is a further model that the user has named, empty for none."""
 
     models: Final = ("33120A",)
-    largest_code: Final = waveforms.LARGEST_CODE
+    largest_code: Final = waveforms.HP_LARGEST_CODE
     codes_of = staticmethod(waveforms.codes_of)
     voltages_of = staticmethod(waveforms.voltages_of)
-    most_points: Final = waveforms.MOST_POINTS
-    fewest_points: Final = waveforms.FEWEST_POINTS
-    amplitudes: Final = (waveforms.SMALLEST_AMPLITUDE, LARGEST_AMPLITUDE)
+    most_points: Final = waveforms.HP_MOST_POINTS
+    fewest_points: Final = waveforms.HP_FEWEST_POINTS
+    amplitudes: Final = (waveforms.HP_SMALLEST_AMPLITUDE, LARGEST_AMPLITUDE)
 
     def __init__(self, link: Link, *, also: str = "") -> None:
         self.link = link

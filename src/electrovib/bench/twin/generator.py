@@ -16,7 +16,7 @@ from electrovib.bench.twin.commands import (
     TRIGGER_IGNORED,
     TwinInstrument,
 )
-from electrovib.exports.waveform.hp_33120a import FEWEST_POINTS, LARGEST_CODE, MOST_POINTS
+from electrovib.exports.waveform_formats import HP_FEWEST_POINTS, HP_LARGEST_CODE, HP_MOST_POINTS
 from electrovib.scenario import Scenario
 from electrovib.scenario.grids import AtRest
 from electrovib.solve.simulate import simulate
@@ -65,7 +65,7 @@ class _OutputState:
 
     def _cycle(self, phase: NDArray[np.float64]) -> NDArray[np.float64]:
         if self.shape == "USER" and self.codes:
-            points = np.asarray(self.codes, dtype=float) / LARGEST_CODE
+            points = np.asarray(self.codes, dtype=float) / HP_LARGEST_CODE
             return np.asarray(points[np.minimum((phase * len(points)).astype(int), len(points) - 1)])
         return np.asarray(np.sin(2 * np.pi * phase))  # other periodic shapes are equally unwanted here
 
@@ -203,10 +203,10 @@ class TwinGenerator(TwinInstrument):
         digits = int(block[1:2])
         length, data = int(block[2 : 2 + digits]), block[2 + digits :]
         codes = np.frombuffer(data, ">i2" if self._is_normal_order else "<i2")
-        if len(data) != length or not FEWEST_POINTS <= codes.size <= MOST_POINTS:
+        if len(data) != length or not HP_FEWEST_POINTS <= codes.size <= HP_MOST_POINTS:
             self.errors.append(OUT_OF_RANGE)
             return
-        if np.abs(codes).max() > LARGEST_CODE:
+        if np.abs(codes).max() > HP_LARGEST_CODE:
             self.errors.append(OUT_OF_RANGE)
             return
         self._memory = tuple(codes.tolist())

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, writing
-from electrovib.exports.waveform.encoded import Encoded, Scaling
-from electrovib.exports.waveform.formats import FORMATS, INSTRUMENTS, WaveformFormat
+from electrovib.exports.waveform_formats import FORMATS, INSTRUMENTS, Encoded, Scaling, WaveformFormat
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.studies.check import (
     CheckResult,
@@ -36,12 +35,6 @@ from electrovib.studies.waveform import (
     refuse_unless_zero_at_both_ends,
     waveform,
 )
-
-if TYPE_CHECKING:
-    from electrovib.exports.waveform.formats import WaveformFormat
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check import CheckResult, LimitsSource
-    from electrovib.studies.waveform import Waveform
 
 
 @dataclass(frozen=True, kw_only=True)
