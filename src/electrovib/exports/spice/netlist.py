@@ -12,18 +12,15 @@ import numpy as np
 from electrovib.core.errors import InputError, NotCausalError
 from electrovib.data.marks import Form, unsigned
 from electrovib.exports.spice.circuit import BuiltCircuit, Timing
-from electrovib.exports.spice.formula import Formula
-from electrovib.exports.spice.ladder import written
-from electrovib.exports.spice.section import CAPACITANCE, MeterReading, ReadSection
-from electrovib.exports.spice.text import Names, continued, number, remark
+from electrovib.exports.spice.formula import Formula, Names, continued, number, remark
+from electrovib.exports.spice.section import CAPACITANCE, MeterReading, ReadSection, written
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from electrovib.exports.spice.circuit import BuiltCircuit, Timing
-    from electrovib.exports.spice.ladder import LayerElements
-    from electrovib.exports.spice.section import ReadSection
+    from electrovib.exports.spice.section import LayerElements, ReadSection
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import FrequencyGrid, Scenario
 
