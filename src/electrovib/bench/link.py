@@ -8,7 +8,7 @@ from electrovib.bench.faults import BenchError
 from electrovib.core.errors import LONGEST_QUOTED, printable, shortened
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection, Iterable
 
 T = TypeVar("T")
 
@@ -50,6 +50,28 @@ class Link:
             return reply.decode("ascii").strip()
         except UnicodeDecodeError:
             self._refuse(query, "answered with bytes that are no text")
+
+    def answers(self, queries: Iterable[str]) -> dict[str, str]:
+        """Return the reply to each query."""
+        return {query: self.ask(query) for query in queries}
+
+    def identify(self, models: Collection[str], also: str, setting: str) -> str:
+        """Ask for maker and model, and refuse a model that the driver was not written for.
+
+        `models` are those of the driver, as the second field of the reply to ``*IDN?``; `also` is a further one
+        that the user has named, empty for none, and `setting` the dotted path of the setting that names it. The
+        whole reply is returned.
+        """
+        reply = self.ask("*IDN?")
+        _, _, rest = reply.partition(",")
+        model = rest.partition(",")[0].strip()
+        known = {name.upper().replace(" ", "") for name in (*models, *([also] if also else []))}
+        if model.upper().replace(" ", "") not in known:
+            raise BenchError(
+                f"the {self.name} states '{reply[:80]}', which is not the model of this driver ({', '.join(models)}); to use"
+                f' it with this driver on your own judgement, set {setting} = "{model or reply[:20]}"'
+            )
+        return reply
 
     def ask_number(self, query: str) -> float:
         """Send a query and return its reply as a number."""

@@ -148,12 +148,11 @@ class BurstSequence:
 
     def _read_back(self, fraction: float) -> None:
         plan, generator, oscilloscope = self.plan, self.instruments.generator, self.instruments.oscilloscope
-        ranges = plan.ranges(fraction)
-        found = generator.settings() | oscilloscope.settings(tuple(ranges))
+        played = generator.expected(plan.codes.size, plan.duration, fraction * plan.amplitude)
+        recorded = oscilloscope.expected(plan.duration, plan.ranges(fraction))
+        found = generator.link.answers(played) | oscilloscope.link.answers(recorded)
         self.record.settings |= found
-        expected = generator.expected(plan.codes.size, plan.duration, fraction * plan.amplitude)
-        wrong = mismatches(found, expected | oscilloscope.expected(plan.duration, ranges))
-        if wrong:
+        if wrong := mismatches(found, played | recorded):
             raise BenchError(f"a setting does not read back: {'; '.join(wrong)}")
 
     def _burst(self, name: str, fraction: float) -> None:

@@ -37,7 +37,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.bench.drivers.identity import identify
 from electrovib.bench.faults import BenchError
 from electrovib.exports import waveform_formats as waveforms
 
@@ -72,7 +71,7 @@ class Hp33120a:
 
     def identify(self) -> str:
         """Return maker, model and versions; a model that is not known is refused."""
-        return identify(self.link, self.models, self._also, "generator.accept_model")
+        return self.link.identify(self.models, self._also, "generator.accept_model")
 
     def zero(self) -> None:
         """Put out 0 V, constant: ``APPLy:DC DEF,DEF,0``, and refuse a generator that reports anything else."""
@@ -141,17 +140,9 @@ class Hp33120a:
         self.link.write(f"VOLT {amplitude:.6E}")
         self._refuse_errors()
 
-    def settings(self) -> dict[str, str]:
-        """Return the settings as the instrument reports them, by query."""
-        queries = (
-            "FUNC:SHAP?", "FUNC:USER?", "DATA:ATTR:POIN? VOLATILE", "FREQ?", "VOLT?", "VOLT:OFFS?", "VOLT:UNIT?",
-            "OUTP:LOAD?", "BM:STAT?", "BM:NCYC?", "BM:PHAS?", "BM:SOUR?", "TRIG:SOUR?",
-        )  # fmt: skip
-        return {query: self.link.ask(query) for query in queries}
-
     @staticmethod
     def expected(points: int, duration: float, amplitude: float) -> dict[str, Any]:
-        """Return what `settings` has to report by query, a text or a number; arguments as for `download`."""
+        """Return what the instrument has to report by query, a text or a number; arguments as for `download`."""
         return {
             "FUNC:SHAP?": "USER", "FUNC:USER?": "VOLATILE", "DATA:ATTR:POIN? VOLATILE": points,
             "FREQ?": 1 / duration, "VOLT?": amplitude, "VOLT:OFFS?": 0.0, "VOLT:UNIT?": "VPP",
