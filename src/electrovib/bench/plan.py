@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.bench.drivers import GENERATORS, check_drivers
+from electrovib.bench.instruments import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError

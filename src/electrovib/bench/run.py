@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.bench.clock import SystemClock
-from electrovib.bench.connections import connect
-from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
+from electrovib.bench.link import BenchError, BenchStopped, connect
 from electrovib.bench.plan import BenchPlan, make_plan
 from electrovib.bench.sequence import BurstSequence, incomplete, rehearse, saved, tell
 from electrovib.bench.settings import BenchSettings, read_settings

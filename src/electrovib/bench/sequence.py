@@ -9,12 +9,12 @@ import tempfile
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from electrovib.bench.drivers.hp_33120a import mismatches
-from electrovib.bench.faults import BenchError
+from electrovib.bench.link import BenchError
 from electrovib.bench.settings import ForceInput
 from electrovib.core.errors import ElectrovibError, printable
 from electrovib.core.signals import make_trace
@@ -34,11 +34,6 @@ if TYPE_CHECKING:
     from electrovib.bench.plan import BenchPlan
 
 
-STEPS: Final = (
-    "identify", "disable", "zero", "burst mode", "bus trigger", "high-impedance load", "waveform", "oscilloscope",
-    "read back", "enable", "low-voltage burst", "compare", "raise", "full burst", "records",
-)  # fmt: skip
-"""Names of the steps in their order."""
 _POLL: Final = 0.02
 _MARGIN: Final = 5.0
 """Time beyond that of the record after which an oscilloscope that does not finish counts as failed [s]."""
@@ -90,26 +85,9 @@ class BurstSequence:
 
     def play(self) -> RunRecord:
         """Run all steps in their order up to the first deviation, which leaves the bench in the state of that step."""
-        work: dict[str, Callable[[], None]] = {
-            "identify": self._identify,
-            "disable": lambda: self._switch(on=False),
-            "zero": self.instruments.generator.zero,
-            "burst mode": self.instruments.generator.set_burst,
-            "bus trigger": self.instruments.generator.set_trigger,
-            "high-impedance load": self.instruments.generator.set_load,
-            "waveform": self._download,
-            "oscilloscope": lambda: self._set_oscilloscope(self.plan.fraction),
-            "read back": lambda: self._read_back(self.plan.fraction),
-            "enable": lambda: self._switch(on=True),
-            "low-voltage burst": lambda: self._burst("low-voltage burst", self.plan.fraction),
-            "compare": self._compare_low,
-            "raise": self._raise,
-            "full burst": lambda: self._burst("full burst", 1.0),
-            "records": self._read_records,
-        }
-        for name in STEPS:
+        for name, work in self.work.items():
             self._begin(name)
-            work[name]()
+            work(self)
         return self.record
 
     def _begin(self, name: str) -> None:
@@ -118,11 +96,9 @@ class BurstSequence:
         self._check()
 
     def _identify(self) -> None:
-        for role, driver in (
-            ("generator", self.instruments.generator),
-            ("oscilloscope", self.instruments.oscilloscope),
-        ):
-            self.record.instruments[role] = driver.identify()
+        instruments = self.instruments
+        self.record.instruments["generator"] = instruments.generator.identify()
+        self.record.instruments["oscilloscope"] = instruments.oscilloscope.identify()
 
     def _switch(self, *, on: bool) -> None:
         """Enable or disable the high voltage, by the enable line or by the operator."""
@@ -228,7 +204,28 @@ class BurstSequence:
                 raise BenchError(f"the oscilloscope {why} after {waited}")
             self.clock.sleep(_POLL)
 
+    work: ClassVar[Mapping[str, Callable[[BurstSequence], object]]] = {
+        "identify": _identify,
+        "disable": lambda self: self._switch(on=False),
+        "zero": lambda self: self.instruments.generator.zero(),
+        "burst mode": lambda self: self.instruments.generator.set_burst(),
+        "bus trigger": lambda self: self.instruments.generator.set_trigger(),
+        "high-impedance load": lambda self: self.instruments.generator.set_load(),
+        "waveform": _download,
+        "oscilloscope": lambda self: self._set_oscilloscope(self.plan.fraction),
+        "read back": lambda self: self._read_back(self.plan.fraction),
+        "enable": lambda self: self._switch(on=True),
+        "low-voltage burst": lambda self: self._burst("low-voltage burst", self.plan.fraction),
+        "compare": _compare_low,
+        "raise": _raise,
+        "full burst": lambda self: self._burst("full burst", 1.0),
+        "records": _read_records,
+    }
+    """The steps in their order."""
 
+
+STEPS: Final = tuple(BurstSequence.work)
+"""Names of the steps in their order."""
 _UNITS: Final = {"voltage": "V", "current": "A"}
 READINGS: Final = 2.0
 """Readings of the oscilloscope by which a value may exceed a limit: its resolution and the noise of the last bit."""

@@ -24,6 +24,10 @@ SCHEMA: Final = 1
 DEFAULT: Final = "vezzoli_2014.toml"
 """File of the set-up of Vezzoli et al. 2014 that is shipped with the package."""
 Input = Annotated[int, Field(ge=1, le=4, description="input of the oscilloscope, 1 to 4")]
+DriverName = Annotated[str, Field(description="name of the driver")]
+AcceptedModel = Annotated[
+    str, Field(description="further model that is accepted by this driver, as the instrument states it")
+]
 
 
 class CurrentLimiter(Model):
@@ -55,11 +59,9 @@ class GeneratorRole(Model):
 
     example: ClassVar[Mapping[str, Any]] = {"driver": "hp_33120a"}
 
-    driver: Annotated[str, Field(description="name of the driver")]
+    driver: DriverName
     resource: Annotated[str, Field(description="VISA resource, for instance GPIB0::10::INSTR")] = ""
-    accept_model: Annotated[
-        str, Field(description="further model that is accepted by this driver, as the instrument states it")
-    ] = ""
+    accept_model: AcceptedModel = ""
 
 
 class OutputEdge(Model):
@@ -197,11 +199,9 @@ class OscilloscopeRole(Model):
         "voltage": VoltageMonitor.example,
     }
 
-    driver: Annotated[str, Field(description="name of the driver")]
+    driver: DriverName
     resource: Annotated[str, Field(description="VISA resource, for instance TCPIP0::192.0.2.1::INSTR")] = ""
-    accept_model: Annotated[
-        str, Field(description="further model that is accepted by this driver, as the instrument states it")
-    ] = ""
+    accept_model: AcceptedModel = ""
     voltage: VoltageMonitor
     current: CurrentMonitor | None = None
 

@@ -9,11 +9,9 @@ import pytest
 
 import electrovib as ev
 from electrovib.bench.clock import SimulatedClock
-from electrovib.bench.connections import connect
 from electrovib.bench.drivers.hp_33120a import Hp33120a, mismatches
 from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b, time_scale, volt_scale
-from electrovib.bench.faults import BenchError
-from electrovib.bench.link import Link
+from electrovib.bench.link import BenchError, Link, connect
 from electrovib.bench.run import one_process
 from electrovib.bench.settings import read_settings
 from electrovib.bench.twin.commands import matches

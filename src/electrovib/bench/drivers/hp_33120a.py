@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.bench.faults import BenchError
+from electrovib.bench.link import BenchError
 from electrovib.exports import waveform_formats as waveforms
 
 if TYPE_CHECKING:

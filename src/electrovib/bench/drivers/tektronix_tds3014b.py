@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.bench.faults import BenchError
+from electrovib.bench.link import BenchError
 from electrovib.data.readers.isf import number_of, preamble_of
 
 if TYPE_CHECKING:
