@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from electrovib.apps.explorer.controls import controls
 from electrovib.apps.explorer.limits import (
     LARGEST_RUN,
     LARGEST_SCENARIO,
@@ -294,6 +293,8 @@ _FREE: Final = threading.BoundedSemaphore(MOST_FITS)
 
 def fittable(scenario: Scenario) -> list[str]:
     """Return the paths of the parameters that a page offers to fit: those with a value that changes a signal."""
+    from electrovib.apps.explorer.controls import controls
+
     found = (each for each in controls(scenario) if each.value is not None)
     return [each.path for each in found if each.section not in _WITHOUT_EFFECT]
 

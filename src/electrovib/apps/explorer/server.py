@@ -25,10 +25,9 @@ from electrovib.apps.explorer.access import (
     Receive,
     Scope,
     Send,
-    answer,
     is_loopback,
     new_token,
-    refuse_connection,
+    refuse,
 )
 from electrovib.apps.explorer.limits import LARGEST_MESSAGE, LARGEST_REQUEST, MOST_CONNECTIONS, MOST_PAGES
 from electrovib.apps.explorer.runner import SERVER_ENDS
@@ -331,7 +330,7 @@ class RequestLimits:
         wanted = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("client_id", [""])[0]
         page = wanted if wanted in self._pages else ""
         if self._connections[page] >= MOST_CONNECTIONS:
-            await refuse_connection(receive, send, f"{MOST_CONNECTIONS} connections are open already.")
+            await refuse(scope, receive, send, f"{MOST_CONNECTIONS} connections are open already.")
             return
         self._connections[page] += 1
         try:
@@ -352,12 +351,11 @@ class RequestLimits:
                 if has_room(self._pages):
                     await self._answer(scope, receive, send, turn.close)
                     return
-        await answer(
-            send,
-            503,
+        full = (
             f"This server has {MOST_PAGES} pages open, which is as many as it shows at once."
-            " Close one and load this address again after some seconds.",
+            " Close one and load this address again after some seconds."
         )
+        await refuse(scope, receive, send, full, 503)
 
     async def _answer(
         self, scope: Scope, receive: Receive, send: Send, begins: Callable[[], object] = bool
@@ -379,7 +377,7 @@ class _Counted:
     """A request whose bytes are counted; `begins` is called before each part of its answer."""
 
     def __init__(self, scope: Scope, receive: Receive, send: Send, begins: Callable[[], object]) -> None:
-        self._receive, self._send, self._begins = receive, send, begins
+        self._scope, self._receive, self._send, self._begins = scope, receive, send, begins
         self._bytes, self._has_answered, self._has_left = 0, False, False
         declared = [value for name, value in scope["headers"] if name.lower() == b"content-length"]
         self.declares_too_much = any(not each.isdigit() or int(each) > LARGEST_REQUEST for each in declared)
@@ -410,8 +408,5 @@ class _Counted:
     async def refuse(self) -> None:
         """Answer with a sentence, unless an answer has begun."""
         if not self._has_answered:
-            await answer(
-                self._send,
-                413,
-                f"This request is too large; a page takes {LARGEST_REQUEST / 1e6:g} MB at most.",
-            )
+            too_large = f"This request is too large; a page takes {LARGEST_REQUEST / 1e6:g} MB at most."
+            await refuse(self._scope, self._receive, self._send, too_large, 413)

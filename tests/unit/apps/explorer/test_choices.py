@@ -7,9 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import electrovib as ev
-from electrovib.apps.explorer.choices import AS_GIVEN, carried, choices, chosen, inline
 from electrovib.apps.explorer.computed import FREQUENCY, TIME, Further, compute
-from electrovib.apps.explorer.controls import STEPS, Control, controls, parameters_of
+from electrovib.apps.explorer.controls import (
+    AS_GIVEN,
+    STEPS,
+    Control,
+    carried,
+    choices,
+    chosen,
+    controls,
+    inline,
+    parameters_of,
+)
 from electrovib.apps.explorer.page.plots import content
 from electrovib.apps.explorer.state import PageState, presets, read_query, scenario_of
 from electrovib.core.errors import ElectrovibError

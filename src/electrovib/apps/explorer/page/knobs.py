@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from electrovib.apps.explorer.choices import Choice, choices, chosen
-from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls, parameters_of
+from electrovib.apps.explorer.controls import (
+    SECTIONS,
+    STEPS,
+    Choice,
+    Control,
+    choices,
+    chosen,
+    controls,
+    parameters_of,
+)
 from electrovib.apps.explorer.state import scenario_of
 from electrovib.core.errors import InputError
 
