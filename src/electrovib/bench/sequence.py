@@ -57,6 +57,7 @@ class RunRecord:
     statements: list[str] = field(default_factory=list)
 
 
+@dataclass
 class BurstSequence:
     """Plays a plan on instruments, step by step.
 
@@ -65,23 +66,16 @@ class BurstSequence:
     voltage, and while waiting. `report` is called with the name of each step before it begins.
     """
 
-    def __init__(
-        self,
-        plan: BenchPlan,
-        instruments: Instruments,
-        *,
-        clock: BenchClock,
-        confirm: Callable[[str], bool],
-        check: Callable[[], None],
-        report: Callable[[str], None] | None = None,
-    ) -> None:
-        self.plan, self.instruments, self.clock = plan, instruments, clock
-        self.record = RunRecord()
-        self._confirm, self._check = confirm, check
-        self._report = report or (lambda _: None)
-        self._resolution: dict[int, float] = {}
-        self._length = 0.0
-        self._burst_name = ""
+    plan: BenchPlan
+    instruments: Instruments
+    clock: BenchClock
+    confirm: Callable[[str], bool]
+    check: Callable[[], None]
+    report: Callable[[str], object]
+    record: RunRecord = field(default_factory=RunRecord)
+    _resolution: dict[int, float] = field(default_factory=dict)
+    _length: float = 0.0
+    _burst_name: str = ""
 
     def play(self) -> RunRecord:
         """Run all steps in their order up to the first deviation, which leaves the bench in the state of that step."""
@@ -92,8 +86,8 @@ class BurstSequence:
 
     def _begin(self, name: str) -> None:
         self.record.steps.append(name)
-        self._report(name)
-        self._check()
+        self.report(name)
+        self.check()
 
     def _identify(self) -> None:
         instruments = self.instruments
@@ -102,13 +96,13 @@ class BurstSequence:
 
     def _switch(self, *, on: bool) -> None:
         """Enable or disable the high voltage, by the enable line or by the operator."""
-        self._check()
+        self.check()
         enable = self.instruments.enable
         if enable is not None:
             (enable.enable if on else enable.disable)()
             return
         words = f"Switch the high voltage {'ON' if on else 'OFF'}, take your hand off the switch, and confirm"
-        if not self._confirm(words):
+        if not self.confirm(words):
             raise BenchError(f"the operator did not confirm: '{words}'")
 
     def _download(self) -> None:
@@ -141,7 +135,7 @@ class BurstSequence:
         self._read_back(fraction)
         oscilloscope.start()
         self._wait(oscilloscope.is_ready, "is not ready for the trigger")
-        self._check()
+        self.check()
         self.instruments.generator.trigger()
         self._wait(self._is_recorded, "has not recorded the burst")
         if enable is not None:
@@ -198,7 +192,7 @@ class BurstSequence:
     def _wait(self, done: Callable[[], bool], why: str) -> None:
         end = self.clock.now() + self._length + _MARGIN
         while not done():
-            self._check()
+            self.check()
             if self.clock.now() > end:
                 waited = format_quantity(self._length + _MARGIN, "s", digits=3)
                 raise BenchError(f"the oscilloscope {why} after {waited}")

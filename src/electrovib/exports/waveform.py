@@ -141,11 +141,9 @@ def export_waveform(
     if ramp is None and not played.held:
         played.clear_drive(form.name, limits=limits)
     check = played.cleared(wave, form.name, limits=limits)
-    ramps = (
-        ()
-        if ramp is None
-        else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
-    )
+    ramps = []
+    if ramp is not None:
+        ramps = [f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end"]
     notes = (*about(found, wave, form), *remarks, *ramps, *played.notes, *encoded.notes)
     with writing({place: form.form}, force=force) as temporaries:
         temporaries[place].write_bytes(form.content(encoded, (*notes, *warning_lines(check.diagnostics))))
@@ -185,15 +183,9 @@ def sampled_drive(
             f"{form.name} has a whole number of samples per second", path="rate", value=f"{rate:g}"
         )
     wave = waveform(
-        drive,
-        end=end,
-        rate=rate,
-        rates=form.rates or None,
-        held=held,
-        largest_error=largest_error,
-        most_points=form.most_points or MOST_POINTS,
-        ramp=ramp,
-    )
+        drive, end=end, rate=rate, rates=form.rates or None, held=held, largest_error=largest_error,
+        most_points=form.most_points or MOST_POINTS, ramp=ramp,
+    )  # fmt: skip
     if len(wave.times) < form.fewest_points:
         why = f"{len(wave.times)} samples are fewer than the {form.fewest_points} of {form.name}; take a higher rate"
         raise InputError(why, path="rate", value=f"{wave.rate:g}")
@@ -226,24 +218,18 @@ def _rounded(scenario: Scenario, wave: Waveform, encoded: Encoded, ramp: float |
 
 def _format(path: Path, instrument: str) -> WaveformFormat:
     suffix = path.suffix.lower()
-    if instrument:
-        if instrument not in INSTRUMENTS:
-            raise InputError(
-                Problem(
-                    f"no such instrument.{nearest(instrument, INSTRUMENTS)}", path="--as", value=instrument
-                )
-            )
-        if suffix != ".csv":
-            raise InputError(
-                f"a waveform of {instrument} is written as .csv, not as '{path.suffix}'.", path=path
-            )
-        return INSTRUMENTS[instrument]
-    if suffix not in FORMATS:
-        near = suggestion(suffix, FORMATS) if suffix else ""
-        raise InputError(
-            f"a waveform is written as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}", path=path
-        )
-    return FORMATS[suffix]
+    if not instrument:
+        if suffix not in FORMATS:
+            near = suggestion(suffix, FORMATS) if suffix else ""
+            why = f"a waveform is written as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}"
+            raise InputError(why, path=path)
+        return FORMATS[suffix]
+    if instrument not in INSTRUMENTS:
+        why = f"no such instrument.{nearest(instrument, INSTRUMENTS)}"
+        raise InputError(Problem(why, path="--as", value=instrument))
+    if suffix != ".csv":
+        raise InputError(f"a waveform of {instrument} is written as .csv, not as '{path.suffix}'.", path=path)
+    return INSTRUMENTS[instrument]
 
 
 _LINE: Final = "line"
