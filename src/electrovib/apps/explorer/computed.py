@@ -116,16 +116,20 @@ def slices(tab: str, found: Computed) -> Iterator[Slice]:
     Each takes what is known so far and returns it with one more result. A mistake becomes a sentence in
     `problems`.
     """
+    from electrovib.studies.check import check
+    from electrovib.studies.perceive import perceive
+
+    scenario = found.scenario
     if tab == FREQUENCY:
         yield _guarded(lambda known: _with_band(known, found), "The band of fingers")
     elif tab == LAWS:
         for name in find_members(ForceLaw):
-            if name != type(found.scenario.force).__name__:
+            if name != type(scenario.force).__name__:
                 yield functools.partial(_with_law, found=found, name=name)
     elif tab == FELT:
-        yield _guarded(lambda known: replace(known, percept=_percept(found)), "What is felt")
+        yield _guarded(lambda known: replace(known, percept=perceive(scenario)), "What is felt")
     elif tab == SAFETY:
-        yield _guarded(lambda known: replace(known, check=_check(found)), "The comparison with limits")
+        yield _guarded(lambda known: replace(known, check=check(scenario)), "The comparison with limits")
 
 
 def _guarded(slice_: Slice, what: str) -> Slice:
@@ -203,21 +207,8 @@ def _with_law(known: Further, *, found: Computed, name: str) -> Further:
 
 def _reason(error: ElectrovibError, name: str) -> str:
     """Return why a law cannot run, and for one with parameters of its own how it can be shown."""
-    missing = [
-        problem.path for problem in getattr(error, "problems", ()) if problem.reason.startswith("missing")
-    ]
+    problems = getattr(error, "problems", ())
+    missing = [each.path for each in problems if each.reason.startswith("missing")]
     if not missing:
         return str(error)
     return f"it needs {' and '.join(missing)}: choose {name} as the force law, which then begins with example values"
-
-
-def _percept(found: Computed) -> Percept:
-    from electrovib.studies.perceive import perceive
-
-    return perceive(found.scenario)
-
-
-def _check(found: Computed) -> CheckResult:
-    from electrovib.studies.check import check
-
-    return check(found.scenario)
