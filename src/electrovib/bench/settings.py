@@ -151,12 +151,7 @@ class CurrentMonitor(Model):
 class ForceInput(Model):
     """An input of the oscilloscope that reads a force sensor, with its calibration."""
 
-    example: ClassVar[Mapping[str, Any]] = {
-        "input": 2,
-        "sensitivity": 0.1,
-        "low": 0.0,
-        "high": 0.5,
-    }
+    example: ClassVar[Mapping[str, Any]] = {"input": 2, "sensitivity": 0.1, "low": 0.0, "high": 0.5}
 
     input: Input
     sensitivity: Annotated[Number, Quantity("N/V", -1e6, 1e6, "force per volt, its sign included")]
@@ -194,10 +189,7 @@ class ForceInputs(Model):
 class OscilloscopeRole(Model):
     """The oscilloscope that records voltage, current and forces."""
 
-    example: ClassVar[Mapping[str, Any]] = {
-        "driver": "tektronix_tds3014b",
-        "voltage": VoltageMonitor.example,
-    }
+    example: ClassVar[Mapping[str, Any]] = {"driver": "tektronix_tds3014b", "voltage": VoltageMonitor.example}
 
     driver: DriverName
     resource: Annotated[str, Field(description="VISA resource, for instance TCPIP0::192.0.2.1::INSTR")] = ""

@@ -114,11 +114,7 @@ FORMS: Final = {".toml": Form.SCENARIO, ".json": Form.DESIGN}
 
 
 def check_design_file(
-    path: str | Path,
-    *,
-    edge: float | str | None = None,
-    inputs: Iterable[Path] = (),
-    force: bool = False,
+    path: str | Path, *, edge: float | str | None = None, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
     """Check before a computation that its result can be written."""
     place = Path(path)

@@ -163,11 +163,7 @@ def _table(plot: str, columns: Mapping[str, str], file: str) -> list[str]:
 
 
 def _over_time(section: ReadSection, nodes: Mapping[str, str]) -> dict[str, str]:
-    columns = {
-        "drive_voltage": "V(drive)",
-        "stack_voltage": section.voltage.text,
-        "current": "I(V_current)",
-    }
+    columns = {"drive_voltage": "V(drive)", "stack_voltage": section.voltage.text, "current": "I(V_current)"}
     columns |= {f"field_{slab.name}": section[name].field.text for name, slab in section.slabs.items()}
     columns |= {
         f"displacement_{slab.name}": section[name].displacement.text for name, slab in section.slabs.items()
