@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -17,24 +17,12 @@ from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, writing
 from electrovib.exports.waveform_formats import FORMATS, INSTRUMENTS, Encoded, Scaling, WaveformFormat
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
-from electrovib.studies.check import (
-    CheckResult,
-    LimitsSource,
-    cleared_as_played,
-    cleared_for_output,
-    declared_limits,
-    refuse_unlimited,
-    sampled,
-    with_drive,
-    without_its_limits,
-)
-from electrovib.studies.waveform import (
-    LARGEST_ERROR,
-    MOST_POINTS,
-    Waveform,
-    refuse_unless_zero_at_both_ends,
-    waveform,
-)
+from electrovib.studies import check as checks
+from electrovib.studies.waveform import LARGEST_ERROR, MOST_POINTS, refuse_unless_zero_at_both_ends, waveform
+
+if TYPE_CHECKING:
+    from electrovib.studies.check import CheckResult, LimitsSource
+    from electrovib.studies.waveform import Waveform
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,9 +118,9 @@ def export_waveform(
     form = _format(place, instrument)
     with inputs_noted() as inputs:
         found = read_scenario(scenario, changes=set)
-        declared = declared_limits(found, limits)
+        declared = checks.declared_limits(found, limits)
     check_writable({place: form.form}, inputs=inputs, force=force)
-    refuse_unlimited(declared, what=f"{form.name} of a drive")
+    checks.refuse_unlimited(declared, what=f"{form.name} of a drive")
     played = Playing.declared(found, form, edge=edge, amplifier_present=amplifier_present)
     wave = sampled_drive(found, form, rate=rate, largest_error=largest_error, ramp=ramp, held=played.held)
     encoded = form.encode(wave, Scaling(full_scale=full_scale, gain=gain))
@@ -261,7 +249,7 @@ class Playing:
         refuse_unsuited(form, edge)
         amplifier = scenario.circuit.amplifier
         is_present = amplifier_present or (amplifier is not None and bool(amplifier.hardware))
-        relied_on = scenario if is_present else without_its_limits(scenario)
+        relied_on = scenario if is_present else checks.without_its_limits(scenario)
         held = form.played and not isinstance(edge, str)
         lasting = None if isinstance(edge, str) else edge
         return cls(held=held, edge=lasting, scenario=relied_on, is_assumed=relied_on is not scenario)
@@ -274,7 +262,7 @@ class Playing:
         """Refuse a drive that exceeds a limit between its samples."""
         end = float(self.scenario.time.times(self.scenario.drive)[-1])
         from_rest = self.scenario.model_copy(update={"time": TimeGrid(duration=end)})
-        cleared_for_output(from_rest, limits=limits, what=what, consequence=self._consequence)
+        checks.cleared_for_output(from_rest, limits=limits, what=what, consequence=self._consequence)
 
     def cleared(
         self, wave: Waveform, what: str, *, limits: LimitsSource | Sequence[LimitsSource]
@@ -282,12 +270,14 @@ class Playing:
         """Compare the samples as they are played with the limits, or refuse them."""
         name = "the samples as written"
         if self.held:
-            return cleared_as_played(
+            return checks.cleared_as_played(
                 self.scenario, times=wave.times, voltages=wave.voltages, edge=self.edge, declare=_DECLARE,
                 limits=limits, what=what, name=name, consequence=self._consequence,
             )  # fmt: skip
-        joined = with_drive(self.scenario, sampled(wave.times, wave.voltages))
-        return cleared_for_output(joined, limits=limits, what=what, name=name, consequence=self._consequence)
+        joined = checks.with_drive(self.scenario, checks.sampled(wave.times, wave.voltages))
+        return checks.cleared_for_output(
+            joined, limits=limits, what=what, name=name, consequence=self._consequence
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:

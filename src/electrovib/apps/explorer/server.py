@@ -14,25 +14,17 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import ExitStack, contextmanager
 from types import FrameType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import parse_qs
 
-from electrovib.apps.explorer.access import (
-    LOOPBACK,
-    TOKEN,
-    AccessControl,
-    App,
-    Receive,
-    Scope,
-    Send,
-    is_loopback,
-    new_token,
-    refuse,
-)
+from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token, refuse
 from electrovib.apps.explorer.limits import LARGEST_MESSAGE, LARGEST_REQUEST, MOST_CONNECTIONS, MOST_PAGES
 from electrovib.apps.explorer.runner import SERVER_ENDS
 from electrovib.core.errors import InputError
 from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
+
+if TYPE_CHECKING:
+    from electrovib.apps.explorer.access import App, Receive, Scope, Send
 
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""

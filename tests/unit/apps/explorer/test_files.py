@@ -187,7 +187,7 @@ def test_large_files_wide_tables_and_long_drives_are_refused(monkeypatch, here):
     with pytest.raises(InputError, match="scenarios of at most 400"):
         read_uploaded_scenario("a.toml", many.to_toml().encode())
     assert limits.MOST_VALUES >= 1_000_000
-    monkeypatch.setattr(reading, "MOST_VALUES", 60)
+    monkeypatch.setattr(limits, "MOST_VALUES", 60)
     with pytest.raises(InputError, match="more than a page reads"):
         read_upload("a.csv", TABLE)
 

@@ -9,21 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from electrovib.apps.explorer.controls import (
-    SECTIONS,
-    STEPS,
-    Choice,
-    Control,
-    choices,
-    chosen,
-    controls,
-    parameters_of,
-)
+from electrovib.apps.explorer.controls import SECTIONS, STEPS, choices, chosen, controls, parameters_of
 from electrovib.apps.explorer.state import scenario_of
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
+    from electrovib.apps.explorer.controls import Choice, Control
     from electrovib.apps.explorer.page.build import VisitorPage
     from electrovib.scenario import Scenario
 
