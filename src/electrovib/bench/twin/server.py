@@ -6,7 +6,6 @@ import argparse
 import socket
 import sys
 import threading
-import time
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from electrovib.bench.clock import SystemClock
@@ -97,18 +96,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for role, instrument in roles.items():
         print(f"{role}: TCPIP::{HOST}::{serve(instrument, lock)}::SOCKET", flush=True)
     print("ready", flush=True)
-    end = time.monotonic() + given.seconds
-    threading.Thread(target=_until_input_ends, daemon=True).start()
-    while time.monotonic() < end and not _ended.is_set():
-        _ended.wait(0.2)
-
-
-_ended = threading.Event()
-
-
-def _until_input_ends() -> None:
-    sys.stdin.read()
-    _ended.set()
+    waiting = threading.Thread(target=sys.stdin.read, daemon=True)
+    waiting.start()
+    waiting.join(given.seconds)
 
 
 if __name__ == "__main__":

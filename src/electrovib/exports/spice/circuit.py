@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.drive.parts import Part
-    from electrovib.scenario import Scenario, TimeGrid
+    from electrovib.scenario import TimeGrid
     from electrovib.solve.stack.section import ModalSection
 
 

@@ -19,8 +19,7 @@ from electrovib.solve.stack.expand import Surroundings
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from electrovib.exports.spice.circuit import BuiltCircuit, Timing
-    from electrovib.exports.spice.section import LayerElements, ReadSection
+    from electrovib.exports.spice.section import LayerElements
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import FrequencyGrid, Scenario
 
