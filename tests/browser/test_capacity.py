@@ -130,7 +130,7 @@ def test_malformed_messages_leave_one_line_each(tmp_path_factory):
 
 
 MISTAKEN = """
-from electrovib.apps.explorer.page.bar import Bar
+from electrovib.apps.explorer.page.build import Bar
 def mistaken(self):
     raise ZeroDivisionError
 Bar._about = mistaken

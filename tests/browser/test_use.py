@@ -6,7 +6,7 @@ import pytest
 from tests.browser.test_page import drop, keep, peak, shown
 
 import electrovib as ev
-from electrovib.apps.explorer.further import TABS
+from electrovib.apps.explorer.computed import TABS
 from electrovib.physics.perception import ElasticSkin
 
 pytestmark = pytest.mark.slow

@@ -19,7 +19,7 @@ import typer
 import electrovib as ev
 from electrovib.apps.cli import app, main
 from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.page.words import judged_words
+from electrovib.apps.explorer.page.plots import judged_words
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError

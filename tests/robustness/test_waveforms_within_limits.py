@@ -11,7 +11,7 @@ from waveform_files import read_back
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.exports.waveform import FORMATS
+from electrovib.exports.waveform_formats import FORMATS
 from electrovib.physics.drive.sampled import Held
 from electrovib.studies.check import sampled
 from electrovib.studies.check.function import checked_values

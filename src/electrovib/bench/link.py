@@ -1,14 +1,25 @@
-"""Messages between the program and one instrument: commands, replies, and IEEE 488.2 binary blocks."""
+"""Messages between the program and one instrument, by VISA or a socket: commands, replies, IEEE 488.2 binary blocks."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NoReturn, Protocol, TypeVar
+import re
+import socket
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol, TypeVar
 
-from electrovib.bench.faults import BenchError
-from electrovib.core.errors import LONGEST_QUOTED, printable, shortened
+from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, printable, shortened
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection, Iterable, Mapping
+
+
+class BenchError(ElectrovibError):
+    """A run on a bench that was stopped, with the instrument, the reason and the state in which the bench was left."""
+
+
+class BenchStopped(BaseException):  # a signal, not a mistake: no handler of Exception may stop it
+    """A signal that asks the process to end."""
+
 
 T = TypeVar("T")
 
@@ -50,6 +61,28 @@ class Link:
             return reply.decode("ascii").strip()
         except UnicodeDecodeError:
             self._refuse(query, "answered with bytes that are no text")
+
+    def answers(self, queries: Iterable[str]) -> dict[str, str]:
+        """Return the reply to each query."""
+        return {query: self.ask(query) for query in queries}
+
+    def identify(self, models: Collection[str], also: str, setting: str) -> str:
+        """Ask for maker and model, and refuse a model that the driver was not written for.
+
+        `models` are those of the driver, as the second field of the reply to ``*IDN?``; `also` is a further one
+        that the user has named, empty for none, and `setting` the dotted path of the setting that names it. The
+        whole reply is returned.
+        """
+        reply = self.ask("*IDN?")
+        _, _, rest = reply.partition(",")
+        model = rest.partition(",")[0].strip()
+        known = {name.upper().replace(" ", "") for name in (*models, *([also] if also else []))}
+        if model.upper().replace(" ", "") not in known:
+            raise BenchError(
+                f"the {self.name} states '{reply[:80]}', which is not the model of this driver ({', '.join(models)}); to use"
+                f' it with this driver on your own judgement, set {setting} = "{model or reply[:20]}"'
+            )
+        return reply
 
     def ask_number(self, query: str) -> float:
         """Send a query and return its reply as a number."""
@@ -108,3 +141,123 @@ class Link:
 
 def _quoted(text: str) -> str:
     return shortened(printable(text), LONGEST_QUOTED)
+
+
+_SOCKET: Final = re.compile(r"TCPIP\d*::([^:]+)::(\d+)::SOCKET", re.IGNORECASE)
+TIMEOUT: Final = 5.0
+"""Time within which an instrument has to answer [s]."""
+_LONGEST: Final = 1 << 20
+
+
+def connect(resources: Mapping[str, str]) -> dict[str, Connection]:
+    """Connect to the instruments, each by its role and address.
+
+    If one cannot be reached, the connections made before are closed.
+    """
+    missing = [role for role, address in resources.items() if not address]
+    if missing:
+        raise InputError(
+            f"{role.replace(' ', '_')}.resource: the bench file states no address of the {role}; add, for instance,"
+            ' resource = "GPIB0::10::INSTR"'
+            for role in missing
+        )
+    found: dict[str, Connection] = {}
+    with ExitStack() as made:
+        for role, address in resources.items():
+            try:
+                found[role] = _open(address)
+            except (OSError, ValueError) as error:
+                raise BenchError(f"the {role} at '{address}' cannot be reached: {error}") from None
+            made.callback(found[role].close)
+        made.pop_all()
+    return found
+
+
+def _open(address: str) -> Connection:
+    if match := _SOCKET.fullmatch(address):
+        return SocketConnection(match.group(1), int(match.group(2)))
+    return VisaConnection(address)
+
+
+class SocketConnection:
+    """A connection by TCP, with messages that end with a line feed."""
+
+    def __init__(self, host: str, port: int) -> None:
+        self._socket = socket.create_connection((host, port), timeout=TIMEOUT)
+        self._file = self._socket.makefile("rb")
+
+    def send(self, message: bytes) -> None:
+        """Send one message."""
+        self._socket.sendall(message + b"\n")
+
+    def receive(self) -> bytes:
+        """Return one reply: a line, or a binary block."""
+        first = self._read(1)
+        if first != b"#":
+            line = first + self._file.readline(_LONGEST)
+            if not line.endswith(b"\n"):
+                raise ConnectionError("the connection was closed")
+            return line.rstrip(b"\r\n")
+        digits = self._read(1)
+        length = self._read(int(digits)) if digits.isdigit() else b""
+        if not length.isdigit() or int(length) > _LONGEST:
+            return first + digits + length
+        data = self._file.read(int(length) + 1)
+        is_ended = len(data) > int(length)
+        return first + digits + length + (data.removesuffix(b"\n") if is_ended else data)
+
+    def close(self) -> None:
+        """End the connection."""
+        self._file.close()
+        self._socket.close()
+
+    def _read(self, count: int) -> bytes:
+        found = self._file.read(count)
+        if len(found) < count:
+            raise ConnectionError("the connection was closed")
+        return found
+
+
+class VisaConnection:
+    """A connection by VISA (GPIB, RS-232, LXI, USB) to a resource; needs pyvisa."""
+
+    def __init__(self, address: str) -> None:
+        try:
+            import pyvisa
+        except ImportError:
+            raise InputError(
+                f"'{address}' is reached by VISA, which needs pyvisa: pip install 'electrovib[bench]'"
+            ) from None
+        self._timeout = pyvisa.constants.StatusCode.error_timeout
+        self._error = pyvisa.errors.VisaIOError
+        self._resource: Any = pyvisa.ResourceManager().open_resource(address, timeout=int(1000 * TIMEOUT))
+
+    def send(self, message: bytes) -> None:
+        """Send one message."""
+        self._guarded(lambda: self._resource.write_raw(message + b"\n"))
+
+    def receive(self) -> bytes:
+        """Return one reply."""
+        reply: bytes = self._guarded(self._resource.read_raw)
+        if reply.startswith(b"#"):
+            return reply[: _end(reply)]
+        return reply.removesuffix(b"\n").removesuffix(b"\r")
+
+    def close(self) -> None:
+        """End the connection."""
+        self._guarded(self._resource.close)
+
+    def _guarded(self, work: Any) -> Any:
+        try:
+            return work()
+        except self._error as error:
+            if error.error_code == self._timeout:
+                raise TimeoutError from None
+            raise ConnectionError(str(error)) from None
+
+
+def _end(reply: bytes) -> int:
+    """Return the length of a block without the terminator that follows it."""
+    digits = reply[1:2]
+    length = reply[2 : 2 + int(digits)] if digits.isdigit() else b""
+    return 2 + len(length) + int(length) if length.isdigit() else len(reply)

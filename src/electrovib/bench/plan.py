@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.bench.drivers import GENERATORS, check_drivers
+from electrovib.bench.instruments import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from electrovib.bench.settings import BenchSettings
     from electrovib.core.arrays import Real
-    from electrovib.physics.limits import Limits
     from electrovib.scenario import Scenario
     from electrovib.studies.check import CheckResult
 
@@ -107,7 +106,8 @@ class BenchPlan:
         return found
 
     def _extremes(self) -> tuple[float, float]:
-        scale = self.amplitude * self.settings.amplifier.gain / (2 * _largest_code(self.settings))
+        largest = GENERATORS[self.settings.generator.driver].largest_code
+        scale = self.amplitude * self.settings.amplifier.gain / (2 * largest)
         ends = (float(self.codes.min()) * scale, float(self.codes.max()) * scale)
         return min(*ends, -0.2 * self.peak), max(*ends, 0.2 * self.peak)
 
@@ -174,8 +174,9 @@ def make_plan(scenario: Scenario, settings: BenchSettings) -> BenchPlan:
     check_drivers(settings)
     duration = _finite_duration(scenario, settings)
     at_rest = scenario.replace({"time.initial_state": {"model": AtRest.__name__}, "time.duration": duration})
-    peak, codes, error = _points(at_rest, settings, duration)
-    limits, check = cleared(at_rest, settings, *_played(at_rest, settings, codes, duration, peak))
+    peak, codes, played, error = _points(at_rest, settings, duration)
+    begins = np.arange(codes.size, dtype=np.float64) * np.float64(duration / codes.size)
+    limits, check = cleared(at_rest, settings, begins, played / _own_gain(at_rest))
     amplitude = 2 * peak / abs(settings.amplifier.gain)
     fraction = min(settings.burst.low_voltage / peak, 1.0)
     lowest, highest = GENERATORS[settings.generator.driver].amplitudes
@@ -229,8 +230,8 @@ def _own_gain(scenario: Scenario) -> float:
 
 def _points(
     scenario: Scenario, settings: BenchSettings, duration: float
-) -> tuple[float, NDArray[np.int16], float]:
-    """Return peak voltage [V], codes of the generator, and their rms error over the peak."""
+) -> tuple[float, NDArray[np.int16], NDArray[np.float64], float]:
+    """Return peak voltage [V], codes of the generator, the voltages of the plate [V] for them, and their rms error."""
     driver = GENERATORS[settings.generator.driver]
     count = driver.most_points
     fine = (np.arange(_WITHIN * count, dtype=np.float64) + 0.5) * (duration / (_WITHIN * count))
@@ -240,28 +241,14 @@ def _points(
     mean = wanted.reshape(count, _WITHIN).mean(axis=1)
     codes = driver.codes_of(sign * mean, peak)
     codes[0] = codes[-1] = 0  # the output rests at the first point
-    played = np.repeat(sign * driver.voltages_of(codes, peak), _WITHIN)
-    error = float(np.sqrt(np.mean((played - wanted) ** 2)) / peak)
+    played = np.asarray(sign * driver.voltages_of(codes, peak))
+    error = float(np.sqrt(np.mean((np.repeat(played, _WITHIN) - wanted) ** 2)) / peak)
     if error > settings.burst.resampling_error:
         raise InputError(
             f"as {count} points the drive has an error of {100 * error:.2g} % of its peak (rms), more than"
             f" burst.resampling_error = {settings.burst.resampling_error:g}; shorten it, or allow the error"
         )
-    return peak, codes.astype(np.int16), error
-
-
-def _played(
-    scenario: Scenario, settings: BenchSettings, codes: NDArray[np.int16], duration: float, peak: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the time at which each point begins [s], and its voltage at the input of the scenario's amplifier [V]."""
-    of_drive = np.sign(settings.amplifier.gain) / _own_gain(scenario)
-    volts = GENERATORS[settings.generator.driver].voltages_of(codes.astype(np.float64), peak)
-    begins = np.arange(codes.size, dtype=np.float64) * np.float64(duration / codes.size)
-    return begins, np.asarray(of_drive * volts)
-
-
-def _largest_code(settings: BenchSettings) -> int:
-    return GENERATORS[settings.generator.driver].largest_code
+    return peak, codes.astype(np.int16), played, error
 
 
 _DECLARE: Final = (

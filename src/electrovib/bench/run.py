@@ -7,13 +7,13 @@ import signal
 import tempfile
 import threading
 from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.bench.clock import SystemClock
-from electrovib.bench.connections import connect
-from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
+from electrovib.bench.link import BenchError, BenchStopped, connect
 from electrovib.bench.plan import BenchPlan, make_plan
 from electrovib.bench.sequence import BurstSequence, incomplete, rehearse, saved, tell
 from electrovib.bench.settings import BenchSettings, read_settings
@@ -141,19 +141,15 @@ def run_bench(
         check_output(incomplete(Path(output)), {"time": 1}, inputs=inputs, force=force)
     if simulate:
         twin = SimulatedBench(plan.settings, own, seed=seed)
-        run = BenchRun(plan, twin.connections, clock=twin.clock, confirm=twin.operate, report=report)
-        about: dict[str, str | int | float] = {
-            "simulated": 1,
-            "seed": seed,
-            "simulated_finger": own.to_json(),
-        }
+        run = BenchRun(plan, twin.connections, twin.clock, twin.operate, report or bool)
+        about: dict[str, Any] = {"simulated": 1, "seed": seed, "simulated_finger": own.to_json()}
         lock: Any = nullcontext("")
     else:
         if plan.settings.amplifier.enable is None and confirm is None:
             raise InputError(
                 "amplifier.enable: without an enable line an operator has to confirm the steps; pass confirm, or add the line"
             )
-        run = BenchRun(plan, None, clock=SystemClock(), confirm=confirm or _refuse, report=report)
+        run = BenchRun(plan, None, SystemClock(), confirm or (lambda _: False), report or bool)
         about, lock = {"simulated": 0}, one_process(plan.settings.resources)
     with lock as left:
         if left:
@@ -161,11 +157,7 @@ def run_bench(
         return run.play(output=None if output is None else Path(output), force=force, about=about)
 
 
-def _refuse(words: str) -> bool:
-    del words
-    return False
-
-
+@dataclass
 class BenchRun:
     """One run: the sequence of steps, and what is done however it ends.
 
@@ -173,19 +165,12 @@ class BenchRun:
     operator; `report` is called with the name of each step.
     """
 
-    def __init__(
-        self,
-        plan: BenchPlan,
-        connections: Mapping[str, Connection] | None,
-        *,
-        clock: BenchClock,
-        confirm: Callable[[str], bool],
-        report: Callable[[str], None] | None = None,
-    ) -> None:
-        self.plan, self.clock = plan, clock
-        self.notes: list[str] = []
-        self._connections = connections
-        self._confirm, self._report = confirm, report
+    plan: BenchPlan
+    connections: Mapping[str, Connection] | None
+    clock: BenchClock
+    confirm: Callable[[str], bool]
+    report: Callable[[str], object]
+    notes: list[str] = field(default_factory=list)
 
     def play(
         self, *, output: Path | None, force: bool, about: Mapping[str, str | int | float]
@@ -195,12 +180,7 @@ class BenchRun:
         with stopping_signals() as stops:
             instruments = self._prepared(output, about, stops)
             sequence = BurstSequence(
-                self.plan,
-                instruments,
-                clock=self.clock,
-                confirm=self._confirm,
-                check=stops.check,
-                report=self._report,
+                self.plan, instruments, self.clock, self.confirm, stops.check, self.report
             )
             stopped = _played(sequence, stops)
             failures = instruments.to_zero()
@@ -227,7 +207,7 @@ class BenchRun:
         """Rehearse the end and connect; nothing is sent."""
         try:
             rehearse(self.plan, output, about)
-            connections = self._connections or connect(self.plan.settings.resources)
+            connections = self.connections or connect(self.plan.settings.resources)
             return Instruments.of(self.plan.settings, connections)
         except BaseException as error:
             stopped = _asked(error, stops)

@@ -9,12 +9,12 @@ import tempfile
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from electrovib.bench.drivers.hp_33120a import mismatches
-from electrovib.bench.faults import BenchError
+from electrovib.bench.link import BenchError
 from electrovib.bench.settings import ForceInput
 from electrovib.core.errors import ElectrovibError, printable
 from electrovib.core.signals import make_trace
@@ -34,11 +34,6 @@ if TYPE_CHECKING:
     from electrovib.bench.plan import BenchPlan
 
 
-STEPS: Final = (
-    "identify", "disable", "zero", "burst mode", "bus trigger", "high-impedance load", "waveform", "oscilloscope",
-    "read back", "enable", "low-voltage burst", "compare", "raise", "full burst", "records",
-)  # fmt: skip
-"""Names of the steps in their order."""
 _POLL: Final = 0.02
 _MARGIN: Final = 5.0
 """Time beyond that of the record after which an oscilloscope that does not finish counts as failed [s]."""
@@ -62,6 +57,7 @@ class RunRecord:
     statements: list[str] = field(default_factory=list)
 
 
+@dataclass
 class BurstSequence:
     """Plays a plan on instruments, step by step.
 
@@ -70,69 +66,43 @@ class BurstSequence:
     voltage, and while waiting. `report` is called with the name of each step before it begins.
     """
 
-    def __init__(
-        self,
-        plan: BenchPlan,
-        instruments: Instruments,
-        *,
-        clock: BenchClock,
-        confirm: Callable[[str], bool],
-        check: Callable[[], None],
-        report: Callable[[str], None] | None = None,
-    ) -> None:
-        self.plan, self.instruments, self.clock = plan, instruments, clock
-        self.record = RunRecord()
-        self._confirm, self._check = confirm, check
-        self._report = report or (lambda _: None)
-        self._resolution: dict[int, float] = {}
-        self._length = 0.0
-        self._burst_name = ""
+    plan: BenchPlan
+    instruments: Instruments
+    clock: BenchClock
+    confirm: Callable[[str], bool]
+    check: Callable[[], None]
+    report: Callable[[str], object]
+    record: RunRecord = field(default_factory=RunRecord)
+    _resolution: dict[int, float] = field(default_factory=dict)
+    _length: float = 0.0
+    _burst_name: str = ""
 
     def play(self) -> RunRecord:
         """Run all steps in their order up to the first deviation, which leaves the bench in the state of that step."""
-        work: dict[str, Callable[[], None]] = {
-            "identify": self._identify,
-            "disable": lambda: self._switch(on=False),
-            "zero": self.instruments.generator.zero,
-            "burst mode": self.instruments.generator.set_burst,
-            "bus trigger": self.instruments.generator.set_trigger,
-            "high-impedance load": self.instruments.generator.set_load,
-            "waveform": self._download,
-            "oscilloscope": lambda: self._set_oscilloscope(self.plan.fraction),
-            "read back": lambda: self._read_back(self.plan.fraction),
-            "enable": lambda: self._switch(on=True),
-            "low-voltage burst": lambda: self._burst("low-voltage burst", self.plan.fraction),
-            "compare": self._compare_low,
-            "raise": self._raise,
-            "full burst": lambda: self._burst("full burst", 1.0),
-            "records": self._read_records,
-        }
-        for name in STEPS:
+        for name, work in self.work.items():
             self._begin(name)
-            work[name]()
+            work(self)
         return self.record
 
     def _begin(self, name: str) -> None:
         self.record.steps.append(name)
-        self._report(name)
-        self._check()
+        self.report(name)
+        self.check()
 
     def _identify(self) -> None:
-        for role, driver in (
-            ("generator", self.instruments.generator),
-            ("oscilloscope", self.instruments.oscilloscope),
-        ):
-            self.record.instruments[role] = driver.identify()
+        instruments = self.instruments
+        self.record.instruments["generator"] = instruments.generator.identify()
+        self.record.instruments["oscilloscope"] = instruments.oscilloscope.identify()
 
     def _switch(self, *, on: bool) -> None:
         """Enable or disable the high voltage, by the enable line or by the operator."""
-        self._check()
+        self.check()
         enable = self.instruments.enable
         if enable is not None:
             (enable.enable if on else enable.disable)()
             return
         words = f"Switch the high voltage {'ON' if on else 'OFF'}, take your hand off the switch, and confirm"
-        if not self._confirm(words):
+        if not self.confirm(words):
             raise BenchError(f"the operator did not confirm: '{words}'")
 
     def _download(self) -> None:
@@ -148,12 +118,11 @@ class BurstSequence:
 
     def _read_back(self, fraction: float) -> None:
         plan, generator, oscilloscope = self.plan, self.instruments.generator, self.instruments.oscilloscope
-        ranges = plan.ranges(fraction)
-        found = generator.settings() | oscilloscope.settings(tuple(ranges))
+        played = generator.expected(plan.codes.size, plan.duration, fraction * plan.amplitude)
+        recorded = oscilloscope.expected(plan.duration, plan.ranges(fraction))
+        found = generator.link.answers(played) | oscilloscope.link.answers(recorded)
         self.record.settings |= found
-        expected = generator.expected(plan.codes.size, plan.duration, fraction * plan.amplitude)
-        wrong = mismatches(found, expected | oscilloscope.expected(plan.duration, ranges))
-        if wrong:
+        if wrong := mismatches(found, played | recorded):
             raise BenchError(f"a setting does not read back: {'; '.join(wrong)}")
 
     def _burst(self, name: str, fraction: float) -> None:
@@ -166,7 +135,7 @@ class BurstSequence:
         self._read_back(fraction)
         oscilloscope.start()
         self._wait(oscilloscope.is_ready, "is not ready for the trigger")
-        self._check()
+        self.check()
         self.instruments.generator.trigger()
         self._wait(self._is_recorded, "has not recorded the burst")
         if enable is not None:
@@ -223,13 +192,34 @@ class BurstSequence:
     def _wait(self, done: Callable[[], bool], why: str) -> None:
         end = self.clock.now() + self._length + _MARGIN
         while not done():
-            self._check()
+            self.check()
             if self.clock.now() > end:
                 waited = format_quantity(self._length + _MARGIN, "s", digits=3)
                 raise BenchError(f"the oscilloscope {why} after {waited}")
             self.clock.sleep(_POLL)
 
+    work: ClassVar[Mapping[str, Callable[[BurstSequence], object]]] = {
+        "identify": _identify,
+        "disable": lambda self: self._switch(on=False),
+        "zero": lambda self: self.instruments.generator.zero(),
+        "burst mode": lambda self: self.instruments.generator.set_burst(),
+        "bus trigger": lambda self: self.instruments.generator.set_trigger(),
+        "high-impedance load": lambda self: self.instruments.generator.set_load(),
+        "waveform": _download,
+        "oscilloscope": lambda self: self._set_oscilloscope(self.plan.fraction),
+        "read back": lambda self: self._read_back(self.plan.fraction),
+        "enable": lambda self: self._switch(on=True),
+        "low-voltage burst": lambda self: self._burst("low-voltage burst", self.plan.fraction),
+        "compare": _compare_low,
+        "raise": _raise,
+        "full burst": lambda self: self._burst("full burst", 1.0),
+        "records": _read_records,
+    }
+    """The steps in their order."""
 
+
+STEPS: Final = tuple(BurstSequence.work)
+"""Names of the steps in their order."""
 _UNITS: Final = {"voltage": "V", "current": "A"}
 READINGS: Final = 2.0
 """Readings of the oscilloscope by which a value may exceed a limit: its resolution and the noise of the last bit."""

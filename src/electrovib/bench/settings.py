@@ -23,6 +23,10 @@ SCHEMA: Final = 1
 DEFAULT: Final = "vezzoli_2014.toml"
 """File of the set-up of Vezzoli et al. 2014 that is shipped with the package."""
 Input = Annotated[int, Field(ge=1, le=4, description="input of the oscilloscope, 1 to 4")]
+DriverName = Annotated[str, Field(description="name of the driver")]
+AcceptedModel = Annotated[
+    str, Field(description="further model that is accepted by this driver, as the instrument states it")
+]
 
 
 class CurrentLimiter(Model):
@@ -54,11 +58,9 @@ class GeneratorRole(Model):
 
     example: ClassVar[Mapping[str, Any]] = {"driver": "hp_33120a"}
 
-    driver: Annotated[str, Field(description="name of the driver")]
+    driver: DriverName
     resource: Annotated[str, Field(description="VISA resource, for instance GPIB0::10::INSTR")] = ""
-    accept_model: Annotated[
-        str, Field(description="further model that is accepted by this driver, as the instrument states it")
-    ] = ""
+    accept_model: AcceptedModel = ""
 
 
 class OutputEdge(Model):
@@ -148,12 +150,7 @@ class CurrentMonitor(Model):
 class ForceInput(Model):
     """An input of the oscilloscope that reads a force sensor, with its calibration."""
 
-    example: ClassVar[Mapping[str, Any]] = {
-        "input": 2,
-        "sensitivity": 0.1,
-        "low": 0.0,
-        "high": 0.5,
-    }
+    example: ClassVar[Mapping[str, Any]] = {"input": 2, "sensitivity": 0.1, "low": 0.0, "high": 0.5}
 
     input: Input
     sensitivity: Annotated[Number, Quantity("N/V", -1e6, 1e6, "force per volt, its sign included")]
@@ -191,16 +188,11 @@ class ForceInputs(Model):
 class OscilloscopeRole(Model):
     """The oscilloscope that records voltage, current and forces."""
 
-    example: ClassVar[Mapping[str, Any]] = {
-        "driver": "tektronix_tds3014b",
-        "voltage": VoltageMonitor.example,
-    }
+    example: ClassVar[Mapping[str, Any]] = {"driver": "tektronix_tds3014b", "voltage": VoltageMonitor.example}
 
-    driver: Annotated[str, Field(description="name of the driver")]
+    driver: DriverName
     resource: Annotated[str, Field(description="VISA resource, for instance TCPIP0::192.0.2.1::INSTR")] = ""
-    accept_model: Annotated[
-        str, Field(description="further model that is accepted by this driver, as the instrument states it")
-    ] = ""
+    accept_model: AcceptedModel = ""
     voltage: VoltageMonitor
     current: CurrentMonitor | None = None
 

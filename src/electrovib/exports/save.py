@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 
     import xarray
 
-FORMATS: Final[dict[str, Callable[..., list[Path]]]] = {
-    ".nc": save_nc,
-    ".csv": save_csv,
-    ".mat": save_mat,
-}
+FORMATS: Final[dict[str, Callable[..., list[Path]]]] = {".nc": save_nc, ".csv": save_csv, ".mat": save_mat}
 """Suffix to writer."""
 _PICTURES: Final = (".png", ".svg", ".pdf", ".html", ".jpg")
 _FORMS: Final = {".nc": Form.NETCDF, ".mat": Form.MATLAB}

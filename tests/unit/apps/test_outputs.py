@@ -8,7 +8,7 @@ import xarray
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours
-from electrovib.exports.design import write_design
+from electrovib.exports.scenario import write_design
 from electrovib.studies.population.files import write_group
 from electrovib.view import report
 

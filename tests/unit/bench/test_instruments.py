@@ -9,11 +9,9 @@ import pytest
 
 import electrovib as ev
 from electrovib.bench.clock import SimulatedClock
-from electrovib.bench.connections import connect
 from electrovib.bench.drivers.hp_33120a import Hp33120a, mismatches
 from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b, time_scale, volt_scale
-from electrovib.bench.faults import BenchError
-from electrovib.bench.link import Link
+from electrovib.bench.link import BenchError, Link, connect
 from electrovib.bench.run import one_process
 from electrovib.bench.settings import read_settings
 from electrovib.bench.twin.commands import matches
@@ -74,7 +72,7 @@ def test_a_burst_is_played_once_and_rests_at_0_v(generator):
     for _ in range(20):
         clock.sleep(0.5)
         assert output(clock, twin) == 0
-    assert driver.settings()["FUNC:SHAP?"] == "USER"
+    assert driver.link.ask("FUNC:SHAP?") == "USER"
     assert not [command for command in twin.received if "RST" in command]
     twin.send(b"*RST")
     clock.sleep(0.25e-3)
@@ -84,12 +82,12 @@ def test_a_burst_is_played_once_and_rests_at_0_v(generator):
 def test_a_load_of_50_ohm_doubles_the_open_voltage(generator):
     clock, twin, driver = generator
     ready(driver, load=False)
-    assert float(driver.settings()["VOLT?"]) == pytest.approx(10)
+    assert float(driver.link.ask("VOLT?")) == pytest.approx(10)
     driver.trigger()
     clock.sleep(0.35)
     assert output(clock, twin) == pytest.approx(10)
     driver.set_load()
-    assert float(driver.settings()["VOLT?"]) == pytest.approx(20)
+    assert float(driver.link.ask("VOLT?")) == pytest.approx(20)
     with pytest.raises(BenchError, match="-222"):  # by the generator itself
         driver.set_amplitude(21.0)
     twin.send(b"OUTP:LOAD 50")

@@ -10,9 +10,7 @@ import pytest
 import tomlkit
 
 import electrovib as ev
-from electrovib.bench.connections import connect
-from electrovib.bench.faults import BenchError
-from electrovib.bench.link import Link
+from electrovib.bench.link import BenchError, Link, connect
 from electrovib.bench.run import one_process
 
 SCENARIO = "vezzoli_2014/fig6"

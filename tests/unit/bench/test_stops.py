@@ -12,9 +12,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.bench import run, sequence
-from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
-from electrovib.bench.link import Link
+from electrovib.bench.link import BenchError, BenchStopped, Link
 from electrovib.bench.sequence import STEPS
 from electrovib.bench.twin.commands import TwinInstrument
 

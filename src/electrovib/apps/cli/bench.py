@@ -47,7 +47,7 @@ def run(
     Without --simulate and --arm, print the plan.
     """
     from electrovib.apps.changes import read_changes
-    from electrovib.bench.faults import BenchStopped
+    from electrovib.bench.link import BenchStopped
     from electrovib.bench.run import plan_bench, run_bench
 
     changed = read_changes(changes or [])

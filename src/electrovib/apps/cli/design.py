@@ -223,7 +223,7 @@ def _design(
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
-    from electrovib.exports.design import check_design_file, write_design
+    from electrovib.exports.scenario import check_design_file, write_design
     from electrovib.studies.design import design
 
     with inputs_noted() as inputs:

@@ -44,7 +44,8 @@ def command(
     from electrovib.apps.progress import tracked
     from electrovib.core.errors import InputError
     from electrovib.exports.scenario import WRITERS, export_netlist
-    from electrovib.exports.waveform import FORMATS, export_waveform
+    from electrovib.exports.waveform import export_waveform
+    from electrovib.exports.waveform_formats import FORMATS
 
     if bool(place) == bool(file):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")

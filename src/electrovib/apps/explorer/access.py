@@ -72,9 +72,8 @@ class AccessControl:
         self, app: App, *, hosts: Iterable[str], port: int, token: str = "", any_address: bool = False
     ) -> None:
         self._app = app
-        self._hosts = frozenset(f"{host}:{port}" for host in hosts) | (
-            frozenset(hosts) if port == 80 else frozenset()
-        )
+        names = tuple(hosts)
+        self._hosts = frozenset([f"{host}:{port}" for host in names] + [*(names if port == 80 else ())])
         self._port, self._token, self._any_address = port, token, any_address
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -84,10 +83,12 @@ class AccessControl:
             return
         refusal = self._refusal(scope)
         if refusal:
-            await _refuse(scope, receive, send, refusal)
+            await refuse(scope, receive, send, refusal)
             return
         if scope["type"] == "http" and self._token and (rest := self._without_token(scope)) is not None:
-            await _redirect(send, rest, f"{COOKIE}-{self._port}={self._token}")
+            cookie = f"{COOKIE}-{self._port}={self._token}; Path=/; HttpOnly; SameSite=Strict"
+            moved = [(b"location", rest.encode("latin-1")), (b"set-cookie", cookie.encode("latin-1"))]
+            await _answer(send, 303, moved)
             return
         kept = [(name, value) for name, value in scope["headers"] if not name.lower().startswith(_OF_PROXIES)]
         scope = {**scope, "headers": kept}
@@ -126,9 +127,8 @@ class AccessControl:
         rest = [(name, value) for name, value in items if name != TOKEN]
         if len(rest) == len(items):
             return None
-        path = quote(
-            "/" + str(scope["path"]).lstrip("/\\")
-        )  # '//name' would be the address of another server
+        # '//name' would be the address of another server
+        path = quote("/" + str(scope["path"]).lstrip("/\\"))
         return path + (f"?{urlencode(rest)}" if rest else "")
 
 
@@ -174,31 +174,17 @@ def _with_headers(send: Send) -> Send:
     return extended
 
 
-async def _refuse(scope: Scope, receive: Receive, send: Send, sentence: str) -> None:
+async def refuse(scope: Scope, receive: Receive, send: Send, sentence: str, status: int = 403) -> None:
+    """Answer a request with a sentence instead of the page, or refuse a websocket."""
     if scope["type"] == "websocket":
-        await refuse_connection(receive, send, sentence)
+        await receive()
+        await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": sentence[:100]})
         return
-    await answer(send, 403, sentence)
+    about = [(b"content-type", b"text/plain; charset=utf-8")]
+    await _answer(send, status, about, sentence.encode() + b"\n")
 
 
-async def refuse_connection(receive: Receive, send: Send, sentence: str) -> None:
-    """Refuse a websocket."""
-    await receive()
-    await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": sentence[:100]})
-
-
-async def answer(send: Send, status: int, sentence: str) -> None:
-    """Answer a request with a sentence instead of the page."""
-    about = [(b"content-type", b"text/plain; charset=utf-8"), (b"cache-control", b"no-store")]
-    await send({"type": "http.response.start", "status": status, "headers": [*about, *HEADERS]})
-    await send({"type": "http.response.body", "body": sentence.encode() + b"\n"})
-
-
-async def _redirect(send: Send, address: str, cookie: str) -> None:
-    headers = [
-        (b"location", address.encode("latin-1")),
-        (b"set-cookie", f"{cookie}; Path=/; HttpOnly; SameSite=Strict".encode("latin-1")),
-        (b"cache-control", b"no-store"),
-    ]
-    await send({"type": "http.response.start", "status": 303, "headers": [*headers, *HEADERS]})
-    await send({"type": "http.response.body", "body": b""})
+async def _answer(send: Send, status: int, headers: list[tuple[bytes, bytes]], body: bytes = b"") -> None:
+    found = [*headers, (b"cache-control", b"no-store"), *HEADERS]
+    await send({"type": "http.response.start", "status": status, "headers": found})
+    await send({"type": "http.response.body", "body": body})

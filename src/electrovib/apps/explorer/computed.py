@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
+from electrovib.apps.explorer.limits import FINGERS, LARGEST_RUN, LONGEST_RUN
 from electrovib.core.budget import budget
+from electrovib.core.discovery import find_members
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.parsing import read_toml
+from electrovib.physics.force import ForceLaw
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.meter import measured
 from electrovib.solve.simulate import Simulated, provenance
@@ -20,6 +25,8 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
+    from electrovib.studies.check.result import CheckResult
+    from electrovib.studies.perceive import Percept
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,3 +73,142 @@ def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
     """
     with budget(time=longest, memory=LARGEST_RUN), measured():
         return Computed(scenario, Simulated.of(Expanded(scenario)))
+
+
+TIME, FREQUENCY, LAWS, FELT, SAFETY, RECORDING = TABS = (
+    "Over time",
+    "Over frequency",
+    "Force laws",
+    "Felt",
+    "Safety",
+    "Recording",
+)
+POPULATION: Final = "fingers"
+SEED: Final = 1
+"""Of the draws from the population: the same fingers at every position of a slider, so that the band moves smoothly."""
+
+
+@dataclass(frozen=True)
+class Further:
+    """Results beside the Trace; each is None, or empty, until it is computed.
+
+    `band` has ``frequency`` [Hz], ``low``, ``middle`` and ``high`` [N], each (n,): 5, 50 and 95 % of the
+    fingers of a population; `drawn` says what differs between these fingers, and what does not. `laws` are
+    other force laws on the same finger and plate, and `left_out` those that cannot run here, with the reason.
+    `percept` is what is felt, `check` the comparison with limits, `problems` says what could not be computed.
+    """
+
+    band: Mapping[str, NDArray[Any]] | None = None
+    drawn: str = ""
+    laws: Mapping[str, Computed] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    percept: Percept | None = None
+    check: CheckResult | None = None
+    problems: tuple[str, ...] = ()
+
+
+Slice = Callable[[Further], Further]
+
+
+def slices(tab: str, found: Computed) -> Iterator[Slice]:
+    """Return the pieces of work that a tab needs beside the Trace, each short.
+
+    Each takes what is known so far and returns it with one more result. A mistake becomes a sentence in
+    `problems`.
+    """
+    from electrovib.studies.check import check
+    from electrovib.studies.perceive import perceive
+
+    scenario = found.scenario
+    if tab == FREQUENCY:
+        yield _guarded(lambda known: _with_band(known, found), "The band of fingers")
+    elif tab == LAWS:
+        for name in find_members(ForceLaw):
+            if name != type(scenario.force).__name__:
+                yield functools.partial(_with_law, found=found, name=name)
+    elif tab == FELT:
+        yield _guarded(lambda known: replace(known, percept=perceive(scenario)), "What is felt")
+    elif tab == SAFETY:
+        yield _guarded(lambda known: replace(known, check=check(scenario)), "The comparison with limits")
+
+
+def _guarded(slice_: Slice, what: str) -> Slice:
+    def guarded(known: Further) -> Further:
+        try:
+            return slice_(known)
+        except ElectrovibError as error:
+            problem = f"{what} is not shown: {error}"
+            return replace(known, band=None, drawn="", problems=(*known.problems, problem))
+
+    return guarded
+
+
+def _with_band(known: Further, found: Computed) -> Further:
+    """Add the band of a population; parameters that the scenario lacks are not drawn."""
+    from electrovib.studies.population import study
+
+    scenario = found.scenario
+    if "stratum_corneum" not in scenario.stack.layers and scenario.load.normal_force == 0:
+        raise InputError(
+            "the contact has neither skin nor load, so it is not that of a finger, and no population of fingers describes it"
+        )
+    bands = study(scenario, _population(), n=FINGERS, seed=SEED, signal="mean_force")
+    low, middle, high = (bands["mean_force_percentile"].sel(percentile=each).values for each in (5, 50, 95))
+    band = {"frequency": bands["frequency"].values, "low": low, "middle": middle, "high": high}
+    return replace(known, band=band, drawn=_drawn(bands.attrs["space_toml"]))
+
+
+@functools.cache
+def _population() -> dict[str, Any]:
+    """Return the population with every entry optional: a parameter that a scenario lacks is then not drawn."""
+    from electrovib.scenario.space.shipped import read_shipped
+
+    tables = read_shipped(POPULATION)
+    for space in _spaces(tables):
+        for entry in space.values():
+            entry["optional"] = True
+    return tables
+
+
+def _spaces(tables: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the tables of distributions of a population: that of all fingers, and those of its groups."""
+    groups = [group for each in tables.get("groups", {}).values() for group in each.values()]
+    return [each["space"] for each in (tables, *groups) if "space" in each]
+
+
+@functools.lru_cache(maxsize=16)
+def _drawn(space: str) -> str:
+    """Write which parameters of the population were drawn, and which the scenario has not."""
+    paths = dict.fromkeys(path for each in _spaces(read_toml(space)) for path in each)
+    known = dict.fromkeys(path for each in _spaces(_population()) for path in each)
+    lacking = [path for path in known if path not in paths]
+    words = f"The band is that of {FINGERS} fingers of the population '{POPULATION}', which differ in {_named(paths)}."
+    return words + (
+        f" Not drawn, because the scenario does not take it: {_named(lacking)}." if lacking else ""
+    )
+
+
+def _named(paths: Iterable[str]) -> str:
+    """Write dotted paths in words: ``stack.gap.thickness`` as thickness of the gap."""
+    words = []
+    for path in paths:
+        *owners, name = path.replace("_", " ").split(".")
+        words.append(f"{name} of the {owners[1 if owners[0] == 'stack' else 0]}")
+    return ", ".join(words)
+
+
+def _with_law(known: Further, *, found: Computed, name: str) -> Further:
+    try:
+        case = compute(found.scenario.replace({"force": {"model": name}}))
+    except ElectrovibError as error:
+        return replace(known, left_out={**known.left_out, name: _reason(error, name)})
+    return replace(known, laws={**known.laws, name: case})
+
+
+def _reason(error: ElectrovibError, name: str) -> str:
+    """Return why a law cannot run, and for one with parameters of its own how it can be shown."""
+    problems = getattr(error, "problems", ())
+    missing = [each.path for each in problems if each.reason.startswith("missing")]
+    if not missing:
+        return str(error)
+    return f"it needs {' and '.join(missing)}: choose {name} as the force law, which then begins with example values"

@@ -26,27 +26,28 @@ class Download:
     make: Callable[[Computed], bytes]
 
 
+def _saved(shown: Computed, name: str) -> dict[str, bytes]:
+    """Return the files as which a Trace is saved, by their names."""
+    from electrovib.exports.save import save
+
+    with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
+        return {path.name: path.read_bytes() for path in save(shown.trace, Path(folder) / name)}
+
+
 def _toml(shown: Computed) -> bytes:
     return shown.scenario.to_toml().encode()
 
 
 def _netcdf(shown: Computed) -> bytes:
-    from electrovib.exports.save import save
-
-    with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
-        return save(shown.trace, Path(folder) / "trace.nc")[0].read_bytes()
+    return _saved(shown, "trace.nc")["trace.nc"]
 
 
 def _csv(shown: Computed) -> bytes:
     """Return the tables over time and over frequency as one archive."""
-    from electrovib.exports.save import save
-
     archive = BytesIO()
-    with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
-        files = save(shown.trace, Path(folder) / "trace.csv")
-        with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
-            for path in files:
-                packed.write(path, path.name)
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
+        for name, content in _saved(shown, "trace.csv").items():
+            packed.writestr(name, content)
     return archive.getvalue()
 
 
@@ -72,13 +73,10 @@ def _figure(shown: Computed) -> Figure:
     return figure
 
 
-def _drawn(kind: str) -> Callable[[Computed], bytes]:
-    def make(shown: Computed) -> bytes:
-        output = BytesIO()
-        _figure(shown).savefig(output, format=kind, metadata={"Date": None} if kind == "svg" else None)
-        return output.getvalue()
-
-    return make
+def _drawn(shown: Computed, kind: str) -> bytes:
+    output = BytesIO()
+    _figure(shown).savefig(output, format=kind, metadata={"Date": None} if kind == "svg" else None)
+    return output.getvalue()
 
 
 def _report(shown: Computed) -> bytes:
@@ -106,8 +104,8 @@ DOWNLOADS: Final = (
     Download("Scenario (TOML)", "scenario.toml", "application/toml", _toml),
     Download("Numbers (CSV, zipped)", "trace.zip", "application/zip", _csv),
     Download("Trace (netCDF)", "trace.nc", "application/x-netcdf", _netcdf),
-    Download("Figures (PNG)", "figures.png", "image/png", _drawn("png")),
-    Download("Figures (SVG)", "figures.svg", "image/svg+xml", _drawn("svg")),
+    Download("Figures (PNG)", "figures.png", "image/png", lambda shown: _drawn(shown, "png")),
+    Download("Figures (SVG)", "figures.svg", "image/svg+xml", lambda shown: _drawn(shown, "svg")),
     Download("Report (HTML)", "report.html", "text/html", _report),
     Download("References (BibTeX)", "references.bib", "application/x-bibtex", _bibliography),
 )

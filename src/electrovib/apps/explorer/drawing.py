@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 _HEIGHT: Final = 190.0
 """Height of all layers together, in points of the drawing."""
 _STRIP: Final = 18.0
-_TRUE_LEFT, _TRUE_WIDTH = 4.0, 34.0
-_LEFT, _WIDTH = 78.0, 60.0
+_TRUE, _ENLARGED = (4.0, 34.0), (78.0, 60.0)
+"""Left edge and width of the layers to scale, and of those that are enlarged."""
 _TEXT: Final = 148.0
 _TOTAL: Final = 346.0
 
@@ -27,56 +27,47 @@ def drawing(shown: Computed) -> str:
     Left, the layers to scale. Right, with heights that grow with the logarithm of the thickness, joined by
     lines to the left; beside each layer its thickness and the largest field and voltage of the run.
     """
-    layers = shown.scenario.stack.layers
-    thicknesses = {name: layer.thickness for name, layer in layers.items()}
+    thicknesses = {name: layer.thickness for name, layer in shown.scenario.stack.layers.items()}
     heights = drawn_heights(thicknesses)
     unit, total = _HEIGHT / sum(heights.values()), sum(thicknesses.values())
-    colours = layer_colours(list(layers))
+    colours = layer_colours(list(thicknesses))
     bottom = _STRIP + _HEIGHT
-    parts = [
-        _strip(0.0, "finger", "#cdb9a8", "#222222"),
-        _strip(bottom, "plate electrode", "#5d5d5d", "#ffffff"),
-    ]
+    parts = [*_strip(0.0, "finger", "#cdb9a8", "#222222"), *_strip(bottom, "plate", "#5d5d5d", "#ffffff")]
     true_low = low = bottom
     for name, thickness in thicknesses.items():
         true_high, high = true_low - _HEIGHT * thickness / total, low - unit * heights[name]
-        parts += _layer(name, colours[name], (true_low, true_high), (low, high))
+        parts += _layer(colours[name], (true_low, true_high), (low, high))
         parts += _words(name, thickness, shown, (low + high) / 2)
         true_low, low = true_high, high
+    foot = _HEIGHT + 2 * _STRIP
+    parts += [
+        _text(_TRUE[0], foot + 11, 9, "to scale"),
+        _text(_ENLARGED[0], foot + 11, 9, "enlarged where thin"),
+    ]
     described = ", ".join(
-        f"{name.replace('_', ' ')} {pretty_quantity(t, 'm')}" for name, t in thicknesses.items()
-    )
-    view = f"0 0 {_TOTAL:g} {_HEIGHT + 2 * _STRIP + 14:g}"
-    caption = (
-        f'<text x="{_TRUE_LEFT}" y="{_HEIGHT + 2 * _STRIP + 11:g}" font-size="9">to scale</text>'
-        f'<text x="{_LEFT}" y="{_HEIGHT + 2 * _STRIP + 11:g}" font-size="9">enlarged where thin</text>'
+        f"{name.replace('_', ' ')} {pretty_quantity(each, 'm')}" for name, each in thicknesses.items()
     )
     label = escape(f"Layers from the plate to the finger: {described}", quote=True)
     return (
-        f'<svg role="img" aria-label="{label}" viewBox="{view}" width="100%" fill="currentColor"'
-        f' font-family="sans-serif">{"".join(parts)}{caption}</svg>'
+        f'<svg role="img" aria-label="{label}" viewBox="0 0 {_TOTAL:g} {foot + 14:g}" width="100%" fill="currentColor"'
+        f' font-family="sans-serif">{"".join(parts)}</svg>'
     )
 
 
-def _strip(top: float, words: str, colour: str, ink: str) -> str:
-    return "".join(
-        f'<rect x="{left:g}" y="{top:g}" width="{width:g}" height="{_STRIP:g}" fill="{colour}"/>'
-        for left, width in ((_TRUE_LEFT, _TRUE_WIDTH), (_LEFT, _WIDTH))
-    ) + (
-        f'<text x="{_LEFT + _WIDTH / 2:g}" y="{top + _STRIP - 6:g}" font-size="9" text-anchor="middle"'
-        f' fill="{ink}">{words.split(maxsplit=1)[0]}</text>'
-    )
+def _strip(top: float, words: str, colour: str, ink: str) -> list[str]:
+    boxes = [_box(column, top, _STRIP, colour) for column in (_TRUE, _ENLARGED)]
+    middle = _ENLARGED[0] + _ENLARGED[1] / 2
+    return [*boxes, _text(middle, top + _STRIP - 6, 9, words, f' text-anchor="middle" fill="{ink}"')]
 
 
-def _layer(name: str, colour: str, true: tuple[float, float], drawn: tuple[float, float]) -> list[str]:
-    del name
+def _layer(colour: str, true: tuple[float, float], drawn: tuple[float, float]) -> list[str]:
+    look = ' fill-opacity="0.75" stroke="#ffffff" stroke-width="0.4"'
     boxes = [
-        f'<rect x="{left:g}" y="{high:.3f}" width="{width:g}" height="{max(low - high, 0.3):.3f}" fill="{colour}"'
-        ' fill-opacity="0.75" stroke="#ffffff" stroke-width="0.4"/>'
-        for left, width, (low, high) in ((_TRUE_LEFT, _TRUE_WIDTH, true), (_LEFT, _WIDTH, drawn))
+        _box(column, high, max(low - high, 0.3), colour, look)
+        for column, (low, high) in ((_TRUE, true), (_ENLARGED, drawn))
     ]
     joint = (
-        f'<line x1="{_TRUE_LEFT + _TRUE_WIDTH:g}" y1="{true[1]:.3f}" x2="{_LEFT:g}" y2="{drawn[1]:.3f}"'
+        f'<line x1="{sum(_TRUE):g}" y1="{true[1]:.3f}" x2="{_ENLARGED[0]:g}" y2="{drawn[1]:.3f}"'
         ' stroke="currentColor" stroke-width="0.5" stroke-dasharray="2 2"/>'
     )
     return [*boxes, joint]
@@ -84,14 +75,20 @@ def _layer(name: str, colour: str, true: tuple[float, float], drawn: tuple[float
 
 def _words(name: str, thickness: float, shown: Computed, middle: float) -> list[str]:
     first = f"{name.replace('_', ' ')}, {pretty_quantity(thickness, 'm', digits=4)}"
-    lines = [
-        f'<text x="{_TEXT:g}" y="{middle - 2:.1f}" font-size="11" font-weight="bold">{escape(first)}</text>'
-    ]
+    lines = [_text(_TEXT, middle - 2, 11, first, ' font-weight="bold"')]
     field = shown.found.largest_fields.get(name)
     if field is not None:
-        strength, voltage = (
-            pretty_quantity(each, unit, digits=3) for each, unit in ((field, "V/m"), (field * thickness, "V"))
-        )
-        values = f"at most {strength}, {voltage} across it"
-        lines.append(f'<text x="{_TEXT:g}" y="{middle + 11:.1f}" font-size="10">{escape(values)}</text>')
+        strength = pretty_quantity(field, "V/m", digits=3)
+        voltage = pretty_quantity(field * thickness, "V", digits=3)
+        lines.append(_text(_TEXT, middle + 11, 10, f"at most {strength}, {voltage} across it"))
     return lines
+
+
+def _box(column: tuple[float, float], top: float, height: float, colour: str, look: str = "") -> str:
+    left, width = column
+    size = f'x="{left:g}" y="{top:.3f}" width="{width:g}" height="{height:.3f}"'
+    return f'<rect {size} fill="{colour}"{look}/>'
+
+
+def _text(left: float, low: float, size: int, words: str, look: str = "") -> str:
+    return f'<text x="{left:g}" y="{low:.1f}" font-size="{size}"{look}>{escape(words)}</text>'

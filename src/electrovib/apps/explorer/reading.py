@@ -13,18 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from electrovib.apps.explorer.controls import controls
-from electrovib.apps.explorer.limits import (
-    LARGEST_RUN,
-    LARGEST_SCENARIO,
-    LARGEST_UPLOAD,
-    LONGEST_LINE,
-    LONGEST_NAME,
-    LONGEST_RUN,
-    MOST_COLUMNS,
-    MOST_PARAMETERS,
-    MOST_VALUES,
-)
+from electrovib.apps.explorer import limits
 from electrovib.apps.explorer.runner import SERVER_ENDS, InterruptedWorkError, closed_at_end, interruptible
 from electrovib.apps.explorer.state import refuse_files, refuse_many_samples
 from electrovib.core.budget import budget
@@ -32,19 +21,17 @@ from electrovib.core.errors import ElectrovibError, InputError, printable
 from electrovib.core.parsing import read_toml
 from electrovib.core.signals import SIGNALS
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits
-from electrovib.data.recorded import Recorded
+from electrovib.data.recorded import DataColumn, Recorded
 from electrovib.scenario import Scenario, read_scenario
 
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.data.recorded import Recorded
-    from electrovib.scenario import Scenario
     from electrovib.view.fitted import FitResult
 
-
+R = TypeVar("R")
 LIMITS: Final = ReaderLimits(
-    memory=600_000_000, content=16 * MOST_VALUES + 4_000_000, processor_time=10.0, waiting_time=60.0
+    memory=600_000_000, content=16 * limits.MOST_VALUES + 4_000_000, processor_time=10.0, waiting_time=60.0
 )
 """Of the process that reads a file; the processes of native formats that it starts have no higher ones."""
 _READER: Final = Reader(
@@ -61,6 +48,74 @@ _FOLDERS: Final = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCO
 _PLAIN: Final = "fiucb"
 """Kinds of arrays that are handed over as bytes."""
 _DIMENSIONS: Final = ("time", "frequency", "layer", "sample")
+SCENARIO_SUFFIX: Final = ".toml"
+OVER_TIME: Final = tuple(name for name, each in SIGNALS.items() if each.dims == ("time",))
+"""Signals that a column of a recording can be."""
+
+
+@dataclass(frozen=True)
+class Uploaded:
+    """A file that was read, with its `recorded` columns where it is not yet known which signals they are, else its `trace`.
+
+    The name is as the visitor's machine calls it, and used in texts only.
+    """
+
+    name: str
+    recorded: Recorded | None = None
+    trace: xarray.Dataset | None = None
+
+
+def read_upload(
+    name: str, content: bytes, columns: Mapping[str, str] | None = None, **options: Any
+) -> Uploaded:
+    """Read a recording from the bytes of a file, of whose name only the suffix is used.
+
+    `columns` are the signals that a visitor has chosen for the columns, as in `read_apart`, with its options.
+    """
+    name = shown_name(name)
+    found = _through_a_file(
+        name, content, limits.LARGEST_UPLOAD, lambda path: read_apart(path, columns, title=name, **options)
+    )
+    return Uploaded(name, found) if isinstance(found, Recorded) else Uploaded(name, trace=found)
+
+
+def read_uploaded_scenario(name: str, content: bytes) -> Scenario:
+    """Read a scenario from the bytes of a TOML file, in which no file may be named."""
+    name = shown_name(name)
+    tables: Any = _through_a_file(name, content, limits.LARGEST_SCENARIO, read_tables_apart)
+    refuse_files(tables)
+    scenario = refuse_many_samples(read_scenario(tables))
+    if (count := len(list(scenario.parameters()))) > limits.MOST_PARAMETERS:
+        raise InputError(
+            f"{name}: {count} parameters; a page shows scenarios of at most {limits.MOST_PARAMETERS}."
+        )
+    return scenario
+
+
+def _through_a_file(name: str, content: bytes, most: int, read: Callable[[Path], R]) -> R:
+    """Write at most some bytes into a file with a name of our own, in a new folder that is removed when it was read."""
+    if len(content) > most:
+        raise InputError(
+            f"{name}: {len(content) / 1e6:.3g} MB; a page takes such files of at most {most / 1e6:g} MB."
+        )
+    suffix = Path(name).suffix
+    is_plain = suffix[1:].isalnum() and len(suffix) <= 8 and suffix.isascii()
+    with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
+        path = Path(folder) / f"upload{suffix if is_plain else ''}"
+        path.write_bytes(content)
+        try:
+            return read(path)
+        except ElectrovibError as error:
+            text = str(error).replace(str(path), name)
+            raise InputError(text if name in text else f"{name}: {text}") from None
+
+
+def shown_name(name: str) -> str:
+    """Return the name of a file as it is shown: a line of at most `LONGEST_NAME` letters, with its suffix."""
+    plain = printable(name.replace("\\", "/").rpartition("/")[2]) or "the file"
+    return (
+        plain if len(plain) <= limits.LONGEST_NAME else f"{plain[: limits.LONGEST_NAME - 20]}...{plain[-17:]}"
+    )
 
 
 def read_apart(
@@ -68,25 +123,12 @@ def read_apart(
 ) -> xarray.Dataset | Recorded:
     """Read a recording in a process of its own: a Trace if the file names its signals or `columns` do, else its columns.
 
-    `columns` is signal to the heading of its column; options are ``step``, ``scale`` and ``title`` of
-    `electrovib.import_file`, of which an empty one is not stated. A file that no reader takes, that is
-    damaged or too large, or that takes too much time or memory, is refused.
+    `columns` is signal to the heading of its column, with a unit in brackets where the file states none; options
+    are ``step``, ``scale`` and ``title`` of `electrovib.import_file`, of which an empty one is not stated. A file
+    that no reader takes, that is damaged or too large, or that takes too much time or memory, is refused.
     """
-    arguments = {"columns": dict(columns) if columns else None, "options": options}
-    with (
-        GuardedReading(_READER, path, limits=LIMITS, **arguments) as reading,
-        closed_at_end(reading.stop),
-    ):
-        return _unpacked(reading.content())
-
-
-def contents(
-    path: Path, *, columns: Mapping[str, str] | None, options: Mapping[str, Any]
-) -> Iterator[tuple[str, Any]]:
-    """Yield the parts of a recording; called in the process of its own."""
-    _limit_children_and_files(path.parent)
-    found = read_here(path, columns, **options)
-    yield from _packed_trace(found) if hasattr(found, "data_vars") else _packed_columns(found)
+    wanted = dict(columns) if columns else None
+    return _unpacked(_read_by(_READER, path, LIMITS, columns=wanted, options=options))
 
 
 def read_tables_apart(path: Path) -> Any:
@@ -95,17 +137,42 @@ def read_tables_apart(path: Path) -> Any:
     Its dates and times become texts. A text that is not valid, nested too deeply, or takes too much time or
     memory is refused.
     """
-    with (
-        GuardedReading(_TOML_READER, path, limits=_TOML_LIMITS) as reading,
-        closed_at_end(reading.stop),
-    ):
-        return reading.content()["tables"]
+    return _read_by(_TOML_READER, path, _TOML_LIMITS)["tables"]
+
+
+def _read_by(reader: Reader, path: Path, most: ReaderLimits, **arguments: Any) -> dict[str, Any]:
+    with GuardedReading(reader, path, limits=most, **arguments) as reading, closed_at_end(reading.stop):
+        return reading.content()
+
+
+def contents(
+    path: Path, *, columns: Mapping[str, str] | None, options: Mapping[str, Any]
+) -> Iterator[tuple[str, Any]]:
+    """Yield the parts of a recording; called in the process of its own."""
+    _limit_children_and_files(path.parent)
+    found = read_here(path, columns, **options)
+    yield from _packed_columns(found) if isinstance(found, Recorded) else _packed_trace(found)
 
 
 def tables(path: Path) -> Iterator[tuple[str, Any]]:
     """Yield the tables of a TOML file; called in the process of its own."""
     _limit_children_and_files(path.parent)
     yield "tables", read_tables_here(path)
+
+
+def _limit_children_and_files(folder: Path) -> None:
+    """Let no process that is started from here have more memory than this one, and let none write into a file.
+
+    Libraries that keep a cache get a folder that is removed with the file that is read.
+    """
+    os.environ.update(dict.fromkeys(_FOLDERS, str(folder)))
+    try:
+        import resource
+    except ImportError:  # no such limits here
+        return
+    memory = resource.getrlimit(resource.RLIMIT_AS)[0]
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
 
 
 def read_tables_here(path: Path) -> Any:
@@ -116,7 +183,9 @@ def read_tables_here(path: Path) -> Any:
         raise InputError(f"not valid TOML: {error}") from None
 
 
-def read_here(path: Path, columns: Mapping[str, str] | None = None, **options: Any) -> Any:
+def read_here(
+    path: Path, columns: Mapping[str, str] | None = None, **options: Any
+) -> xarray.Dataset | Recorded:
     """Read a recording in this process; as `read_apart`."""
     from electrovib.data.registry import read_recorded
     from electrovib.data.traces import open_trace
@@ -140,32 +209,17 @@ def _refuse_long_lines(path: Path) -> None:
     if format_of(path).name != "text":
         return
     ends = np.flatnonzero(np.frombuffer(path.read_bytes() + b"\n", np.uint8) == ord("\n"))
-    if (longest := int(np.diff(ends, prepend=-1).max())) > LONGEST_LINE:
+    if (longest := int(np.diff(ends, prepend=-1).max())) > limits.LONGEST_LINE:
         raise InputError(
-            f"This file has a line of {longest} letters; a recording has a row of at most {LONGEST_LINE} per sample."
+            f"This file has a line of {longest} letters; a recording has a row of at most {limits.LONGEST_LINE} per sample."
         )
-
-
-def _limit_children_and_files(folder: Path) -> None:
-    """Let no process that is started from here have more memory than this one, and let none write into a file.
-
-    Libraries that keep a cache get a folder that is removed with the file that is read.
-    """
-    os.environ.update(dict.fromkeys(_FOLDERS, str(folder)))
-    try:
-        import resource
-    except ImportError:  # no such limits here
-        return
-    memory = resource.getrlimit(resource.RLIMIT_AS)[0]
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
 
 
 def _checked_trace(trace: xarray.Dataset) -> xarray.Dataset:
     """Refuse a Trace that is no single recording over time or frequency."""
     if any(str(name) not in _DIMENSIONS for name in trace.dims):
         raise InputError("This is a sweep or a study; drop one recording.")
-    if sum(int(each.size) for each in trace.variables.values()) > MOST_VALUES:
+    if sum(int(each.size) for each in trace.variables.values()) > limits.MOST_VALUES:
         raise InputError("This recording has more numbers than a page reads.")
     return trace
 
@@ -173,180 +227,51 @@ def _checked_trace(trace: xarray.Dataset) -> xarray.Dataset:
 def _checked_columns(recorded: Recorded) -> Recorded:
     """Refuse columns that are more, or have longer names, than a page offers."""
     count = len(recorded.channels)
-    if recorded.size * count > MOST_VALUES or count > MOST_COLUMNS:
+    if recorded.size * count > limits.MOST_VALUES or count > limits.MOST_COLUMNS:
         raise InputError(
             f"This file has {recorded.size} samples of {count} columns, which are more than a page reads: at most"
-            f" {MOST_COLUMNS} columns and {MOST_VALUES} numbers."
+            f" {limits.MOST_COLUMNS} columns and {limits.MOST_VALUES} numbers."
         )
     for each in recorded.channels:
-        if max(len(each.name), len(each.unit)) > LONGEST_NAME:
+        if max(len(each.name), len(each.unit)) > limits.LONGEST_NAME:
             raise InputError(
-                f"The heading '{each.name[:40]}...' has {len(each.name)} letters; at most {LONGEST_NAME} are read."
+                f"The heading '{each.name[:40]}...' has {len(each.name)} letters; at most {limits.LONGEST_NAME} are read."
             )
     return recorded
 
 
 def _packed_trace(trace: xarray.Dataset) -> Iterator[tuple[str, Any]]:
-    described = {
-        str(name): {
-            "dims": list(map(str, each.dims)),
-            "attrs": {str(key): _plain(value) for key, value in each.attrs.items()},
-            "values": None if each.dtype.kind in _PLAIN else each.values.tolist(),
-        }
-        for name, each in trace.variables.items()
-    }
-    attrs = {str(key): _plain(value) for key, value in trace.attrs.items()}
-    yield "trace", {"variables": described, "coords": list(map(str, trace.coords)), "attrs": attrs}
-    for name, each in trace.variables.items():
-        if each.dtype.kind in _PLAIN:
-            yield f"values of {name}", each.values
+    described = trace.to_dict(data=False)
+    for name, each in (described["coords"] | described["data_vars"]).items():
+        values = trace[name].values
+        if values.dtype.kind in _PLAIN:
+            yield f"values of {name}", values
+        else:
+            each["data"] = values.tolist()
+    yield "trace", described
 
 
 def _packed_columns(recorded: Recorded) -> Iterator[tuple[str, Any]]:
-    yield (
-        "columns",
-        {
-            "channels": [(each.name, each.unit) for each in recorded.channels],
-            "about": {
-                "time": recorded.time,
-                "step": recorded.step,
-                "start": recorded.start,
-                "attributes": {str(key): str(value) for key, value in recorded.attributes.items()},
-            },
-        },
-    )
     for number, each in enumerate(recorded.channels):
         yield f"values of {number}", np.asarray(each.values)
+    channels = [(each.name, each.unit) for each in recorded.channels]
+    attributes = {str(key): str(value) for key, value in recorded.attributes.items()}
+    yield "columns", {**vars(recorded), "channels": channels, "attributes": attributes}
 
 
 def _unpacked(parts: Mapping[str, Any]) -> xarray.Dataset | Recorded:
-    from electrovib.data.recorded import DataColumn, Recorded
-
-    if "columns" in parts:
-        described = parts["columns"]
+    if described := parts.get("columns"):
         channels = tuple(
             DataColumn(name=name, unit=unit, values=parts[f"values of {number}"])
             for number, (name, unit) in enumerate(described["channels"])
         )
-        return Recorded(channels=channels, **described["about"])
+        return Recorded(**{**described, "channels": channels})
     import xarray
 
     described = parts["trace"]
-    variables = {
-        name: (
-            each["dims"],
-            parts[f"values of {name}"] if each["values"] is None else each["values"],
-            each["attrs"],
-        )
-        for name, each in described["variables"].items()
-    }
-    coords = {name: variables.pop(name) for name in described["coords"]}
-    return xarray.Dataset(variables, coords, described["attrs"])
-
-
-def _plain(value: Any) -> Any:
-    """Return an attribute as JSON holds it."""
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-
-
-R = TypeVar("R")
-SCENARIO_SUFFIX: Final = ".toml"
-OVER_TIME: Final = tuple(name for name, each in SIGNALS.items() if each.dims == ("time",))
-"""Signals that a column of a recording can be."""
-
-
-@dataclass(frozen=True)
-class Uploaded:
-    """A file that was read, with its `recorded` columns where it is not yet known which signals they are, else its `trace`.
-
-    The name is as the visitor's machine calls it, and used in texts only.
-    """
-
-    name: str
-    recorded: Recorded | None = None
-    trace: xarray.Dataset | None = None
-
-
-def read_upload(name: str, content: bytes) -> Uploaded:
-    """Read a recording from the bytes of a file, of whose name only the suffix is used.
-
-    The bytes are written into a new folder with a name of our own, and the folder is removed when the file
-    has been read. They are read in a process of their own with limited memory and time, whatever their
-    format.
-    """
-    name = shown_name(name)
-    found = _read(name, content)
-    if isinstance(found, Recorded):
-        return Uploaded(name, recorded=found)
-    return Uploaded(name, trace=found)
-
-
-def named(name: str, content: bytes, columns: Mapping[str, str], **options: Any) -> Uploaded:
-    """Import a recording with the signals that a visitor has chosen for its columns.
-
-    `columns` is signal to the heading of its column, with a unit in brackets where the file states none.
-    Options are ``step``, the time between samples where the file has no time stamps, and ``scale``, signals
-    to the sensitivities of their sensors, such as ``"1.5 N/V"``.
-    """
-    name = shown_name(name)
-    found = _read(name, content, columns, **options)
-    assert not isinstance(found, Recorded)
-    return Uploaded(name, trace=found)
-
-
-def _read(
-    name: str,
-    content: bytes,
-    columns: Mapping[str, str] | None = None,
-    **options: Any,
-) -> xarray.Dataset | Recorded:
-    """Read a recording through a file in a folder of its own."""
-    refuse_large(name, len(content))
-    return _through_a_file(name, content, lambda path: read_apart(path, columns, title=name, **options))
-
-
-def _through_a_file(name: str, content: bytes, read: Callable[[Path], R]) -> R:
-    """Write the bytes into a folder of their own, which is removed when they have been read."""
-    with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
-        path = Path(folder) / f"upload{_suffix(name)}"
-        path.write_bytes(content)
-        try:
-            return read(path)
-        except ElectrovibError as error:
-            text = str(error).replace(str(path), name)
-            raise InputError(text if name in text else f"{name}: {text}") from None
-
-
-def read_uploaded_scenario(name: str, content: bytes) -> Scenario:
-    """Read a scenario from the bytes of a TOML file, in which no file may be named."""
-    name = shown_name(name)
-    refuse_large(name, len(content), most=LARGEST_SCENARIO)
-    tables: Any = _through_a_file(name, content, read_tables_apart)
-    refuse_files(tables)
-    scenario = refuse_many_samples(read_scenario(tables))
-    if (count := len(list(scenario.parameters()))) > MOST_PARAMETERS:
-        raise InputError(f"{name}: {count} parameters; a page shows scenarios of at most {MOST_PARAMETERS}.")
-    return scenario
-
-
-def refuse_large(name: str, size: int, *, most: int = LARGEST_UPLOAD) -> None:
-    """Refuse a file of more bytes than are read."""
-    if size > most:
-        raise InputError(
-            f"{name}: {size / 1e6:.3g} MB; a page takes such files of at most {most / 1e6:g} MB."
-        )
-
-
-def shown_name(name: str) -> str:
-    """Return the name of a file as it is shown: a line of at most `LONGEST_NAME` letters, with its suffix."""
-    plain = printable(name.replace("\\", "/").rpartition("/")[2]) or "the file"
-    return plain if len(plain) <= LONGEST_NAME else f"{plain[: LONGEST_NAME - 20]}...{plain[-17:]}"
-
-
-def _suffix(name: str) -> str:
-    """Return the suffix of a name if it is one that a file may have: letters and digits only."""
-    suffix = Path(name).suffix
-    return suffix if suffix[1:].isalnum() and len(suffix) <= 8 and suffix.isascii() else ""
+    for name, each in (described["coords"] | described["data_vars"]).items():
+        each.setdefault("data", parts.get(f"values of {name}"))
+    return xarray.Dataset.from_dict(described)
 
 
 MOST_FREE: Final = 6
@@ -362,7 +287,10 @@ _FREE: Final = threading.BoundedSemaphore(MOST_FITS)
 
 def fittable(scenario: Scenario) -> list[str]:
     """Return the paths of the parameters that a page offers to fit: those with a value that changes a signal."""
-    return [each.path for each in controls(scenario) if each.section not in _WITHOUT_EFFECT]
+    from electrovib.apps.explorer.controls import controls
+
+    found = (each for each in controls(scenario) if each.value is not None)
+    return [each.path for each in found if each.section not in _WITHOUT_EFFECT]
 
 
 @dataclass
@@ -425,15 +353,11 @@ class RunningFit:
             self.evaluations, self.squares = evaluations, squares
             return is_over()
 
-        with budget(time=LONGEST_RUN, memory=LARGEST_RUN):
-            try:
-                with interruptible(is_over):
-                    return fit(self.scenario, self.measured, free=self.free, progress=progress)
-            except (ElectrovibError, InterruptedWorkError):
-                if self._cancelled.is_set():
-                    raise InputError("The fit was cancelled.") from None
-                if is_over():
-                    raise InputError(
-                        f"The fit was ended after {LONGEST_FIT:g} s; free fewer parameters."
-                    ) from None
+        try:
+            with budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN), interruptible(is_over):
+                return fit(self.scenario, self.measured, free=self.free, progress=progress)
+        except (ElectrovibError, InterruptedWorkError):
+            if not is_over():
                 raise
+            late = f"The fit was ended after {LONGEST_FIT:g} s; free fewer parameters."
+            raise InputError("The fit was cancelled." if self._cancelled.is_set() else late) from None

@@ -14,26 +14,17 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import ExitStack, contextmanager
 from types import FrameType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import parse_qs
 
-from electrovib.apps.explorer.access import (
-    LOOPBACK,
-    TOKEN,
-    AccessControl,
-    App,
-    Receive,
-    Scope,
-    Send,
-    answer,
-    is_loopback,
-    new_token,
-    refuse_connection,
-)
+from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token, refuse
 from electrovib.apps.explorer.limits import LARGEST_MESSAGE, LARGEST_REQUEST, MOST_CONNECTIONS, MOST_PAGES
 from electrovib.apps.explorer.runner import SERVER_ENDS
 from electrovib.core.errors import InputError
 from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
+
+if TYPE_CHECKING:
+    from electrovib.apps.explorer.access import App, Receive, Scope, Send
 
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
@@ -93,9 +84,8 @@ def explore(
     own, first = _first(scenario, set)
     chosen, sockets = listening(host, port)
     token = "" if is_loopback(host) else new_token()
-    shown = _names(host)[0]
-    address = f"http://{shown}:{chosen}/" + (f"?{TOKEN}={token}" if token else "")
     path = f"/?{TOKEN}={token}" if token else "/"
+    address = f"http://{_names(host)[0]}:{chosen}{path}"
     with served_on(sockets), _orderly_end():
         _guard(app, host, chosen, token)
         _import_all()
@@ -227,11 +217,8 @@ def listening(host: str, port: int | None) -> tuple[int, list[socket.socket]]:
         raise InputError(
             f"no port from {FIRST_PORT} to {FIRST_PORT + TRIED_PORTS - 1} can be opened at {host}: {reason}"
         )
-    why = (
-        "another program listens there"
-        if reason.errno == errno.EADDRINUSE
-        else reason.strerror or str(reason)
-    )
+    in_use, reached = "another program listens there", reason.strerror or str(reason)
+    why = in_use if reason.errno == errno.EADDRINUSE else reached.partition(" (")[0]
     raise InputError(
         f"port = {port}: it cannot be opened at {host} ({why}); choose another with --port, or omit --port for one that is free"
     )
@@ -241,9 +228,9 @@ def _opened(host: str, port: int) -> list[socket.socket]:
     """Return a listening socket for each address of a host; an address that this machine does not have is left out."""
     found: list[socket.socket] = []
     missing: OSError | None = None
-    for family, kind, protocol, _, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM):
+    for family, *_, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM):
         try:
-            found.append(_listening_at(family, kind, protocol, address))
+            found.append(socket.create_server(address, family=family))
         except OSError as error:
             if error.errno not in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
                 close(found)
@@ -251,20 +238,6 @@ def _opened(host: str, port: int) -> list[socket.socket]:
             missing = error
     if missing is not None and not found:
         raise missing
-    return found
-
-
-def _listening_at(family: int, kind: int, protocol: int, address: Any) -> socket.socket:
-    found = socket.socket(family, kind, protocol)
-    try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        if family == socket.AF_INET6:
-            found.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-        found.bind(address)
-        found.listen()  # until one of them listens, two sockets can be bound to the same port
-    except OSError:
-        found.close()
-        raise
     return found
 
 
@@ -349,7 +322,7 @@ class RequestLimits:
         wanted = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("client_id", [""])[0]
         page = wanted if wanted in self._pages else ""
         if self._connections[page] >= MOST_CONNECTIONS:
-            await refuse_connection(receive, send, f"{MOST_CONNECTIONS} connections are open already.")
+            await refuse(scope, receive, send, f"{MOST_CONNECTIONS} connections are open already.")
             return
         self._connections[page] += 1
         try:
@@ -370,12 +343,11 @@ class RequestLimits:
                 if has_room(self._pages):
                     await self._answer(scope, receive, send, turn.close)
                     return
-        await answer(
-            send,
-            503,
+        full = (
             f"This server has {MOST_PAGES} pages open, which is as many as it shows at once."
-            " Close one and load this address again after some seconds.",
+            " Close one and load this address again after some seconds."
         )
+        await refuse(scope, receive, send, full, 503)
 
     async def _answer(
         self, scope: Scope, receive: Receive, send: Send, begins: Callable[[], object] = bool
@@ -397,7 +369,7 @@ class _Counted:
     """A request whose bytes are counted; `begins` is called before each part of its answer."""
 
     def __init__(self, scope: Scope, receive: Receive, send: Send, begins: Callable[[], object]) -> None:
-        self._receive, self._send, self._begins = receive, send, begins
+        self._scope, self._receive, self._send, self._begins = scope, receive, send, begins
         self._bytes, self._has_answered, self._has_left = 0, False, False
         declared = [value for name, value in scope["headers"] if name.lower() == b"content-length"]
         self.declares_too_much = any(not each.isdigit() or int(each) > LARGEST_REQUEST for each in declared)
@@ -428,8 +400,5 @@ class _Counted:
     async def refuse(self) -> None:
         """Answer with a sentence, unless an answer has begun."""
         if not self._has_answered:
-            await answer(
-                self._send,
-                413,
-                f"This request is too large; a page takes {LARGEST_REQUEST / 1e6:g} MB at most.",
-            )
+            too_large = f"This request is too large; a page takes {LARGEST_REQUEST / 1e6:g} MB at most."
+            await refuse(self._scope, self._receive, self._send, too_large, 413)

@@ -8,15 +8,8 @@ from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
-from electrovib.apps.explorer.computed import Computed, compute
-from electrovib.apps.explorer.further import TABS, Further, Slice, slices
-from electrovib.apps.explorer.limits import (
-    LARGEST_RUN,
-    LONGEST_QUICK_RUN,
-    LONGEST_RUN,
-    LONGEST_SHORT_RUN,
-    MOST_PINNED,
-)
+from electrovib.apps.explorer import limits
+from electrovib.apps.explorer.computed import TABS, Computed, Further, Slice, compute, slices
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Presence, Workers, apart
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.budget import BudgetError, budget
@@ -89,7 +82,7 @@ class Session:
         if self.computed is not None:
             changed = ", ".join(f"{path} = {value}" for path, value in self.state.changes.items())
             name = self.state.preset + (f": {changed}" if changed else "")
-            self.pinned = [*self.pinned, Pinned(name, self.computed)][-MOST_PINNED:]
+            self.pinned = [*self.pinned, Pinned(name, self.computed)][-limits.MOST_PINNED :]
 
     def unpin(self) -> None:
         """Forget the results that were kept."""
@@ -109,7 +102,7 @@ class Session:
         """
 
         def limited() -> R:
-            with budget(time=LONGEST_RUN, memory=LARGEST_RUN), self._presence.working():
+            with budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN), self._presence.working():
                 return work()
 
         try:
@@ -171,13 +164,13 @@ class Session:
 
         async def without_turn() -> Computed:
             try:
-                return await shown_in_any_case(LONGEST_QUICK_RUN)
+                return await shown_in_any_case(limits.LONGEST_QUICK_RUN)
             except BudgetError:
-                return await apart(patient, lambda: run(LONGEST_RUN, lambda: self._updates.is_stale))
+                return await apart(patient, lambda: run(limits.LONGEST_RUN, lambda: self._updates.is_stale))
 
         try:
             async with turn:
-                self._display(state, await shown_in_any_case(LONGEST_SHORT_RUN))
+                self._display(state, await shown_in_any_case(limits.LONGEST_SHORT_RUN))
         except BudgetError:
             self._display(state, await without_turn())
 
@@ -201,7 +194,7 @@ class Session:
                 self.show(found, self.further)
 
     def _slice(self, work: Slice, known: Further) -> Further:
-        within = budget(time=LONGEST_RUN, memory=LARGEST_RUN)
+        within = budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN)
         with within, self._presence.working(lambda: self._updates.is_stale):
             return work(known)
 

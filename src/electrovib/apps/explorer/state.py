@@ -34,16 +34,11 @@ class PageState:
 
     def changed(self, path: str, value: str) -> PageState:
         """Return the state with one more parameter changed; a part that is replaced loses the changes inside it."""
-        kept = {each: text for each, text in self.changes.items() if not _is_inside(each, path)}
-        return replace(self, changes={**kept, path: value})
+        return replace(self, changes={**self.reset(path).changes, path: value})
 
-    def reset(self, path: str | None = None) -> PageState:
+    def reset(self, path: str = "") -> PageState:
         """Return the state without the changes of one parameter or part, or without any."""
-        kept = {
-            each: text
-            for each, text in self.changes.items()
-            if path is not None and not _is_inside(each, path)
-        }
+        kept = {each: text for each, text in self.changes.items() if path and not _is_inside(each, path)}
         return replace(self, changes=kept)
 
 

@@ -37,9 +37,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.bench.drivers.identity import identify
-from electrovib.bench.faults import BenchError
-from electrovib.exports.waveform import hp_33120a as waveforms
+from electrovib.bench.link import BenchError
+from electrovib.exports import waveform_formats as waveforms
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,7 +48,7 @@ if TYPE_CHECKING:
     from electrovib.bench.link import Link
 
 HIGH_IMPEDANCE: Final = 9.9e37
-LARGEST_AMPLITUDE: Final = 2 * waveforms.LARGEST_VOLTAGE
+LARGEST_AMPLITUDE: Final = 2 * waveforms.HP_LARGEST_VOLTAGE
 """Largest peak-to-peak voltage into a high impedance [V]; unverified."""
 _SETTINGS_CONFLICT: Final = "-221"
 _MOST_ERRORS: Final = 20
@@ -59,12 +58,12 @@ class Hp33120a:
     """Driver of the HP / Agilent 33120A; `also` is a further model that the user has named, empty for none."""
 
     models: Final = ("33120A",)
-    largest_code: Final = waveforms.LARGEST_CODE
+    largest_code: Final = waveforms.HP_LARGEST_CODE
     codes_of = staticmethod(waveforms.codes_of)
     voltages_of = staticmethod(waveforms.voltages_of)
-    most_points: Final = waveforms.MOST_POINTS
-    fewest_points: Final = waveforms.FEWEST_POINTS
-    amplitudes: Final = (waveforms.SMALLEST_AMPLITUDE, LARGEST_AMPLITUDE)
+    most_points: Final = waveforms.HP_MOST_POINTS
+    fewest_points: Final = waveforms.HP_FEWEST_POINTS
+    amplitudes: Final = (waveforms.HP_SMALLEST_AMPLITUDE, LARGEST_AMPLITUDE)
 
     def __init__(self, link: Link, *, also: str = "") -> None:
         self.link = link
@@ -72,7 +71,7 @@ class Hp33120a:
 
     def identify(self) -> str:
         """Return maker, model and versions; a model that is not known is refused."""
-        return identify(self.link, self.models, self._also, "generator.accept_model")
+        return self.link.identify(self.models, self._also, "generator.accept_model")
 
     def zero(self) -> None:
         """Put out 0 V, constant: ``APPLy:DC DEF,DEF,0``, and refuse a generator that reports anything else."""
@@ -141,17 +140,9 @@ class Hp33120a:
         self.link.write(f"VOLT {amplitude:.6E}")
         self._refuse_errors()
 
-    def settings(self) -> dict[str, str]:
-        """Return the settings as the instrument reports them, by query."""
-        queries = (
-            "FUNC:SHAP?", "FUNC:USER?", "DATA:ATTR:POIN? VOLATILE", "FREQ?", "VOLT?", "VOLT:OFFS?", "VOLT:UNIT?",
-            "OUTP:LOAD?", "BM:STAT?", "BM:NCYC?", "BM:PHAS?", "BM:SOUR?", "TRIG:SOUR?",
-        )  # fmt: skip
-        return {query: self.link.ask(query) for query in queries}
-
     @staticmethod
     def expected(points: int, duration: float, amplitude: float) -> dict[str, Any]:
-        """Return what `settings` has to report by query, a text or a number; arguments as for `download`."""
+        """Return what the instrument has to report by query, a text or a number; arguments as for `download`."""
         return {
             "FUNC:SHAP?": "USER", "FUNC:USER?": "VOLATILE", "DATA:ATTR:POIN? VOLATILE": points,
             "FREQ?": 1 / duration, "VOLT?": amplitude, "VOLT:OFFS?": 0.0, "VOLT:UNIT?": "VPP",

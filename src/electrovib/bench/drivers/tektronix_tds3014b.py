@@ -32,8 +32,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.bench.drivers.identity import identify
-from electrovib.bench.faults import BenchError
+from electrovib.bench.link import BenchError
 from electrovib.data.readers.isf import number_of, preamble_of
 
 if TYPE_CHECKING:
@@ -66,7 +65,7 @@ class TektronixTds3014b:
 
     def identify(self) -> str:
         """Return maker, model and versions; a model that is not known is refused."""
-        return identify(self.link, self.models, self._also, "oscilloscope.accept_model")
+        return self.link.identify(self.models, self._also, "oscilloscope.accept_model")
 
     def set_time(self, duration: float) -> float:
         """Set a record that begins before the trigger and lasts longer than the burst; return its length [s]."""
@@ -92,18 +91,9 @@ class TektronixTds3014b:
         if self.link.ask_number("*OPC?") != 1:
             raise BenchError("the oscilloscope does not confirm its settings")
 
-    def settings(self, channels: tuple[int, ...]) -> dict[str, str]:
-        """Return the settings as the instrument reports them, by query."""
-        queries = [
-            "HOR:RECO?", "HOR:MAI:SCA?", "HOR:TRIG:POS?", "ACQ:MOD?", "ACQ:STOPA?", "TRIG:A:MOD?", "TRIG:A:EDGE:SOU?",
-        ]  # fmt: skip
-        for channel in channels:
-            queries += [f"CH{channel}:{name}?" for name in ("SCA", "OFFS", "POS", "COUP")]
-        return {query: self.link.ask(query) for query in queries}
-
     @staticmethod
     def expected(duration: float, ranges: dict[int, tuple[float, float]]) -> dict[str, Any]:
-        """Return what `settings` has to report by query, for a burst [s] and the ranges of the inputs [V]."""
+        """Return what the instrument has to report by query, for a burst [s] and the ranges of the inputs [V]."""
         found: dict[str, Any] = {
             "HOR:RECO?": RECORD, "HOR:MAI:SCA?": time_scale(duration), "HOR:TRIG:POS?": BEFORE, "ACQ:MOD?": "SAMPLE",
             "ACQ:STOPA?": "SEQUENCE", "TRIG:A:MOD?": "NORMAL", "TRIG:A:EDGE:SOU?": "EXT",

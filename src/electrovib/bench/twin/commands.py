@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,6 +30,11 @@ def _short(word: str) -> str:
     return "".join(sign for sign in word if not sign.islower())
 
 
+def is_on(text: str) -> bool:
+    """Return whether an argument switches on."""
+    return text.upper() in ("ON", "1")
+
+
 class TwinInstrument:
     """A simulated instrument: takes messages, and keeps its replies until they are fetched."""
 
@@ -39,8 +44,18 @@ class TwinInstrument:
         """Commands in the order in which they came."""
         self.errors: list[str] = []
         self._replies: list[bytes] = []
-        self._commands: dict[str, Callable[[str], None]] = {}
+        self.values: dict[str, Any] = {}
+        """Settings that are held, by their headers."""
+        self._commands: dict[str, Callable[[str], object]] = {}
         self._queries: dict[str, Callable[[str], str | bytes]] = {"*IDN": lambda _: self.identity}
+
+    def hold(
+        self, header: str, value: Any, read: Callable[[str], Any], state: Callable[[Any], str] = str
+    ) -> None:
+        """Hold a setting that a command sets, as it is read, and a query states."""
+        self.values[header] = value
+        self._commands[header] = lambda text: self.values.update({header: read(text)})
+        self._queries[header] = lambda _: state(self.values[header])
 
     def send(self, message: bytes) -> None:
         """Take one message: commands separated by semicolons, or one command with a binary block."""
@@ -72,18 +87,15 @@ class TwinInstrument:
     def _take(self, command: str) -> None:
         header, _, argument = command.partition(" ")
         header = re.sub(r"^SOUR(CE)?:", "", header, flags=re.IGNORECASE)
-        if header.endswith("?"):
-            for pattern, reply in self._queries.items():
-                if matches(pattern, header[:-1]):
-                    found = reply(argument.strip())
-                    self._replies.append(found if isinstance(found, bytes) else found.encode("ascii"))
-                    return
-        else:
-            for pattern, work in self._commands.items():
-                if matches(pattern, header):
-                    work(argument.strip())
-                    return
-        self.errors.append(UNDEFINED)
+        is_query = header.endswith("?")
+        known: dict[str, Callable[[str], Any]] = {**(self._queries if is_query else self._commands)}
+        work = next((known[each] for each in known if matches(each, header.removesuffix("?"))), None)
+        if work is None:
+            self.errors.append(UNDEFINED)
+            return
+        found = work(argument.strip())
+        if is_query:
+            self._replies.append(found if isinstance(found, bytes) else found.encode("ascii"))
 
     def next_error(self, argument: str) -> str:
         """Return and remove the oldest error."""

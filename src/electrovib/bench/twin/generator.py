@@ -15,8 +15,9 @@ from electrovib.bench.twin.commands import (
     SETTINGS_CONFLICT,
     TRIGGER_IGNORED,
     TwinInstrument,
+    is_on,
 )
-from electrovib.exports.waveform.hp_33120a import FEWEST_POINTS, LARGEST_CODE, MOST_POINTS
+from electrovib.exports.waveform_formats import HP_FEWEST_POINTS, HP_LARGEST_CODE, HP_MOST_POINTS
 from electrovib.scenario import Scenario
 from electrovib.scenario.grids import AtRest
 from electrovib.solve.simulate import simulate
@@ -65,9 +66,22 @@ class _OutputState:
 
     def _cycle(self, phase: NDArray[np.float64]) -> NDArray[np.float64]:
         if self.shape == "USER" and self.codes:
-            points = np.asarray(self.codes, dtype=float) / LARGEST_CODE
+            points = np.asarray(self.codes, dtype=float) / HP_LARGEST_CODE
             return np.asarray(points[np.minimum((phase * len(points)).astype(int), len(points) - 1)])
         return np.asarray(np.sin(2 * np.pi * phase))  # other periodic shapes are equally unwanted here
+
+
+_ONLY: Final = {
+    "FUNCtion:USER": ("VOLATILE", "VOLATILE"),
+    "VOLTage:UNIT": ("VPP", "VPP"),
+    "BM:PHASe": ("0", "+0.00000E+00"),
+    "BM:SOURce": ("INT", "INT"),
+}
+"""Settings of which this instrument takes one value alone, and how it states it."""
+
+
+def _load_of(text: str) -> float:
+    return 50.0 if text == "50" else HIGH_IMPEDANCE
 
 
 class TwinGenerator(TwinInstrument):
@@ -77,45 +91,34 @@ class TwinGenerator(TwinInstrument):
         super().__init__(identity)
         self._clock = clock
         self._history: list[_OutputState] = [_OutputState()]
-        self._load = 50.0
-        self._is_normal_order = True
-        self._is_synchronous = False
         self._memory: tuple[int, ...] = ()
-        self._unit = "VPP"
         self.on_trigger: list[Callable[[float], None]] = []
+        self.hold("OUTPut:LOAD", 50.0, _load_of, "{:+.5E}".format)
+        self.hold("OUTPut:SYNC", False, is_on)
+        self.hold("FORMat:BORDer", "NORM", lambda text: text.upper()[:4])
+        for header, (accepted, stated) in _ONLY.items():
+            self.hold(header, stated, functools.partial(self._only, accepted, stated))
         self._commands |= {
             "*RST": lambda _: self._reset(),
             "*CLS": lambda _: self.errors.clear(),
             "*TRG": lambda _: self._trigger(),
             "APPLy:DC": self._apply_dc,
             "FUNCtion:SHAPe": self._set_shape,
-            "FUNCtion:USER": lambda text: self._expect(text, "VOLATILE"),
             "FREQuency": lambda text: self._change(frequency=float(text)),
-            "VOLTage": self._set_amplitude,
+            "VOLTage": lambda text: self._change(amplitude=float(text.split()[0]) * self._doubling),
             "VOLTage:OFFSet": lambda text: self._change(offset=float(text) * self._doubling),
-            "VOLTage:UNIT": lambda text: self._expect(text, "VPP"),
-            "OUTPut:LOAD": self._set_load,
-            "OUTPut:SYNC": self._set_sync,
             "BM:STATe": self._set_burst,
             "BM:NCYCles": lambda text: self._change(cycles=int(float(text))),
-            "BM:PHASe": lambda text: self._expect(text, "0"),
-            "BM:SOURce": lambda text: self._expect(text, "INT"),
             "TRIGger:SOURce": lambda text: self._change(source=text.upper()[:3]),
-            "FORMat:BORDer": self._set_order,
         }
         self._queries |= {
             "SYSTem:ERRor": self.next_error,
             "FUNCtion:SHAPe": lambda _: self.output.shape,
-            "FUNCtion:USER": lambda _: "VOLATILE",
             "FREQuency": lambda _: f"{self.output.frequency:+.9E}",
             "VOLTage": lambda _: f"{self.output.amplitude / self._doubling:+.6E}",
             "VOLTage:OFFSet": lambda _: f"{self.output.offset / self._doubling:+.6E}",
-            "VOLTage:UNIT": lambda _: self._unit,
-            "OUTPut:LOAD": lambda _: f"{self._load:+.5E}",
             "BM:STATe": lambda _: str(int(self.output.is_burst)),
             "BM:NCYCles": lambda _: f"{self.output.cycles:+.5E}",
-            "BM:PHASe": lambda _: "+0.00000E+00",
-            "BM:SOURce": lambda _: "INT",
             "TRIGger:SOURce": lambda _: self.output.source,
             "DATA:ATTRibute:POINts": lambda _: f"+{len(self._memory)}",
         }
@@ -128,7 +131,7 @@ class TwinGenerator(TwinInstrument):
     @property
     def _doubling(self) -> float:
         """Voltage of the open output over that which is set and shown."""
-        return 2.0 if self._load == 50.0 else 1.0
+        return 2.0 if self.values["OUTPut:LOAD"] == 50.0 else 1.0
 
     def voltage(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the voltage of the open output [V] at times up to now [s]."""
@@ -148,7 +151,7 @@ class TwinGenerator(TwinInstrument):
         self._history.append(changed)
 
     def _reset(self) -> None:
-        self._load = 50.0
+        self.values["OUTPut:LOAD"] = 50.0
         self._history.append(_OutputState(since=self._clock.now()))
 
     def _trigger(self) -> None:
@@ -157,7 +160,7 @@ class TwinGenerator(TwinInstrument):
             return
         now = self._clock.now()
         self._change(started=now)
-        if self._is_synchronous:
+        if self.values["OUTPut:SYNC"]:
             for listener in self.on_trigger:
                 listener(now)
 
@@ -172,28 +175,17 @@ class TwinGenerator(TwinInstrument):
             return
         self._change(shape=shape, codes=self._memory if shape == "USER" else ())
 
-    def _set_amplitude(self, text: str) -> None:
-        self._change(amplitude=float(text.split(maxsplit=1)[0]) * self._doubling)
-
-    def _set_load(self, text: str) -> None:
-        self._load = 50.0 if text.strip() == "50" else HIGH_IMPEDANCE
-
-    def _set_sync(self, text: str) -> None:
-        self._is_synchronous = text.upper() in ("ON", "1")
-
     def _set_burst(self, text: str) -> None:
-        wanted = text.upper() in ("ON", "1")
+        wanted = is_on(text)
         if wanted and self.output.shape == "DC":
             self.errors.append(SETTINGS_CONFLICT)
             return
         self._change(is_burst=wanted, started=None)
 
-    def _set_order(self, text: str) -> None:
-        self._is_normal_order = text.upper().startswith("NORM")
-
-    def _expect(self, text: str, wanted: str) -> None:
-        if text.upper() != wanted:
+    def _only(self, accepted: str, stated: str, text: str) -> str:
+        if text.upper() != accepted:
             self.errors.append(OUT_OF_RANGE)
+        return stated
 
     def take_block(self, command: str, block: bytes) -> None:
         """Take the points of ``DATA:DAC VOLATILE,``."""
@@ -202,11 +194,9 @@ class TwinGenerator(TwinInstrument):
             return
         digits = int(block[1:2])
         length, data = int(block[2 : 2 + digits]), block[2 + digits :]
-        codes = np.frombuffer(data, ">i2" if self._is_normal_order else "<i2")
-        if len(data) != length or not FEWEST_POINTS <= codes.size <= MOST_POINTS:
-            self.errors.append(OUT_OF_RANGE)
-            return
-        if np.abs(codes).max() > LARGEST_CODE:
+        codes = np.frombuffer(data, ">i2" if self.values["FORMat:BORDer"] == "NORM" else "<i2")
+        fits = len(data) == length and HP_FEWEST_POINTS <= codes.size <= HP_MOST_POINTS
+        if not fits or np.abs(codes).max() > HP_LARGEST_CODE:
             self.errors.append(OUT_OF_RANGE)
             return
         self._memory = tuple(codes.tolist())

@@ -6,8 +6,7 @@ import argparse
 import socket
 import sys
 import threading
-import time
-from typing import TYPE_CHECKING, BinaryIO, Final, Protocol
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 from electrovib.bench.clock import SystemClock
 from electrovib.bench.settings import read_settings
@@ -22,16 +21,6 @@ HOST: Final = "127.0.0.1"
 _LONGEST: Final = 1 << 20
 
 
-class Answering(Protocol):
-    """Something that takes messages and gives replies."""
-
-    def send(self, message: bytes) -> None:
-        """Take one message."""
-
-    def receive(self) -> bytes:
-        """Return the oldest reply; TimeoutError where there is none."""
-
-
 class TwinState(TwinInstrument):
     """Answers questions about the plate, which no real instrument would, and switches the high voltage as an operator."""
 
@@ -41,15 +30,10 @@ class TwinState(TwinInstrument):
             "PLATE": lambda _: f"{bench.plate_voltage():.6E}",
             "ENABLED": lambda _: str(int(bench.plant.is_on)),
         }
-        self._commands |= {"OPERATE": lambda text: void(bench.operate(text))}
+        self._commands |= {"OPERATE": bench.operate}
 
 
-def void(value: object) -> None:
-    """Drop a value."""
-    del value
-
-
-def serve(instrument: Answering, lock: threading.Lock) -> int:
+def serve(instrument: TwinInstrument, lock: threading.Lock) -> int:
     """Answer on a port of the loopback interface, in threads that end with the process, and return its number.
 
     The lock is held during each message: the instruments share one plate.
@@ -60,7 +44,7 @@ def serve(instrument: Answering, lock: threading.Lock) -> int:
     return port
 
 
-def _accept(server: socket.socket, instrument: Answering, lock: threading.Lock) -> None:
+def _accept(server: socket.socket, instrument: TwinInstrument, lock: threading.Lock) -> None:
     while True:
         connection, _ = server.accept()
         with connection, connection.makefile("rb") as file:
@@ -108,22 +92,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         read_settings(given.bench), read_scenario(given.scenario), seed=0, clock=SystemClock()
     )
     lock = threading.Lock()
-    roles: dict[str, Answering] = {**bench.connections, "state": TwinState(bench)}
+    roles: dict[str, TwinInstrument] = {**bench.connections, "state": TwinState(bench)}
     for role, instrument in roles.items():
         print(f"{role}: TCPIP::{HOST}::{serve(instrument, lock)}::SOCKET", flush=True)
     print("ready", flush=True)
-    end = time.monotonic() + given.seconds
-    threading.Thread(target=_until_input_ends, daemon=True).start()
-    while time.monotonic() < end and not _ended.is_set():
-        _ended.wait(0.2)
-
-
-_ended = threading.Event()
-
-
-def _until_input_ends() -> None:
-    sys.stdin.read()
-    _ended.set()
+    waiting = threading.Thread(target=sys.stdin.read, daemon=True)
+    waiting.start()
+    waiting.join(given.seconds)
 
 
 if __name__ == "__main__":

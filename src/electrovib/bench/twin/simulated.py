@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.bench.clock import SimulatedClock
 from electrovib.bench.drivers.tektronix_tds3014b import DIVISIONS, LEVELS
-from electrovib.bench.twin.commands import TwinInstrument
+from electrovib.bench.twin.commands import TwinInstrument, is_on
 from electrovib.bench.twin.generator import TwinGenerator, TwinPlant
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from electrovib.bench.clock import BenchClock
     from electrovib.bench.settings import BenchSettings, EnableLine
-    from electrovib.bench.twin.commands import TwinInstrument
-    from electrovib.bench.twin.generator import TwinPlant
     from electrovib.scenario import Scenario
 
 
@@ -71,124 +68,78 @@ class TwinEnable(TwinInstrument):
             super()._take(command)
 
 
+_INPUTS: Final = (1, 2, 3, 4)
 _BITS: Final = 9
 _COUNTS: Final = 2.0 ** (16 - _BITS)
 """Counts of the 16-bit sample in one reading of the converter."""
 
 
-class Probed(Protocol):
-    """What is connected to the inputs."""
+def _one_of(*known: str) -> Callable[[str], str]:
+    """Return what reads one of some words by its first letters; the last one for anything else."""
+    return lambda text: next((each for each in known if each[:3] == text.upper()[:3]), known[-1])
 
-    def input_voltage(self, channel: int, times: NDArray[np.float64], trigger: float) -> NDArray[np.float64]:
-        """Return the voltage [V] at an input at past times [s] of a record with a trigger time [s]."""
+
+_LENGTH, _SCALE, _POSITION = (
+    "HORizontal:RECOrdlength",
+    "HORizontal:MAIn:SCAle",
+    "HORizontal:TRIGger:POSition",
+)
+_EDGE, _SOURCE, _HEADER = "TRIGger:A:EDGE:SOUrce", "DATa:SOUrce", "HEADer"
+_SETTINGS: Final[tuple[tuple[str, Any, Callable[[str], Any], Callable[[Any], str]], ...]] = (
+    (_LENGTH, 500, lambda text: int(float(text)), str),
+    (_SCALE, 4e-6, float, "{:.4E}".format),
+    (_POSITION, 50.0, float, "{:.4E}".format),
+    ("ACQuire:MODe", "SAMPLE", _one_of("SAMPLE", "OTHER"), str),
+    ("ACQuire:STOPAfter", "RUNSTOP", _one_of("SEQUENCE", "RUNSTOP"), str),
+    ("TRIGger:A:MODe", "AUTO", _one_of("NORMAL", "AUTO"), str),
+    (_EDGE, "CH1", str.upper, str),
+    (_SOURCE, 1, lambda text: int(text.upper().removeprefix("CH")), "CH{}".format),
+    (_HEADER, True, is_on, str),
+    *(
+        (f"CH{channel}:{name}", first, float, "{:.6E}".format)
+        for channel in _INPUTS
+        for name, first in (("SCAle", 1.0), ("OFFSet", 0.0), ("POSition", 0.0))
+    ),
+    *((f"CH{channel}:COUPling", "DC", _one_of("DC"), str) for channel in _INPUTS),
+)
+"""Header of each setting, its value at first, how it is read, and how it is stated."""
+_WITHOUT_EFFECT: Final = (
+    "VERBose", "TRIGger:A:TYPe", "TRIGger:A:EDGE:SLOpe", "TRIGger:A:LEVel", "DATa:ENCdg", "DATa:WIDth", "DATa:STARt",
+    "DATa:STOP", *(f"SELect:CH{channel}" for channel in _INPUTS),
+)  # fmt: skip
 
 
 class TwinOscilloscope(TwinInstrument):
     """Simulated TDS3014B; `probed` is what is connected to its inputs."""
 
     def __init__(
-        self,
-        clock: BenchClock,
-        probed: Probed,
-        identity: str = "TEKTRONIX,TDS 3014B,0,CF:91.1CT FV:v3.41",
+        self, clock: BenchClock, probed: TwinPlant, identity: str = "TEKTRONIX,TDS 3014B,0,CF:91.1CT FV:v3.41"
     ) -> None:
         super().__init__(identity)
         self._clock, self._probed = clock, probed
-        self._records = {"RECO": 500, "WID": 1}
-        self._scale, self._position = 4e-6, 50.0
-        self._channels: dict[int, dict[str, float]] = {
-            channel: {"SCA": 1.0, "OFFS": 0.0, "POS": 0.0} for channel in (1, 2, 3, 4)
-        }
-        self._coupling = dict.fromkeys((1, 2, 3, 4), "DC")
-        self._source = 1
-        self._has_header = True
-        self._texts = {"MOD": "SAMPLE", "STOPA": "RUNSTOP", "TRIGMOD": "AUTO", "EDGE": "CH1"}
         self._started: float | None = None
         self._trigger: float | None = None
-        self._put_commands()
-        self._put_queries()
-
-    def _put_commands(self) -> None:
-        self._commands |= {
-            "HEADer": self._set_header,
-            "VERBose": lambda _: None,
-            "HORizontal:RECOrdlength": lambda text: self._records.update(RECO=int(float(text))),
-            "HORizontal:MAIn:SCAle": self._set_scale,
-            "HORizontal:TRIGger:POSition": self._set_position,
-            "ACQuire:MODe": lambda text: self._texts.update(
-                MOD={"SAM": "SAMPLE"}.get(text.upper()[:3], "OTHER")
-            ),
-            "ACQuire:STOPAfter": lambda text: self._texts.update(
-                STOPA="SEQUENCE" if text.upper().startswith("SEQ") else "RUNSTOP"
-            ),
-            "ACQuire:STATE": self._start,
-            "TRIGger:A:TYPe": lambda _: None,
-            "TRIGger:A:MODe": lambda text: self._texts.update(
-                TRIGMOD="NORMAL" if text.upper().startswith("NORM") else "AUTO"
-            ),
-            "TRIGger:A:EDGE:SOUrce": lambda text: self._texts.update(EDGE=text.upper()),
-            "TRIGger:A:EDGE:SLOpe": lambda _: None,
-            "TRIGger:A:LEVel": lambda _: None,
-            "DATa:SOUrce": self._set_source,
-            "DATa:ENCdg": lambda _: None,
-            "DATa:WIDth": lambda text: self._records.update(WID=int(text)),
-            "DATa:STARt": lambda _: None,
-            "DATa:STOP": lambda _: None,
-        }
-        for channel in self._channels:
-            for name, key in (("SCAle", "SCA"), ("OFFSet", "OFFS"), ("POSition", "POS")):
-                self._commands[f"CH{channel}:{name}"] = self._setter(channel, key)
-            self._commands[f"CH{channel}:COUPling"] = lambda _: None
-            self._commands[f"SELect:CH{channel}"] = lambda _: None
-
-    def _put_queries(self) -> None:
+        for setting in _SETTINGS:
+            self.hold(*setting)
+        self._commands |= {"ACQuire:STATE": self._start, **dict.fromkeys(_WITHOUT_EFFECT, bool)}
         self._queries |= {
-            "HORizontal:RECOrdlength": lambda _: str(self._records["RECO"]),
-            "HORizontal:MAIn:SCAle": lambda _: f"{self._scale:.4E}",
-            "HORizontal:TRIGger:POSition": lambda _: f"{self._position:.4E}",
-            "ACQuire:MODe": lambda _: self._texts["MOD"],
-            "ACQuire:STOPAfter": lambda _: self._texts["STOPA"],
             "ACQuire:STATE": lambda _: str(int(not self._is_complete())),
-            "TRIGger:A:MODe": lambda _: self._texts["TRIGMOD"],
-            "TRIGger:A:EDGE:SOUrce": lambda _: self._texts["EDGE"],
             "TRIGger:STATE": lambda _: self._state(),
             "*OPC": lambda _: "1",
             "WFMPre": lambda _: self._preamble(),
             "CURVe": lambda _: self._curve(),
         }
-        for channel in self._channels:
-            for name, key in (("SCAle", "SCA"), ("OFFSet", "OFFS"), ("POSition", "POS")):
-                self._queries[f"CH{channel}:{name}"] = self._getter(channel, key)
-            self._queries[f"CH{channel}:COUPling"] = lambda _: "DC"
-
-    def _setter(self, channel: int, key: str):  # type: ignore[no-untyped-def]  # noqa: ANN202
-        return lambda text: self._channels[channel].update({key: float(text)})
-
-    def _getter(self, channel: int, key: str):  # type: ignore[no-untyped-def]  # noqa: ANN202
-        return lambda _: f"{self._channels[channel][key]:.6E}"
-
-    def _set_header(self, text: str) -> None:
-        self._has_header = text.upper() in ("ON", "1")
-
-    def _set_scale(self, text: str) -> None:
-        self._scale = float(text)
-
-    def _set_position(self, text: str) -> None:
-        self._position = float(text)
-
-    def _set_source(self, text: str) -> None:
-        self._source = int(text.upper().removeprefix("CH"))
 
     @property
     def _length(self) -> float:
-        return DIVISIONS * self._scale
+        return float(DIVISIONS * self.values[_SCALE])
 
     @property
     def _before(self) -> float:
-        return self._length * self._position / 100
+        return float(self._length * self.values[_POSITION] / 100)
 
     def _start(self, text: str) -> None:
-        self._started = self._clock.now() if text.upper() in ("RUN", "ON", "1") else None
+        self._started = self._clock.now() if is_on(text) or text.upper() == "RUN" else None
         self._trigger = None
 
     def synchronise(self, time: float) -> None:
@@ -196,7 +147,7 @@ class TwinOscilloscope(TwinInstrument):
         if (
             self._started is not None
             and self._trigger is None
-            and self._texts["EDGE"] == "EXT"
+            and self.values[_EDGE] == "EXT"
             and time >= self._started + self._before
         ):
             self._trigger = time
@@ -211,36 +162,39 @@ class TwinOscilloscope(TwinInstrument):
             return "TRIGGER"
         return "READY" if self._clock.now() >= self._started + self._before else "ARMED"
 
+    def _vertical(self, name: str) -> float:
+        """Return a setting of the input whose record is read."""
+        return float(self.values[f"CH{self.values[_SOURCE]}:{name}"])
+
+    @property
+    def _step(self) -> float:
+        return self._vertical("SCAle") / LEVELS
+
     def _preamble(self) -> str:
-        chosen = self._channels[self._source]
-        points = self._records["RECO"]
+        points, scale = self.values[_LENGTH], self._vertical("SCAle")
         values = {
             "BYT_NR": 2, "BIT_NR": 16, "ENCDG": "BIN", "BN_FMT": "RI", "BYT_OR": "MSB", "NR_PT": points,
-            "WFID": f'"Ch{self._source}, DC coupling, {chosen["SCA"]:.3E} V/div, {self._scale:.3E} s/div, {points} points,'
-            ' Sample mode"',
+            "WFID": f'"Ch{self.values[_SOURCE]}, DC coupling, {scale:.3E} V/div, {self.values[_SCALE]:.3E} s/div,'
+            f' {points} points, Sample mode"',
             "PT_FMT": "Y", "XINCR": f"{self._length / points:.6E}", "PT_OFF": 0, "XZERO": f"{-self._before:.6E}",
-            "XUNIT": '"s"', "YMULT": f"{self._step(chosen) / _COUNTS:.9E}", "YZERO": f"{chosen['OFFS']:.9E}",
+            "XUNIT": '"s"', "YMULT": f"{self._step / _COUNTS:.9E}", "YZERO": f"{self._vertical('OFFSet'):.9E}",
             "YOFF": "0.0E0", "YUNIT": '"V"',
         }  # fmt: skip
-        if not self._has_header:
+        if not self.values[_HEADER]:
             return ";".join(str(value) for value in values.values())
         return ":WFMPRE:" + ";".join(f"{key} {value}" for key, value in values.items())
 
-    @staticmethod
-    def _step(chosen: dict[str, float]) -> float:
-        return chosen["SCA"] / LEVELS
-
     def _curve(self) -> bytes:
-        chosen, points = self._channels[self._source], self._records["RECO"]
+        points = self.values[_LENGTH]
         counts = np.zeros(points)
         if self._trigger is not None:
             trigger = self._trigger
             times = trigger - self._before + np.arange(points, dtype=np.float64) * (self._length / points)
-            voltage = self._probed.input_voltage(self._source, times, trigger)
+            voltage = self._probed.input_voltage(self.values[_SOURCE], times, trigger)
             half = 2 ** (_BITS - 1)
-            readings = np.rint((voltage - chosen["OFFS"]) / self._step(chosen))
+            readings = np.rint((voltage - self._vertical("OFFSet")) / self._step)
             counts = np.clip(readings, -half, half - 1) * _COUNTS
         data = counts.astype(">i2").tobytes()
         length = str(len(data))
-        head = ":CURVE " if self._has_header else ""
+        head = ":CURVE " if self.values[_HEADER] else ""
         return f"{head}#{len(length)}{length}".encode("ascii") + data

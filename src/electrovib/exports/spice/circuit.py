@@ -12,9 +12,8 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.exports.spice.formula import Formula
-from electrovib.exports.spice.ladder import LayerElements
-from electrovib.exports.spice.text import Names, continued, number, remark
+from electrovib.exports.spice.formula import Formula, Names, continued, number, remark
+from electrovib.exports.spice.section import LayerElements, initial
 from electrovib.physics.drive.parts import Linear, Smooth, Tones
 from electrovib.physics.stack import interface_place
 from electrovib.scenario import PeriodicState, Scenario
@@ -25,13 +24,13 @@ from electrovib.solve.stack.prony import Reduction
 from electrovib.solve.stack.transfer import INTEGRATING, Transfer
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from electrovib.core.arrays import Real
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.drive.parts import Part
-    from electrovib.scenario import Scenario, TimeGrid
+    from electrovib.scenario import TimeGrid
     from electrovib.solve.stack.section import ModalSection
 
 
@@ -75,17 +74,10 @@ class BuiltCircuit:
         self.blocks.append(lines)
 
     def _first_contact(self) -> None:
-        layers, back = [*self.scenario.stack.layers], self.scenario.circuit.return_path.element()
-        around = Surroundings.of(self.scenario)
-        ends_here = not (around.second or back.resistance or back.elastance)
-        for name in layers:
-            field = self.start.level(self.start.field(name)) + self.start.fields[name]
-            last = "0" if ends_here else "finger"
-            after = last if name == layers[-1] else self.names.new(f"after_{name}")
-            slab = self._slab(name, name, (self.nodes[-1], after), around.area, field, 1.0)
-            self.slabs[name] = slab
-            self.blocks.append(slab.elements())
-            self._reach(*(branch.node for branch in slab.branches), after)
+        back, around = self.scenario.circuit.return_path.element(), Surroundings.of(self.scenario)
+        goes_on = around.second or back.resistance or back.elastance
+        self._contact(1.0, self.start.fields, around.area, last="finger" if goes_on else "0")
+        self.slabs = {slab.path: slab for slab in self.all_slabs}
 
     def _return_path(self) -> None:
         around, path = Surroundings.of(self.scenario), self.scenario.circuit.return_path
@@ -96,45 +88,38 @@ class BuiltCircuit:
             self.blocks[-1].append(f"R_return {self.nodes[-1]} {after} {number(back.resistance)}")
             self._reach(after)
         if around.second:
-            self._second_contact(around, last="body" if back.elastance else "0")
+            area, last = around.area / around.second, "body" if back.elastance else "0"
+            self._contact(-around.second, self.start.second_fields, area, last=last)
         if back.elastance > 0:
             start, node = self.start.body_voltage(), self.nodes[-1]
-            lines = [f"C_body {node} 0 {number(1 / back.elastance)}{f' IC={number(start)}' if start else ''}"]
+            lines = [f"C_body {node} 0 {number(1 / back.elastance)}{initial(start)}"]
             if back.rate > 0:
                 lines.append(f"R_body_leak {node} 0 {number(back.elastance / back.rate)}")
             self.blocks[-1] += lines
 
-    def _second_contact(self, around: Surroundings, *, last: str) -> None:
-        """Add a second contact with the same layers in reverse order, whose fields point away from the finger."""
-        layers = [*self.scenario.stack.layers]
-        for name in reversed(layers):
-            forced = around.second * self.start.level(self.start.field(name))
-            field = -(forced + self.start.second_fields[name])
-            after = last if name == layers[0] else self.names.new(f"second_before_{name}")
-            area = around.area / around.second
-            slab = self._slab(name, f"second_{name}", (after, self.nodes[-1]), area, field, -around.second)
+    def _contact(self, share: float, fields: Mapping[str, float], area: float, *, last: str) -> None:
+        """Add the layers of a contact up to the node `last`.
+
+        `share` is its current density over that of the first contact. It is negative for a second contact, with
+        the same layers in reverse order, whose fields point away from the finger; `fields` are those from rest.
+        """
+        is_first, layers = share > 0, [*self.scenario.stack.layers.items()]
+        for path, layer in layers if is_first else reversed(layers):
+            transfer, reduction = self.start.field(path), self.reductions[path]
+            own = fields[path] if is_first else -fields[path]
+            is_last = path == layers[-1 if is_first else 0][0]
+            before, named = self.nodes[-1], f"after_{path}" if is_first else f"second_before_{path}"
+            after = last if is_last else self.names.new(named)
+            plate, finger = (before, after) if is_first else (after, before)
+            relaxed = self.start.lowpassed(transfer, merged_terms(reduction.debye)[0])
+            slab = LayerElements(
+                path=path, name=self.names.new(path if is_first else f"second_{path}"), plate_side=plate,
+                finger_side=finger, layer=layer, reduction=reduction, area=area,
+                field=share * self.start.level(transfer) + own, relaxed=tuple(share * each for each in relaxed),
+            )  # fmt: skip
+            self.all_slabs.append(slab)
             self.blocks.append(slab.elements())
             self._reach(*(branch.node for branch in slab.branches), after)
-
-    def _slab(
-        self, path: str, name: str, ends: tuple[str, str], area: float, field: float, share: float
-    ) -> LayerElements:
-        layer, reduction = self.scenario.stack.layers[path], self.reductions[path]
-        rates, _ = merged_terms(reduction.debye)
-        relaxed = tuple(share * value for value in self.start.lowpassed(self.start.field(path), rates))
-        slab = LayerElements(
-            path=path,
-            name=self.names.new(name),
-            plate_side=ends[0],
-            finger_side=ends[1],
-            layer=layer,
-            reduction=reduction,
-            area=area,
-            field=field,
-            relaxed=relaxed,
-        )
-        self.all_slabs.append(slab)
-        return slab
 
     def _reach(self, *nodes: str) -> None:
         """Add nodes; the next element begins at the last one."""
@@ -294,7 +279,7 @@ APART = 1e-7
 """Relative distance by which a relaxation rate is moved from an equal rate of the stack, to avoid a double pole."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Start:
     """Voltages at time 0: those of the periodic state, or from rest those of initial charge and a step of the drive.
 
@@ -314,37 +299,18 @@ class Start:
     def of(cls, scenario: Scenario, debye: Mapping[str, DebyeSum]) -> Start:
         """Compute the voltages at time 0 of a scenario."""
         if not isinstance(scenario.time.initial_state, PeriodicState):
-            fields, second, body, interface = _charged(scenario, debye)
-            return cls(
-                scenario=scenario,
-                section=None,
-                fields=fields,
-                second_fields=second,
-                body=body,
-                interface=interface,
-            )
+            return cls(scenario, None, *_charged(scenario, debye))
         _check_periodic(scenario)
         none = dict.fromkeys(debye, 0.0)
-        return cls(
-            scenario=scenario,
-            section=modes(scenario)[0],
-            fields=none,
-            second_fields=none,
-            body=0.0,
-            interface=0.0,
-        )
+        return cls(scenario, modes(scenario)[0], none, none, 0.0, 0.0)
+
+    def in_modes(self, signal: Callable[[ModalSection], Transfer]) -> Transfer | None:
+        """Return a signal of the stack in modes; None from rest."""
+        return None if self.section is None else signal(self.section)
 
     def field(self, name: str) -> Transfer | None:
         """Return the field of a layer in modes [V/m per volt]; None from rest."""
-        return None if self.section is None else self.section[name].field
-
-    def displacement(self, name: str) -> Transfer | None:
-        """Return the bound displacement of a layer in modes [C/m2 per volt]; None from rest."""
-        return None if self.section is None else self.section[name].displacement
-
-    def current_density(self) -> Transfer | None:
-        """Return the current density in modes [A/m2 per volt]; None from rest."""
-        return None if self.section is None else self.section.current_density
+        return self.in_modes(lambda modes: modes[name].field)
 
     def interface_charge(self) -> float:
         """Return the displacement at the interface of plate and finger at time 0 [C/m2]."""

@@ -12,18 +12,14 @@ import numpy as np
 from electrovib.core.errors import InputError, NotCausalError
 from electrovib.data.marks import Form, unsigned
 from electrovib.exports.spice.circuit import BuiltCircuit, Timing
-from electrovib.exports.spice.formula import Formula
-from electrovib.exports.spice.ladder import written
-from electrovib.exports.spice.section import CAPACITANCE, MeterReading, ReadSection
-from electrovib.exports.spice.text import Names, continued, number, remark
+from electrovib.exports.spice.formula import Formula, Names, continued, number, remark
+from electrovib.exports.spice.section import CAPACITANCE, MeterReading, ReadSection, written
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from electrovib.exports.spice.circuit import BuiltCircuit, Timing
-    from electrovib.exports.spice.ladder import LayerElements
-    from electrovib.exports.spice.section import ReadSection
+    from electrovib.exports.spice.section import LayerElements
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import FrequencyGrid, Scenario
 
@@ -166,11 +162,7 @@ def _table(plot: str, columns: Mapping[str, str], file: str) -> list[str]:
 
 
 def _over_time(section: ReadSection, nodes: Mapping[str, str]) -> dict[str, str]:
-    columns = {
-        "drive_voltage": "V(drive)",
-        "stack_voltage": section.voltage.text,
-        "current": "I(V_current)",
-    }
+    columns = {"drive_voltage": "V(drive)", "stack_voltage": section.voltage.text, "current": "I(V_current)"}
     columns |= {f"field_{slab.name}": section[name].field.text for name, slab in section.slabs.items()}
     columns |= {
         f"displacement_{slab.name}": section[name].displacement.text for name, slab in section.slabs.items()

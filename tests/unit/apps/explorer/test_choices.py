@@ -7,10 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import electrovib as ev
-from electrovib.apps.explorer.choices import AS_GIVEN, carried, choices, chosen, inline
-from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.controls import STEPS, Control, blanks, controls, parameters_of
-from electrovib.apps.explorer.further import FREQUENCY, TIME, Further
+from electrovib.apps.explorer.computed import FREQUENCY, TIME, Further, compute
+from electrovib.apps.explorer.controls import (
+    AS_GIVEN,
+    STEPS,
+    Control,
+    carried,
+    choices,
+    chosen,
+    controls,
+    inline,
+    parameters_of,
+)
 from electrovib.apps.explorer.page.plots import content
 from electrovib.apps.explorer.state import PageState, presets, read_query, scenario_of
 from electrovib.core.errors import ElectrovibError
@@ -26,15 +34,23 @@ DRIVE, LAW, SKIN, INSULATOR, COMPLIANCE = choices(SCENARIO)
 DRIVES = [name for name in DRIVE.options if name != AS_GIVEN]
 
 
+def sliders(scenario):
+    return [each for each in controls(scenario) if each.value is not None]
+
+
+def blanks(scenario):
+    return [each for each in controls(scenario) if each.value is None]
+
+
 @pytest.fixture(scope="module")
 def by_path():
-    return {each.path: each for each in controls(SCENARIO)}
+    return {each.path: each for each in sliders(SCENARIO)}
 
 
 @pytest.mark.parametrize("name", presets())
 def test_every_scenario_has_sliders_that_begin_at_its_values(name):
     scenario = ev.load(name)
-    found, values = controls(scenario), {path: value for path, value, _ in parameters_of(scenario)}
+    found, values = sliders(scenario), {path: value for path, value, _ in parameters_of(scenario)}
     assert len(found) > 8
     for each in found:
         assert each.value == values[each.path]
@@ -49,7 +65,7 @@ def test_every_scenario_has_sliders_that_begin_at_its_values(name):
 @pytest.mark.parametrize("name", [GAP, "kang_2017/both"])
 def test_both_ends_of_every_slider_are_valid_values(name):
     """A single parameter at its end may contradict another one, and is then refused with a sentence, never a traceback."""
-    for each, position in itertools.product(controls(ev.load(name)), (0, STEPS)):
+    for each, position in itertools.product(sliders(ev.load(name)), (0, STEPS)):
         state = PageState(name).changed(each.path, each.written(each.at(position)))
         wanted = pytest.approx(each.at(position), rel=1e-3, abs=1e-300)
         try:
@@ -61,7 +77,7 @@ def test_both_ends_of_every_slider_are_valid_values(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["vezzoli_2014/fig6", "bau_2010/sine"])
 def test_both_ends_of_every_slider_show_plots_or_a_sentence(name):
-    for each, position in itertools.product(controls(ev.load(name)), (0, STEPS)):
+    for each, position in itertools.product(sliders(ev.load(name)), (0, STEPS)):
         state = PageState(name).changed(each.path, each.written(each.at(position)))
         try:
             found = compute(scenario_of(state, own={}))

@@ -11,12 +11,11 @@ import electrovib as ev
 from electrovib.apps.explorer import limits, reading
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.downloads import DOWNLOADS
-from electrovib.apps.explorer.page.words import fit_words
+from electrovib.apps.explorer.page.plots import fit_words
 from electrovib.apps.explorer.reading import (
     MOST_FREE,
     RunningFit,
     fittable,
-    named,
     read_upload,
     read_uploaded_scenario,
     shown_name,
@@ -86,10 +85,10 @@ def test_columns_are_listed_and_become_signals_scaled_as_the_visitor_states(scra
     assert found.trace is None
     assert [(each.name, each.unit) for each in found.recorded.channels] == [("time", "s"), ("CH1", "N")]
     heading = found.recorded.channels[1].name
-    trace = named("scope.csv", TABLE, {"lateral_force_measured": heading}).trace
+    trace = read_upload("scope.csv", TABLE, {"lateral_force_measured": heading}).trace
     assert trace.lateral_force_measured.values[-1] == pytest.approx(49**2 / 1e4, rel=1e-5)
     volts, signal = TABLE.replace(b"(N)", b"(V)"), {"lateral_force": "CH1"}
-    scaled = named("scope.csv", volts, signal, scale={"lateral_force": "1.5 N/V"}).trace.lateral_force
+    scaled = read_upload("scope.csv", volts, signal, scale={"lateral_force": "1.5 N/V"}).trace.lateral_force
     np.testing.assert_allclose(scaled, 1.5e-4 * np.arange(50) ** 2, rtol=1e-6)
     for table, columns, words in (
         (TABLE, {"lateral_force_measured": "CH9"}, "CH9"),
@@ -97,7 +96,7 @@ def test_columns_are_listed_and_become_signals_scaled_as_the_visitor_states(scra
         (volts, signal, "a force is needed"),
     ):
         with pytest.raises(InputError, match=words):
-            named("scope.csv", table, columns)
+            read_upload("scope.csv", table, columns)
 
 
 SUFFIXES = ("csv", "nc", "mat", "isf", "wav", "npy", "tdms", "xlsx", "trc", "s1p")
@@ -188,7 +187,7 @@ def test_large_files_wide_tables_and_long_drives_are_refused(monkeypatch, here):
     with pytest.raises(InputError, match="scenarios of at most 400"):
         read_uploaded_scenario("a.toml", many.to_toml().encode())
     assert limits.MOST_VALUES >= 1_000_000
-    monkeypatch.setattr(reading, "MOST_VALUES", 60)
+    monkeypatch.setattr(limits, "MOST_VALUES", 60)
     with pytest.raises(InputError, match="more than a page reads"):
         read_upload("a.csv", TABLE)
 

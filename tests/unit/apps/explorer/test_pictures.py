@@ -9,9 +9,7 @@ import pytest
 import xarray
 
 import electrovib as ev
-from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.drawing import drawing
-from electrovib.apps.explorer.further import (
+from electrovib.apps.explorer.computed import (
     FELT,
     FREQUENCY,
     LAWS,
@@ -20,13 +18,25 @@ from electrovib.apps.explorer.further import (
     TABS,
     TIME,
     Further,
+    compute,
     slices,
 )
+from electrovib.apps.explorer.drawing import drawing
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
-from electrovib.apps.explorer.page import words
+from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
-from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure, thinned
-from electrovib.apps.explorer.pictures.plots import detection, felt, laws, over_frequency, over_time, recorded
+from electrovib.apps.explorer.pictures import (
+    Axis,
+    PlottedCurve,
+    detection,
+    felt,
+    figure,
+    laws,
+    over_frequency,
+    over_time,
+    recorded,
+    thinned,
+)
 from electrovib.apps.explorer.session import Pinned
 from electrovib.apps.explorer.state import presets
 from electrovib.core.constants import eps0
@@ -159,7 +169,7 @@ def test_kept_curves_are_dashed_and_listed_over_time_and_over_frequency_only(sho
     assert [line["name"] for line in lines] == ["attraction", "attraction, kept 1"]
     assert [line["showlegend"] for line in lines] == [True, False]
     assert max(lines[0]["y"]) == pytest.approx(4 * max(lines[1]["y"]), rel=1e-3)
-    text = words.kept_words(["a <b>", "c"])
+    text = words.kept_words([Pinned("a <b>", shown), Pinned("c", other)])
     assert "kept 1: a &lt;b&gt;" in text
     assert text.count("<line") == 2
     kept = [Pinned("mine: drive.high = 5 V", shown)]

@@ -11,8 +11,7 @@ import electrovib as ev
 from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer import computed, limits, reading, runner
 from electrovib.apps.explorer import session as sessions
-from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.further import LAWS, SAFETY, Further
+from electrovib.apps.explorer.computed import LAWS, SAFETY, Further, compute
 from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
 from electrovib.apps.explorer.reading import MOST_FITS, RunningFit
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, closed_at_end, end_work

@@ -15,7 +15,7 @@ from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import left_by_a_kill
 from electrovib.data.readers.wave_audio import read_wave
-from electrovib.exports.waveform import FORMATS
+from electrovib.exports.waveform_formats import FORMATS
 from electrovib.studies.check import read_drive
 from electrovib.studies.waveform import sampling_error, waveform
 

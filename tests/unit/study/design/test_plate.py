@@ -18,7 +18,7 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.exports.design import write_design
+from electrovib.exports.scenario import write_design
 from electrovib.studies.design.plate import pareto_set
 from electrovib.studies.design.plate.function import PERCEIVED
 from electrovib.view.documents import drawn, html

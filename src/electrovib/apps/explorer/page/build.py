@@ -1,27 +1,29 @@
-"""The page of one visitor."""
+"""The page of one visitor, with the bar at its top: which scenario, reset, curves to compare, dark or light."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fastapi import Request
 from nicegui import app, events, ui
 
-from electrovib.apps.explorer.page.bar import Bar
+from electrovib.apps.explorer.downloads import DOWNLOADS, Download
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
-from electrovib.apps.explorer.page.recording import DROPPED, RecordingPanel
+from electrovib.apps.explorer.page.recording import RecordingPanel
 from electrovib.apps.explorer.runner import Workers, end_work
 from electrovib.apps.explorer.session import Session
-from electrovib.apps.explorer.state import PageState, read_query
-from electrovib.core.errors import InputError
+from electrovib.apps.explorer.state import PageState, presets, read_query
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.studies.catalogue import scenarios
 
 if TYPE_CHECKING:
-    from electrovib.apps.explorer.computed import Computed
-    from electrovib.apps.explorer.further import Further
+    from electrovib.apps.explorer.computed import Computed, Further
     from electrovib.scenario import Scenario
 
 _STYLE: Final = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
@@ -34,6 +36,8 @@ WORKERS: Final = 2
 """Threads in which the simulations of all visitors run."""
 PATIENT_WORKERS: Final = 4
 """Threads in which their long simulations, fits, reports and uploads run."""
+DROPPED: Final = "dropped"
+"""Name of a scenario that was dropped on the page; it belongs to one visitor, and no link reproduces it."""
 
 
 def build(own: Mapping[str, Scenario], first: str) -> None:
@@ -56,58 +60,30 @@ def build(own: Mapping[str, Scenario], first: str) -> None:
 
 
 class VisitorPage:
-    """What one visitor sees; `query` is the part of the address behind the question mark."""
+    """What one visitor sees, in parts that know the page; `query` is the part of the address behind the question mark."""
 
     def __init__(self, own: Mapping[str, Scenario], first: str, workers: Workers, query: str) -> None:
-        mistake = ""
+        state, mistake = PageState(first), ""
         try:
             state = read_query(query, own=own, default=first)
         except InputError as error:
-            state, mistake = (
-                PageState(first),
-                "The link could not be read: " + "; ".join(map(str, error.problems)),
-            )
-        self.session = Session(own, state, workers, self._show, self._complain, self._busy)
+            mistake = _unread(error)
+        self.session = Session(own, state, workers, self._show, self.complain, self._busy)
         self.client, self.first = ui.context.client, first
         ui.add_css(_STYLE)
         ui.colors(primary=_PRIMARY)
-        self.bar = Bar(
-            self.session, ask=self._ask, reset=self._reset, redraw=self._redraw, toggle=self._toggle
-        )
-        self.knobs = Knobs(self.session, ask=self._ask)
+        self.bar, self.knobs = Bar(self), Knobs(self)
         with ui.column().classes("w-full gap-2"):
             self.message = ui.label(mistake).props("role=alert").classes("text-negative whitespace-pre-line")
-            self.plots = Plots(
-                self.session,
-                is_dark=lambda: self.bar.is_dark,
-                make_recording=lambda: self._recording().element,
-            )
+            self.plots = Plots(self)
+            with self.plots.place:
+                self.recording = RecordingPanel(self)
         self.client.on_delete(self._leave)
         ui.on("explorer_back", self._went_back)
         ui.timer(0.01, lambda: ui.run_javascript(_BACK), once=True)
         ui.timer(0.01, lambda: self.session.ask(self.session.state), once=True)
 
-    def _toggle(self) -> None:
-        self.knobs.toggle()
-
-    def _leave(self) -> None:
-        self.session.stop()
-        self.recording.stop()
-
-    def _recording(self) -> RecordingPanel:
-        self.recording = RecordingPanel(
-            self.session, ask=self._ask, redraw=self._redraw, complain=self._complain, take=self._take
-        )
-        return self.recording
-
-    def _take(self, scenario: Scenario) -> None:
-        """Show a scenario that was dropped on the page."""
-        self.session.own = {**self.session.own, DROPPED: scenario}
-        self.bar.offer(DROPPED)
-        self.session.state = PageState(self.session.state.preset)
-        self._ask(PageState(DROPPED))
-
-    def _ask(self, state: PageState, is_step: bool = True) -> None:
+    def ask(self, state: PageState, *, is_step: bool = True) -> None:
         """Compute another state, and write it into the address.
 
         `is_step`: the button `back` of the browser leads to the present state; not while a slider moves.
@@ -115,18 +91,38 @@ class VisitorPage:
         history = ui.navigate.history
         with self.client:
             (history.push if is_step else history.replace)(f"/?{state.to_query()}")
-        self._change(state)
+        self._change(state, is_other=state.preset != self.session.state.preset)
 
-    def _reset(self) -> None:
-        """Take all changes back, with the models and materials that replaced others."""
-        self._ask(self.session.state.reset())
+    def take(self, scenario: Scenario) -> None:
+        """Show a scenario that was dropped on the page."""
+        self.session.own = {**self.session.own, DROPPED: scenario}
+        self.session.state, self.session.shown = (
+            PageState(DROPPED),
+            None,
+        )  # shown may be another one of that name
+        self.bar.offer(DROPPED)
+        self.ask(PageState(DROPPED))
         self.knobs.rebuild()
 
-    def _change(self, state: PageState) -> None:
-        other = state.preset != self.session.state.preset
+    def reset(self) -> None:
+        """Take all changes back, with the models and materials that replaced others."""
+        self.ask(self.session.state.reset())
+        self.knobs.rebuild()
+
+    def redraw(self) -> None:
+        """Show the present result again."""
+        if self.session.computed is not None:
+            self._show(self.session.computed, self.session.further)
+
+    def complain(self, sentence: str) -> None:
+        """Show a sentence about a mistake; an empty one takes it back."""
+        with self.client:
+            self.message.set_text(sentence)
+
+    def _change(self, state: PageState, *, is_other: bool) -> None:
         self.session.ask(state)
         self.message.set_text("")
-        if other:
+        if is_other:
             self.knobs.rebuild()
 
     def _went_back(self, event: events.GenericEventArguments) -> None:
@@ -134,13 +130,15 @@ class VisitorPage:
         try:
             state = read_query(str(event.args).removeprefix("?"), own=self.session.own, default=self.first)
         except InputError as error:
-            self._complain(f"The link could not be read: {'; '.join(map(str, error.problems))}")
+            self.complain(_unread(error))
             return
         self.session.state = state
         self.bar.show(state.preset)
-        self.session.ask(state)
-        self.message.set_text("")
-        self.knobs.rebuild()
+        self._change(state, is_other=True)
+
+    def _leave(self) -> None:
+        self.session.stop()
+        self.recording.stop()
 
     def _show(self, found: Computed, further: Further) -> None:
         with self.client:
@@ -151,10 +149,128 @@ class VisitorPage:
         with self.client:
             self.plots.busy(is_busy)
 
-    def _redraw(self) -> None:
-        if self.session.computed is not None:
-            self._show(self.session.computed, self.session.further)
 
-    def _complain(self, sentence: str) -> None:
-        with self.client:
-            self.message.set_text(sentence)
+def _unread(error: InputError) -> str:
+    return f"The link could not be read: {'; '.join(map(str, error.problems))}"
+
+
+_SKIP: Final = "() => document.querySelector('[role=tab][aria-selected=true]').focus()"
+"""Past the parameters, which are some sixty stops of the keyboard."""
+_IS_DARK: Final = "window.matchMedia('(prefers-color-scheme: dark)').matches"
+
+
+class Bar:
+    """Controls that belong to the whole page."""
+
+    def __init__(self, page: VisitorPage) -> None:
+        self._page, self._session = page, page.session
+        meanings = {each.name: each.meaning for each in scenarios()}
+        self._names = {
+            name: f"{name}: {meanings.get(name, 'the scenario of this page')}"
+            for name in presets(page.session.own)
+        }
+        with ui.header().classes("items-center gap-x-2 gap-y-0 px-2 py-1"):
+            ui.button("Skip to the results").on("click", js_handler=_SKIP).props("no-caps").classes("ev-skip")
+            ui.button(icon="menu", on_click=lambda: page.knobs.toggle()).props(  # noqa: PLW0108 - made later
+                'flat dense color=white aria-label="Show or hide the parameters"'
+            ).tooltip("Show or hide the parameters")
+            ui.label("electrovib").classes("text-lg font-bold").props("role=heading aria-level=1")
+            self._select = (
+                ui.select(
+                    self._names,
+                    value=page.session.state.preset,
+                    label="Scenario",
+                    on_change=lambda e: self._choose(e.value),
+                )
+                .props("dense dark options-dense use-input hide-selected fill-input input-debounce=0")
+                .classes("ev-scenario")
+            )
+            _button("Reset", page.reset, "Take all changes back")
+            _button("Keep curve", self._pin, "Keep the present curves, dashed, beside the next ones")
+            _button("Drop curves", self._unpin, "Remove the curves that were kept")
+            with _button("Download", None, "Scenario, numbers, figures, report and references"), ui.menu():
+                for each in DOWNLOADS:
+                    ui.menu_item(each.label, on_click=lambda each=each: self._download(each))
+            self._dark = ui.dark_mode(value=False)
+            _button("About", self._about, "What electrovibration is, and what this page shows")
+            _button("Dark or light", self._change_theme, "Change the colours of the page")
+        ui.timer(0.01, self._take_theme_of_browser, once=True)
+
+    @property
+    def is_dark(self) -> bool:
+        """Whether the page is dark."""
+        return bool(self._dark.value)
+
+    def offer(self, name: str) -> None:
+        """Add a scenario to the list, and choose it."""
+        self._names = {name: f"{name}: the scenario that was dropped on this page"} | self._names
+        self._select.set_options(self._names, value=name)
+
+    def show(self, name: str) -> None:
+        """Show the name of a scenario that was chosen elsewhere."""
+        self._select.set_value(name)
+
+    def _choose(self, name: str) -> None:
+        if name in self._names and name != self._session.state.preset:
+            self._page.ask(PageState(name))
+
+    def _pin(self) -> None:
+        self._session.pin()
+        self._page.redraw()
+
+    def _unpin(self) -> None:
+        self._session.unpin()
+        self._page.redraw()
+
+    def _change_theme(self) -> None:
+        self._dark.toggle()
+        self._page.redraw()
+
+    async def _take_theme_of_browser(self) -> None:
+        with suppress(TimeoutError):  # of a browser that does not answer; the page is then a light one
+            if await ui.run_javascript(_IS_DARK, timeout=5):
+                self._change_theme()
+
+    async def _download(self, wanted: Download) -> None:
+        found = self._session.computed
+        if found is None:
+            return
+        try:
+            content = await self._session.work(lambda: wanted.make(found))
+        except ElectrovibError as error:
+            ui.notify(f"{wanted.label}: {error}", type="negative", multi_line=True)
+        else:
+            ui.download.content(content, wanted.name, wanted.media_type)
+
+    def _about(self) -> None:
+        """Show what the page is about."""
+        with ui.dialog(value=True) as dialog, ui.card().classes("ev-about"):
+            ui.label("Electrovibration").classes("text-lg font-bold").props("role=heading aria-level=2")
+            ui.html("".join(f"<p>{escape(each)}</p>" for each in ABOUT), sanitize=False)
+            ui.button("Close", on_click=dialog.close).props("no-caps")
+        dialog.on("hide", dialog.delete)
+
+
+def _button(words: str, on_click: Callable[[], object] | None, explained: str) -> ui.button:
+    """Make a button of the bar, with what it does on hover."""
+    button = ui.button(words, on_click=on_click).props("flat dense color=white no-caps").classes("px-2")
+    with button:
+        ui.tooltip(explained)
+    return button
+
+
+ABOUT: Final = (
+    "A voltage between the electrode of a plate and a finger attracts the skin to the plate. The attraction adds to the force"
+    " with which the finger presses, so the friction of a sliding finger follows the voltage, and the finger feels a vibration or"
+    " a texture on a smooth surface: electrovibration. A finger at rest feels nothing of it.",
+    "The attraction is caused by the electric field between plate and skin. The voltage is shared between the layers: at fast"
+    " changes as between capacitors, under a constant voltage as between resistors. Charge that passes through the skin and the"
+    " gap therefore makes the force fade within the time constant of these layers, although the voltage stays. 'Voltage across"
+    " each layer', and 'Over frequency', show this.",
+    "Move a slider, or type a value with its unit into the field beside it; an empty field gives the value of the scenario back."
+    " The pointer on a parameter shows its meaning, range and source. The button 'back' of the browser takes the last change"
+    " back, and the address of the page reproduces what is shown.",
+    "'Validity' states whether the models hold for this result: 'ok', 'warning' (outside the range in which a model was"
+    " verified, or above a strength), or 'unknown' where no statement is possible.",
+)
+"""What the page shows, for a person who has not met electrovibration, a paragraph each."""

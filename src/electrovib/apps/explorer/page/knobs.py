@@ -9,23 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from electrovib.apps.explorer.choices import Choice, choices, chosen
-from electrovib.apps.explorer.controls import (
-    SECTIONS,
-    STEPS,
-    Blank,
-    Control,
-    Declared,
-    blanks,
-    controls,
-    parameters_of,
-)
-from electrovib.apps.explorer.state import PageState, scenario_of
+from electrovib.apps.explorer.controls import SECTIONS, STEPS, choices, chosen, controls, parameters_of
+from electrovib.apps.explorer.state import scenario_of
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
-    from electrovib.apps.explorer.session import Session
+    from electrovib.apps.explorer.controls import Choice, Control
+    from electrovib.apps.explorer.page.build import VisitorPage
     from electrovib.scenario import Scenario
 
 
@@ -33,21 +24,17 @@ if TYPE_CHECKING:
 class _Row:
     """Elements of a parameter; one without a value has no slider."""
 
-    declared: Declared
+    control: Control
     column: Any
     field: Any
-    control: Control | None = None
     slider: ParameterSlider | None = None
 
 
 class Knobs:
-    """A slider and a field for each parameter of the scenario, in sections that open and close.
+    """A slider and a field for each parameter of the scenario, in sections that open and close."""
 
-    `ask` is called with the state to show next, and with whether the browser goes back to the present one.
-    """
-
-    def __init__(self, session: Session, *, ask: Callable[[PageState, bool], None]) -> None:
-        self._session, self._ask = session, ask
+    def __init__(self, page: VisitorPage) -> None:
+        self._page, self._session = page, page.session
         self._rows: dict[str, _Row] = {}
         self._accepted: dict[str, str] = {}
         self._open = {"drive": True, "stack": True}
@@ -85,16 +72,14 @@ class Knobs:
 
     def _rebuild_rows(self, scenario: Scenario) -> None:
         """Make the controls of a scenario; they begin at its values."""
-        offered: list[Control | Blank] = [*controls(scenario), *blanks(scenario)]
+        offered = controls(scenario)
         self._rows, self._moving, self._unread = {}, "", set()
         self._place.clear()
         with self._place:
             for section, heading in SECTIONS.items():
-                mine = [each for each in offered if each.section == section]
-                if mine:
+                if mine := [each for each in offered if each.section == section]:
                     with self._section(section, heading):
-                        for each in sorted(mine, key=lambda each: each.is_detail):
-                            self._rows[each.path] = self._row(each)
+                        self._rows |= {each.path: self._row(each) for each in mine}
 
     def show(self, found: Computed) -> None:
         """Write the values of a result into fields and sliders; an earlier one only into the field of a slider that moves."""
@@ -107,16 +92,10 @@ class Knobs:
         for path, row in self._rows.items():
             if path not in values or not (is_latest or path == self._moving):
                 continue
-            value = values[path]
-            text = "" if value is None else row.declared.written(value)
+            value, text = values[path], row.control.written(values[path])
             if row.field.value != text and path not in self._unread:
                 row.field.set_value(text)
-            if (
-                row.slider is not None
-                and row.control is not None
-                and value is not None
-                and path != self._moving
-            ):
+            if row.slider is not None and value is not None and path != self._moving:
                 row.slider.show(row.control.position(value), text)
         self._silent = False
 
@@ -128,17 +107,16 @@ class Knobs:
 
     def _give_sliders(self, scenario: Scenario, values: Mapping[str, float | None]) -> None:
         """Give a slider to each parameter that has got its first value, and take it from one that has none any more."""
-        wanted = {
-            path for path, row in self._rows.items() if values.get(path) is not None and row.slider is None
-        }
-        if wanted:
+        rows = self._rows
+        if any(row.slider is None and values.get(path) is not None for path, row in rows.items()):
             for each in controls(scenario):
-                if each.path in wanted:
-                    self._slide(self._rows[each.path], each)
-        for path, row in self._rows.items():
+                row = rows.get(each.path)
+                if row is not None and row.slider is None and each.value is not None:
+                    self._slide(row, each)
+        for path, row in rows.items():
             if row.slider is not None and path in values and values[path] is None:
                 row.slider.delete()
-                row.slider = row.control = None
+                row.slider = None
 
     def _section(self, section: str, heading: str) -> Any:
         """Make a part that opens and closes, and remember whether it is open."""
@@ -154,7 +132,7 @@ class Knobs:
 
     def _choose(self, choice: Choice, present: str) -> None:
         """Make the list of alternatives for one part."""
-        options = dict(choice.options)
+        options = {**choice.options}
         options.setdefault(present, present)
         ui.select(
             options, value=present, label=choice.label, on_change=lambda e: self._chosen(choice, e.value)
@@ -168,82 +146,85 @@ class Knobs:
             wanted = chosen(state, choice, name, self._session.own)
         except InputError:  # which is reported when it is computed
             wanted = state.changed(choice.path, name)
-        self._ask(wanted, True)
+        self._page.ask(wanted)
         self._rebuild_rows(self._scenario())
 
-    def _row(self, declared: Control | Blank) -> _Row:
-        control = declared if isinstance(declared, Control) else None
+    def _row(self, control: Control) -> _Row:
+        """Make name, field and slider of a parameter; meaning, range and source stand beside it under the pointer."""
         with ui.column().classes("w-full gap-0 ev-row") as column:
-            field = self._field(declared, "" if control is None else control.written(control.value))
-        row = _Row(declared, column, field)
-        if control is not None:
+            row = _Row(control, column, self._field(control))
+        if control.value is not None:
             self._slide(row, control)
-        _explain(column, declared)
+        row.field.on("blur", lambda _: self._typed(row))
+        row.field.on("keydown.enter", lambda _: self._typed(row))
+        row.field.on("keydown.esc", lambda _: self._give_up(row))
+        place = 'anchor="center right" self="center left" max-width=22rem delay=300'
+        with column:
+            ui.tooltip(control.help).props(place).classes("text-sm")
         return row
 
     def _slide(self, row: _Row, control: Control) -> None:
         """Make the slider of a parameter."""
+        assert control.value is not None
         row.control = control
         with row.column:
             row.slider = ParameterSlider(
-                words=_label(control),
+                words=control.label,
                 position=control.position(control.value),
                 text=control.written(control.value),
                 on_move=functools.partial(self._moved, control),
             )
 
-    def _field(self, declared: Declared, text: str) -> Any:
+    def _field(self, control: Control) -> Any:
         """Make the name of a parameter and the field of its value."""
+
+        def begins(_: object) -> None:
+            if not self._silent:  # no result replaces what is being typed
+                self._unread.add(control.path)
+
         with ui.row().classes("w-full items-center justify-between no-wrap"):
-            ui.label(declared.name).classes("text-sm leading-tight")
-            field = (
-                ui.input(value=text, placeholder="not set", on_change=lambda _: self._begins(declared))
-                .props(f'dense borderless input-class="text-right" aria-label="{_label(declared)}, value"')
+            ui.label(control.name).classes("text-sm leading-tight")
+            return (
+                ui.input(value=control.written(control.value), placeholder="not set", on_change=begins)
+                .props(f'dense borderless input-class="text-right" aria-label="{control.label}, value"')
                 .classes("w-24 ev-field")
             )
-        field.on("blur", lambda _: self._typed(declared, field))
-        field.on("keydown.enter", lambda _: self._typed(declared, field))
-        field.on("keydown.esc", lambda _: self._give_up(declared, field))
-        return field
 
-    def _begins(self, declared: Declared) -> None:
-        """Remember that a value is being typed, so that no result replaces it."""
-        if not self._silent:
-            self._unread.add(declared.path)
-
-    def _give_up(self, declared: Declared, field: Any) -> None:
+    def _give_up(self, row: _Row) -> None:
         """Show the present value again in place of what was typed, and take a value back that was refused."""
-        path, state = declared.path, self._session.state
-        value = self._value(path)
-        field.set_value("" if value is None else declared.written(value))
+        path = row.control.path
+        row.field.set_value(row.control.written(self._value(path)))
         self._unread.discard(path)
-        if path in state.changes and self._is_refused():
-            text = self._accepted.get(path, "")
-            self._ask(state.changed(path, text) if text else state.reset(path), True)
+        if path in self._session.state.changes and self._is_refused():
+            self._set(path, self._accepted.get(path, ""))
 
     def _moved(self, control: Control, position: float) -> str:
         """Ask for the value at a position of a slider, and return it with its unit."""
         is_other = control.path != self._moving
         self._moving = control.path  # a slider is not set while it is moved: it would jump back
         text = control.written(control.at(position))
-        self._ask(self._session.state.changed(control.path, text), is_other)
+        self._page.ask(self._session.state.changed(control.path, text), is_step=is_other)
         return text
 
-    def _typed(self, declared: Declared, field: Any) -> None:
+    def _typed(self, row: _Row) -> None:
         """Take what was typed; an empty field gives the parameter back the value of the scenario."""
-        path, text, state = declared.path, str(field.value or "").strip(), self._session.state
+        path, text, state = row.control.path, str(row.field.value or "").strip(), self._session.state
         if path not in self._unread:
             return
         self._unread.discard(path)
-        if text == state.changes.get(path):
-            return
-        value, is_refused = self._value(path), self._is_refused()
-        if text == ("" if value is None else declared.written(value)) and not is_refused:
+        is_refused = self._is_refused()
+        is_present = text == row.control.written(self._value(path)) and not is_refused
+        if is_present or text == state.changes.get(path):
             return
         self._moving = ""
         if not is_refused:
             self._accepted[path] = state.changes.get(path, "")
-        self._ask(state.changed(path, text) if text else state.reset(path), True)
+        self._set(path, text)
+
+    def _set(self, path: str, text: str) -> None:
+        """Ask for a value, without a text for that of the scenario."""
+        state = self._session.state
+        self._page.ask(state.changed(path, text) if text else state.reset(path))
 
     def _is_refused(self) -> bool:
         """Return whether the scenario of the page has a mistake, so that an earlier result is shown."""
@@ -256,18 +237,6 @@ class Knobs:
     def _value(self, path: str) -> float | None:
         """Return the value of a parameter in the scenario of the page."""
         return {each: value for each, value, _ in parameters_of(self._scenario())}.get(path)
-
-
-def _label(declared: Declared) -> str:
-    return f"{SECTIONS[declared.section]}: {declared.name}"
-
-
-def _explain(row: Any, declared: Declared) -> None:
-    """Show meaning, range and source beside a row while the pointer is on it."""
-    with row:
-        ui.tooltip(declared.help).props(
-            'anchor="center right" self="center left" max-width=22rem delay=300'
-        ).classes("text-sm")
 
 
 class ParameterSlider(ui.slider, component="parameter_slider.js"):

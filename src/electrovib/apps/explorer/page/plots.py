@@ -1,38 +1,31 @@
-"""Drawing of the layers, diagnostics, and plots in tabs; a plot is drawn when its tab is open."""
+"""What a tab shows: drawing of the layers, diagnostics, plots, tables and sentences, in which every text is escaped."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
 from nicegui import ui
 
+from electrovib.apps.explorer import pictures
+from electrovib.apps.explorer.computed import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
 from electrovib.apps.explorer.drawing import drawing
-from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
-from electrovib.apps.explorer.page.words import (
-    felt_words,
-    judged_words,
-    kept_words,
-    law_words,
-    safety_words,
-    verdict_words,
-)
-from electrovib.apps.explorer.pictures.plots import (
-    felt,
-    laws,
-    over_frequency,
-    over_time,
-    recorded,
-    unknown_signals,
-)
+from electrovib.core.diagnostics import STATES, Diagnostic
+from electrovib.view.summary import quantities_of_scenario
+from electrovib.view.units import pretty_quantity, typeset
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.apps.explorer.computed import Computed
-    from electrovib.apps.explorer.session import Pinned, Session
+    from electrovib.apps.explorer.page.build import VisitorPage
+    from electrovib.apps.explorer.session import Pinned
+    from electrovib.studies.check.result import CheckResult
+    from electrovib.studies.perceive import Percept
+    from electrovib.view.fitted import FitResult
 
 _FEW_PLOTS: Final = 2
 """Plots that are higher than where there are more."""
@@ -55,51 +48,50 @@ _INK: Final = {False: ("#222222", "#e2e2e2"), True: ("#e6e6e6", "#444444")}
 
 
 class Plots:
-    """The part of the page that shows results.
+    """The part of the page that shows results; a plot is drawn when its tab is open.
 
-    `make_recording` makes the controls of the tab for recordings, and returns their element.
+    `place` is where the controls of the tab for recordings are.
     """
 
-    def __init__(
-        self, session: Session, *, is_dark: Callable[[], bool], make_recording: Callable[[], Any]
-    ) -> None:
-        self._session, self._is_dark = session, is_dark
+    def __init__(self, page: VisitorPage) -> None:
+        self._page, self._session = page, page.session
         with ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 gap-4"):
-            self._stack = ui.html("", sanitize=False).classes("w-full max-w-md")
+            self._stack = _html("w-full max-w-md")
             with ui.column().classes("gap-1"):
                 ui.label("Validity").classes("text-base font-bold").props("role=heading aria-level=2")
-                self._judged = ui.html("", sanitize=False).classes("text-sm").props("aria-live=polite")
-        tabs = ui.tabs(on_change=lambda e: session.open(e.value))
+                self._judged = _html("text-sm").props("aria-live=polite")
+        tabs = ui.tabs(on_change=lambda e: page.session.open(e.value))
         with tabs.props('dense no-caps outside-arrows align=left aria-label="Results"').classes("w-full"):
             for name in TABS:
                 ui.tab(name)
         tabs.set_value(TABS[0])
-        self._recording = make_recording()
+        self.place = ui.column().classes("w-full gap-2")
         with ui.element("div").classes("w-full relative"):
-            self._status = (
-                ui.label().classes("ev-status").props("role=status")
-            )  # which is read out, unlike the panel
+            # which is read out, unlike the panel
+            self._status = ui.label().classes("ev-status").props("role=status")
             self._panel = ui.column().classes("w-full gap-2 ev-panel").props("aria-busy=false")
         with self._panel:
-            self._lead = ui.html("", sanitize=False).classes("w-full text-sm").props("aria-live=polite")
+            self._lead = _html("w-full text-sm").props("aria-live=polite")
             self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")
-            self._words = ui.html("", sanitize=False).classes("w-full text-sm overflow-x-auto")
+            self._words = _html("w-full text-sm overflow-x-auto")
         self._plots: list[Any] = []
-        self._sent: dict[Any, str] = {}
         self._height = ""
 
     def show(self, found: Computed, further: Further) -> None:
         """Show a result, and what is known beside it."""
-        self._set(self._stack, drawing(found))
-        self._set(self._judged, judged_words(found.diagnostics))
-        self._recording.set_visibility(self._session.tab == RECORDING)
         session = self._session
-        open_tab = content(session.tab, found, further, pinned=session.pinned, measured=session.measured)
-        figures = open_tab.figures
-        self._set(self._lead, open_tab.above)
-        self._set(self._words, open_tab.below)
-        self._make_room(len(figures))
-        for plot, figure in zip(self._plots, figures, strict=False):
+        shown = content(session.tab, found, further, pinned=session.pinned, measured=session.measured)
+        for element, text in (
+            (self._stack, drawing(found)),
+            (self._judged, judged_words(found.diagnostics)),
+            (self._lead, shown.above),
+            (self._words, shown.below),
+        ):
+            if element.content != text:  # what has not changed is not sent
+                element.set_content(text)
+        self.place.set_visibility(session.tab == RECORDING)
+        self._make_room(len(shown.figures))
+        for plot, figure in zip(self._plots, shown.figures, strict=False):
             if plot.figure != (themed := self._themed(figure)):
                 title = figure["layout"]["title"]["text"]
                 if plot.props.get("aria-label") != title:
@@ -124,24 +116,23 @@ class Plots:
                 self._plots.append(ui.plotly({"data": [], "layout": {}}).classes(f"w-full {height}"))
 
     def _themed(self, figure: dict[str, Any]) -> dict[str, Any]:
-        ink, grid = _INK[self._is_dark()]
+        is_dark = self._page.bar.is_dark
+        ink, grid = _INK[is_dark]
         layout = figure["layout"]
-        if self._is_dark():
-            for each in figure["data"]:
-                for part in ("line", "marker"):
-                    drawn = each.get(part, {})
-                    if drawn.get("color") in _LIGHTER:
-                        each[part] = {**drawn, "color": _LIGHTER[drawn["color"]]}
+        if is_dark:
+            for look in (
+                each[part] for each in figure["data"] for part in ("line", "marker") if part in each
+            ):
+                if "color" in look:
+                    look["color"] = _LIGHTER.get(look["color"], look["color"])
         layout |= {"font": {"color": ink}, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)"}
         for axis in ("xaxis", "yaxis"):
             layout[axis] |= {"gridcolor": grid, "linecolor": ink, "tickcolor": ink}
         return figure
 
-    def _set(self, element: Any, content: str) -> None:
-        """Send a text only if it has changed."""
-        if self._sent.get(element.id) != content:
-            self._sent[element.id] = content
-            element.set_content(content)
+
+def _html(classes: str) -> ui.html:
+    return ui.html("", sanitize=False).classes(classes)
 
 
 MOST_PLOTS: Final = 4
@@ -173,30 +164,164 @@ def content(
 
     A sentence above takes the place of a plot or table that cannot be shown.
     """
-    above = "".join(f"<p>{escape(each)}</p>" for each in further.problems)
+    above = _paragraphs(further.problems)
     kept = [each.computed for each in pinned]
     shown = Content([], above)
     if tab == TIME:
-        above += "".join(f"<p>{escape(_unknown(each))}</p>" for each in unknown_signals(found))
-        shown = Content(over_time(found, kept), above + kept_words([each.name for each in pinned]))
+        lacking = [
+            f"The {each} is not shown: it has no value in this scenario."
+            for each in pictures.unknown_signals(found)
+        ]
+        shown = Content(pictures.over_time(found, kept), above + _paragraphs(lacking) + kept_words(pinned))
     elif tab == FREQUENCY:
-        figures = over_frequency(found, kept, band=further.band)
-        shown = Content(
-            figures, above + kept_words([each.name for each in pinned]), f"<p>{escape(further.drawn)}</p>"
-        )
+        figures = pictures.over_frequency(found, kept, band=further.band)
+        shown = Content(figures, above + kept_words(pinned), _paragraphs([further.drawn]))
     elif tab == LAWS:
-        shown = Content(laws(found, further.laws), above, law_words(found, further))
-    elif tab == FELT and further.percept is not None:
-        percept = further.percept
-        shown = Content(felt(percept, found.scenario), above + verdict_words(percept), felt_words(percept))
+        shown = Content(pictures.laws(found, further.laws), above, law_words(found, further))
+    elif tab == FELT and (percept := further.percept) is not None:
+        figures = pictures.felt(percept, found.scenario)
+        shown = Content(figures, above + verdict_words(percept), felt_words(percept))
     elif tab == SAFETY and further.check is not None:
         shown = Content([], above, safety_words(further.check))
     elif tab == RECORDING and measured is not None:
-        figures = recorded(found, measured)
-        lacking = "" if figures else "<p>No signal of this recording is over time or over frequency.</p>"
-        shown = Content(figures, above + lacking)
+        figures = pictures.recorded(found, measured)
+        lacking = [] if figures else ["No signal of this recording is over time or over frequency."]
+        shown = Content(figures, above + _paragraphs(lacking))
     return Content(shown.figures[:MOST_PLOTS], shown.above, shown.below)
 
 
-def _unknown(signal: str) -> str:
-    return f"The {signal} is not shown: it has no value in this scenario."
+def _paragraphs(sentences: Iterable[str]) -> str:
+    return "".join(f"<p>{escape(each)}</p>" for each in sentences)
+
+
+_DASHES: Final = {"dash": "8 5", "dot": "2 4", "dashdot": "8 4 2 4", "longdash": "13 5"}
+"""Dashes of Plotly as SVG writes them."""
+CLASSES: Final = {
+    "ok": "ev-ok",
+    "pass": "ev-ok",
+    "unknown": "ev-unknown",
+    "warning": "ev-warning",
+    "fail": "ev-warning",
+}
+"""Classes of the style sheet for each state; the state is written as a word as well, never as a colour alone."""
+
+
+def judged_words(diagnostics: Sequence[Diagnostic]) -> str:
+    """List what limits the validity of a result, the worst first, and count what is in order."""
+    worst_first = sorted(diagnostics, key=lambda each: -STATES.index(each.state))
+    rows = [
+        f"{_state(each.state)} <b>{escape(_plain(each.name))}</b>: {escape(typeset(each.text))}"
+        for each in worst_first
+        if each.state != "ok"
+    ]
+    if fine := [_plain(each.name) for each in diagnostics if each.state == "ok"]:
+        rows.append(f"{_state('ok')} {escape('; '.join(fine))}")
+    return _list(rows)
+
+
+def law_words(found: Computed, further: Further) -> str:
+    """Tabulate the largest force of each law over that of the law of the page."""
+    own, rows = _peak(found), []
+    for name, case in {type(found.scenario.force).__name__: found, **further.laws}.items():
+        peak, law = _peak(case), case.scenario.force
+        ratio = f"{peak / own:.3g}" if own > 0 and np.isfinite(peak) else "–"
+        largest = pretty_quantity(peak, "N", digits=3)
+        rows.append((name, _plain(law.evaluation_surface), law.status, largest, ratio))
+    rows += [(name, "", "", "cannot run here", why) for name, why in further.left_out.items()]
+    headings = "law", "stress evaluated in", "source status", "largest force", "relative to this law"
+    return _table(headings, rows)
+
+
+def verdict_words(percept: Percept) -> str:
+    """State whether it is felt, what that rests on, and where nothing varies."""
+    head, comma, rest = percept.answer.partition(",")
+    still = "The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show."
+    more = [percept.to_measure, "" if percept.loudest else still]
+    return f"<p><b>{escape(head)}</b>{escape(comma + rest)}</p>" + _paragraphs(filter(None, more))
+
+
+def felt_words(percept: Percept) -> str:
+    """Tabulate the level of each channel, and list what the levels are based on."""
+    rows = [
+        (each.channel, _decibels(each.level, f" re 1 {percept.unit}"), _decibels(each.relative), each.status)
+        for each in percept.channels
+    ]
+    relative = "relative to a sine of equal force at the best frequency"
+    return _table(("channel", "level", relative, "source status"), rows) + _notes(percept.calibrated_on)
+
+
+def kept_words(pinned: Sequence[Pinned]) -> str:
+    """List the results that are kept, each with the dash of its curves."""
+    rows = [
+        f'<svg width="36" height="8" aria-hidden="true"><line x1="0" y1="4" x2="36" y2="4" stroke="currentColor"'
+        f' stroke-width="2" stroke-dasharray="{_DASHES[dash]}"/></svg> kept {place}: {escape(each.name)}'
+        for place, (each, dash) in enumerate(zip(pinned, pictures.PINNED, strict=False), 1)
+    ]
+    return _list(rows, "ev-kept") if rows else ""
+
+
+def safety_words(check: CheckResult) -> str:
+    """Tabulate limits and breakdown, and state what was assumed."""
+    rows = [
+        (
+            row.state,
+            row.quantity,
+            pretty_quantity(row.value, row.unit, digits=4),
+            pretty_quantity(row.limit, row.unit, digits=4),
+            typeset(row.source),
+        )
+        for row in (*check.rows, *check.comparisons)
+    ]
+    table = _table(("state", "quantity", "value", "limit", "source of the limit"), rows, states=True)
+    warning = "A comparison with limits protects nobody: hardware has to limit the current."
+    return _paragraphs([warning]) + table + _notes(check.notes)
+
+
+def fit_words(result: FitResult) -> str:
+    """Tabulate the estimates of a fit with their 95 % intervals, or the reason why there is none."""
+    rows = [
+        (row.name, value, ends or "–", row.note or row.state)
+        for row in result.rows
+        for value, ends in [row.shown(pretty_quantity)]
+    ]
+    return _table(("parameter", "estimate", "95 % interval", "note"), rows)
+
+
+def _peak(found: Computed) -> float:
+    """Return the largest attraction of a run; at the output times alone for a solver that advances in steps."""
+    if not found.has("electrostatic_force"):
+        return float("nan")
+    name = "peak electrostatic_force"
+    largest = float(np.nanmax(np.abs(found.values("electrostatic_force"))))
+    return quantities_of_scenario(found.scenario, (name,), quick=True).get(name, largest)
+
+
+def _decibels(value: float, unit: str = "") -> str:
+    """Write a level; minus infinity, the level of nothing, as a dash."""
+    return f"{value:.1f} dB{unit}".replace("-", "\N{MINUS SIGN}") if np.isfinite(value) else "–"
+
+
+def _plain(name: str) -> str:
+    """Write a name of the program in words."""
+    return name.replace("_", " ")
+
+
+def _state(state: str) -> str:
+    return f'<span class="{CLASSES[state]}">{escape(state)}</span>'
+
+
+def _notes(texts: Iterable[str]) -> str:
+    return _list(escape(typeset(text)) for text in texts)
+
+
+def _list(rows: Iterable[str], kind: str = "ev-list") -> str:
+    """Write a list of items, in which texts are escaped already."""
+    return f'<ul class="{kind}">{"".join(f"<li>{row}</li>" for row in rows)}</ul>'
+
+
+def _table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, states: bool = False) -> str:
+    """Write a table; the cells of its first column may be `states`."""
+    head = "".join(f"<th scope=col>{escape(each)}</th>" for each in headings)
+    lines = ([_state(row[0]) if states else escape(row[0]), *map(escape, row[1:])] for row in rows)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in line)}</tr>" for line in lines)
+    return f'<table class="ev-table"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'

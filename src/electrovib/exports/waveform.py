@@ -15,31 +15,12 @@ from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, writing
-from electrovib.exports.waveform.encoded import Encoded, Scaling
-from electrovib.exports.waveform.formats import FORMATS, INSTRUMENTS, WaveformFormat
+from electrovib.exports.waveform_formats import FORMATS, INSTRUMENTS, Encoded, Scaling, WaveformFormat
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
-from electrovib.studies.check import (
-    CheckResult,
-    LimitsSource,
-    cleared_as_played,
-    cleared_for_output,
-    declared_limits,
-    refuse_unlimited,
-    sampled,
-    with_drive,
-    without_its_limits,
-)
-from electrovib.studies.waveform import (
-    LARGEST_ERROR,
-    MOST_POINTS,
-    Waveform,
-    refuse_unless_zero_at_both_ends,
-    waveform,
-)
+from electrovib.studies import check as checks
+from electrovib.studies.waveform import LARGEST_ERROR, MOST_POINTS, refuse_unless_zero_at_both_ends, waveform
 
 if TYPE_CHECKING:
-    from electrovib.exports.waveform.formats import WaveformFormat
-    from electrovib.scenario import Scenario
     from electrovib.studies.check import CheckResult, LimitsSource
     from electrovib.studies.waveform import Waveform
 
@@ -137,9 +118,9 @@ def export_waveform(
     form = _format(place, instrument)
     with inputs_noted() as inputs:
         found = read_scenario(scenario, changes=set)
-        declared = declared_limits(found, limits)
+        declared = checks.declared_limits(found, limits)
     check_writable({place: form.form}, inputs=inputs, force=force)
-    refuse_unlimited(declared, what=f"{form.name} of a drive")
+    checks.refuse_unlimited(declared, what=f"{form.name} of a drive")
     played = Playing.declared(found, form, edge=edge, amplifier_present=amplifier_present)
     wave = sampled_drive(found, form, rate=rate, largest_error=largest_error, ramp=ramp, held=played.held)
     encoded = form.encode(wave, Scaling(full_scale=full_scale, gain=gain))
@@ -148,11 +129,9 @@ def export_waveform(
     if ramp is None and not played.held:
         played.clear_drive(form.name, limits=limits)
     check = played.cleared(wave, form.name, limits=limits)
-    ramps = (
-        ()
-        if ramp is None
-        else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
-    )
+    ramps = []
+    if ramp is not None:
+        ramps = [f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end"]
     notes = (*about(found, wave, form), *remarks, *ramps, *played.notes, *encoded.notes)
     with writing({place: form.form}, force=force) as temporaries:
         temporaries[place].write_bytes(form.content(encoded, (*notes, *warning_lines(check.diagnostics))))
@@ -192,15 +171,9 @@ def sampled_drive(
             f"{form.name} has a whole number of samples per second", path="rate", value=f"{rate:g}"
         )
     wave = waveform(
-        drive,
-        end=end,
-        rate=rate,
-        rates=form.rates or None,
-        held=held,
-        largest_error=largest_error,
-        most_points=form.most_points or MOST_POINTS,
-        ramp=ramp,
-    )
+        drive, end=end, rate=rate, rates=form.rates or None, held=held, largest_error=largest_error,
+        most_points=form.most_points or MOST_POINTS, ramp=ramp,
+    )  # fmt: skip
     if len(wave.times) < form.fewest_points:
         why = f"{len(wave.times)} samples are fewer than the {form.fewest_points} of {form.name}; take a higher rate"
         raise InputError(why, path="rate", value=f"{wave.rate:g}")
@@ -233,24 +206,18 @@ def _rounded(scenario: Scenario, wave: Waveform, encoded: Encoded, ramp: float |
 
 def _format(path: Path, instrument: str) -> WaveformFormat:
     suffix = path.suffix.lower()
-    if instrument:
-        if instrument not in INSTRUMENTS:
-            raise InputError(
-                Problem(
-                    f"no such instrument.{nearest(instrument, INSTRUMENTS)}", path="--as", value=instrument
-                )
-            )
-        if suffix != ".csv":
-            raise InputError(
-                f"a waveform of {instrument} is written as .csv, not as '{path.suffix}'.", path=path
-            )
-        return INSTRUMENTS[instrument]
-    if suffix not in FORMATS:
-        near = suggestion(suffix, FORMATS) if suffix else ""
-        raise InputError(
-            f"a waveform is written as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}", path=path
-        )
-    return FORMATS[suffix]
+    if not instrument:
+        if suffix not in FORMATS:
+            near = suggestion(suffix, FORMATS) if suffix else ""
+            why = f"a waveform is written as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}"
+            raise InputError(why, path=path)
+        return FORMATS[suffix]
+    if instrument not in INSTRUMENTS:
+        why = f"no such instrument.{nearest(instrument, INSTRUMENTS)}"
+        raise InputError(Problem(why, path="--as", value=instrument))
+    if suffix != ".csv":
+        raise InputError(f"a waveform of {instrument} is written as .csv, not as '{path.suffix}'.", path=path)
+    return INSTRUMENTS[instrument]
 
 
 _LINE: Final = "line"
@@ -282,7 +249,7 @@ class Playing:
         refuse_unsuited(form, edge)
         amplifier = scenario.circuit.amplifier
         is_present = amplifier_present or (amplifier is not None and bool(amplifier.hardware))
-        relied_on = scenario if is_present else without_its_limits(scenario)
+        relied_on = scenario if is_present else checks.without_its_limits(scenario)
         held = form.played and not isinstance(edge, str)
         lasting = None if isinstance(edge, str) else edge
         return cls(held=held, edge=lasting, scenario=relied_on, is_assumed=relied_on is not scenario)
@@ -295,7 +262,7 @@ class Playing:
         """Refuse a drive that exceeds a limit between its samples."""
         end = float(self.scenario.time.times(self.scenario.drive)[-1])
         from_rest = self.scenario.model_copy(update={"time": TimeGrid(duration=end)})
-        cleared_for_output(from_rest, limits=limits, what=what, consequence=self._consequence)
+        checks.cleared_for_output(from_rest, limits=limits, what=what, consequence=self._consequence)
 
     def cleared(
         self, wave: Waveform, what: str, *, limits: LimitsSource | Sequence[LimitsSource]
@@ -303,12 +270,14 @@ class Playing:
         """Compare the samples as they are played with the limits, or refuse them."""
         name = "the samples as written"
         if self.held:
-            return cleared_as_played(
+            return checks.cleared_as_played(
                 self.scenario, times=wave.times, voltages=wave.voltages, edge=self.edge, declare=_DECLARE,
                 limits=limits, what=what, name=name, consequence=self._consequence,
             )  # fmt: skip
-        joined = with_drive(self.scenario, sampled(wave.times, wave.voltages))
-        return cleared_for_output(joined, limits=limits, what=what, name=name, consequence=self._consequence)
+        joined = checks.with_drive(self.scenario, checks.sampled(wave.times, wave.voltages))
+        return checks.cleared_for_output(
+            joined, limits=limits, what=what, name=name, consequence=self._consequence
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -1,0 +1,467 @@
+"""Plots of a page, as the tables that Plotly draws: curves in one prefixed unit, axes with words, scale and ticks."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.apps.explorer.limits import SHOWN_SAMPLES
+from electrovib.core.signals import SIGNALS
+from electrovib.physics.perception import Perception
+from electrovib.studies.felt_spectrum import Stimulus, just_felt
+from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, layer_colours
+from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
+
+if TYPE_CHECKING:
+    import xarray
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.apps.explorer.computed import Computed
+    from electrovib.scenario import Scenario
+    from electrovib.studies.perceive import Percept
+
+PINNED: Final = ("dash", "dot", "dashdot", "longdash")
+"""Dashes of the curves that are kept for comparison."""
+_LAYER_DASHES: Final = ("solid", "dash", "dot", "dashdot")
+"""Dashes of the curves of layers, from the plate on: one that coincides with another one hides nothing."""
+_DIGITS: Final = 5
+"""Significant digits of the numbers that are sent."""
+_POWERS: Final = np.array([float(f"1e{power}") for power in range(301)])
+"""Powers of ten, exact where a number can be, so that few digits are written."""
+_LEGEND: Final = 520.0
+"""Width of a row of the legend, in points; a letter takes about 6.2, a line 48."""
+_FEW_DECADES: Final = 3.0
+"""Decades up to which a logarithmic axis has plain numbers in a prefixed unit, and above which it has powers of ten."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Words, SI unit and scale of an axis.
+
+    `lowest` is the part of the largest value below which a logarithmic axis does not begin.
+    """
+
+    words: str
+    unit: str
+    is_logarithmic: bool = False
+    lowest: float = 1e-6
+
+
+TIME: Final = Axis("time", "s")
+FREQUENCY: Final = Axis("frequency", "Hz", is_logarithmic=True)
+_FORCE, _LOGARITHMIC_FORCE = Axis("force", "N"), Axis("force", "N", is_logarithmic=True)
+_VOLTAGE: Final = Axis("voltage", "V")
+
+
+@dataclass(frozen=True)
+class PlottedCurve:
+    """A line of a plot, with `x` and `y` (n,) in SI.
+
+    Curves of the same `name` share an entry of the legend; the text on hover always has it. `colour` is
+    ``#rrggbb``, `dash` as Plotly calls it. `fill_from` (n,) is the lower edge of a band whose upper edge is
+    `y`; the band is filled and has no line.
+    """
+
+    x: ArrayLike
+    y: ArrayLike
+    name: str
+    colour: str = COLOURS[0]
+    dash: str = "solid"
+    fill_from: ArrayLike | None = None
+    width: float = 1.8
+    in_legend: bool = True
+
+
+def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict[str, Any]:
+    """Make the tables ``data``, ``layout`` and ``config`` of a plot for Plotly, without colours of the page.
+
+    The title is also the accessible name of the plot.
+    """
+    across = _finite([each.x for each in curves])
+    up = _finite([height for each in curves for height in (each.y, each.fill_from) if height is not None])
+    (x_table, x_scale, _), (y_table, y_scale, unit) = _axis(x, across), _axis(y, up)
+    data: list[dict[str, Any]] = []
+    named: set[str] = set()
+    for each in curves:
+        data += _lines(each, x_scale, y_scale, unit, show=each.in_legend and each.name not in named)
+        if each.in_legend:
+            named.add(each.name)
+    rows = math.ceil(sum(48 + 6.2 * len(name) for name in named) / _LEGEND)
+    return {
+        "data": data,
+        "layout": {
+            "title": {"text": title, "x": 0.02, "y": 0.98, "yanchor": "top", "font": {"size": 14}},
+            "xaxis": x_table,
+            "yaxis": y_table | _range(y, up, y_scale),
+            "margin": {"l": 62, "r": 12, "t": 30, "b": 44 + (18 * rows if len(named) > 1 else 0)},
+            "legend": {
+                "orientation": "h", "x": 0, "xanchor": "left", "y": 0, "yref": "container", "yanchor": "bottom",
+                "bgcolor": "rgba(0,0,0,0)", "font": {"size": 11},
+            },
+            "showlegend": len(named) > 1,
+            "uirevision": title,
+            "hovermode": "x",
+        },
+        "config": {"displaylogo": False, "responsive": True, "displayModeBar": False},
+    }  # fmt: skip
+
+
+def thinned(x: NDArray[Any], y: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Keep the lowest and the highest point of each stretch of a curve, `SHOWN_SAMPLES` at most, and both ends."""
+    if len(x) <= SHOWN_SAMPLES:
+        return x, y
+    size = -(-len(y) // (SHOWN_SAMPLES // 2 - 1))
+    rows = np.concatenate([y, np.full(-len(y) % size, y[-1])]).reshape(-1, size)
+    start = np.arange(len(rows)) * size
+    ends = np.sort([start + np.argmin(rows, axis=1), start + np.argmax(rows, axis=1)], axis=0)
+    places = np.minimum(np.concatenate([[0], ends.T.ravel(), [len(x) - 1]]), len(x) - 1)
+    places = places[np.append(True, places[1:] > places[:-1])]
+    return x[places], y[places]
+
+
+def _lines(
+    curve: PlottedCurve, x_scale: float, y_scale: float, unit: str, *, show: bool
+) -> list[dict[str, Any]]:
+    def line(x: NDArray[Any], y: NDArray[Any], **more: Any) -> dict[str, Any]:
+        points = {"x": _numbers(x / x_scale), "y": _numbers(y / y_scale)}
+        named = {"name": curve.name, "legendgroup": curve.name, "showlegend": show}
+        return {"type": "scatter", "mode": "lines", **points, **named, **more}
+
+    x, y = np.asarray(curve.x, dtype=float), np.asarray(curve.y, dtype=float)
+    if curve.fill_from is None:
+        look = {"color": curve.colour, "dash": curve.dash, "width": curve.width, "simplify": False}
+        return [line(*thinned(x, y), line=look, hovertemplate=_hover(unit, curve.name))]
+    red, green, blue = bytes.fromhex(curve.colour[1:])
+    edge: dict[str, Any] = {"line": {"width": 0}, "hoverinfo": "skip"}
+    lower = line(x, np.asarray(curve.fill_from, dtype=float), **edge)
+    fill = {"fill": "tonexty", "fillcolor": f"rgba({red},{green},{blue},0.22)"}
+    return [lower | {"showlegend": False}, line(x, y, **edge, **fill)]
+
+
+def _hover(unit: str, name: str) -> str:
+    return f"%{{y:.4~g}} {unit}<extra>{name}</extra>"
+
+
+def _numbers(values: NDArray[Any]) -> tuple[float | None, ...]:
+    """Round to a few digits, so that little is sent; numbers that are not finite become gaps.
+
+    The framework watches every item of a list for changes, which takes longer than the simulation; a tuple is sent as it is.
+    """
+    finite = np.isfinite(values)
+    known = np.where(finite, values, 0.0)
+    sizes = np.abs(known)
+    if span := float(np.ptp(values[finite])) if finite.any() else 0.0:
+        sizes = np.minimum(sizes, span)  # a small change of a large value stays smooth
+    places = _DIGITS - 1 - np.floor(np.log10(np.where(sizes > 0, sizes, 1.0))).astype(int)
+    up, down = _POWERS[np.clip(places, 0, 300)], _POWERS[np.clip(-places, 0, 300)]
+    rounded = (np.round(known * up / down) / up * down).tolist()
+    return tuple(value if kept else None for value, kept in zip(rounded, finite.tolist(), strict=True))
+
+
+def _finite(data: Sequence[ArrayLike]) -> NDArray[Any]:
+    """Return all finite numbers along an axis."""
+    values = np.concatenate([np.ravel(np.asarray(each, dtype=float)) for each in data] or [np.zeros(0)])
+    finite: NDArray[Any] = values[np.isfinite(values)]
+    return finite
+
+
+def _axis(axis: Axis, values: NDArray[Any]) -> tuple[dict[str, Any], float, str]:
+    """Return the table of an axis for Plotly, the size of its unit in SI, by which data are divided, and the unit.
+
+    One prefix holds for the whole axis, none where it has powers of ten; the unit of a pure number is empty.
+    """
+    sizes = np.abs(values[values != 0])
+    low, high = (float(sizes.min()), float(sizes.max())) if sizes.size else (math.inf, 0.0)
+    covers = axis.is_logarithmic and low < high
+    decades = math.log10(high / max(low, axis.lowest * high)) if covers else 0.0
+    has_powers = axis.is_logarithmic and (axis.unit == "Hz" or decades > _FEW_DECADES)
+    prefix, scale = ("", 1.0) if has_powers else prefix_for(high, axis.unit)
+    unit = pretty_unit(f"{prefix}{axis.unit}" if axis.unit != "1" else "1")
+    table: dict[str, Any] = {
+        "title": {"text": f"{axis.words} [{unit}]" if unit else axis.words, "standoff": 6},
+        "zeroline": False, "ticks": "outside", "automargin": True, "hoverformat": ".4~g",
+    }  # fmt: skip
+    if axis.is_logarithmic:
+        table |= {"type": "log", "exponentformat": "power"}
+    if has_powers:
+        table["dtick"] = math.ceil(decades / 8) or 1
+    elif decades > 1:  # a decade or less is left to Plotly, which then has linear steps
+        digits = (1, 2, 5) if decades <= 2 else (1,)
+        ticks = [digit * 10.0**power for power in range(-4, 5) for digit in digits]
+        table |= {"tickvals": ticks, "ticktext": [f"{each:g}" for each in ticks]}
+    return table, scale, unit
+
+
+def _range(axis: Axis, values: NDArray[Any], scale: float) -> dict[str, Any]:
+    """Keep a logarithmic axis from decades of values that are almost zero, and a linear one from showing rounding."""
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
+    size = max(abs(low), abs(high))
+    if axis.is_logarithmic and high > 0:
+        floor = max(float(values[values > 0].min()), axis.lowest * high)
+        return {"range": [math.log10(floor / scale) - 0.1, math.log10(high / scale) + 0.15]}
+    if axis.is_logarithmic or not values.size or high - low > 1e-6 * size:
+        return {}
+    return {"range": [(low - 0.2 * (size or 1.0)) / scale, (high + 0.2 * (size or 1.0)) / scale]}
+
+
+_OVER_TIME: Final = (
+    (
+        "Voltage",
+        _VOLTAGE,
+        {
+            "drive_voltage": "drive",
+            "plate_voltage": "plate, behind the amplifier",
+            "effective_voltage": "effective",
+        },
+    ),
+    ("Drive current", Axis("current", "A"), {"drive_current": "drive"}),
+    ("Electrostatic force", _FORCE, {"electrostatic_force": "attraction"}),
+    (
+        "Lateral force",
+        _FORCE,
+        {"lateral_force": "friction", "lateral_force_measured": "friction as the tribometer reads it"},
+    ),
+)
+"""Title, axis and signals of each plot over time."""
+_COMPARABLE: Final = 20.0
+"""Ratio of the largest voltages of two layers up to which both can be read on one axis."""
+
+
+def over_time(shown: Computed, pinned: Sequence[Computed] = ()) -> list[dict[str, Any]]:
+    """Plot voltages, attraction, friction and fields over time; results that are pinned have dashed curves."""
+    plots = [_signals(title, TIME, y, names, shown, pinned) for title, y, names in _OVER_TIME]
+    return _with_curves([*plots, _layer_voltages(shown)])[:4]
+
+
+def unknown_signals(shown: Computed) -> list[str]:
+    """Return the names, in words, of the signals over time that have no value at all."""
+    names = [name for _, _, names in _OVER_TIME for name in names]
+    return [name.replace("_", " ") for name in names if shown.has(name) and not _is_known(shown, name, TIME)]
+
+
+def over_frequency(
+    shown: Computed, pinned: Sequence[Computed] = (), *, band: Mapping[str, NDArray[Any]] | None = None
+) -> list[dict[str, Any]]:
+    """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance.
+
+    Results that are pinned have dashed curves. `band` has ``frequency`` [Hz], ``low`` and ``high`` [N] of a
+    population of fingers, each of shape (n,).
+    """
+    fingers = []
+    if band is not None and shown.has("mean_force"):
+        name, colour = "5 to 95 % of fingers", COLOURS[5]
+        fingers = [PlottedCurve(band["frequency"], band["high"], name, colour, fill_from=band["low"])]
+    force = {"mean_force": "mean force of the scenario"}
+    impedance = Axis("impedance", "ohm", is_logarithmic=True, lowest=1e-12)
+    share = Axis("share", "1", is_logarithmic=True)
+    gains = _of_layers(shown, "field_gain")
+    return _with_curves([
+        _signals("Mean force under a sine", FREQUENCY, _LOGARITHMIC_FORCE, force, shown, pinned, fingers),
+        _time_constants(shown),
+        _layers("Share of the voltage across each layer", FREQUENCY, share, shown, gains),
+        _signals("Magnitude of the impedance", FREQUENCY, impedance, {"impedance": "magnitude"}, shown, pinned),
+    ])  # fmt: skip
+
+
+def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]]:
+    """Plot the force of each law over time and over frequency; the law of the page has a solid line."""
+    cases = {type(shown.scenario.force).__name__: shown, **others}
+    looks = [(colour, "dash" if place else "solid") for place, colour in enumerate(COLOURS + FURTHER_COLOURS)]
+    plots = []
+    for title, signal, x, y in (
+        ("Electrostatic force of each law", "electrostatic_force", TIME, _FORCE),
+        ("Mean force of each law under a sine", "mean_force", FREQUENCY, _LOGARITHMIC_FORCE),
+    ):
+        curves = [
+            PlottedCurve(case.values(x.words), case.values(signal), name, *look)
+            for (name, case), look in zip(cases.items(), itertools.cycle(looks), strict=False)
+            if case.has(signal)
+        ]
+        plots.append(figure(title, x, y, curves))
+    return _with_curves(plots)
+
+
+def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
+    """Plot each signal of a recording with the same signal of the page; the modulus of complex ones."""
+    plots = []
+    for name in map(str, measured.data_vars):
+        dims = measured[name].dims
+        if name not in SIGNALS or dims not in (("time",), ("frequency",)):
+            continue
+        x = TIME if dims == ("time",) else FREQUENCY
+        cases = [("recorded", measured, NEUTRAL, 4.0), ("computed", shown.trace, COLOURS[0], 1.8)]
+        curves = [
+            PlottedCurve(each[x.words].values, _real(each[name].values), words, colour, width=width)
+            for words, each, colour, width in cases
+            if name in each and each[name].dims == dims
+        ]
+        declared = SIGNALS[name]
+        y = Axis(declared.doc.partition(",")[0], declared.unit, is_logarithmic=x.is_logarithmic)
+        plots.append(figure(name.replace("_", " "), x, y, curves))
+    return plots
+
+
+def _with_curves(plots: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [plot for plot in plots if plot["data"]]
+
+
+def _signals(
+    title: str,
+    x: Axis,
+    y: Axis,
+    names: Mapping[str, str],
+    shown: Computed,
+    pinned: Sequence[Computed],
+    first: Sequence[PlottedCurve] = (),
+) -> dict[str, Any]:
+    """Plot signals, the modulus of complex ones, of the present result and, dashed, of those that are kept."""
+    kept = [
+        (each, dash, f", kept {place}")
+        for place, (each, dash) in enumerate(zip(pinned, PINNED, strict=False), 1)
+    ]
+    curves = [
+        PlottedCurve(
+            each.values(x.words), _real(each.values(signal)), f"{words}{which}", colour, dash,
+            in_legend=not which,
+        )
+        for each, dash, which in [(shown, "solid", ""), *kept]
+        for colour, (signal, words) in zip(COLOURS, names.items(), strict=False)
+        if _is_known(each, signal, x)
+    ]  # fmt: skip
+    present = [words for signal, words in names.items() if _is_known(shown, signal, x)]
+    if len(names) > 1 and len(present) == 1:  # the legend, which would name the only curve, is omitted
+        title = f"{title}: {present[0]}"
+    return figure(title, x, y, [*first, *curves])
+
+
+def _real(values: NDArray[Any]) -> NDArray[Any]:
+    return np.asarray(np.abs(values) if np.iscomplexobj(values) else values)
+
+
+def _is_known(shown: Computed, signal: str, x: Axis) -> bool:
+    """Return whether a result has a signal along an axis with a finite value."""
+    if not shown.has(signal) or shown.dimensions(signal) != (x.words,):
+        return False
+    return bool(np.isfinite(shown.values(signal)).any())
+
+
+def _of_layers(shown: Computed, signal: str) -> dict[str, NDArray[Any]]:
+    """Return the modulus of a signal in each layer; nothing where there is no such signal."""
+    names = shown.scenario.stack.layers if shown.has(signal) else ()
+    return {name: _real(shown.values(signal, layer=name)) for name in names}
+
+
+def _layers(
+    title: str,
+    x: Axis,
+    y: Axis,
+    shown: Computed,
+    values: Mapping[str, NDArray[Any]],
+    notes: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """Plot a curve for each layer that has values, in its colour."""
+    layers = list(shown.scenario.stack.layers)
+    looks = zip(layer_colours(layers).values(), itertools.cycle(_LAYER_DASHES), strict=False)
+    curves = [
+        PlottedCurve(
+            shown.values(x.words), values[name], name.replace("_", " ") + (notes or {}).get(name, ""), *look
+        )
+        for name, look in zip(layers, looks, strict=True)
+        if name in values
+    ]
+    return figure(title, x, y, curves)
+
+
+def _layer_voltages(shown: Computed) -> dict[str, Any]:
+    """Plot the voltage across each layer, its field times its thickness; relative ones where they differ by much."""
+    layers = shown.scenario.stack.layers
+    voltages = {name: field * layers[name].thickness for name, field in _of_layers(shown, "field").items()}
+    largest = {name: float(np.nanmax(np.abs(each), initial=0.0)) for name, each in voltages.items()}
+    sizes = [each for each in largest.values() if each > 0]
+    title = "Voltage across each layer"
+    if not sizes or max(sizes) <= _COMPARABLE * min(sizes):
+        return _layers(title, TIME, _VOLTAGE, shown, voltages)
+    relative = {name: each / (largest[name] or 1.0) for name, each in voltages.items()}
+    notes = {name: f" (1 is {pretty_quantity(each, 'V', digits=3)})" for name, each in largest.items()}
+    return _layers(f"{title} over its largest", TIME, Axis("voltage / largest", "1"), shown, relative, notes)
+
+
+def _time_constants(shown: Computed) -> dict[str, Any]:
+    """Plot permittivity over conductivity, the time in which a layer loses its charge."""
+    found = {}
+    for name in shown.scenario.stack.layers:
+        value = shown.values("permittivity", layer=name)
+        loss = -value.imag * 2 * np.pi * shown.values("frequency")
+        if np.any(loss > 0):
+            found[name] = np.divide(value.real, loss, out=np.full(loss.shape, np.nan), where=loss > 0)
+    title = "Time constant of each layer: permittivity / conductivity"
+    return _layers(title, FREQUENCY, Axis("time constant", "s", is_logarithmic=True), shown, found)
+
+
+LOWEST, HIGHEST = 1.0, 2000.0
+"""Frequencies of the plot of what is felt [Hz]."""
+_FREQUENCIES: Final = np.geomspace(LOWEST, HIGHEST, 120)
+
+
+def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
+    """Plot the lines of the spectrum that perception evaluates, from 1 Hz to 2 kHz, and the level at which a sine is felt.
+
+    The one plot has a bar for each line, and the amplitude over frequency of a single sine at the detection
+    threshold; there is none where nothing varies.
+    """
+    lines = percept.spectrum
+    kept = (lines.frequency >= LOWEST) & (lines.frequency <= HIGHEST) & (lines.amplitude > 0)
+    if not np.any(kept):
+        return []
+    kept &= lines.amplitude > 1e-5 * lines.amplitude[kept].max()
+    frequency, amplitude = lines.frequency[kept], lines.amplitude[kept]
+    unit = "m" if lines.signal == "skin_displacement" else "N"
+    title = f"Spectrum of the {'displacement of the skin' if unit == 'm' else 'lateral force'}"
+    top = float(amplitude.max())
+    prefix, scale = prefix_for(top, unit)
+    shown_unit = pretty_unit(prefix + unit)
+    level, name = detection(percept, scenario)
+    words = Axis(f"amplitude [{shown_unit}]", "1", is_logarithmic=True)
+    plot = figure(title, FREQUENCY, words, [PlottedCurve(_FREQUENCIES, level / scale, name, COLOURS[1])])
+    plot["data"][0] |= {"showlegend": True, "hovertemplate": _hover(shown_unit, name)}
+    bars = {
+        "type": "bar", "x": frequency.tolist(), "y": (amplitude / scale).tolist(), "width": (0.02 * frequency).tolist(),
+        "marker": {"color": COLOURS[0]}, "name": "lines of the spectrum", "hovertemplate": _hover(shown_unit, "line"),
+    }  # fmt: skip
+    plot["data"].insert(0, bars)
+    layout = plot["layout"]
+    lowest = max(float(amplitude.min()), 1e-4 * top)
+    highest = max(top, min(float(np.nanmin(level)), 100 * top))
+    layout["xaxis"]["range"] = [math.log10(LOWEST), math.log10(HIGHEST)]
+    layout["yaxis"]["range"] = [math.log10(lowest / scale) - 0.2, math.log10(highest / scale) + 0.3]
+    layout["showlegend"], layout["margin"]["b"] = True, 62
+    return [plot]
+
+
+def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
+    """Return the amplitude (n,) [N or m] of a single sine of a certain level over frequency, and its name.
+
+    A = 10^(L/20) / (max_c w_c(f) |C(f)|) with level L, weights w_c of the channels and compliance C of the
+    skin: the inverse of the level that `electrovib.perceive` computes for one line. NaN where no channel is
+    sensitive. The level is that of the detection threshold, measured or published; without any, that at which
+    the sine is felt as strongly as the drive.
+    """
+    person = scenario.perception or Perception()
+    given = person.compliance or scenario.finger
+    if percept.sensation is not None:
+        low, high = just_felt(Stimulus(percept.spectrum, person, given), _FREQUENCIES)
+        middle = np.sqrt(low * high)
+        whose = "published, middle" if percept.left else "of the perception"
+        middle[~np.isfinite(middle)] = np.nan
+        return middle, f"detection threshold of a single sine ({whose})"
+    weight = np.max([channel.weight(_FREQUENCIES) for channel in person.channels], axis=0)
+    if given is not None and percept.spectrum.signal != "skin_displacement":
+        weight = weight * np.abs(given.compliance(_FREQUENCIES))
+    unfelt = np.full(weight.shape, np.nan)
+    felt_alike = np.divide(10 ** (percept.level / 20), weight, out=unfelt, where=weight > 0)
+    return felt_alike, "a single sine felt as strongly (no threshold is known)"
