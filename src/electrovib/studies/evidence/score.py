@@ -1,0 +1,141 @@
+"""A prediction against what was measured: ratio, coverage, log score, and the score of the shape alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.special import ndtri
+
+from electrovib.core.arrays import Real
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from electrovib.studies.evidence.measurement import Measurement
+    from electrovib.studies.evidence.predicted import Prediction
+
+LEVEL: Final = 0.9
+"""Probability of the predictive intervals."""
+DECADES: Final = 12.0
+"""Width of the distribution that knows nothing, in decades of the value: from a millionth to a million times it."""
+SURPRISE: Final = 0.01
+"""Probability that is left to this distribution, so that a law which is wrong by decades has a bounded score."""
+IGNORANT: Final = -math.log(DECADES * math.log(10))
+"""Log score of that distribution, which every useful law exceeds."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """A candidate on one measurement.
+
+    - `measurement`, `model`, `group`: names.
+    - `ratio`: median of predicted over measured over draws and points; `low`, `high`: ends of its 90 % interval.
+    - `covered`: share of the points that lie in the 90 % interval of the prediction with the spread of the measurement.
+    - `score`: mean over the points of the logarithm of the predictive density of the logarithm of the value.
+    - `shape`: the same with one common factor left free in every draw; NaN for a single point.
+    - `band`: 5, 50 and 95 % of the prediction without the spread of the measurement (3, points).
+    """
+
+    measurement: str
+    model: str
+    group: str
+    ratio: float
+    low: float
+    high: float
+    covered: float
+    score: float
+    shape: float
+    band: Real
+
+
+def judge(name: str, measured: Measurement, found: Prediction) -> Score:
+    """Score a prediction. A value that a law predicts as 0 or less is one that it rules out."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.where(found.values > 0, np.log(np.maximum(found.values, 1e-300)), -np.inf)
+    log_values = np.log(np.array(measured.values))
+    widths = np.sqrt(np.log1p(np.array(measured.spread) ** 2))
+    off = logs - log_values
+    ends = [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2]
+    ratios = np.exp(np.quantile(off, ends, method="inverted_cdf"))
+    low, high = np.quantile(_with_spread(off, widths), [ends[0], ends[-1]], axis=0)
+    return Score(
+        measurement=name,
+        model=found.model,
+        group=measured.group,
+        ratio=float(ratios[1]),
+        low=float(ratios[0]),
+        high=float(ratios[2]),
+        covered=float(np.mean((low <= 0) & (high >= 0))),
+        score=_log_score(off, widths),
+        shape=_log_score(*_shape(off, widths)) if log_values.size > 1 else math.nan,
+        band=np.quantile(found.values, ends, axis=0),
+    )
+
+
+def _with_spread(off: Real, widths: Real) -> Real:
+    """Add to every draw a deviation of the measurement; the same ones each time, evenly spaced in probability."""
+    count = len(off)
+    steps = ndtri((np.arange(count) + 0.5) / count)
+    order = np.random.default_rng(0).permuted(np.tile(steps[:, None], (1, off.shape[1])), axis=0)
+    return off + widths * order
+
+
+def _shape(off: Real, widths: Real) -> tuple[Real, Real]:
+    """Remove from every draw its mean deviation; what is left varies less, by the weight of each point in the mean."""
+    weights = widths**-2 / np.sum(widths**-2)
+    mean = np.where(np.isfinite(off).all(axis=1), off @ weights, 0.0)
+    return off - mean[:, None], widths * np.sqrt(1 - weights)
+
+
+def _log_score(off: Real, widths: Real) -> float:
+    densities = np.exp(-0.5 * (off / widths) ** 2) / (widths * math.sqrt(2 * math.pi))
+    mixed = (1 - SURPRISE) * densities.mean(axis=0) + SURPRISE * math.exp(IGNORANT)
+    return float(np.mean(np.log(mixed)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """A candidate over all measurements that it can predict: every group counts once, whatever it has published.
+
+    `groups` and `points` are their numbers; `ratio` is the geometric mean of the median ratios, `off` the typical factor
+    by which a group's ratio deviates from 1.
+    """
+
+    model: str
+    groups: int
+    points: int
+    ratio: float
+    off: float
+    covered: float
+    score: float
+    shape: float
+
+
+def standings(scores: Iterable[Score]) -> list[Standing]:
+    """Average the scores of every candidate over its groups; the best one first."""
+    by_model: dict[str, dict[str, list[Score]]] = {}
+    for each in scores:
+        by_model.setdefault(each.model, {}).setdefault(each.group, []).append(each)
+    found = [_standing(model, list(groups.values())) for model, groups in by_model.items()]
+    return sorted(found, key=lambda each: (-each.score, each.model))
+
+
+def _standing(model: str, groups: Sequence[Sequence[Score]]) -> Standing:
+    def over_groups(values: Sequence[Sequence[float]]) -> float:
+        means = [np.mean(known) for each in values if (known := [one for one in each if math.isfinite(one)])]
+        return float(np.mean(means)) if means else math.nan
+
+    logs = [[math.log(max(each.ratio, 1e-12)) for each in group] for group in groups]
+    return Standing(
+        model=model,
+        groups=len(groups),
+        points=sum(each.band.shape[1] for group in groups for each in group),
+        ratio=math.exp(over_groups(logs)),
+        off=math.exp(over_groups([[abs(each) for each in group] for group in logs])),
+        covered=over_groups([[each.covered for each in group] for group in groups]),
+        score=over_groups([[each.score for each in group] for group in groups]),
+        shape=over_groups([[each.shape for each in group] for group in groups]),
+    )
