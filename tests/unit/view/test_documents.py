@@ -42,6 +42,55 @@ def test_a_page_has_all_that_a_document_says():
     assert "Force &lt;over&gt; time" in page
 
 
+def test_tables_and_texts_look_as_they_say():
+    """Numbers stand before the validity, what is looked up after the figures, folded where it is long."""
+    looks = {0: "code", 1: "state", 2: "formula", 3: "number"}
+    row = ("stack.gap", "warning", r"\frac{1}{2}", "5 uA\nless than that")
+    page = html(
+        Document(
+            title="A title",
+            sentences=["The answer."],
+            numbers=[Table("", ("", ""), (("largest force", "1 N"),))],
+            diagnostics={
+                "a": [Diagnostic("current", "ok", "small")],
+                "b": [Diagnostic("field", "warning", "large")],
+            },
+            tables=[Table("Beside the page", ("x",), (("absent",),), on_page=False)],
+            figures=[PANEL, PANEL],
+            pages=[
+                Table("Looked up", ("where", "state", "formula", "value"), (row,), looks=looks, folded=True),
+                Page("A file", ("drive = <b>\n  x = 1",), listing=True),
+            ],
+        )
+    )
+    for words in (
+        '<table class="narrow">\n<tbody>',
+        "<h3>a</h3>",
+        "<details><summary>Looked up</summary>",
+        "<code>stack.<wbr>gap</code>",
+        '<span class="word warning">warning</span></td>\n<td class="formula"><svg',
+        '<td class="number">5 µA<br><span class="quiet">less than that</span></td>',
+        "<pre>drive = &lt;b&gt;\n  x = 1</pre>",
+    ):
+        assert words in page, words
+    assert "absent" not in page
+    assert page.count("<h2>Force &lt;over&gt; time</h2>") == 1, "one heading for two figures of one title"
+    places = [page.index(words) for words in ("largest force", "Validity", "Made up.", "Looked up", "A file")]
+    assert places == sorted(places)
+
+
+def test_a_figure_may_be_a_function_that_fills_it():
+    def two(figure):
+        for ax in figure.subplots(2):
+            ax.set_title("kept")
+
+    placed = Drawing(id="two", title="Two plots", plot=two, size=(3.0, 2.0), words="one above the other")
+    figure = drawn(placed)
+    assert tuple(figure.get_size_inches()) == (3.0, 2.0)
+    assert 'aria-label="one above the other"' in on_page(placed, figure=figure).svg
+    assert [ax.get_title(loc="left") for ax in figure.axes] == ["kept", "kept"]
+
+
 def test_on_a_page_the_title_of_a_figure_is_its_heading_alone():
     for shown in (PANEL, DRAWING):
         figure = drawn(shown)
