@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -32,8 +32,9 @@ class Measurement:
 
     - `title`, `source`: what was measured, and where in the publication it stands.
     - `scenario`: the set-up; what the publication prints is in it.
-    - `quantity`: what was measured, as ``electrovib run --quantity`` names it; `per` is a second quantity by which it
-      is divided, and `scale` a factor, for instance the inverse of an area for a stress.
+    - `quantity`: what was measured, as ``electrovib run --quantity`` names it, or a function of the scenario that
+      computes it; `per` is a second quantity by which the first is divided, and `scale` a factor, for instance the
+      inverse of an area for a stress.
     - `unit`: SI unit of the values.
     - `over`, `at`: dotted path of the parameter that was varied, and its values in SI.
     - `values`: what was measured, positive, shape (n,) as `at`, in SI.
@@ -49,7 +50,7 @@ class Measurement:
     title: str
     source: str
     scenario: Scenario
-    quantity: str
+    quantity: str | Callable[[Scenario], float]
     unit: str
     values: tuple[float, ...]
     spread: tuple[float, ...]
@@ -87,11 +88,6 @@ class Measurement:
         ]
         if problems:
             raise InputError(f"measurement '{self.title}': {each}" for each in problems)
-
-    @property
-    def quantities(self) -> tuple[str, ...]:
-        """The quantities of the scenario that the measured one is made of."""
-        return (self.quantity, self.per) if self.per else (self.quantity,)
 
     @property
     def points(self) -> Real:

@@ -12,6 +12,7 @@ from electrovib.core.discovery import find_members, offers
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.own_models import family_of
 from electrovib.core.paths import value_at
+from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.prepare import prepare
 
 if TYPE_CHECKING:
@@ -76,9 +77,15 @@ def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int
 def _at(measured: Measurement, scenario: Scenario, draws: Mapping[str, Real], n: int) -> Real:
     """Compute the measured quantity at one point for every draw (n,), in the unit of the measurement."""
     free = list(draws) or [next(path for path, value, _ in scenario.parameters() if value is not None)]
-    prepared = prepare(scenario, free=free, quantities=measured.quantities)
-    found = prepared(draws or {free[0]: float(value_at(scenario, free[0]))})
-    values = found[measured.quantity] / (found[measured.per] if measured.per else 1.0) * measured.scale
+    columns = draws or {free[0]: np.array([float(value_at(scenario, free[0]))])}
+    if callable(measured.quantity):
+        made = ParametricScenario(scenario, free)
+        rows = np.stack(list(columns.values()), axis=1)
+        found = [measured.quantity(made.scenario(row)) for row in rows.tolist()]
+        return np.broadcast_to(np.array(found, dtype=float) * measured.scale, (n,))
+    names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
+    several = prepare(scenario, free=free, quantities=names)(columns)
+    values = several[names[0]] / (several[names[1]] if measured.per else 1.0) * measured.scale
     return np.broadcast_to(np.asarray(values, dtype=float), (n,))
 
 

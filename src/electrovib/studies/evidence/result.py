@@ -174,6 +174,12 @@ class Evidence(Answer):
         return super().content(name)  # type: ignore[return-value]
 
 
+def _quantity(measured: Measurement) -> str:
+    if callable(measured.quantity):
+        return "value"
+    return f"{measured.quantity} / {measured.per}" if measured.per else measured.quantity
+
+
 def _points(count: int) -> str:
     return "its value" if count == 1 else f"its {count} values"
 
@@ -209,7 +215,7 @@ def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
             filter(None, (f"{measured.how.capitalize()}, {measured.status}: {measured.source}.", measured.note))
         ),
         x=(over or "number", unit),
-        y=(measured.quantity + (f" / {measured.per}" if measured.per else ""), measured.unit),
+        y=(_quantity(measured), measured.unit),
         curves=tuple(curves),
         log_x=bool(wide and x[0] > 0 and x[-1] / x[0] > 20),
         log_y=True,
