@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.studies.evidence.measurement import Measurement
 
-DRAWS: Final = 256
+DRAWS: Final = 64
 """Draws of what was not printed, by default."""
 SKIN: Final = "material"
 """Last part of a path whose candidates are the skins that papers offer; other paths have the members of their family."""

@@ -27,6 +27,10 @@ IGNORANT: Final = -math.log(DECADES * math.log(10))
 """Log score of that distribution, which every useful law exceeds."""
 
 
+_NOTHING: Final = 1e-300
+"""What a prediction of 0 or less counts as."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Score:
     """A candidate on one measurement.
@@ -53,8 +57,7 @@ class Score:
 
 def judge(name: str, measured: Measurement, found: Prediction) -> Score:
     """Score a prediction. A value that a law predicts as 0 or less is one that it rules out."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.where(found.values > 0, np.log(np.maximum(found.values, 1e-300)), -np.inf)
+    logs = np.log(np.maximum(found.values, _NOTHING))
     log_values = np.log(np.array(measured.values))
     widths = np.sqrt(np.log1p(np.array(measured.spread) ** 2))
     off = logs - log_values
@@ -86,8 +89,7 @@ def _with_spread(off: Real, widths: Real) -> Real:
 def _shape(off: Real, widths: Real) -> tuple[Real, Real]:
     """Remove from every draw its mean deviation; what is left varies less, by the weight of each point in the mean."""
     weights = widths**-2 / np.sum(widths**-2)
-    mean = np.where(np.isfinite(off).all(axis=1), off @ weights, 0.0)
-    return off - mean[:, None], widths * np.sqrt(1 - weights)
+    return off - (off @ weights)[:, None], widths * np.sqrt(1 - weights)
 
 
 def _log_score(off: Real, widths: Real) -> float:
