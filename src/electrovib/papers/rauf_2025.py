@@ -13,6 +13,7 @@ taken from the measured means: these belong to different sessions, between which
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -227,7 +228,7 @@ def clutch() -> Scenario:
 
 def measurements() -> dict[str, Measurement]:
     """Return the shear force over voltage at 1 kHz and over frequency at four voltages."""
-    shared = {
+    shared: dict[str, Any] = {
         "quantity": "mean lateral_force", "unit": "N", "spread_of": "repeats", "group": "Rauf and Follmer", "on": "metal pin",
         "how": "data file", "status": "full text",
         "unknown": {"stack.gap.thickness": _GAP, "friction.coefficient": _FRICTION},

@@ -88,11 +88,11 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
         by_law["MaxwellStressInGap"][:, 1] / by_law["MaxwellStressInGap"][:, 0], 4, rtol=1e-6
     )
     assert "mean_gap" in refused["Persson2018RoughGap"]
-    draws = measured().space(step()).draw(3, 0, 32)
+    draws = ev.read_space(step(), {"space": {"stack.gap.thickness": GAP}}).draw(3, 0, 32)
     one = step(200.0).replace({"stack.gap.thickness": draws["stack.gap.thickness"][5]})
     alone = ev.sweep(one, {}, quantities=[FORCE])[FORCE]
     assert by_law["MaxwellStressInGap"][5, 2] == pytest.approx(float(alone), rel=1e-6)
-    own = {"force.mean_gap": {"model": "Uniform", "low": 1e-6, "high": 2e-6, "choice": "of this test"},
+    own = {"stack.gap": None, "force.mean_gap": {"model": "Uniform", "low": 1e-6, "high": 2e-6, "choice": "of this test"},
            "force.rms_gap": {"model": "Uniform", "low": 3e-7, "high": 5e-7, "choice": "of this test"}}  # fmt: skip
     found, refused = predict(measured(of_model={"Persson2018RoughGap": own}), n=8)
     assert "Persson2018RoughGap" in {each.model for each in found}

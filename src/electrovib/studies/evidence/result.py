@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.data.marks import Form, csv_text
 from electrovib.studies.evidence.measurement import HOW, Measurement
-from electrovib.studies.evidence.score import IGNORANT, LEVEL, Score, standings
+from electrovib.studies.evidence.score import IGNORANT, LEVEL, Score, Standing, standings
 
 WORST: Final = 5
 """Failures that are listed."""
@@ -110,7 +110,7 @@ class Evidence(Answer):
             )
             for each in standings(self.scores)
         )
-        headings = (
+        headings: tuple[str, ...] = (
             *("law or model", "groups", "numbers", f"within {100 * LEVEL:.0f} %", "predicted/measured"),
             *("typical factor", "score", "shape"),
         )
@@ -128,28 +128,18 @@ class Evidence(Answer):
 
     @property
     def _all(self) -> Table:
-        rows = []
-        for name, each in self.measured.items():
-            found = self.of(name)
-            best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
-            rows.append(
-                (
-                    name,
-                    each.title,
-                    each.on,
-                    each.group,
-                    str(len(each.values)),
-                    f"{each.how}, {each.status}",
-                    f"{100 * max(each.spread):.2g} %, {each.spread_of}",
-                    best,
-                    each.note,
-                )
-            )
-        headings = (
+        rows = tuple(self._row(name, each) for name, each in self.measured.items())
+        headings: tuple[str, ...] = (
             *("measurement", "what", "on", "group", "numbers", "how it came here", "largest spread", "best"),
             "note",
         )
-        return Table("Measurements", headings, tuple(rows))
+        return Table("Measurements", headings, rows)
+
+    def _row(self, name: str, each: Measurement) -> tuple[str, ...]:
+        found = self.of(name)
+        best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
+        how, spread = f"{each.how}, {each.status}", f"{100 * max(each.spread):.2g} %, {each.spread_of}"
+        return (name, each.title, each.on, each.group, str(len(each.values)), how, spread, best, each.note)
 
     @property
     def _not_predicted(self) -> Table:
@@ -158,20 +148,18 @@ class Evidence(Answer):
         )
         return Table("Cannot predict", ("law or model", "measurement", "why"), rows, folded=True)
 
-    def content(self, name: str) -> str:
+    def content(self, name: str) -> str | bytes:
         """Write the standings of the laws, or every score, as CSV."""
+        if name not in self.FILES:
+            return super().content(name)
+        own = ["covered", "ratio", "score", "shape"]
         if name == "laws.csv":
-            numbers = ("groups", "points", "covered", "ratio", "off", "score", "shape")
-            rows = [[each.model, *(getattr(each, of) for of in numbers)] for each in standings(self.scores)]
-            return csv_text(["model", *numbers], rows)
-        if name == "measurements.csv":
-            numbers = ("ratio", "low", "high", "covered", "score", "shape")
-            rows = [
-                [each.measurement, each.group, each.model, *(getattr(each, of) for of in numbers)]
-                for each in self.scores
-            ]
-            return csv_text(["measurement", "group", "model", *numbers], rows)
-        return super().content(name)  # type: ignore[return-value]
+            return _csv(["model", "groups", "points", "off", *own], standings(self.scores))
+        return _csv(["measurement", "group", "model", "low", "high", *own], self.scores)
+
+
+def _csv(names: list[str], records: Sequence[Standing | Score]) -> str:
+    return csv_text(names, [[getattr(each, name) for name in names] for each in records])
 
 
 def _quantity(measured: Measurement) -> str:

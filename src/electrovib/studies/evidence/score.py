@@ -83,7 +83,8 @@ def _with_spread(off: Real, widths: Real) -> Real:
     count = len(off)
     steps = ndtri((np.arange(count) + 0.5) / count)
     order = np.random.default_rng(0).permuted(np.tile(steps[:, None], (1, off.shape[1])), axis=0)
-    return off + widths * order
+    spread: Real = off + widths * order
+    return spread
 
 
 def _shape(off: Real, widths: Real) -> tuple[Real, Real]:
