@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from electrovib.core.arrays import Real
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from electrovib.studies.evidence.measurement import Measurement
     from electrovib.studies.evidence.predicted import Prediction
@@ -104,7 +104,8 @@ class Standing:
     """A candidate over all measurements that it can predict: every group counts once, whatever it has published.
 
     `groups` and `points` are their numbers; `ratio` is the geometric mean of the median ratios, `off` the typical factor
-    by which a group's ratio deviates from 1.
+    by which a group's ratio deviates from 1; `behind` is the mean distance of its score from the best one of the same
+    measurement, which alone is comparable between candidates that predict different measurements.
     """
 
     model: str
@@ -113,32 +114,40 @@ class Standing:
     ratio: float
     off: float
     covered: float
+    behind: float
     score: float
     shape: float
 
 
 def standings(scores: Iterable[Score]) -> list[Standing]:
-    """Average the scores of every candidate over its groups; the best one first."""
+    """Average the scores of every candidate over its groups; the one least behind the best of each measurement first."""
+    listed = list(scores)
+    best: dict[str, float] = {}
     by_model: dict[str, dict[str, list[Score]]] = {}
-    for each in scores:
+    for each in listed:
+        best[each.measurement] = max(each.score, best.get(each.measurement, -math.inf))
         by_model.setdefault(each.model, {}).setdefault(each.group, []).append(each)
-    found = [_standing(model, list(groups.values())) for model, groups in by_model.items()]
-    return sorted(found, key=lambda each: (-each.score, each.model))
+    found = [_standing(model, list(groups.values()), best) for model, groups in by_model.items()]
+    return sorted(found, key=lambda each: (each.behind, -each.groups, each.model))
 
 
-def _standing(model: str, groups: Sequence[Sequence[Score]]) -> Standing:
-    def over_groups(values: Sequence[Sequence[float]]) -> float:
-        means = [np.mean(known) for each in values if (known := [one for one in each if math.isfinite(one)])]
-        return float(np.mean(means)) if means else math.nan
+def _standing(model: str, groups: Sequence[Sequence[Score]], best: Mapping[str, float]) -> Standing:
+    def over_groups(number: Callable[[Score], float]) -> float:
+        known = [[value for each in group if math.isfinite(value := number(each))] for group in groups]
+        means = [math.fsum(values) / len(values) for values in known if values]
+        return math.fsum(means) / len(means) if means else math.nan
 
-    logs = [[math.log(max(each.ratio, 1e-12)) for each in group] for group in groups]
+    def log_ratio(each: Score) -> float:
+        return math.log(max(each.ratio, _NOTHING))
+
     return Standing(
         model=model,
         groups=len(groups),
         points=sum(each.band.shape[1] for group in groups for each in group),
-        ratio=math.exp(over_groups(logs)),
-        off=math.exp(over_groups([[abs(each) for each in group] for group in logs])),
-        covered=over_groups([[each.covered for each in group] for group in groups]),
-        score=over_groups([[each.score for each in group] for group in groups]),
-        shape=over_groups([[each.shape for each in group] for group in groups]),
+        ratio=math.exp(over_groups(log_ratio)),
+        off=math.exp(over_groups(lambda each: abs(log_ratio(each)))),
+        covered=over_groups(lambda each: each.covered),
+        behind=over_groups(lambda each: best[each.measurement] - each.score),
+        score=over_groups(lambda each: each.score),
+        shape=over_groups(lambda each: each.shape),
     )
