@@ -19,12 +19,11 @@ if TYPE_CHECKING:
 
 LEVEL: Final = 0.9
 """Probability of the predictive intervals."""
-DECADES: Final = 12.0
-"""Width of the distribution that knows nothing, in decades of the value: from a millionth to a million times it."""
+DECADE: Final = math.log(10)
 SURPRISE: Final = 0.01
-"""Probability that is left to this distribution, so that a law which is wrong by decades has a bounded score."""
-IGNORANT: Final = -math.log(DECADES * math.log(10))
-"""Log score of that distribution, which every useful law exceeds."""
+"""Probability that is left to a Cauchy distribution of one decade around each draw, so that no score is without bound."""
+IGNORANT: Final = -math.log(12 * DECADE)
+"""Log score of a prediction that knows nothing within twelve decades, which every useful law exceeds."""
 
 
 _NOTHING: Final = 1e-300
@@ -95,8 +94,8 @@ def _shape(off: Real, widths: Real) -> tuple[Real, Real]:
 
 def _log_score(off: Real, widths: Real) -> float:
     densities = np.exp(-0.5 * (off / widths) ** 2) / (widths * math.sqrt(2 * math.pi))
-    mixed = (1 - SURPRISE) * densities.mean(axis=0) + SURPRISE * math.exp(IGNORANT)
-    return float(np.mean(np.log(mixed)))
+    tails = 1 / (math.pi * DECADE * (1 + (off / DECADE) ** 2))
+    return float(np.mean(np.log(np.mean((1 - SURPRISE) * densities + SURPRISE * tails, axis=0))))
 
 
 @dataclass(frozen=True, kw_only=True)
