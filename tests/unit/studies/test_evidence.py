@@ -15,7 +15,7 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.studies.evidence import Measurement, standings
-from electrovib.studies.evidence.plan import _worst, tell
+from electrovib.studies.evidence.plan import _worst, plan_experiment
 from electrovib.studies.evidence.predicted import Prediction, predict
 from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
 
@@ -243,7 +243,9 @@ def test_a_planned_experiment_needs_a_fifth_of_the_repeats_of_the_founding_pulse
         "drive.rise": [1e-4, 1e-3, 1e-2, 1e-1, 1.0],
         "drive.hold": [0.01, 0.1],
     }
-    found = tell("vezzoli_2014/fig6_gap", laws, free=free, space={"space": space}, noise=(0.1, 20e-3))
+    found = plan_experiment(
+        "vezzoli_2014/fig6_gap", laws, free=free, space={"space": space}, noise=(0.1, 20e-3)
+    )
     assert found.own.repeats >= 5 * found.best.repeats
 
 
@@ -252,12 +254,12 @@ def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
     content = {
         "free": {"drive.high": [100.0, 300.0, 1e4]},
         "space": space,
-        "quantity": FORCE,
+        "quantity": "peak electrostatic_force",
         "noise": (0.1, 1e-3),
         "n": 16,
     }
     pulse = "vezzoli_2014/fig6_gap"
-    found = tell(
+    found = plan_experiment(
         pulse,
         ["MaxwellStressInGap", "MaxwellStressInStratumCorneum"],
         set={"limits.voltage": 1000.0},
@@ -274,4 +276,4 @@ def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
     ):
         asked = {"laws": ["MaxwellStressInGap", "EffectiveMedium"], **content} | wrong
         with pytest.raises(InputError, match=re.escape(words)):
-            tell(pulse, **asked)
+            plan_experiment(pulse, **asked)

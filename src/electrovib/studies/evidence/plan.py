@@ -53,7 +53,7 @@ class Experiment:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Telling(Answer):
+class ExperimentPlan(Answer):
     """The experiment that tells laws apart with the fewest repeats, beside the one that the scenario is.
 
     - `best`, `own`: the best experiment, and the scenario as it stands.
@@ -170,7 +170,7 @@ def _number(repeats: float) -> str:
     return f"{repeats:.0f}" if math.isfinite(repeats) else f"more than {REPEATS[-1]}"
 
 
-def tell(
+def plan_experiment(
     scenario: Source,
     laws: Sequence[str],
     *,
@@ -182,7 +182,7 @@ def tell(
     limits: Any = None,
     n: int = 64,
     seed: int = 0,
-) -> Telling:
+) -> ExperimentPlan:
     """Find the experiment that separates force laws with the fewest repeats.
 
     Parameters
@@ -209,7 +209,7 @@ def tell(
 
     Returns
     -------
-    Telling
+    ExperimentPlan
         The best experiment, how many repeats it needs, and how many the scenario as it stands would need.
 
     Raises
@@ -247,7 +247,7 @@ def tell(
     found = np.array(values)  # points, laws, draws
     sets = [(i,) for i in range(1, len(kept))] + list(itertools.combinations(range(1, len(kept)), 2))
     experiments = sorted((_experiment(kept, found, which, noise) for which in sets), key=_rank)
-    return Telling(
+    return ExperimentPlan(
         scenario=base,
         laws=tuple(laws),
         quantity=quantity,
