@@ -83,10 +83,10 @@ def _check(module: ModuleType, file: str | Path) -> None:
             " 'class MyLaw(ForceLaw)' with 'from electrovib.physics.force import ForceLaw'"
         )
     for member in members:
-        find_members(_family(member))
+        find_members(family_of(member))
 
 
-def _family(member: type[Model]) -> type[Model]:
+def family_of(member: type[Model]) -> type[Model]:
     """Family of a model: the widest one that is no plain Model."""
     return [each for each in member.__mro__ if issubclass(each, Model) and each is not Model][-1]
 
@@ -153,7 +153,7 @@ def _origin(kind: type[Model]) -> dict[str, str]:
     path = Path(file) if file else None
     return {
         "model": kind.__name__,
-        "family": _family(kind).__name__,
+        "family": family_of(kind).__name__,
         "file": path.name if path else "",
         "sha256": _digest(path, path.stat().st_mtime_ns) if path and path.is_file() else "",
     }

@@ -13,6 +13,7 @@ taken from the measured means: these belong to different sessions, between which
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
 from electrovib.solve.simulate import simulate
+from electrovib.studies.evidence import Measurement
 
 CITATIONS = (
     Citation(
@@ -168,3 +170,85 @@ def scenarios() -> dict[str, Scenario]:
     )
     found = {"field_50": field_50, "field_3": field_3, "relaxor": relaxor}
     return {name: sourced(scenario, {"": _CODE, "time": ""}) for name, scenario in found.items()}
+
+
+_ELECTRODES = 28
+_VOLTAGES = (100.0, 125.0, 150.0, 175.0, 200.0, 225.0, 250.0, 275.0, 300.0)
+_ELECTRIC = (0.100, 0.141, 0.166, 0.269, 0.316, 0.481, 0.504, 0.730, 0.838)
+_REPEATS = (0.010, 0.007, 0.026, 0.026, 0.067, 0.030, 0.055, 0.046, 0.070)
+"""Shear force with the drive on less that before it, and its standard deviation over 4 to 14 runs [N]."""
+_STRESS = {
+    0.1: (0.228, 0.383, 0.634, 0.768), 1.0: (0.263, 0.485, 0.812, 0.787), 10.0: (0.214, 0.517, 0.535, 0.789),
+    100.0: (0.218, 0.444, 0.559, 0.694), 2e3: (0.200, 0.380, 0.483, 0.647), 5e3: (0.172, 0.345, 0.446, 0.549),
+    1e4: (0.141, 0.274, 0.364, 0.437),
+}  # fmt: skip
+"""Largest shear force at 150, 200, 250 and 300 V over the frequency of the drive [N]; 1 kHz pools other loads and is left out."""
+_SPREAD = 0.14
+"""Typical standard deviation over the mean of five runs."""
+_GAP = {
+    "model": "LogUniform",
+    "low": 3.9e-6,
+    "high": 8.4e-6,
+    "source": "gap from the capacitance without a high voltage, three runs from 0.1 to 8 N, authors' data of figure 6",
+    "status": "full text",
+}
+_FRICTION = {
+    "model": "Uniform",
+    "low": 0.154,
+    "high": 0.188,
+    "source": "kinetic and static coefficient of the film on brass, authors' script of figure 7",
+    "status": "full text",
+}
+
+
+def clutch() -> Scenario:
+    """Return the clutch of the force measurements: a pin 2 mm wide on 28 electrodes, a square drive of both polarities.
+
+    The load is left out, because the friction before the drive is switched on is subtracted.
+    """
+    area = _ELECTRODES * WIDTH * DEPTH / 2
+    return scenarios()["relaxor"].replace(
+        {
+            "title": "Rauf 2025, clutch of figures 7 and 8",
+            "drive": {"model": "Square", "amplitude": 150.0, "frequency": 1e3},
+            "time": {"initial_state": {"model": "PeriodicState"}},
+            "contact.area": area,
+            "circuit.return_path.area": area,
+            "friction.coefficient": 0.17,
+        }
+    )
+
+
+def measurements() -> dict[str, Measurement]:
+    """Return the shear force over voltage at 1 kHz and over frequency at four voltages."""
+    shared: dict[str, Any] = {
+        "quantity": "mean lateral_force", "unit": "N", "spread_of": "repeats", "group": "Rauf and Follmer", "on": "metal pin",
+        "how": "data file", "status": "full text",
+        "unknown": {"stack.gap.thickness": _GAP, "friction.coefficient": _FRICTION},
+    }  # fmt: skip
+    found = {
+        "voltage": Measurement(
+            title="electric part of the shear force over voltage, 1 kHz",
+            source="Rauf 2025, authors' data of figures 8a and 9a",
+            scenario=clutch(),
+            over="drive.amplitude",
+            at=_VOLTAGES,
+            values=_ELECTRIC,
+            spread=tuple(each / value for each, value in zip(_REPEATS, _ELECTRIC, strict=True)),
+            note="Preload 0.08 to 0.18 N; at 300 V the electric part grows by 0.58 N per newton of preload.",
+            **shared,
+        )
+    }
+    for place, level in enumerate((150.0, 200.0, 250.0, 300.0)):
+        found[f"frequency_{level:.0f}V"] = Measurement(
+            title=f"largest shear force over frequency, {level:.0f} V",
+            source="Rauf 2025, authors' data of figure 7a",
+            scenario=clutch().replace({"drive.amplitude": level}),
+            over="drive.frequency",
+            at=tuple(_STRESS),
+            values=tuple(each[place] for each in _STRESS.values()),
+            spread=(_SPREAD,) * len(_STRESS),
+            note="The preload differs between the cells, 0.04 to 0.26 N; its part in the force is not subtracted.",
+            **shared,
+        )
+    return found

@@ -1,0 +1,57 @@
+"""Every law on every measurement that it can predict."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from electrovib.core.items import each_item
+from electrovib.studies.evidence.measurement import Measurement, measurements
+from electrovib.studies.evidence.predicted import DRAWS, predict
+from electrovib.studies.evidence.result import Evidence
+from electrovib.studies.evidence.score import judge
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+def evidence(measured: str | Mapping[str, Measurement] = "", *, n: int = DRAWS, seed: int = 0) -> Evidence:
+    """Compare every law with what was measured: the distribution that it predicts, and the measured value in it.
+
+    Parameters
+    ----------
+    measured : str or mapping of str to Measurement
+        Part of a name, a title or a group of the declared measurements, all by default; or measurements of your own.
+    n : int
+        Draws of what was not printed, for each measurement, >= 2.
+    seed : int
+        Of the draws.
+
+    Returns
+    -------
+    Evidence
+        Scores of all laws on all measurements; `electrovib.save` writes them as a page or a folder.
+
+    Raises
+    ------
+    InputError
+        If no measurement is called so.
+
+    Notes
+    -----
+    What a publication does not print is drawn from ranges with a source. A law is judged by the predictive density of the
+    measured value, each group counting once; a law without the parameters that a set-up needs cannot predict it, which
+    is not a score. The best scores say which law to believe in these set-ups, not which one is true.
+    """
+    chosen = measurements(measured) if isinstance(measured, str) else dict(measured)
+    scores, refused = [], {}
+    names = each_item(list(chosen))
+    for name, (_, each) in zip(names, chosen.items(), strict=True):
+        found, refused[name] = predict(each, n=n, seed=seed)
+        scores += [judge(name, each, one) for one in found]
+    return Evidence(
+        measured=chosen,
+        scores=tuple(scores),
+        refused={name: why for name, why in refused.items() if why},
+        n=n,
+        seed=seed,
+    )

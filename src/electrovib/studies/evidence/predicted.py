@@ -1,0 +1,89 @@
+"""What the candidates of a measurement predict: the distribution over what was not printed, at every point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.discovery import find_members, offers
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.own_models import family_of
+from electrovib.core.paths import value_at
+from electrovib.scenario.space.reading import read_space
+from electrovib.solve.one_by_one import ParametricScenario
+from electrovib.solve.prepare import prepare
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.studies.evidence.measurement import Measurement
+
+DRAWS: Final = 64
+"""Draws of what was not printed, by default."""
+SKIN: Final = "material"
+"""Last part of a path whose candidates are the skins that papers offer; other paths have the members of their family."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prediction:
+    """Values that a candidate gives at the points of a measurement (draws, points), in the unit of the measurement."""
+
+    model: str
+    values: Real
+
+
+def candidates(measured: Measurement) -> dict[str, Any]:
+    """Return the models that a measurement judges, by name, each as the content of its place in the scenario."""
+    if measured.judges.rpartition(".")[2] == SKIN:
+        return {name: skin.material for name, skin in offers(("skins",)).items() if skin.reproduces_force}
+    own = attrgetter(measured.judges)(measured.scenario)
+    found: dict[str, Any] = {}
+    for name in find_members(family_of(type(own))):
+        found[name] = own if name == type(own).__name__ else {"model": name}
+    return found
+
+
+def predict(
+    measured: Measurement, *, n: int = DRAWS, seed: int = 0
+) -> tuple[list[Prediction], dict[str, str]]:
+    """Compute what every candidate predicts, and give the reason for each that cannot."""
+    found: list[Prediction] = []
+    refused: dict[str, str] = {}
+    for name, content in candidates(measured).items():
+        try:
+            found.append(Prediction(model=name, values=_values(measured, name, content, n=n, seed=seed)))
+        except ElectrovibError as error:
+            refused[name] = "; ".join(each if each.path else each.reason for each in error.problems[:2])
+    return found, refused
+
+
+def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> Real:
+    """Compute the measured quantity for every draw and point (n, points)."""
+    scenario, tables = measured.of(name, content)
+    space = read_space(scenario, {"space": tables})
+    draws = space.draw(seed, 0, n) if space.paths else {}
+    at = [{measured.over: float(each)} for each in measured.points] if measured.over else [{}]
+    found: Real = np.stack([_at(measured, scenario.replace(point), draws, n) for point in at], axis=1)
+    if not np.all(np.isfinite(found)):
+        raise InputError(f"{measured.quantity}: {name} gives no number for some of the draws")
+    return found
+
+
+def _at(measured: Measurement, scenario: Scenario, draws: Mapping[str, Real], n: int) -> Real:
+    """Compute the measured quantity at one point for every draw (n,), in the unit of the measurement."""
+    free = list(draws) or [next(path for path, value, _ in scenario.parameters() if value is not None)]
+    columns = draws or {free[0]: np.array([float(value_at(scenario, free[0]))])}
+    if callable(measured.quantity):
+        made = ParametricScenario(scenario, free)
+        rows = np.stack(list(columns.values()), axis=1)
+        found = [measured.quantity(made.scenario(row)) for row in rows.tolist()]
+        return np.broadcast_to(np.array(found, dtype=float) * measured.scale, (n,))
+    names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
+    several = prepare(scenario, free=free, quantities=names)(columns)
+    values = several[names[0]] / (several[names[1]] if measured.per else 1.0) * measured.scale
+    return np.broadcast_to(np.asarray(values, dtype=float), (n,))

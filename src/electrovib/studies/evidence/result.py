@@ -1,0 +1,261 @@
+"""The evidence as an answer: failures first, the table of laws, and a figure for each measurement."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Final
+
+import numpy as np
+
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, Panel, Table
+from electrovib.data.marks import Form, csv_text
+from electrovib.studies.evidence.measurement import HOW, Measurement
+from electrovib.studies.evidence.score import IGNORANT, LEVEL, Score, Standing, standings
+
+WORST: Final = 5
+"""Failures that are listed."""
+BEST: Final = 3
+"""Laws of which a figure shows the bands."""
+USUAL: Final = "EffectiveMedium"
+"""The law that most texts use, which every figure shows where it can be computed."""
+REMARK: Final = (
+    "The score is the mean logarithm of the predictive density of the logarithm of a value; a prediction that knows nothing"
+    f" within twelve decades has {IGNORANT:.1f}, and a higher score is better. The shape is scored with one common factor left"
+    " free in each measurement. Every group of people who measured counts once."
+)
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Evidence(Answer):
+    """Every candidate on every measurement that it can predict.
+
+    - `measured`: the measurements by name.
+    - `scores`: one for each candidate and measurement; `refused`: measurement to candidate to the reason why it
+      cannot predict it.
+    - `n`, `seed`: draws of what was not printed.
+    """
+
+    measured: Mapping[str, Measurement]
+    scores: tuple[Score, ...]
+    refused: Mapping[str, Mapping[str, str]]
+    n: int
+    seed: int
+
+    FILES: ClassVar = {"laws.csv": Form.TABLE, "measurements.csv": Form.TABLE}
+
+    @property
+    def document(self) -> Document:
+        """Failures, laws, measurements, and a figure for each."""
+        return Document(
+            title=f"Evidence: {len(self.measured)} measurements of {len(self._groups)} groups",
+            sentences=self._sentences,
+            numbers=[self._laws],
+            figures=[
+                self._overview,
+                *(figure(name, each, self.of(name)) for name, each in self.measured.items() if each.over),
+            ],
+            tables=[self._failures, self._all, self._not_predicted],
+            remarks=[REMARK, f"{self.n} draws of what was not printed, seed {self.seed}."],
+            references=list(dict.fromkeys(each.source for each in self.measured.values())),
+        )
+
+    def of(self, name: str) -> list[Score]:
+        """Return the scores of one measurement, the best first."""
+        return sorted(
+            (each for each in self.scores if each.measurement == name), key=lambda each: -each.score
+        )
+
+    @property
+    def failures(self) -> list[Score]:
+        """The best candidate of each measurement that does not cover it, the worst first."""
+        best = [found[0] for name in self.measured if (found := self.of(name))]
+        return sorted((each for each in best if each.covered < 1), key=lambda each: each.score)
+
+    @property
+    def _groups(self) -> set[str]:
+        return {each.group for each in self.measured.values()}
+
+    @property
+    def _sentences(self) -> list[str]:
+        points = sum(len(each.values) for each in self.measured.values())
+        of = {how: sum(len(each.values) for each in self.measured.values() if each.how == how) for how in HOW}
+        counts = ", ".join(f"{count} {how}" for how, count in of.items() if count)
+        failed = self.failures
+        said = [
+            f"{len(failed)} of {len(self.measured)} measurements lie in part outside the 90 % interval of every law or model."
+            if failed
+            else "Every measurement lies in the 90 % interval of some law or model."
+        ]
+        said += [self._failure(each) for each in failed[:WORST]]
+        return [*said, f"{points} numbers: {counts}."]
+
+    def _failure(self, each: Score) -> str:
+        of = self.measured[each.measurement]
+        return (
+            f"{each.measurement} ({of.title}): the best, {each.model}, gives {each.ratio:.2g} of what was measured"
+            f" ({each.low:.2g} to {each.high:.2g}) and covers {100 * each.covered:.0f} % of {_points(len(of.values))}."
+        )
+
+    @property
+    def _laws(self) -> Table:
+        rows = tuple(
+            (
+                each.model,
+                f"{each.groups}",
+                f"{each.points}",
+                f"{100 * each.covered:.0f} %",
+                f"{each.ratio:.2g}",
+                f"{each.off:.3g}",
+                _number(each.behind),
+                _number(each.score),
+                _number(each.shape),
+            )
+            for each in standings(self.scores)
+        )
+        headings: tuple[str, ...] = (
+            *("law or model", "groups", "numbers", f"within {100 * LEVEL:.0f} %", "predicted/measured"),
+            *("typical factor", "behind the best", "score", "shape"),
+        )
+        return Table(
+            "Laws and models, the best first",
+            headings,
+            rows,
+            looks=dict.fromkeys(range(1, len(headings)), "number"),
+        )
+
+    @property
+    def _failures(self) -> Table:
+        rows = tuple(
+            (
+                each.measurement,
+                each.model,
+                f"{100 * each.covered:.0f} %",
+                f"{each.ratio:.2g}",
+                f"{each.low:.2g} to {each.high:.2g}",
+            )
+            for each in self.failures
+        )
+        headings = ("measurement", "best", "within 90 %", "predicted/measured", "90 % of the draws")
+        return Table("Measurements outside the interval of the best", headings, rows)
+
+    @property
+    def _overview(self) -> Drawing:
+        """Predicted over measured, for every measurement and the laws that are best over all, with their intervals."""
+        names = [each.model for each in standings(self.scores)]
+        shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
+        return Drawing(
+            id="overview",
+            title="Predicted over measured",
+            plot=functools.partial(
+                _draw_ratios, scores=self.scores, models=list(shown), names=list(self.measured)
+            ),
+            size=(8.2, 1.2 + 0.32 * len(self.measured)),
+            caption="Medians and 90 % of the draws of what was not printed, without the spread of the measurement.",
+        )
+
+    @property
+    def _all(self) -> Table:
+        rows = tuple(self._row(name, each) for name, each in self.measured.items())
+        headings: tuple[str, ...] = (
+            *("measurement", "what", "on", "group", "numbers", "how it came here", "largest spread", "best"),
+            "note",
+        )
+        return Table("Measurements", headings, rows)
+
+    def _row(self, name: str, each: Measurement) -> tuple[str, ...]:
+        found = self.of(name)
+        best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
+        how, spread = f"{each.how}, {each.status}", f"{100 * max(each.spread):.2g} %, {each.spread_of}"
+        return (name, each.title, each.on, each.group, str(len(each.values)), how, spread, best, each.note)
+
+    @property
+    def _not_predicted(self) -> Table:
+        rows = tuple(
+            (model, name, why) for name, reasons in self.refused.items() for model, why in reasons.items()
+        )
+        return Table("Cannot predict", ("law or model", "measurement", "why"), rows, folded=True)
+
+    def content(self, name: str) -> str | bytes:
+        """Write the standings of the laws, or every score, as CSV."""
+        if name not in self.FILES:
+            return super().content(name)
+        own = ["covered", "ratio", "score", "shape"]
+        if name == "laws.csv":
+            return _csv(["model", "groups", "points", "off", "behind", *own], standings(self.scores))
+        return _csv(["measurement", "group", "model", "low", "high", *own], self.scores)
+
+
+def _csv(names: list[str], records: Sequence[Standing | Score]) -> str:
+    return csv_text(names, [[getattr(each, name) for name in names] for each in records])
+
+
+def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], names: list[str]) -> None:
+    """Draw the ratio of each measurement, a row each, with one colour for each law."""
+    ax = figure.add_subplot()
+    for place, model in enumerate(models):
+        found = [each for each in scores if each.model == model]
+        rows = np.array([names.index(each.measurement) for each in found]) + 0.15 * (
+            place - (len(models) - 1) / 2
+        )
+        middle = np.array([each.ratio for each in found])
+        ends = np.array([[each.ratio - each.low, each.high - each.ratio] for each in found]).T
+        ax.errorbar(middle, rows, xerr=ends, fmt="o", markersize=4, linewidth=1.2, label=model)
+    ax.axvline(1.0, color="0.5", linewidth=0.8)
+    ax.set_xscale("log")
+    ax.set_yticks(range(len(names)), names)
+    ax.invert_yaxis()
+    ax.set_xlabel("predicted over measured")
+    ax.legend(loc="best")
+
+
+def _quantity(measured: Measurement) -> str:
+    if callable(measured.quantity):
+        return "value"
+    return f"{measured.quantity} / {measured.per}" if measured.per else measured.quantity
+
+
+def _points(count: int) -> str:
+    return "its value" if count == 1 else f"its {count} values"
+
+
+def _number(value: float) -> str:
+    return f"{value:.2f}" if math.isfinite(value) else "–"
+
+
+def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
+    """Draw the measured points, and the bands of the best candidates and of the usual law."""
+    shown = [*scores[:BEST], *(each for each in scores[BEST:] if each.model == USUAL)]
+    x = measured.points
+    curves = []
+    for look, each in enumerate(shown):
+        low, middle, high = each.band
+        curves.append(Curve(label=f"{each.model}, 90 %", x=x, y=low, upper=high, kind="band", look=look))
+        curves.append(Curve(label=each.model, x=x, y=middle, look=look))
+    values, widths = np.array(measured.values), np.exp(np.array(measured.spread))
+    ends = {
+        "measured": values,
+        "measured, times its spread": values * widths,
+        "measured, over its spread": values / widths,
+    }
+    curves += [
+        Curve(label=label, x=x, y=y, kind="points", look=REFERENCE, drawn=label == "measured")
+        for label, y in ends.items()
+    ]
+    over, unit = measured.axis
+    return Panel(
+        id=name.replace("/", "_"),
+        title=f"{measured.title} ({measured.group})",
+        caption=" ".join(
+            filter(
+                None, (f"{measured.how.capitalize()}, {measured.status}: {measured.source}.", measured.note)
+            )
+        ),
+        x=(over, unit),
+        y=(_quantity(measured), measured.unit),
+        curves=tuple(curves),
+        log_x=bool(np.min(x) > 0 and np.max(x) / np.min(x) > 20),
+        log_y=True,
+    )
