@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from electrovib.core.items import each_item
+from electrovib.core.budget import each_item
 from electrovib.studies.evidence.measurement import Measurement, measurements
 from electrovib.studies.evidence.predicted import DRAWS, predict
 from electrovib.studies.evidence.result import Evidence
