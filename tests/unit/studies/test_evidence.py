@@ -16,7 +16,7 @@ from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.studies.evidence import Measurement, standings
 from electrovib.studies.evidence.plan import _worst, plan_experiment
-from electrovib.studies.evidence.predicted import Prediction, predict
+from electrovib.studies.evidence.predicted import Predicted, predict
 from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
 
 VOLTAGES = (50.0, 100.0, 200.0)
@@ -41,7 +41,7 @@ def measured(values=(1e-3, 4e-3, 16e-3), spread=0.1, **more):
 def judged(values, found, spread=0.1, **more):
     alone = {"over": "", "at": (), "unknown": {}} if len(values) == 1 else {"at": VOLTAGES[: len(values)]}
     return judge(
-        "m", measured(values, spread, **alone | more), Prediction(model="law", values=np.array(found))
+        "m", measured(values, spread, **alone | more), Predicted(model="law", values=np.array(found))
     )
 
 
@@ -110,7 +110,10 @@ def planted(law, seed, names):
     rng, found = np.random.default_rng(seed), {}
     for name, (each, predictions) in names.items():
         values = predictions[law][rng.integers(len(predictions[law]))]
-        found[name] = each.with_values(values * np.exp(np.array(each.spread) * rng.normal(size=values.size)))
+        found[name] = replace(
+            each,
+            values=tuple((values * np.exp(np.array(each.spread) * rng.normal(size=values.size))).tolist()),
+        )
     return found
 
 
@@ -132,7 +135,7 @@ def test_a_planted_law_wins_its_own_twins_in_95_of_100_seeds():
         for seed in range(100):
             twins = planted(law, seed, made)
             scores = [
-                judge(name, twins[name], Prediction(model=model, values=values))
+                judge(name, twins[name], Predicted(model=model, values=values))
                 for name, (_, predictions) in made.items()
                 for model, values in predictions.items()
             ]

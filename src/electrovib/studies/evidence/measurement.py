@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -100,30 +100,6 @@ class Measurement:
     def axis(self) -> tuple[str, str]:
         """Name and SI unit of the parameter that was varied."""
         return (self.over, quantity_at(self.scenario, self.over).unit) if self.over else ("", "1")
-
-    def of(self, model: str, content: Any) -> tuple[Scenario, dict[str, Any]]:
-        """Return the set-up with one of the models, and the distributions of what is not printed of it."""
-        own = self.of_model.get(model, {})
-        left_out = tuple(path for path, table in own.items() if table is None)
-        tables = {**self.unknown, **{path: table for path, table in own.items() if table is not None}}
-        start = f"{self.judges}."
-        begin = {path.removeprefix(start): _middle(own[path]) for path in own if path.startswith(start)}
-        chosen = {**content, **begin} if isinstance(content, dict) else content
-        changes: dict[str, Any] = {self.judges: chosen}
-        if left_out:
-            layers = self.scenario.stack.layers.items()
-            changes["stack"] = {name: layer for name, layer in layers if f"stack.{name}" not in left_out}
-        scenario = self.scenario.replace(changes)
-        return scenario, {path: each for path, each in tables.items() if not path.startswith(left_out or " ")}
-
-    def with_values(self, values: Real) -> Measurement:
-        """Return the same measurement with other values, for twins."""
-        return replace(self, values=tuple(float(each) for each in values))
-
-
-def _middle(table: Mapping[str, Any]) -> Any:
-    """Return a value inside the range of a distribution."""
-    return table.get("median", table.get("mean", table.get("low")))
 
 
 def measurements(word: str = "") -> dict[str, Measurement]:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
-from scipy.special import logsumexp
 
 from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
@@ -337,6 +336,8 @@ def _log_density(seen: Real, draws: Real, widths: Real, *, own: bool = False) ->
     A Gaussian kernel around each draw, as wide as the noise and the distance between the draws of Scott's rule; of what was
     seen of these draws themselves (`own`) each leaves its own draw out, because it would find itself.
     """
+    from scipy.special import logsumexp
+
     points, count = draws.shape
     spread = np.atleast_2d(np.cov(draws)) * count ** (-2 / (points + 4))
     covariance = spread + np.eye(points) * (widths.T**2)[:, None, :]  # draws, points, points

@@ -30,7 +30,7 @@ SKIN: Final = "material"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Prediction:
+class Predicted:
     """Values that a candidate gives at the points of a measurement (draws, points), in the unit of the measurement."""
 
     model: str
@@ -50,13 +50,13 @@ def candidates(measured: Measurement) -> dict[str, Any]:
 
 def predict(
     measured: Measurement, *, n: int = DRAWS, seed: int = 0
-) -> tuple[list[Prediction], dict[str, str]]:
+) -> tuple[list[Predicted], dict[str, str]]:
     """Compute what every candidate predicts, and give the reason for each that cannot."""
-    found: list[Prediction] = []
+    found: list[Predicted] = []
     refused: dict[str, str] = {}
     for name, content in candidates(measured).items():
         try:
-            found.append(Prediction(model=name, values=_values(measured, name, content, n=n, seed=seed)))
+            found.append(Predicted(model=name, values=_values(measured, name, content, n=n, seed=seed)))
         except ElectrovibError as error:
             refused[name] = "; ".join(each if each.path else each.reason for each in error.problems[:2])
     return found, refused
@@ -64,7 +64,7 @@ def predict(
 
 def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> Real:
     """Compute the measured quantity for every draw and point (n, points)."""
-    scenario, tables = measured.of(name, content)
+    scenario, tables = _set_up(measured, name, content)
     space = read_space(scenario, {"space": tables})
     draws = space.draw(seed, 0, n) if space.paths else {}
     at = [{measured.over: float(each)} for each in measured.points] if measured.over else [{}]
@@ -87,3 +87,25 @@ def _at(measured: Measurement, scenario: Scenario, draws: Mapping[str, Real], n:
     several = prepare(scenario, free=free, quantities=names)(columns)
     values = several[names[0]] / (several[names[1]] if measured.per else 1.0) * measured.scale
     return np.broadcast_to(np.asarray(values, dtype=float), (n,))
+
+
+def _set_up(measured: Measurement, name: str, content: Any) -> tuple[Scenario, dict[str, Any]]:
+    """Return the set-up with one of the models, and the distributions of what is not printed of it."""
+    own = measured.of_model.get(name, {})
+    left_out = tuple(path for path, table in own.items() if table is None)
+    tables = {**measured.unknown, **{path: table for path, table in own.items() if table is not None}}
+    start = f"{measured.judges}."
+    begin = {path.removeprefix(start): _middle(own[path]) for path in own if path.startswith(start)}
+    changes: dict[str, Any] = {
+        measured.judges: {**content, **begin} if isinstance(content, dict) else content
+    }
+    if left_out:
+        layers = measured.scenario.stack.layers.items()
+        changes["stack"] = {layer: each for layer, each in layers if f"stack.{layer}" not in left_out}
+    kept = {path: each for path, each in tables.items() if not path.startswith(left_out or " ")}
+    return measured.scenario.replace(changes), kept
+
+
+def _middle(table: Mapping[str, Any]) -> Any:
+    """Return a value inside the range of a distribution."""
+    return table.get("median", table.get("mean", table.get("low")))

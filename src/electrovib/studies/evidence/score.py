@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.special import ndtri
 
 from electrovib.core.arrays import Real
 
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from electrovib.studies.evidence.measurement import Measurement
-    from electrovib.studies.evidence.predicted import Prediction
+    from electrovib.studies.evidence.predicted import Predicted
 
 LEVEL: Final = 0.9
 """Probability of the predictive intervals."""
@@ -54,7 +53,7 @@ class Score:
     band: Real
 
 
-def judge(name: str, measured: Measurement, found: Prediction) -> Score:
+def judge(name: str, measured: Measurement, found: Predicted) -> Score:
     """Score a prediction. A value that a law predicts as 0 or less is one that it rules out."""
     logs = np.log(np.maximum(found.values, _NOTHING))
     log_values = np.log(np.array(measured.values))
@@ -79,6 +78,8 @@ def judge(name: str, measured: Measurement, found: Prediction) -> Score:
 
 def _with_spread(off: Real, widths: Real) -> Real:
     """Add to every draw a deviation of the measurement; the same ones each time, evenly spaced in probability."""
+    from scipy.special import ndtri
+
     count = len(off)
     steps = ndtri((np.arange(count) + 0.5) / count)
     order = np.random.default_rng(0).permuted(np.tile(steps[:, None], (1, off.shape[1])), axis=0)
