@@ -211,7 +211,7 @@ def test_a_design_takes_every_option_of_its_function(said, monkeypatch):
     own = set(inspect.signature(inspect.unwrap(sys.modules["electrovib.apps.cli.design"].command)).parameters)
     # --want has the band and the force over time too, and --free the range
     inside = {"band", "target", "between"}
-    assert set(inspect.signature(ev.design).parameters) - own == {"set", "progress", *inside}
+    assert set(inspect.signature(ev.design).parameters) - own == {"progress", *inside}
     monkeypatch.setenv("COLUMNS", "200")
     shown = said("design -h")
     for option in ("--want", "--free", "--texture", "--limits", "--space", "--linear", "--output", "--set"):

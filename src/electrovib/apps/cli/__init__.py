@@ -21,12 +21,12 @@ from electrovib.apps.cli import (
     report,
     reproduce,
     run,
-    settings,
     study,
     times,
 )
 from electrovib.apps.cli.grouped import Command, Commands
-from electrovib.apps.cli.terminal import complain, prepare, unprinted
+from electrovib.apps.cli.options import Arguments, takes
+from electrovib.apps.cli.terminal import complain, prepare, say, unprinted
 from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE, UNPRINTED, Told
 from electrovib.core.errors import ElectrovibError
 
@@ -49,7 +49,34 @@ _GROUPS: Final = {
     "Plan": (design, check, export),
     "See": (explore, report, list_, init),
 }
-app.callback()(settings.command)
+
+
+def _show_versions(wanted: bool) -> None:
+    if wanted:
+        from electrovib.core.versions import versions
+
+        say(*(f"{name} {number}" for name, number in versions().items()))
+        raise typer.Exit
+
+
+@app.callback()
+@takes(
+    """
+--version  Show the versions of electrovib and of the packages it uses.
+--models
+--budget TIME,MEMORY  Time and memory a computation may use, '1 h, 8 GB'; more is refused. Default: 10 min, 4 GB. [env var:
+    ELECTROVIB_BUDGET]
+""",
+    version=_show_versions,
+)
+def settings(given: Arguments) -> None:
+    """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""
+    if "budget" in given:
+        from electrovib.core import budget as budgets
+
+        given.context.with_resource(budgets.budget(**budgets.read_budget(given["budget"])))
+
+
 for _title, _modules in _GROUPS.items():
     for _module in _modules:
         _name = _module.__name__.rpartition(".")[2].strip("_")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+import inspect
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from electrovib.apps.cli.terminal import say, show_answer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import Any
 
     from electrovib.core.answer import Answer
 
@@ -18,30 +18,30 @@ Found = TypeVar("Found", bound="Answer")
 def answered(
     kind: type[Found],
     compute: Callable[..., Found],
-    *,
     words: str,
-    output: str | None = None,
-    force: bool = False,
-    show: Callable[[Found], object] = show_answer,
-    **options: Any,
+    given: dict[str, Any],
+    show: Callable[..., object] = show_answer,
 ) -> Found:
     """Compute, show and write an answer; the output is checked before the computation, and that it replaces no input after.
 
-    `compute` takes `options`, and reports its progress if one of them is ``progress``; `words` say what it does.
+    `given` has what `compute` takes, besides `output`, `force` and `all`; progress is reported if it can be, and `words` say
+    what is done.
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.exports.save import save
     from electrovib.view.documents import check_answer
 
+    output, force, everything = (given.pop(name, None) for name in ("output", "force", "all"))
     if output:
-        check_answer(kind, output, force=force)
+        check_answer(kind, output, force=bool(force))
     with inputs_noted() as inputs, tracked(words) as progress:
-        found = compute(**options | ({"progress": progress} if "progress" in options else {}))
+        can_report = "progress" in inspect.signature(compute).parameters
+        found = compute(**given, **({"progress": progress} if can_report else {}))
     if output:
-        check_answer(kind, output, inputs=inputs, force=force)
-    show(found)
+        check_answer(kind, output, inputs=inputs, force=bool(force))
+    show(found, everything=bool(everything))
     if output:
-        save(found, output, force=force)
+        save(found, output, force=bool(force))
         say(f"written: {output}")
     return found

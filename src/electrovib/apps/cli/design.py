@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Final, TypeAlias
+from typing import Any, Final
 
 import typer
 
-from electrovib.apps.cli import options
 from electrovib.apps.cli.answers import answered
 from electrovib.apps.cli.export import edge_of, waveform_lines
-from electrovib.apps.cli.options import (
-    Text,
-    Texts,
-    given,
-    many,
-    names_of,
-    only,
-    option,
-    output,
-    pair_of,
-    parameter_paths,
-    quantity_names,
-)
+from electrovib.apps.cli.options import Arguments, pair_of, takes
 from electrovib.apps.cli.terminal import say, show_answer
 from electrovib.core.errors import InputError
 
@@ -31,123 +18,55 @@ EXAMPLE: Final = (
 )
 _EXTREMES: Final = {"maximum": "maximise", "minimum": "minimise"}
 """Word of a wish for a plate, and the argument that has its quantity."""
-_OF_DESIGN: Final = "method carrier rate space n seed linear share limits"
-_OF_PLATE: Final = "over layer refine limits"
-_OF_TEXTURE: Final = "texture path carrier frequency rate ramp limits"
+_OF_DESIGN: Final = "scenario set method carrier rate space n seed linear share limits"
+_OF_PLATE: Final = "scenario set over materials layer refine limits"
+_OF_TEXTURE: Final = "scenario set texture path carrier frequency rate ramp limits"
 _OF_SAMPLES: Final = "instrument largest_error full_scale gain edge amplifier_present"
 """Parameters of `electrovib.design`, `design_plate`, `texture_drive` and `export_waveform` that are options."""
 _FORCE: Final = "electrostatic_force"
 """Signal over time that a drive is to give."""
 
-Want: TypeAlias = Annotated[
-    Texts,
-    many(
-        "'NAME = VALUE'",
-        "Quantity and its value: 'mean electrostatic_force = 50 mN'; with --share a band, '= 20 mN:60 mN'; of a plate"
-        " '= maximum' or '= minimum', the first decides; of a drive the force over time: 'electrostatic_force = sine 50 Hz"
-        " 30 mN' (between 0 and 30 mN), '= sine 50 Hz 10 mN to 30 mN for 0.2 s', '= constant 5 mN for 1 s', or '= FILE'"
-        " with the columns time and force",
-        autocompletion=quantity_names,
-    ),
-]
-Free: TypeAlias = Annotated[
-    Text,
-    option(
-        "The parameter that is sought, and in which range: drive.amplitude, drive.amplitude=10V:400V.",
-        metavar="PATH[=LOW:HIGH]",
-        autocompletion=parameter_paths,
-    ),
-]
-Method: TypeAlias = Annotated[
-    Text, option("Method of the drive: dc, carrier, sqrt-am or current.", metavar="METHOD")
-]
-Carrier: TypeAlias = Annotated[
-    Text,
-    option("Frequency of the carrier of a drive, '3 kHz'; of a texture none if absent.", metavar="FREQUENCY"),
-]
-N: TypeAlias = Annotated[int | None, option("Number of draws from --space; 200 by default.", "-n")]
-Seed: TypeAlias = Annotated[int | None, option("Seed of the draws; needed with --space.")]
-Linear: TypeAlias = Annotated[
-    bool, option("Propagate --space linearly instead of solving anew for every draw.", "--linear")
-]
-Share: TypeAlias = Annotated[
-    float | None,
-    option(
-        "Share of the fingers of --space that have to have the quantity: 0.9; needs --seed.",
-        metavar="SHARE",
-    ),
-]
-Refine: TypeAlias = Annotated[
-    int | None,
-    option(
-        "Of a plate: rounds of candidates added around the best one, each at half the distance; 3 by default, 0 for none.",
-        metavar="ROUNDS",
-    ),
-]
-Texture: TypeAlias = Annotated[
-    Text,
-    option(
-        'A TOML file with the table of a texture, or the table: \'{ model = "Grating", period = "2 mm", ... }\'.',
-        metavar="TEXTURE",
-    ),
-]
-Path: TypeAlias = Annotated[
-    Text,
-    option(
-        "Of the finger on a texture: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x (and y).",
-        metavar="SPEED|FILE|TABLE",
-    ),
-]
-Frequency: TypeAlias = Annotated[
-    str,
-    option(
-        "Of a texture without a carrier: where the gain of the force is taken; 100 Hz by default.",
-        metavar="FREQUENCY",
-    ),
-]
-File: TypeAlias = Annotated[
-    Text,
-    output(
-        "Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...); of a"
-        " plate all candidates (.csv), a page (.html) or the figure (.png, .svg)."
-    ),
-]
 
-
-def command(
-    context: typer.Context,
-    scenario: options.Scenario,
-    want: Want = None,
-    free: Free = None,
-    method: Method = None,
-    carrier: Carrier = None,
-    space: options.Space = None,
-    n: N = None,
-    seed: Seed = None,
-    linear: Linear = False,
-    share: Share = None,
-    over: options.Over = None,
-    material: options.Material = None,
-    layer: options.Layer = "",
-    refine: Refine = None,
-    texture: Texture = None,
-    path: Path = None,
-    frequency: Frequency = "",
-    rate: options.Rate = "",
-    ramp: options.Ramp = "",
-    limits: options.Limits = None,
-    file: File = None,
-    instrument: options.Instrument = "",
-    largest_error: options.LargestError = 0.01,
-    full_scale: options.FullScale = "",
-    gain: options.Gain = 1.0,
-    edge: options.Edge = "",
-    amplifier_present: options.AmplifierPresent = False,
-    everything: options.Everything = False,
-    changes: options.Changes = None,
-    models: options.Models = None,
-    force: options.Force = False,
-) -> None:
+@takes("""
+scenario
+--want 'NAME = VALUE'  Quantity and its value: 'mean electrostatic_force = 50 mN'; with --share a band, '= 20 mN:60 mN'; of a
+    plate '= maximum' or '= minimum', the first decides; of a drive the force over time: 'electrostatic_force = sine 50 Hz 30
+    mN' (between 0 and 30 mN), '= sine 50 Hz 10 mN to 30 mN for 0.2 s', '= constant 5 mN for 1 s', or '= FILE' with the columns
+    time and force; repeatable.
+--free PATH[=LOW:HIGH]  The parameter that is sought, and in which range: drive.amplitude, drive.amplitude=10V:400V.
+--method METHOD      Method of the drive: dc, carrier, sqrt-am or current.
+--carrier FREQUENCY  Frequency of the carrier of a drive, '3 kHz'; of a texture none if absent.
+--space
+-n N                 Number of draws from --space; 200 by default.
+--seed N             Seed of the draws; needed with --space.
+--linear             Propagate --space linearly instead of solving anew for every draw.
+--share SHARE        Share of the fingers of --space that have to have the quantity: 0.9; needs --seed.
+--over
+--material
+--layer
+--refine ROUNDS      Of a plate: rounds of candidates added around the best one, each at half the distance; 3 by default, 0 for
+    none.
+--texture TEXTURE    A TOML file with the table of a texture, or the table: '{ model = "Grating", period = "2 mm", ... }'.
+--path SPEED|FILE|TABLE  Of the finger on a texture: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x
+    (and y).
+--frequency FREQUENCY  Of a texture without a carrier: where the gain of the force is taken; 100 Hz by default.
+--rate
+--ramp
+--limits
+-o, --output FILE    Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy,
+    ...); of a plate all candidates (.csv), a page (.html) or the figure (.png, .svg).
+--as
+--largest-error
+--full-scale
+--gain
+--edge
+--amplifier-present
+--all
+--set
+--models
+--force
+""")
+def command(given: Arguments) -> None:
     """Find the parameter, drive or plate for a wanted force.
 
     With --free the values of a parameter that give a quantity, any quantity of a sweep; with --method the drive that gives a
@@ -155,28 +74,26 @@ def command(
     there, and the Pareto set; with --texture the drive that renders a texture under a finger, with the predicted friction.
     Exit code 1 if nothing gives what is wanted within the limits.
     """
-    from electrovib.apps.changes import read_changes
+    given.read_set()
+    wishes = given.get("want", [])
+    if "texture" in given:
+        given.only(f"{_OF_TEXTURE} {_OF_SAMPLES} output", "the drive of a texture")
+        _render_texture(given)
+    elif {"over", "materials"} & given.keys() or any(text.endswith(tuple(_EXTREMES)) for text in wishes):
+        from electrovib.studies.design.plate import PlateDesign, design_plate
 
-    played = given(context, "amplifier_present") | {"edge": edge_of(edge)}
-    changed = {"set": read_changes(changes or [])}
-    if texture is not None:
-        only(context, f"{_OF_TEXTURE} {_OF_SAMPLES} scenario file changes", "the drive of a texture")
-        played |= given(context, _OF_SAMPLES) | {"edge": edge_of(edge)}
-        _render_texture(scenario, changed | given(context, _OF_TEXTURE), file, played, force=force)
-    elif over or material or any(text.endswith(tuple(_EXTREMES)) for text in want or []):
-        only(context, f"{_OF_PLATE} scenario want material file changes", "the design of a plate")
-        asked = given(context, _OF_PLATE) | _extremes(want or [])
-        _design_plate(
-            scenario, changed | asked | {"materials": names_of([material or ""])}, file, force=force
-        )
+        given.only(f"{_OF_PLATE} want output", "the design of a plate")
+        wanted = given.take(f"{_OF_PLATE} output force") | _extremes(wishes)
+        answered(PlateDesign, design_plate, "evaluating candidates", wanted)
     else:
-        others = "scenario want free file edge amplifier_present everything changes"
-        only(context, f"{_OF_DESIGN} {others}", "the design of a parameter or a drive")
-        asked = given(context, _OF_DESIGN) | _wanted(want or [], share=share) | _free(free)
-        _design(scenario, changed | asked, file, played, force=force, everything=everything)
+        given.only(
+            f"{_OF_DESIGN} want free output edge amplifier_present all",
+            "the design of a parameter or a drive",
+        )
+        _design(given, _wanted(wishes, with_share="share" in given) | _free(given.get("free")))
 
 
-def _wanted(texts: Sequence[str], *, share: float | None) -> dict[str, str]:
+def _wanted(texts: Sequence[str], *, with_share: bool) -> dict[str, str]:
     """Read the one wish of a parameter or a drive: a quantity with its value or band, or the force over time."""
     if len(texts) > 1:
         raise InputError(
@@ -186,7 +103,7 @@ def _wanted(texts: Sequence[str], *, share: float | None) -> dict[str, str]:
         name, sign, value = (part.strip() for part in text.partition("="))
         if sign and name == _FORCE:
             return {"target": value}
-        if sign and share is not None and ":" in value:
+        if sign and with_share and ":" in value:
             return {"want": name, "band": value}
     return {"want": texts[0]} if texts else {}
 
@@ -210,15 +127,7 @@ def _extremes(texts: Sequence[str]) -> dict[str, list[str]]:
     return found
 
 
-def _design(
-    scenario: str,
-    asked: dict[str, Any],
-    file: str | None,
-    of_waveform: dict[str, Any],
-    *,
-    force: bool,
-    everything: bool,
-) -> None:
+def _design(given: Arguments, wish: dict[str, Any]) -> None:
     """Print the parameter or the drive that gives what is wanted, and write it."""
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
@@ -226,41 +135,24 @@ def _design(
     from electrovib.exports.design import check_design_file, write_design
     from electrovib.studies.design import design
 
+    file, of_file = given.get("output"), given.take("force") | edge_of(given)
     with inputs_noted() as inputs:
         if file:
-            check_design_file(file, edge=of_waveform["edge"], force=force)
+            check_design_file(file, **of_file)
         with tracked("solving") as progress:
-            found = design(scenario, **asked, progress=progress)
+            found = design(**given.take(_OF_DESIGN), **wish, progress=progress)
         if file:
-            check_design_file(file, edge=of_waveform["edge"], inputs=inputs, force=force)
-    say(*(found.lines if everything else found.verdict))
-    if not everything and (left := len(found.lines) - len(found.verdict)):
+            check_design_file(file, inputs=inputs, **of_file)
+    say(*(found.lines if "all" in given else found.verdict))
+    if "all" not in given and (left := len(found.lines) - len(found.verdict)):
         say(f"--all prints {left} more lines: what it depends on and how it was computed.")
     if file:
-        say(*write_design(found, file, force=force, **of_waveform))
+        say(*write_design(found, file, **of_file, **given.take("amplifier_present")))
     if not found.is_achieved:
         raise typer.Exit(FAILED)
 
 
-def _design_plate(scenario: str, asked: dict[str, Any], file: str | None, *, force: bool) -> None:
-    """Print the best plate and the Pareto set, and write all candidates."""
-    from electrovib.studies.design.plate import PlateDesign, design_plate
-
-    answered(
-        PlateDesign,
-        design_plate,
-        words="evaluating candidates",
-        output=file,
-        force=force,
-        scenario=scenario,
-        progress=None,
-        **asked,
-    )
-
-
-def _render_texture(
-    scenario: str, asked: dict[str, Any], file: str | None, of_waveform: dict[str, Any], *, force: bool
-) -> None:
+def _render_texture(given: Arguments) -> None:
     """Print what the drive of a texture reaches, and write it within limits."""
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
@@ -268,32 +160,28 @@ def _render_texture(
     from electrovib.studies.texture import texture_drive
     from electrovib.studies.texture.set_up import amount
 
-    if "path" not in asked:
+    if "path" not in given:
         raise InputError(
             "not given, but a texture is rendered along a path of the finger: --path '30 mm/s'", path="--path"
         )
-    edge, instrument = of_waveform["edge"], of_waveform.get("instrument", "")
-    full_scale = of_waveform.pop("full_scale", "")
-    of_file = {"--as": instrument, "--full-scale": full_scale, "--edge": edge}
-    if not file and (used := [name for name, value in of_file.items() if value]):
+    file = given.get("output")
+    used = [given.flags[name] for name in ("instrument", "full_scale", "edge") if name in given]
+    if used and not file:
         raise InputError("belongs to a file; name one with -o drive.csv", path=used[0])
+    given |= edge_of(given)
+    samples = given.take(f"{_OF_SAMPLES} force")
+    of_file = {name: samples[name] for name in ("instrument", "edge", "force") if name in samples}
     if file:
-        check_waveform_file(file, instrument=instrument, edge=edge, force=force)
+        check_waveform_file(file, **of_file)
     with inputs_noted() as inputs, tracked("rendering and simulating"):
-        found = texture_drive(scenario, **asked)
+        found = texture_drive(**given.take(_OF_TEXTURE))
     show_answer(found)
     if not file:
         return
-    check_waveform_file(file, instrument=instrument, edge=edge, inputs=inputs, force=force)
-    rate = None if instrument or file.lower().endswith(".wav") else found.rate
-    level = amount(full_scale, "V", "--full-scale", low=1e-6, high=1e6) if full_scale else None
-    written = export_waveform(
-        found.scenario,
-        file,
-        limits=asked.get("limits"),
-        rate=rate,
-        full_scale=level,
-        force=force,
-        **of_waveform,
-    )
+    check_waveform_file(file, inputs=inputs, **of_file)
+    if "full_scale" in samples:
+        samples["full_scale"] = amount(samples["full_scale"], "V", "--full-scale", low=1e-6, high=1e6)
+    if "instrument" not in samples and not file.lower().endswith(".wav"):
+        samples["rate"] = found.rate
+    written = export_waveform(found.scenario, file, limits=given.get("limits"), **samples)
     say(*waveform_lines(written))

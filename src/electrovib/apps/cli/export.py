@@ -3,72 +3,63 @@
 from __future__ import annotations
 
 import shlex
-from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-import typer
-
-from electrovib.apps.cli import options
-from electrovib.apps.cli.options import output
+from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import say, warned
+from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
     from electrovib.exports.waveform import WrittenWaveform
 
 
-def command(
-    scenario: options.Scenario,
-    place: Annotated[
-        str,
-        typer.Argument(metavar="OUTPUT", help="The file to write, if not given by -o.", show_default=False),
-    ] = "",
-    file: Annotated[str, output("A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.")] = "",
-    limits: options.Limits = None,
-    instrument: options.Instrument = "",
-    rate: options.Rate = "",
-    ramp: options.Ramp = "",
-    largest_error: options.LargestError = 0.01,
-    full_scale: options.FullScale = "",
-    gain: options.Gain = 1.0,
-    edge: options.Edge = "",
-    amplifier_present: options.AmplifierPresent = False,
-    changes: options.Changes = None,
-    models: options.Models = None,
-    force: options.Force = False,
-) -> None:
+@takes("""
+scenario
+[place] OUTPUT     The file to write, if not given by -o.
+-o, --output FILE  A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.
+--limits
+--as
+--rate
+--ramp
+--largest-error
+--full-scale
+--gain
+--edge
+--amplifier-present
+--set
+--models
+--force
+""")
+def command(given: Arguments) -> None:
     """Write a netlist for ngspice, or the drive as a waveform.
 
     A waveform is written only within declared limits.
     """
-    from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
-    from electrovib.core.errors import InputError
     from electrovib.exports.scenario import WRITERS, export_netlist
     from electrovib.exports.waveform import FORMATS, export_waveform
 
-    if bool(place) == bool(file):
+    place, output = given.pop("place", ""), given.pop("output", "")
+    if bool(place) == bool(output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
-    target, wanted = place or file, read_changes(changes or [])
-    given = {
-        "--limits": limits, "--as": instrument, "--rate": rate, "--ramp": ramp, "--full-scale": full_scale,
-        "--edge": edge, "--amplifier-present": amplifier_present,
-    }  # fmt: skip
-    used = [name for name, value in given.items() if value]
-    if not instrument and not target.lower().endswith(tuple(FORMATS)):
-        if used and target.lower().endswith(tuple(WRITERS)):
-            raise InputError(f"{name}: belongs to a waveform; omit it for a netlist" for name in used)
+    path, suffix = place or output, Path(place or output).suffix.lower()
+    given.read_set()
+    if suffix not in FORMATS and "instrument" not in given:
+        if suffix in WRITERS and (used := given.surplus("scenario place output set models force")):
+            raise InputError(f"{flag}: belongs to a waveform; omit it for a netlist" for flag in used)
         with tracked("solving and writing"):
-            written = export_netlist(scenario, FilePath(target), changes=wanted, force=force)
+            written = export_netlist(
+                given["scenario"], Path(path), changes=given["set"], force="force" in given
+            )
         say(*warned(written), f"written: {written.path}")
         say(f"run it:  ngspice -b {shlex.quote(str(written.path))}")
         return
+    for name, unit in {"rate": "Hz", "ramp": "s", "full_scale": "V"}.items():
+        if name in given:
+            given[name] = _number(given[name], unit, given.flags[name])
     with tracked("sampling and checking"):
-        found = export_waveform(
-            scenario, target, set=wanted, limits=list(limits or []), instrument=instrument,
-            rate=_number(rate, "Hz", "--rate"), ramp=_number(ramp, "s", "--ramp"), largest_error=largest_error,
-            full_scale=_number(full_scale, "V", "--full-scale"), gain=gain, edge=edge_of(edge),
-            amplifier_present=amplifier_present, force=force,
-        )  # fmt: skip
+        found = export_waveform(**given | edge_of(given), path=path)
     say(*warned(found), *waveform_lines(found))
 
 
@@ -84,18 +75,16 @@ def waveform_lines(found: WrittenWaveform) -> list[str]:
     return [*found.notes, *held, f"written: {found.path}"]
 
 
-def edge_of(text: str) -> float | str | None:
-    """Read an optional edge: a time [s], or the word that stands for straight lines."""
-    return text if text == "line" else _number(text, "s", "--edge")
+def edge_of(given: Arguments) -> dict[str, float | str]:
+    """Read the edge, if there is one: a time [s], or the word that stands for straight lines."""
+    text = given.get("edge")
+    return {"edge": text if text == "line" else _number(text, "s", "--edge")} if text else {}
 
 
-def _number(text: str, unit: str, option: str) -> float | None:
-    """Read an optional number with a unit."""
-    from electrovib.core.errors import InputError
+def _number(text: str, unit: str, option: str) -> float:
+    """Read a number with a unit."""
     from electrovib.core.units import parse_quantity
 
-    if not text:
-        return None
     try:
         return parse_quantity(text, unit)
     except ValueError as error:

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
 
-from electrovib.apps.cli import options
-from electrovib.apps.cli.options import Text, output
+from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import put, say
 
 
-def command(
-    scenario: options.Scenario = "vezzoli_2014/fig6",
-    changes: options.Changes = None,
-    file: Annotated[Text, output("The TOML file to write.")] = None,
-    force: options.Force = False,
-) -> None:
+@takes("""
+scenario  [default: vezzoli_2014/fig6]
+--set
+-o, --output FILE  The TOML file to write.
+--force
+""")
+def command(given: Arguments) -> None:
     """Write a scenario as a commented TOML file to start from."""
-    from electrovib.apps.changes import read_changes
     from electrovib.apps.init import init
 
-    text = init(scenario, set=read_changes(changes or []), output=file, force=force)
-    if file is None:
-        put(as_toml(text, sys.stdout.encoding))
+    given.read_set()
+    text = init(**given)
+    if "output" in given:
+        say(f"written: {given['output']}")
     else:
-        say(f"written: {file}")
+        put(as_toml(text, sys.stdout.encoding))
 
 
 def as_toml(text: str, encoding: str | None) -> str:

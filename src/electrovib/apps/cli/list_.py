@@ -3,43 +3,34 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Annotated
 
-import typer
-
-from electrovib.apps.cli.options import model_names
+from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import show
 
 
-def command(
-    query: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[KIND] [WORD]...",
-            help="A name or words to search for, after 'scenarios' or 'spaces' among these alone; without one, an overview.",
-            show_default=False,
-            autocompletion=model_names,
-        ),
-    ] = None,
-    complete: Annotated[bool, typer.Option("--all", help="List every entry on a line of its own.")] = False,
-    bibtex: Annotated[bool, typer.Option("--bibtex", help="Print BibTeX: of one paper, or of all.")] = False,
-) -> None:
+@takes("""
+[query]... [KIND] [WORD]...  A name or words to search for, after 'scenarios' or 'spaces' among these alone; without one, an
+    overview.
+--all     List every entry on a line of its own.
+--bibtex  Print BibTeX: of one paper, or of all.
+""")
+def command(given: Arguments) -> None:
     """List or search models, materials, papers, scenarios, spaces.
 
     Without a word an overview; with the name of one entry everything about it; else what the words find.
     """
     from electrovib.studies import catalogue
 
-    kind, *rest = query or [""]
-    words, after = " ".join(query or []), " ".join(rest)
-    if bibtex:
+    kind, *rest = given.get("query", [""])
+    words, after = " ".join([kind, *rest]), " ".join(rest)
+    if "bibtex" in given:
         show(_bibtex(words))
     elif kind == "scenarios":
         show(str(catalogue.scenarios(after)))
     elif kind == "spaces" or words in {each.name for each in catalogue.spaces()}:
         show(str(catalogue.spaces(words if kind != "spaces" else after)))
     else:
-        show(str(catalogue.models(after if kind == "models" else words, complete=complete)))
+        show(str(catalogue.models(after if kind == "models" else words, complete="all" in given)))
 
 
 def _bibtex(name: str) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from electrovib.apps.cli.options import Texts, names_of
+from electrovib.apps.cli.options import Arguments, names_of
 from electrovib.core.errors import InputError
 
 READING: Final = ("columns", "reader", "delimiter", "decimal_comma", "part")
@@ -22,26 +22,24 @@ _KEYS: Final = tuple(dict.fromkeys([*OF_TRACE, *OF_SAMPLE, "conductivity", *OF_C
 """Keys, named as the parameters of `electrovib.import_file`, `import_material` and `merge_traces`."""
 
 
-def recipe_of(
-    file: str | None, changes: Texts, columns: Texts, *, only: tuple[str, ...] = _KEYS, of: str = "a recipe"
-) -> dict[str, Any]:
+def recipe_of(given: Arguments, *, only: tuple[str, ...], of: str) -> dict[str, Any]:
     """Read a recipe, then what ``--set`` and ``--column`` add to it; `only` are the keys of what is made, named by `of`."""
     from electrovib.apps.changes import read_changes
     from electrovib.data.toml_file import read_toml_file
 
     found: dict[str, Any] = {}
-    if file is not None:
+    if "recipe" in given:
         advice = "'electrovib import FILE --column SIGNAL=COLUMN -o lab.toml' writes one"
-        found = read_toml_file(Path(file), kind="a recipe", advice=advice)
-    for path, value in read_changes(changes or []).items():
+        found = read_toml_file(Path(given["recipe"]), kind="a recipe", advice=advice)
+    for path, value in read_changes(given.get("set", ())).items():
         key, dot, signal = path.partition(".")
         if dot:
             held = found.get(key)
             found[key] = {**(held if isinstance(held, dict) else {}), signal: value}
         else:
             found[key] = {"true": True, "false": False}.get(value, value) if isinstance(value, str) else value
-    if columns:
-        found["columns"] = {**found.get("columns", {}), **_columns(columns)}
+    if "columns" in given:
+        found["columns"] = {**found.get("columns", {}), **_columns(given["columns"])}
     if problems := [why for key, value in found.items() if (why := _wrong(key, value, only, of))]:
         raise InputError(problems)
     if isinstance(found.get("detrend"), str):

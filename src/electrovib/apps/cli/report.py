@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from electrovib.apps.cli import options
-from electrovib.apps.cli.options import Texts, many
+from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.recipe import OF_TRACE, recipe_of
 from electrovib.apps.cli.terminal import say, warned
 
@@ -18,18 +15,16 @@ if TYPE_CHECKING:
     import xarray
 
 
-def command(
-    traces: Annotated[list[str], typer.Argument(help="Trace files, overlaid in one report.")],
-    output: Annotated[str, typer.Option("--output", "-o", help="The HTML file to write.")] = "report.html",
-    column: options.Column = None,
-    changes: Annotated[
-        Texts,
-        many("KEY=VALUE", "Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'", "--set"),
-    ] = None,
-    recipe: options.Recipe = None,
-    models: options.Models = None,
-    force: options.Force = False,
-) -> None:
+@takes("""
+traces...           Trace files, overlaid in one report.
+-o, --output FILE   The HTML file to write. [default: report.html]
+--column
+--set KEY=VALUE     Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'; repeatable.
+--recipe
+--models
+--force
+""")
+def command(given: Arguments) -> None:
     """Write one report of several Traces, overlaid.
 
     With --column other files are imported as measurements.
@@ -37,9 +32,10 @@ def command(
     from electrovib.apps.progress import tracked
     from electrovib.view.report import reported
 
-    found = _imported(traces, recipe_of(recipe, changes, column, only=OF_TRACE, of="a Trace"))
+    traces, output = given["traces"], given["output"]
+    found = _imported(traces, recipe_of(given, only=OF_TRACE, of="a Trace"))
     with tracked("drawing the report"):
-        shown = reported(found or traces, output, force=force)
+        shown = reported(found or traces, output, force="force" in given)
     say(*_answers(shown, output), *_without_parameters(traces), f"written: {output}")
 
 

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
-
-from electrovib.apps.cli.options import Force, paper_names
+from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import say, warned
 
 
-def command(
-    paper: Annotated[str, typer.Argument(help="author_year", autocompletion=paper_names)] = "vezzoli_2014",
-    output: Annotated[str, typer.Option("--output", "-o", help="Folder to write to.")] = "reproduction",
-    skin: Annotated[
-        str | None,
-        typer.Option(help="Table of your own skin: frequency, permittivity, resistivity (.csv)."),
-    ] = None,
-    force: Force = False,
-) -> None:
+@takes("""
+paper  author_year [default: vezzoli_2014]
+-o, --output DIR  Folder to write to. [default: reproduction]
+--skin FILE.csv   Table of your own skin: frequency, permittivity, resistivity (.csv).
+--force
+""")
+def command(given: Arguments) -> None:
     """Compute everything that a paper states.
 
     Write report.html, numbers.json and figures with their curves; this takes about a minute.
@@ -27,9 +21,9 @@ def command(
     from electrovib.studies.reproduction import COMPARED
     from electrovib.view.reproduce import reproduce
 
-    with items_shown(f"reproducing {paper}"):
-        found = reproduce(paper, output, skin=skin, force=force)
-    say(f"{paper}: {found.count()}")
+    with items_shown(f"reproducing {given['paper']}"):
+        found = reproduce(**given)
+    say(f"{given['paper']}: {found.count()}")
     for number, finding in enumerate(found.findings, 1):
         say(f"{number}. {finding}")
     for row in found.ordered:
@@ -38,7 +32,7 @@ def command(
         held = f" (paper: {printed})" if row.verdict in COMPARED else ""
         say(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
     say(*warned(found))
-    say(f"written: {output}/report.html")
+    say(f"written: {given['output']}/report.html")
 
 
 def shown(value: float | tuple[float, float] | None) -> str:
