@@ -88,14 +88,14 @@ class Arguments(dict[str, Any]):
 
 
 def takes(
-    options: str, **at_once: Callable[[Any], None]
+    options: str, *, example: str = "", **at_once: Callable[[Any], None]
 ) -> Callable[[Callable[[Arguments], object]], Callable[..., None]]:
     """Make a command of a function, with the arguments and options of a table.
 
     An entry has the flags, a word for the value if one follows, ``->`` and the name of the parameter if that is another one,
     and after two blanks the help, which may end with ``; repeatable.``, ``[required]``, ``[default: VALUE]`` or ``[env var:
     NAME]``. One without help is that of `SHARED`. An argument may be ``[optional]``, and have several values: ``files...``.
-    `at_once` are called with the values of options, before any other is read.
+    The help begins with the `example`; `at_once` are called with the values of options, before any other is read.
     """
     at_once = {"models": _use_models} | at_once
     parameters = [_parameter(*entry, at_once) for entry in _entries(options)]
@@ -106,7 +106,7 @@ def takes(
 
         own = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
         command.__signature__ = inspect.Signature([own, *parameters])  # type: ignore[attr-defined]
-        command.__doc__ = told.__doc__
+        command.__doc__, command.__name__, command.example = told.__doc__, told.__name__, example  # type: ignore[attr-defined]
         return command
 
     return made

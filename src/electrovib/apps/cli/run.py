@@ -35,7 +35,7 @@ scenario           [default: vezzoli_2014/fig6]
 --models
 --force
 """)
-def command(given: Arguments) -> None:
+def run(given: Arguments) -> None:
     """Simulate a scenario once, or for each value of a parameter.
 
     Report the forces and whether a finger feels them, by which tactile channel, and by how many decibels; of a measured Trace
@@ -123,7 +123,7 @@ def summary(
     trace: Any, output: str | None, report: str | None, *, source: str = "", felt: Sequence[str] = ()
 ) -> list[str]:
     """Summarise the result in a few lines, with the values of a paper's scenario that are not found in the paper."""
-    from electrovib.apps.cli.map_lines import is_map, judged
+    from electrovib.apps.cli.terminal import is_map, judged
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
     from electrovib.scenario import scenario_of
 
@@ -178,7 +178,7 @@ def _range(trace: Any, name: str) -> str:
 
 def _numbers(trace: Any) -> list[str]:
     """Return the range of each quantity of a sweep, and where its ends are."""
-    from electrovib.apps.cli.map_lines import is_map
+    from electrovib.apps.cli.terminal import is_map
     from electrovib.view.summary import quantity_ranges
 
     over = ", ".join(

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from electrovib.apps.cli.answers import answered
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import complain, say
+from electrovib.apps.cli.terminal import answered, complain, say
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ scenario
 --models
 --force
 """)
-def command(given: Arguments) -> None:
+def study(given: Arguments) -> None:
     """Compute bands of a force over a population of fingers.
 
     The bands are over time or frequency; with --sensitivity, the parameters on which a quantity depends most.

@@ -6,9 +6,8 @@ import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from electrovib.apps.cli.answers import answered
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.terminal import answered, say
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ record                Trace file with signals over time, as electrovib import wr
 -o, --output DIR      Folder for report.html and times.csv, or swipes.csv.
 --force
 """)
-def command(given: Arguments) -> None:
+def times(given: Arguments) -> None:
     """Measure rise and fall times, or swipes, in a record.
 
     Report the times with and without the sensor, each with a 95 % interval; with --swipes the friction and the forces of

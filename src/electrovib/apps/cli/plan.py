@@ -1,21 +1,23 @@
-"""``electrovib design``: a parameter, a drive, a plate or a texture, by what is free and what is wanted."""
+"""``electrovib design``, ``check`` and ``export``: a drive or a plate for what is wanted, its limits, and its files."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
-from typing import Any, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import typer
 
-from electrovib.apps.cli.answers import answered
-from electrovib.apps.cli.export import edge_of, waveform_lines
 from electrovib.apps.cli.options import Arguments, pair_of, takes
-from electrovib.apps.cli.terminal import say, show_answer
+from electrovib.apps.cli.terminal import answered, say, show, show_answer, warned
+from electrovib.apps.exit_codes import FAILED
 from electrovib.core.errors import InputError
 
-EXAMPLE: Final = (
-    "electrovib design vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high"
-)
+if TYPE_CHECKING:
+    from electrovib.exports.waveform import WrittenWaveform
+    from electrovib.studies.check import CheckResult
+
 _EXTREMES: Final = {"maximum": "maximise", "minimum": "minimise"}
 """Word of a wish for a plate, and the argument that has its quantity."""
 _OF_DESIGN: Final = "scenario set method carrier rate space n seed linear share limits"
@@ -27,7 +29,8 @@ _FORCE: Final = "electrostatic_force"
 """Signal over time that a drive is to give."""
 
 
-@takes("""
+@takes(
+    """
 scenario
 --want 'NAME = VALUE'  Quantity and its value: 'mean electrostatic_force = 50 mN'; with --share a band, '= 20 mN:60 mN'; of a
     plate '= maximum' or '= minimum', the first decides; of a drive the force over time: 'electrostatic_force = sine 50 Hz 30
@@ -65,8 +68,10 @@ scenario
 --set
 --models
 --force
-""")
-def command(given: Arguments) -> None:
+""",
+    example="electrovib design vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high",
+)
+def design(given: Arguments) -> None:
     """Find the parameter, drive or plate for a wanted force.
 
     With --free the values of a parameter that give a quantity, any quantity of a sweep; with --method the drive that gives a
@@ -129,7 +134,6 @@ def _extremes(texts: Sequence[str]) -> dict[str, list[str]]:
 
 def _design(given: Arguments, wish: dict[str, Any]) -> None:
     """Print the parameter or the drive that gives what is wanted, and write it."""
-    from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.exports.design import check_design_file, write_design
@@ -185,3 +189,129 @@ def _render_texture(given: Arguments) -> None:
         samples["rate"] = found.rate
     written = export_waveform(found.scenario, file, limits=given.get("limits"), **samples)
     say(*waveform_lines(written))
+
+
+@takes(
+    """
+first SCENARIO|DRIVE  The scenario; or, before a scenario, a file with the columns time and voltage.
+[second] SCENARIO     The scenario in which that drive is checked.
+--limits
+--series-resistor     Compute the smallest resistor that holds the body current if the insulator fails.
+-o, --output FILE     Write the result: .csv, .json or .html.
+--all
+--set
+--models
+--force
+""",
+    example="electrovib check vezzoli_2014/fig6 --set limits.voltage='1 kV'",
+)
+def check(given: Arguments) -> None:
+    """Compare voltage, current and breakdown with limits.
+
+    Charge, energy and breakdown of each layer are compared too; exit code 1 if a limit is exceeded.
+    """
+    from electrovib.core.answer import laid_out
+    from electrovib.studies.check import CheckResult, check
+    from electrovib.studies.check.series import series_resistor
+
+    given.read_set()
+    drive, scenario = given.pop("first"), given.pop("second", "")
+    if not scenario:
+        drive, scenario = None, drive
+    resistor = None
+    if given.pop("series_resistor", False):
+        resistor = series_resistor(scenario, limits=given.get("limits"), set=given["set"])
+
+    def told(found: CheckResult, *, everything: bool) -> None:
+        """Print the verdict in a few lines, after the tables that were asked for."""
+        from electrovib.studies.check.result import HARDWARE
+
+        for table in found.tables if everything else ():
+            show(laid_out(table))
+        if everything:
+            say(*found.notes, "")
+        if resistor is not None:
+            show(laid_out(resistor.document.tables[0]))
+        more = "" if everything else " (--all lists every limit, its source, and published currents)"
+        say(*found.sentences, *warned(found), f"{HARDWARE}{more}")
+
+    given |= {"drive": drive, "scenario": scenario}
+    if answered(CheckResult, check, "checking", given, told).failed:
+        raise typer.Exit(FAILED)
+
+
+@takes("""
+scenario
+[place] OUTPUT     The file to write, if not given by -o.
+-o, --output FILE  A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.
+--limits
+--as
+--rate
+--ramp
+--largest-error
+--full-scale
+--gain
+--edge
+--amplifier-present
+--set
+--models
+--force
+""")
+def export(given: Arguments) -> None:
+    """Write a netlist for ngspice, or the drive as a waveform.
+
+    A waveform is written only within declared limits.
+    """
+    from electrovib.apps.progress import tracked
+    from electrovib.exports.scenario import WRITERS, export_netlist
+    from electrovib.exports.waveform import FORMATS, export_waveform
+
+    place, output = given.pop("place", ""), given.pop("output", "")
+    if bool(place) == bool(output):
+        raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
+    path, suffix = place or output, Path(place or output).suffix.lower()
+    given.read_set()
+    if suffix not in FORMATS and "instrument" not in given:
+        if suffix in WRITERS and (used := given.surplus("scenario place output set models force")):
+            raise InputError(f"{flag}: belongs to a waveform; omit it for a netlist" for flag in used)
+        with tracked("solving and writing"):
+            written = export_netlist(
+                given["scenario"], Path(path), changes=given["set"], force="force" in given
+            )
+        say(*warned(written), f"written: {written.path}")
+        say(f"run it:  ngspice -b {shlex.quote(str(written.path))}")
+        return
+    for name, unit in {"rate": "Hz", "ramp": "s", "full_scale": "V"}.items():
+        if name in given:
+            given[name] = _number(given[name], unit, given.flags[name])
+    with tracked("sampling and checking"):
+        found = export_waveform(**given | edge_of(given), path=path)
+    say(*warned(found), *waveform_lines(found))
+
+
+def waveform_lines(found: WrittenWaveform) -> list[str]:
+    """Return the notes of a waveform, its check and its file as lines."""
+    from electrovib.studies.check.result import shown
+
+    held = [
+        f"{row.quantity} {shown(row.value, row.unit)}, limit {shown(row.limit, row.unit)}: {row.source}"
+        for row in found.check.rows
+        if row.limit is not None
+    ]
+    return [*found.notes, *held, f"written: {found.path}"]
+
+
+def edge_of(given: Arguments) -> dict[str, float | str]:
+    """Read the edge, if there is one: a time [s], or the word that stands for straight lines."""
+    text = given.get("edge")
+    return {"edge": text if text == "line" else _number(text, "s", "--edge")} if text else {}
+
+
+def _number(text: str, unit: str, option: str) -> float:
+    """Read a number with a unit."""
+    from electrovib.core.units import parse_quantity
+
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), path=option, value=text) from None
