@@ -146,7 +146,7 @@ def _fit_jointly(given: Arguments, recorded: list[str], wanted: dict[str, Any]) 
 
 def _fit_separately(given: Arguments, recorded: list[str], wanted: dict[str, Any]) -> None:
     """Fit each recording alone, and print the table."""
-    from electrovib.apps.fit_separately import fit_separately
+    from electrovib.apps.fit import fit_separately
     from electrovib.apps.progress import tracked
 
     with tracked("fitting") as progress:
