@@ -44,8 +44,7 @@ def _print_static(given: Arguments) -> None:
     from electrovib.core.answer import laid_out
     from electrovib.studies.surfaces import ANSWER, compare_surfaces
 
-    needing = [name for name in ("set", "materials", "laws", "over", "output") if given.get(name)]
-    if flags := [given.flags[name] for name in needing]:
+    if flags := given.surplus("scenario all force"):
         example = "electrovib compare vezzoli_2014/fig6"
         raise InputError(f"{flag}: needs a scenario, for instance {example} {flag} ..." for flag in flags)
     say(ANSWER)

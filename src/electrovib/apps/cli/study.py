@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import answered, complain, say
+from electrovib.apps.exit_codes import INTERRUPTED
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -74,16 +75,13 @@ def _print_sensitivity(given: Arguments, outputs: list[str]) -> None:
         name = "--output" if len(outputs) > 1 else "--quantity"
         why = "--sensitivity takes exactly one: 'mean electrostatic_force', and one folder"
         raise InputError(why, path=name)
-    wanted = given.take("scenario space n seed force") | {
-        "quantity": quantities[0],
-        "output": outputs[0] if outputs else None,
-    }
+    wanted = given.take("scenario space n seed force")
+    wanted |= {"quantity": quantities[0], "output": next(iter(outputs), None)}
     answered(Sensitivity, sensitivity, "evaluating draws", wanted)
 
 
 def _print_bands(given: dict[str, Any], store: str, csv: str | None) -> None:
     """Compute the bands, print them, and write the outputs beside the store."""
-    from electrovib.apps.exit_codes import INTERRUPTED
     from electrovib.apps.progress import tracked
     from electrovib.exports.save import save
     from electrovib.studies.population import study
