@@ -2,8 +2,8 @@
 
 from electrovib.apps.explorer.server import explore as explore
 from electrovib.apps.fit import fit as fit
+from electrovib.apps.fit import fit_separately as fit_separately
 from electrovib.apps.fit_material import fit_material as fit_material
-from electrovib.apps.fit_separately import fit_separately as fit_separately
 from electrovib.apps.init import init as init
 from electrovib.apps.run import run as run
 from electrovib.bench.run import plan_bench as plan_bench

@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from electrovib.apps.recorded import described, listed, measured_of, with_own_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.recordings.fit import ScenarioFit, fit_scenario
+from electrovib.core.paths import quantity_at
+from electrovib.data.traces import open_trace
+from electrovib.recordings.fit import (
+    CalibrationError,
+    CancelledError,
+    MeasuredTrace,
+    ScenarioFit,
+    fit_scenario,
+)
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.fit.posterior import Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.result import parameter_table
-from electrovib.recordings.fit.separate import compare_fits
+from electrovib.recordings.fit.separate import (
+    RecordedFit,
+    SeparateFits,
+    compare_fits,
+    failed_rows,
+    spreads_of,
+)
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.documents import check_answer, save_answer
 from electrovib.view.fitted import CHAINS, FitResult
 
 if TYPE_CHECKING:
-    from electrovib.apps.recorded import Recorded
-    from electrovib.recordings.fit import CalibrationError, MeasuredTrace
+    import xarray
+
+    Recorded: TypeAlias = str | Path | MeasuredTrace | xarray.Dataset
 
 
 def fit(
@@ -123,60 +137,48 @@ def fit(
             check_answer(FitResult, output, more=CHAINS if posterior else {}, inputs=inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
-    given = _FitRequest(
-        measured=measured,
-        free=free,
-        varying=varying,
-        signals=signals,
-        start=start or {},
-        keep=keep,
-        progress=progress,
-    )
-    result = given.result(_named(scenario, 1), base, others, posterior)
+    result = _compared(
+        _named(scenario, 1), base, others, posterior, recordings=measured, free=free, varying=varying,
+        signals=signals, start=start or {}, keep=keep, progress=progress,
+    )  # fmt: skip
     if output is not None:
         save_answer(result, output, force=force)
     return result
 
 
-@dataclass(frozen=True, kw_only=True)
-class _FitRequest:
-    """What is fitted with each model."""
+def _compared(
+    name: str, scenario: Scenario, others: Mapping[str, Scenario], posterior: Sampling | None, **asked: Any
+) -> FitResult:
+    """Fit the scenario and the other models, and compare them."""
+    best = _fitted(scenario, **asked)
+    fits = {other: _fitted(each, other, **asked) for other, each in others.items()}
+    return FitResult(
+        best=best,
+        rows=parameter_table(best),
+        others=fits,
+        comparison=compare_fits({name: best} | fits) if others else None,
+        posterior=None if posterior is None else sample_posterior(best, **vars(posterior)),
+    )
 
-    measured: Sequence[MeasuredTrace]
-    free: Sequence[str]
-    varying: Sequence[str]
-    signals: Sequence[str] | None
-    start: Mapping[str, float]
-    keep: Sequence[str]
-    progress: Callable[[int, float], bool | None] | None
 
-    def fit(self, scenario: Scenario, name: str = "") -> ScenarioFit:
-        """Fit a model; another one than the first with those of the free parameters that it has."""
-        own = _paths_of(scenario, self.free, name) if name else self.free
-        return fit_scenario(
-            scenario,
-            self.measured,
-            free=own,
-            varying=[path for path in self.varying if path in own or not name],
-            signals=self.signals,
-            start={path: value for path, value in self.start.items() if path in own},
-            keep=self.keep,
-            progress=self.progress,
-        )
-
-    def result(
-        self, name: str, scenario: Scenario, others: Mapping[str, Scenario], posterior: Sampling | None
-    ) -> FitResult:
-        """Fit the scenario and the other models, and compare them."""
-        best = self.fit(scenario)
-        fits = {name: best} | {other: self.fit(each, other) for other, each in others.items()}
-        return FitResult(
-            best=best,
-            rows=parameter_table(best),
-            others={other: fits[other] for other in others},
-            comparison=compare_fits(fits) if others else None,
-            posterior=None if posterior is None else sample_posterior(best, **vars(posterior)),
-        )
+def _fitted(
+    scenario: Scenario,
+    name: str = "",
+    *,
+    free: Sequence[str],
+    varying: Sequence[str],
+    start: Mapping[str, float],
+    **shared: Any,
+) -> ScenarioFit:
+    """Fit a model; another one than the first, which is named, with those of the free parameters that it has."""
+    own = _paths_of(scenario, free, name) if name else free
+    return fit_scenario(
+        scenario,
+        free=own,
+        varying=[path for path in varying if path in own or not name],
+        start={path: value for path, value in start.items() if path in own},
+        **shared,
+    )
 
 
 def _named(source: Source, number: int) -> str:
@@ -198,4 +200,210 @@ def _paths_of(scenario: Scenario, free: Sequence[str], name: str) -> list[str]:
         found.append(path)
     if not found:
         raise InputError(f"compare_with = {name}: has none of the free parameters {', '.join(free)}")
+    return found
+
+
+def fit_separately(
+    scenario: Source,
+    recordings: Sequence[Recorded] | Recorded,
+    *,
+    free: Sequence[str],
+    signals: Sequence[str] | None = None,
+    start: Mapping[str, float] | None = None,
+    keep: Sequence[str] = (),
+    stated: Mapping[str, Any] | None = None,
+    noise: Mapping[str, float] | None = None,
+    offsets: Sequence[str] = (),
+    calibration: Mapping[str, float | CalibrationError] | None = None,
+    output: str | Path | None = None,
+    force: bool = False,
+    progress: Callable[[int, int], bool | None] | None = None,
+) -> SeparateFits:
+    """Estimate parameters of a scenario from each of several recordings alone.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        The experiment, as for `electrovib.load`; its values of the free parameters are where each search begins.
+    recordings : str, Path, MeasuredTrace or xarray.Dataset, or a sequence of them
+        Files of Traces, or Traces, with signals over time or frequency.
+    free : sequence of str
+        Dotted paths of the unknown parameters; their bounds are those that the models declare.
+    signals, start, keep, stated, offsets, calibration
+        As for `electrovib.fit`.
+    noise : mapping of str to float, optional
+        Standard deviation of a signal in its unit, of an impedance relative to its modulus; it is estimated for each
+        recording where absent.
+    output : str or Path, optional
+        Folder for ``report.html``, ``parameters.csv`` and ``space.toml``; all are written, or none.
+    force : bool
+        Whether files that this package did not write may be replaced.
+    progress : callable, optional
+        Called with the number of recordings done and that of all, also during the fit of each; the fits end with an
+        error when it returns True.
+
+    Returns
+    -------
+    fits : SeparateFits
+        One table for all recordings, and the scatter of each parameter within and between them. A recording that cannot
+        be read or fitted has the status ``"failed"`` and the reason in the table.
+
+    Raises
+    ------
+    ElectrovibError
+        For a wrong scenario, path or output folder, or if no recording could be fitted; nothing has been written then.
+    CancelledError
+        If `progress` ends the fits; nothing has been written then.
+    """
+    from electrovib.view.fitted_separately import SeparateAnswer
+
+    require_lmfit()
+    problems: list[str] = []
+    opened: list[MeasuredTrace | tuple[str, str]] = []
+    base: Scenario | None = None
+    units: dict[str, str] = {}
+    with inputs_noted() as inputs:
+        with gathered(problems):
+            base = read_scenario(scenario)
+        for number, each in enumerate(listed(recordings)):
+            opened.append(_opened(each, number))
+    if base is not None:
+        for path in free:
+            with gathered(problems):
+                units[path] = quantity_at(base, path).unit
+    if not opened or not free:
+        problems.append("a fit needs at least one recording" if free else "free: name at least one parameter")
+    if output is not None:
+        with gathered(problems):
+            check_answer(SeparateAnswer, output, inputs=inputs, force=force)
+    measured = [each for each in opened if not isinstance(each, tuple)]
+    with gathered(problems):
+        own = with_own_names(measured)
+        measured = described(
+            own, noise or {}, offsets, None, varying=False, calibration=calibration, stated=stated
+        )
+    if problems or base is None:
+        raise InputError(problems)
+    ordered = iter(measured)
+    fits = _fitted_alone(
+        base, [each if isinstance(each, tuple) else next(ordered) for each in opened], units, progress,
+        signals=signals, start=start or {}, keep=keep,
+    )  # fmt: skip
+    found = SeparateFits(scenario=base, free=tuple(free), fits=tuple(fits), spreads=spreads_of(free, fits))
+    if len(found.failures) == len(found.fits):
+        raise InputError([f"{record}: {why}" for record, why in found.failures.items()])
+    if output is not None:
+        save_answer(SeparateAnswer(found=found), output, force=force)
+    return found
+
+
+def _fitted_alone(
+    scenario: Scenario,
+    recordings: Sequence[MeasuredTrace | tuple[str, str]],
+    units: Mapping[str, str],
+    progress: Callable[[int, int], bool | None] | None,
+    **options: Any,
+) -> list[RecordedFit]:
+    """Fit each recording, or state why it cannot be fitted."""
+    fits: list[RecordedFit] = []
+
+    def cancelled(*_: float) -> bool:
+        return progress is not None and bool(progress(len(fits), len(recordings)))
+
+    for each in recordings:
+        if cancelled():
+            raise CancelledError("the fits were cancelled")
+        if isinstance(each, tuple):
+            name, why = each
+            fits.append(RecordedFit(record=name, found=None, rows=failed_rows(units, why)))
+            continue
+        try:
+            found = fit_scenario(scenario, each, free=list(units), progress=cancelled, **options)
+            fitted = RecordedFit(record=each.name, found=found, rows=parameter_table(found))
+        except CancelledError:
+            raise
+        except ElectrovibError as error:
+            rows = failed_rows(units, "; ".join(error.problems))
+            fitted = RecordedFit(record=each.name, found=None, rows=rows)
+        fits.append(fitted)
+    cancelled()
+    return fits
+
+
+def _opened(recording: Recorded, number: int) -> MeasuredTrace | tuple[str, str]:
+    """Open a recording; of one that cannot be read the name and the reason."""
+    try:
+        return measured_of(recording, number)
+    except ElectrovibError as error:
+        name = Path(recording).name if isinstance(recording, (str, Path)) else f"recording {number + 1}"
+        return name, "; ".join(error.problems)
+
+
+def listed(recordings: Sequence[Recorded] | Recorded) -> list[Recorded]:
+    """Return one recording, or a sequence of them, as a list."""
+    if isinstance(recordings, (str, Path)) or not isinstance(recordings, Sequence):
+        return [recordings]
+    return list(recordings)
+
+
+def measured_of(recording: Recorded, number: int) -> MeasuredTrace:
+    """Open a recording, and name it by its file or by its place among the recordings."""
+    if isinstance(recording, MeasuredTrace):
+        return recording
+    if isinstance(recording, (str, Path)):
+        return MeasuredTrace(trace=open_trace(recording), name=Path(recording).name)
+    return MeasuredTrace(trace=recording, name=f"recording {number + 1}")
+
+
+def with_own_names(measured: Sequence[MeasuredTrace]) -> list[MeasuredTrace]:
+    """Number the recordings that have the same name, such as files of different folders."""
+    names = [each.name for each in measured]
+    return [
+        dataclasses.replace(each, name=f"{each.name} ({number})") if names.count(each.name) > 1 else each
+        for number, each in enumerate(measured, start=1)
+    ]
+
+
+def described(
+    measured: Sequence[MeasuredTrace],
+    noise: Mapping[str, float],
+    offsets: Sequence[str],
+    sessions: Mapping[str, str] | None,
+    *,
+    varying: bool,
+    calibration: Mapping[str, float | CalibrationError] | None = None,
+    stated: Mapping[str, Any] | None = None,
+) -> list[MeasuredTrace]:
+    """Put settings, noise, zeros, sessions and calibration errors into the recordings that have these signals."""
+    names = [each.name for each in measured]
+    by_name = {Path(file).name: session for file, session in (sessions or {}).items()}
+    unknown = [name for name in by_name if name not in names]
+    if unknown:
+        raise InputError(f"session: '{unknown[0]}' is none of the recordings: {', '.join(names)}")
+    held = {str(name) for each in measured for name in each.trace.data_vars}
+    errors = {
+        name: each if isinstance(each, CalibrationError) else CalibrationError(gain=each)
+        for name, each in (calibration or {}).items()
+    }
+    absent = [name for name in (*noise, *offsets, *errors) if measured and name not in held]
+    if absent:
+        raise InputError(f"'{absent[0]}': no recording has this signal; they have {', '.join(sorted(held))}")
+    found = []
+    for each in measured:
+        own = set(map(str, each.trace.data_vars))
+        given = each.session or (each.name if varying else "")
+        found.append(
+            dataclasses.replace(
+                each,
+                changes=dict(stated or {}) | dict(each.changes),
+                noise={name: value for name, value in noise.items() if name in own} | dict(each.noise),
+                offsets=[
+                    *each.offsets,
+                    *(name for name in offsets if name in own and name not in each.offsets),
+                ],
+                session=by_name.get(each.name, given),
+                calibration={name: error for name, error in errors.items() if name in own}
+                | dict(each.calibration),
+            )
+        )
     return found

@@ -9,8 +9,8 @@ import numpy as np
 import xarray
 
 import electrovib as ev
-from electrovib.apps.cli.map_lines import judged
 from electrovib.apps.cli.run import _range
+from electrovib.apps.cli.terminal import judged
 from electrovib.core.budget import BudgetError, allowed
 from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity

@@ -174,15 +174,9 @@ def test_the_command_and_the_answer(tmp_path):
     found = ev.evidence({"test/forces": measured()}, n=16, seed=1)
     text = repr(found)
     assert text.startswith(("1 of 1 measurements lie in part", "Every measurement lies"))
-    assert "not a score" not in text
-    for words in (
-        "MaxwellStressInGap",
-        "Cannot predict",
-        "force.mean_gap",
-        "16 draws",
-        "3 numbers: 3 printed",
-    ):
+    for words in ("MaxwellStressInGap", "16 draws", "3 numbers: 3 printed"):
         assert words in text
+    assert "force.mean_gap" in str(found.document.pages[1])
     ev.save(found, tmp_path / "evidence")
     assert {file.name for file in (tmp_path / "evidence").iterdir()} == {
         "report.html",

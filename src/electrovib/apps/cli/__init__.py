@@ -3,31 +3,14 @@
 from __future__ import annotations
 
 import sys
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
 import typer
 
-from electrovib.apps.cli import (
-    bench,
-    check,
-    compare,
-    design,
-    evidence,
-    explore,
-    export,
-    fit,
-    import_,
-    init,
-    list_,
-    report,
-    reproduce,
-    run,
-    settings,
-    study,
-    times,
-)
+from electrovib.apps.cli import bench, compare, fit, import_, plan, run, see, study, times
 from electrovib.apps.cli.grouped import Command, Commands
-from electrovib.apps.cli.terminal import complain, prepare, unprinted
+from electrovib.apps.cli.options import Arguments, takes
+from electrovib.apps.cli.terminal import complain, prepare, say, unprinted
 from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE, UNPRINTED, Told
 from electrovib.core.errors import ElectrovibError
 
@@ -44,21 +27,47 @@ app = typer.Typer(
 )
 
 
-_GROUPS: Final = {
-    "Predict": (run, compare, study, evidence, reproduce),
-    "Measure": (import_, times, fit, bench),
-    "Plan": (design, check, export),
-    "See": (explore, report, list_, init),
+_GROUPS: Final[dict[str, tuple[Any, ...]]] = {
+    "Predict": (run.run, compare.compare, study.study, compare.evidence, compare.reproduce),
+    "Measure": (import_.import_, times.times, fit.fit, bench.group),
+    "Plan": (plan.design, plan.check, plan.export),
+    "See": (see.explore, see.report, see.list_, see.init),
 }
-app.callback()(settings.command)
-for _title, _modules in _GROUPS.items():
-    for _module in _modules:
-        _name = _module.__name__.rpartition(".")[2].strip("_")
-        if _module is bench:
-            app.add_typer(bench.group, name=_name, rich_help_panel=_title)
-            continue
-        _example = getattr(_module, "EXAMPLE", None)
-        app.command(_name, cls=Command, rich_help_panel=_title, epilog=_example)(_module.command)
+
+
+def _show_versions(wanted: bool) -> None:
+    if wanted:
+        from electrovib.core.versions import versions
+
+        say(*(f"{name} {number}" for name, number in versions().items()))
+        raise typer.Exit
+
+
+@app.callback()
+@takes(
+    """
+--version  Show the versions of electrovib and of the packages it uses.
+--models
+--budget TIME,MEMORY  Time and memory a computation may use, '1 h, 8 GB'; more is refused. Default: 10 min, 4 GB. [env var:
+    ELECTROVIB_BUDGET]
+""",
+    version=_show_versions,
+)
+def settings(given: Arguments) -> None:
+    """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""
+    if "budget" in given:
+        from electrovib.core import budget as budgets
+
+        given.context.with_resource(budgets.budget(**budgets.read_budget(given["budget"])))
+
+
+for _title, _commands in _GROUPS.items():
+    for _each in _commands:
+        if isinstance(_each, typer.Typer):
+            app.add_typer(_each, name="bench", rich_help_panel=_title)
+        else:
+            _name, _example = _each.__name__.strip("_"), _each.example
+            app.command(_name, cls=Command, rich_help_panel=_title, epilog=_example)(_each)
 
 
 def main() -> None:

@@ -1,149 +1,136 @@
-"""``electrovib compare``."""
+"""``electrovib compare``, ``evidence`` and ``reproduce``: laws beside each other, beside measurements and beside papers."""
 
 from __future__ import annotations
 
-import functools
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
-
-from electrovib.apps.cli import options
-from electrovib.apps.cli.answers import answered
-from electrovib.apps.cli.options import Text, Texts, many, names_of, only, output, scenario_names
-from electrovib.apps.cli.terminal import say, show, show_answer
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from electrovib.apps.cli.options import Arguments, takes
+from electrovib.apps.cli.terminal import answered, say, show, warned
+from electrovib.core.errors import InputError
 
 
-def command(
-    context: typer.Context,
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            help="A scenario; without one, the static forces of the published laws on two stacks.",
-            autocompletion=scenario_names,
-            show_default=False,
-        ),
-    ] = "",
-    others: Annotated[Texts, typer.Argument(hidden=True)] = None,
-    changes: options.Changes = None,
-    models: Annotated[
-        Texts, many("A,B,...|FILE.py", "Force laws, all if absent; or a Python file with laws of your own")
-    ] = None,
-    everything: options.Everything = False,
-    over: options.Over = None,
-    material: options.Material = None,
-    layer: options.Layer = "",
-    file: Annotated[Text, output("Write an HTML page.")] = None,
-    force: options.Force = False,
-) -> None:
+@takes("""
+[scenario]         A scenario; without one, the static forces of the published laws on two stacks.
+[others]...
+--set
+--models A,B,...|FILE.py -> laws  Force laws, all if absent; or a Python file with laws of your own; repeatable.
+--all
+--over
+--material
+--layer
+-o, --output FILE  Write an HTML page.
+--force
+""")
+def compare(given: Arguments) -> None:
     """Compare force laws, or materials, on one stack.
 
     State which law to believe and why they differ; with --material, compare materials of the insulator.
     """
-    from electrovib.apps.changes import read_changes
-
-    _refuse_several(scenario, others or [])
-    changed = read_changes(changes or [])
-    if not scenario:
-        _print_static(
-            {"--set": changed, "--material": material, "--models": models, "--over": over, "--output": file}
-        )
-    elif material is not None:
-        only(
-            context,
-            "scenario changes everything material layer",
-            "--material, which compares no laws",
-            "force",
-        )
-        _print_materials(scenario, changed, names_of([material]), layer)
-    else:
-        only(context, "scenario changes everything models over file", "the comparison of force laws")
-        _print_laws(scenario, changed, models or [], over or [], file, everything=everything, force=force)
-
-
-def _refuse_several(first: str, others: list[str]) -> None:
-    """Refuse more than one scenario, and name the command that overlays several Traces."""
-    from electrovib.core.errors import InputError
-
-    if others:
-        listed = " ".join((first, *others))
+    if "others" in given:
+        listed = " ".join((given["scenario"], *given["others"]))
         raise InputError(
             f"{listed}: compare takes one scenario and compares laws or materials on it; 'electrovib report {listed} -o"
             " overlay.html' overlays several Traces"
         )
+    if not given.get("scenario"):
+        _print_static(given)
+    elif "materials" in given:
+        given.only("scenario set all materials layer", "--material, which compares no laws", "force")
+        _print_materials(given)
+    else:
+        given.only("scenario set all laws over output", "the comparison of force laws", "force")
+        _print_laws(given)
 
 
-def _print_static(options: dict[str, object]) -> None:
+def _print_static(given: Arguments) -> None:
     from electrovib.core.answer import laid_out
     from electrovib.studies.surfaces import ANSWER, compare_surfaces
 
-    _refuse_without_scenario(options)
+    if flags := given.surplus("scenario all force"):
+        example = "electrovib compare vezzoli_2014/fig6"
+        raise InputError(f"{flag}: needs a scenario, for instance {example} {flag} ..." for flag in flags)
     say(ANSWER)
     show(laid_out(compare_surfaces()))
 
 
-def _print_laws(
-    scenario: str,
-    changes: Mapping[str, Any],
-    models: list[str],
-    over: list[str],
-    output: str | None,
-    *,
-    everything: bool,
-    force: bool,
-) -> None:
+def _print_laws(given: Arguments) -> None:
+    """Compare the laws that are named, or all; a Python file among the names is imported."""
+    from electrovib.core.own_models import use_models
     from electrovib.studies.compare import Comparison, compare
 
-    answered(
-        Comparison,
-        compare,
-        words="comparing force laws",
-        output=output,
-        force=force,
-        show=functools.partial(show_answer, everything=everything),
-        scenario=scenario,
-        set=changes,
-        models=_laws(models),
-        over=over,
-    )
-    if not everything and not output:
+    named = given.pop("laws", None)
+    files = [name for name in named or () if name.endswith(".py")]
+    for file in files:
+        use_models(file)
+    laws = [name for name in dict.fromkeys(named or ()) if name not in files]
+    given.read_set()
+    brief = not given.keys() & {"all", "output"}
+    given["models"] = laws if laws or (named is not None and not files) else None
+    answered(Comparison, compare, "comparing force laws", given)
+    if brief:
         say("--all explains why the laws differ, and lists where their papers contradict each other.")
 
 
-def _print_materials(scenario: str, changes: Mapping[str, Any], names: list[str], layer: str) -> None:
-    from electrovib.scenario import load
+def _print_materials(given: Arguments) -> None:
     from electrovib.studies.compare import MaterialComparison, compare_materials
 
-    given = load(scenario, changes=changes)
-    materials = None if names == ["all"] else names
-    answered(
-        MaterialComparison,
-        compare_materials,
-        words="comparing materials",
-        scenario=given,
-        layer=layer,
-        materials=materials,
-    )
+    given.put_changes()
+    given["materials"] = None if given["materials"] == ["all"] else given["materials"]
+    answered(MaterialComparison, compare_materials, "comparing materials", given)
 
 
-def _laws(texts: list[str]) -> list[str] | None:
-    """Import the files among what ``--models`` names; the rest are laws, or None for all of them."""
-    from electrovib.core.own_models import use_models
+@takes(
+    """
+[measured]         Part of the name, title or group of measurements; all if absent.
+--all
+-n N               Draws of what a publication does not print. [default: 64]
+--seed N           Of the draws. [default: 0]
+-o, --output FILE|DIR  Page (.html), or a folder with the page and its tables.
+--force
+""",
+    example="electrovib evidence vezzoli -o evidence",
+)
+def evidence(given: Arguments) -> None:
+    """Judge every law by what was measured.
 
-    given = names_of(texts)
-    files = [name for name in given if name.endswith(".py")]
-    for file in files:
-        use_models(file)
-    names = [name for name in dict.fromkeys(given) if name not in files]
-    return names if names or (texts and not files) else None
+    Each law is compared with every published measurement that it can predict.
+    """
+    from electrovib.apps.progress import items_shown
+    from electrovib.studies.evidence import Evidence, evidence
+
+    with items_shown("comparing with measurements"):
+        answered(Evidence, evidence, "comparing with measurements", given)
 
 
-def _refuse_without_scenario(options: dict[str, object]) -> None:
-    from electrovib.core.errors import InputError
+@takes("""
+paper  author_year [default: vezzoli_2014]
+-o, --output DIR  Folder to write to. [default: reproduction]
+--skin FILE.csv   Table of your own skin: frequency, permittivity, resistivity (.csv).
+--force
+""")
+def reproduce(given: Arguments) -> None:
+    """Compute everything that a paper states.
 
-    given = [name for name, value in options.items() if value]
-    if given:
-        example = "electrovib compare vezzoli_2014/fig6"
-        raise InputError(f"{name}: needs a scenario, for instance {example} {name} ..." for name in given)
+    Write report.html, numbers.json and figures with their curves; this takes about a minute.
+    """
+    from electrovib.apps.progress import items_shown
+    from electrovib.studies.reproduction import COMPARED
+    from electrovib.view.reproduce import reproduce
+
+    with items_shown(f"reproducing {given['paper']}"):
+        found = reproduce(**given)
+    say(f"{given['paper']}: {found.count()}")
+    for number, finding in enumerate(found.findings, 1):
+        say(f"{number}. {finding}")
+    for row in found.ordered:
+        unit = "" if row.unit == "1" else f" {row.unit}"
+        printed = row.stated if row.stated and row.paper is None else shown(row.paper)
+        held = f" (paper: {printed})" if row.verdict in COMPARED else ""
+        say(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
+    say(*warned(found))
+    say(f"written: {given['output']}/report.html")
+
+
+def shown(value: float | tuple[float, float] | None) -> str:
+    """Format a number or an interval."""
+    if value is None:
+        return "not given"
+    return f"{value:.4g}" if isinstance(value, (int, float)) else f"{value[0]:.3g} to {value[1]:.3g}"

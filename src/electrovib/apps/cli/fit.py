@@ -2,187 +2,78 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import typer
 
-from electrovib.apps.cli import options
-from electrovib.apps.cli.fit_words import (
-    brief,
-    law_summary,
-    material_summary,
-    separate_summary,
-    separate_verdict,
-    summary,
-    verdict,
-)
-from electrovib.apps.cli.options import (
-    Text,
-    Texts,
-    given,
-    many,
-    names_of,
-    only,
-    option,
-    output,
-    pair_of,
-    scenario_names,
-)
-from electrovib.apps.cli.recipe import OF_SAMPLE, READING, recipe_of
+from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
+from electrovib.apps.cli.options import Arguments, pair_of, takes
 from electrovib.apps.cli.terminal import say, warned
 from electrovib.apps.exit_codes import MISFIT
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Collection, Sequence
 
     from electrovib.recordings.calibration import CalibrationError
-    from electrovib.recordings.fit.posterior import Sampling
-    from electrovib.scenario import Source
+    from electrovib.recordings.fit.power_law import PowerLawFit
+    from electrovib.recordings.fit.separate import SeparateFits
+    from electrovib.recordings.interval import EstimatedParameter
+    from electrovib.recordings.spectra.fitted import FittedMaterial
+    from electrovib.view.fitted import FitResult
 
 
-EXAMPLE: Final = (
-    "electrovib fit my.toml a.nc b.nc --free friction.coefficient --noise 'lateral_force=5 mN' -o fit"
+_OF_EACH: Final = "files free noise offsets gain_error zero_error signals keep separately set output all"
+_OF_ALL: Final = "varying sessions compare_with posterior seed steps"
+_OF_MATERIAL: Final = "files noise gain_error form reference loss band layer columns recipe set output"
+_OF_LAW: Final = "files columns recipe set output"
+
+
+@takes(
+    """
+files... [SCENARIO] FILE...  A scenario, and Trace files from which its parameters are estimated; or spectra of impedance or
+    permittivity of one material; or tables of measured points of a power law.
+--free PATH,PATH,...       Parameters to estimate, as dotted paths; repeatable.
+--vary PATH,... -> varying  Those of them that differ between sessions; repeatable.
+--session FILE=NAME -> sessions  Session of a recording; by default each is its own; repeatable.
+--noise SIGNAL=VALUE       Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01; of a
+    spectrum that of the rows of a file: z.csv='1 %', of all files or of none; repeatable.
+--zero SIGNAL,... -> offsets  Signal whose zero is unknown and is fitted; repeatable.
+--gain-error SIGNAL=SHARE  Relative standard uncertainty of the gain of a sensor, such as electrostatic_force='2 %'; of the
+    modulus of a spectrum, common to all rows: impedance='1 %'; repeatable.
+--zero-error SIGNAL=VALUE  Standard uncertainty of the zero of a sensor, with its unit; repeatable.
+--quantity SIGNAL,... -> signals  Fit only this signal; repeatable.
+--keep PART,...            Take the drive, load or motion of the scenario although the recordings hold their own; repeatable.
+--compare-with SCENARIO    Another model of the same experiment, compared by AICc and BIC; repeatable.
+--separately               Fit each recording alone; one table and one figure for all, with the scatter within and between
+    recordings.
+--posterior                Sample the posterior distribution too, with emcee; needs --seed.
+--seed N                   Seed of the random numbers of --posterior.
+-n N -> steps              Length of each chain of --posterior. [default: 2000]
+--form FORM                Of a material: auto (by AICc), constant, constant-phase, debye, cole-cole, cole-cole-2,
+    havriliak-negami, prony-4, gabriel ... [default: auto]
+--reference FILE=VALUE     Spectrum of a known resistor, r.csv='51 kohm +- 1 %': gives systematic error and fixture; a bad one is
+    refused.
+--loss measured|none|unknown  Of a table of permittivity without loss: a material without any, or the permittivity alone is
+    fitted. [default: measured]
+--band LOW..HIGH           Frequencies of a spectrum to fit: '100 Hz..100 kHz'.
+--layer
+--column
+--recipe
+--set PATH=VALUE           Change a parameter of the scenario; of a spectrum or a table an entry of the recipe of an import:
+    area='1 cm2', thickness='200 um', series_resistance='1 kohm', parallel_capacitance='2 pF' of the fixture, part, reader,
+    delimiter, decimal_comma; repeatable.
+-o, --output PLACE         Folder for report.html, parameters.csv, parameters.toml and space.toml; or the material, or the
+    scenario with it in --layer, as .toml; or the table of a power law as .csv.
+--all
+--models
+--force
+""",
+    example="electrovib fit my.toml a.nc b.nc --free friction.coefficient --noise 'lateral_force=5 mN' -o fit",
 )
-
-_OF_EACH: Final = (
-    "files free noise zero gain_error zero_error quantity keep separately changes folder everything"
-)
-_OF_ALL: Final = "vary session compare_with posterior seed steps"
-_OF_MATERIAL: Final = "files noise gain_error form reference loss band layer column recipe changes folder"
-_OF_LAW: Final = "files column recipe changes folder"
-
-Files: TypeAlias = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="[SCENARIO] FILE...",
-        help="A scenario, and Trace files from which its parameters are estimated; or spectra of impedance or permittivity"
-        " of one material; or tables of measured points of a power law.",
-        autocompletion=scenario_names,
-    ),
-]
-Free: TypeAlias = Annotated[Texts, many("PATH,PATH,...", "Parameters to estimate, as dotted paths")]
-Vary: TypeAlias = Annotated[Texts, many("PATH,...", "Those of them that differ between sessions")]
-Session: TypeAlias = Annotated[
-    Texts,
-    many(
-        "FILE=NAME",
-        "Session of a recording; by default each is its own",
-    ),
-]
-Noise: TypeAlias = Annotated[
-    Texts,
-    many(
-        "SIGNAL=VALUE",
-        "Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01; of a spectrum"
-        " that of the rows of a file: z.csv='1 %', of all files or of none",
-    ),
-]
-Zero: TypeAlias = Annotated[Texts, many("SIGNAL", "Signal whose zero is unknown and is fitted")]
-GainError: TypeAlias = Annotated[
-    Texts,
-    many(
-        "SIGNAL=SHARE",
-        "Relative standard uncertainty of the gain of a sensor, such as electrostatic_force='2 %'; of the modulus of a"
-        " spectrum, common to all rows: impedance='1 %'",
-    ),
-]
-ZeroError: TypeAlias = Annotated[
-    Texts, many("SIGNAL=VALUE", "Standard uncertainty of the zero of a sensor, with its unit")
-]
-Quantity: TypeAlias = Annotated[Texts, many("SIGNAL", "Fit only this signal")]
-Keep: TypeAlias = Annotated[
-    Texts,
-    many("PART", "Take the drive, load or motion of the scenario although the recordings hold their own"),
-]
-CompareWith: TypeAlias = Annotated[
-    Texts, many("SCENARIO", "Another model of the same experiment, compared by AICc and BIC")
-]
-Separately: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--separately",
-        help="Fit each recording alone; one table and one figure for all, with the scatter within and between recordings.",
-    ),
-]
-Posterior: TypeAlias = Annotated[
-    bool,
-    typer.Option("--posterior", help="Sample the posterior distribution too, with emcee; needs --seed."),
-]
-Seed: TypeAlias = Annotated[int | None, option("Seed of the random numbers of --posterior.")]
-Steps: TypeAlias = Annotated[int, typer.Option("-n", help="Length of each chain of --posterior.")]
-FormAsked: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        help="Of a material: auto (by AICc), constant, constant-phase, debye, cole-cole, cole-cole-2, havriliak-negami,"
-        " prony-4, gabriel ..."
-    ),
-]
-Reference: TypeAlias = Annotated[
-    Text,
-    option(
-        "Spectrum of a known resistor, r.csv='51 kohm +- 1 %': gives systematic error and fixture; a bad one is refused.",
-        metavar="FILE=VALUE",
-    ),
-]
-Loss: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        metavar="measured|none|unknown",
-        help="Of a table of permittivity without loss: a material without any, or the permittivity alone is fitted.",
-    ),
-]
-Band: TypeAlias = Annotated[Text, option("Frequencies of a spectrum to fit: '100 Hz..100 kHz'.")]
-Changes: TypeAlias = Annotated[
-    Texts,
-    many(
-        "PATH=VALUE",
-        "Change a parameter of the scenario; of a spectrum or a table an entry of the recipe of an import: area='1 cm2',"
-        " thickness='200 um', series_resistance='1 kohm', parallel_capacitance='2 pF' of the fixture, part, reader,"
-        " delimiter, decimal_comma",
-        "--set",
-    ),
-]
-Folder: TypeAlias = Annotated[
-    Text,
-    output(
-        "Folder for report.html, parameters.csv, parameters.toml and space.toml; or the material, or the scenario with it"
-        " in --layer, as .toml; or the table of a power law as .csv."
-    ),
-]
-
-
-def command(
-    context: typer.Context,
-    files: Files,
-    free: Free = None,
-    vary: Vary = None,
-    session: Session = None,
-    noise: Noise = None,
-    zero: Zero = None,
-    gain_error: GainError = None,
-    zero_error: ZeroError = None,
-    quantity: Quantity = None,
-    keep: Keep = None,
-    compare_with: CompareWith = None,
-    separately: Separately = False,
-    posterior: Posterior = False,
-    seed: Seed = None,
-    steps: Steps = 2000,
-    form: FormAsked = "auto",
-    reference: Reference = None,
-    loss: Loss = "measured",
-    band: Band = None,
-    layer: options.Layer = "",
-    column: options.Column = None,
-    recipe: options.Recipe = None,
-    changes: Changes = None,
-    folder: Folder = None,
-    everything: options.Everything = False,
-    models: options.Models = None,
-    force: options.Force = False,
-) -> None:
+def fit(given: Arguments) -> None:
     """Estimate parameters of a scenario from recordings.
 
     Report each with its interval, what the data do not determine, and whether the model describes them; where it does not,
@@ -190,136 +81,102 @@ def command(
     systematic error; with the columns x and y, a power law such as that of force over voltage, with the scatter of its
     exponent between sessions.
     """
-    base, recorded = (files[0], files[1:]) if free else _scenario_of(files)
-    written: dict[str, Any] = {"output": folder, "force": force}
-    if not free and base is None and _is_power_law(column):
-        only(context, _OF_LAW, "the fit of a power law")
-        entries = recipe_of(recipe, changes, column, only=READING, of="the fit of a power law")
-        return _fit_power_law(files, entries, folder, force=force)
-    if not free and (base is None or layer):
-        only(context, _OF_MATERIAL, "the fit of a material; name --free to estimate parameters of a scenario")
-        written |= recipe_of(recipe, changes, column, only=OF_SAMPLE, of="the fit of a material")
-        written |= _errors_of_spectra(noise, gain_error, reference, band) | given(context, "form loss")
-        return _fit_material(base, recorded, layer, written)
-    if not free:
+    files = given["files"]
+    scenario = files[0] if "free" in given or _is_scenario(files[0]) else None
+    recorded = files if scenario is None else files[1:]
+    columns = {text.partition("=")[0].strip() for text in given.get("columns", [])}
+    if "free" in given:
+        _fit_scenario(files[0], recorded, given)
+    elif scenario is None and columns & {"x", "y"}:  # which no spectrum has
+        given.only(_OF_LAW, "the fit of a power law")
+        entries = recipe_of(given, only=READING, of="the fit of a power law")
+        _fit_power_law(files, entries, given.get("output"), force="force" in given)
+    elif scenario is None or "layer" in given:
+        given.only(_OF_MATERIAL, "the fit of a material; name --free to estimate parameters of a scenario")
+        _fit_material(scenario, recorded, given)
+    else:
         raise InputError(
             "not given; for instance --free friction.coefficient, or --layer NAME to put a material into the scenario",
             path="--free",
         )
-    only(
-        context, _OF_EACH if separately else f"{_OF_EACH} {_OF_ALL}",
-        "--separately, but to a joint fit" if separately else "the fit of a scenario",
-    )  # fmt: skip
-    written |= {"free": names_of(free), "signals": names_of(quantity) or None, "keep": names_of(keep)}
-    written |= {"offsets": names_of(zero), "noise": noises_of(noise or []), "stated": _stated(changes)}
-    written["calibration"] = calibrations_of(gain_error or [], zero_error or [])
-    if separately:
-        return _fit_separately(_base(base or "", changes), recorded, written, everything=everything)
-    written |= {"varying": names_of(vary), "compare_with": compare_with or []}
-    written["sessions"] = dict(pair_of(text, "--session", "FILE=NAME") for text in session or [])
-    sampled = (seed, steps) if posterior else None
-    return _fit_jointly(_base(base or "", changes), recorded, written, sampled, everything=everything)
 
 
-def _scenario_of(files: Sequence[str]) -> tuple[str | None, list[str]]:
-    """Split a scenario that stands first from the files of what was measured; None if there is none."""
-    first = files[0]
-    named = not Path(first).suffix and not Path(first).is_file()
-    return (first, list(files[1:])) if first.lower().endswith(".toml") or named else (None, list(files))
+def _is_scenario(first: str) -> bool:
+    """Tell whether the first argument is a scenario, and no file of what was measured."""
+    return first.lower().endswith(".toml") or not (Path(first).suffix or Path(first).is_file())
 
 
-def _is_power_law(column: Texts) -> bool:
-    """Tell whether a column is that of x or y, which no spectrum has."""
-    return any(text.partition("=")[0].strip() in {"x", "y"} for text in column or [])
-
-
-def _base(scenario: str, changes: list[str] | None) -> Source:
-    """Return the scenario with the changes of the command; its name where there are none."""
-    from electrovib.apps.changes import read_changes
-    from electrovib.scenario import read_scenario
-
-    return read_scenario(scenario, changes=read_changes(changes)) if changes else scenario
-
-
-def _stated(changes: list[str] | None) -> dict[str, Any]:
-    """Return the changes of the command that a recording may contradict."""
+def _fit_scenario(scenario: str, recorded: list[str], given: Arguments) -> None:
+    """Fit all recordings together, or each alone."""
     from electrovib.apps.changes import read_changes
     from electrovib.recordings.fit.measured import PRESCRIBING
 
-    stated = read_changes(changes) if changes else {}
-    return {path: value for path, value in stated.items() if path.split(".")[0] in PRESCRIBING.values()}
+    if "separately" in given:
+        given.only(_OF_EACH, "--separately, but to a joint fit")
+    else:
+        given.only(f"{_OF_EACH} {_OF_ALL}", "the fit of a scenario")
+    wanted = given.take("free signals keep offsets output force")
+    wanted["noise"] = noises_of(given.get("noise", []))
+    wanted["calibration"] = calibrations_of(given.get("gain_error", []), given.get("zero_error", []))
+    stated = read_changes(given.get("set", []))
+    of_recordings = PRESCRIBING.values()  # what a recording may contradict
+    wanted["stated"] = {path: value for path, value in stated.items() if path.split(".")[0] in of_recordings}
+    given["scenario"] = scenario
+    given.put_changes()
+    (_fit_separately if "separately" in given else _fit_jointly)(given, recorded, wanted)
 
 
-def _sampling(seed: int | None, steps: int, update: Callable[[int, int], None]) -> Sampling:
-    """Read the options of the posterior distribution."""
-    from electrovib.recordings.fit.posterior import Sampling
-
-    if seed is None:
-        raise InputError("--posterior: state --seed, so that the samples can be repeated")
-    return Sampling(seed=seed, steps=steps, progress=update)
-
-
-def _fit_jointly(
-    base: Source,
-    recordings: Sequence[str],
-    shared: dict[str, Any],
-    sampled: tuple[int | None, int] | None,
-    *,
-    everything: bool,
-) -> None:
+def _fit_jointly(given: Arguments, recorded: list[str], wanted: dict[str, Any]) -> None:
     """Fit all recordings together, and print the verdict."""
     from electrovib.apps.fit import fit
     from electrovib.apps.progress import tracked
+    from electrovib.recordings.fit.posterior import Sampling
 
-    with tracked("fitting") as update:
-        posterior = None if sampled is None else _sampling(*sampled, update)
-        found = fit(base, recordings, posterior=posterior, **shared)
-    lines = summary(found) if everything else brief(verdict(found))
-    _end([*lines, *warned(found)], shared["output"], misfit=bool(found.best.misfit.reasons))
+    wanted |= given.take("varying compare_with")
+    wanted["sessions"] = dict(pair_of(text, "--session", "FILE=NAME") for text in given.get("sessions", []))
+    with tracked("fitting") as progress:
+        if "posterior" in given:
+            if "seed" not in given:
+                raise InputError("--posterior: state --seed, so that the samples can be repeated")
+            wanted["posterior"] = Sampling(**given.take("seed steps"), progress=progress)
+        found = fit(given["scenario"], recorded, **wanted)
+    lines = summary(found) if "all" in given else brief(verdict(found))
+    _end([*lines, *warned(found)], wanted.get("output"), misfit=bool(found.best.misfit.reasons))
 
 
-def _fit_separately(
-    base: Source, recordings: Sequence[str], shared: dict[str, Any], *, everything: bool
-) -> None:
+def _fit_separately(given: Arguments, recorded: list[str], wanted: dict[str, Any]) -> None:
     """Fit each recording alone, and print the table."""
-    from electrovib.apps.fit_separately import fit_separately
+    from electrovib.apps.fit import fit_separately
     from electrovib.apps.progress import tracked
 
-    with tracked("fitting") as update:
-        found = fit_separately(base, recordings, progress=update, **shared)
-    lines = separate_summary(found) if everything else brief(separate_verdict(found))
-    _end([*lines, *warned(found)], shared["output"], misfit=bool(found.misfits))
+    with tracked("fitting") as progress:
+        found = fit_separately(given["scenario"], recorded, progress=progress, **wanted)
+    lines = separate_summary(found) if "all" in given else brief(separate_verdict(found))
+    _end([*lines, *warned(found)], wanted.get("output"), misfit=bool(found.misfits))
 
 
-def _fit_material(into: str | None, files: Sequence[str], layer: str, asked: dict[str, Any]) -> None:
+def _fit_material(scenario: str | None, files: list[str], given: Arguments) -> None:
     """Fit a dispersion to spectra, and write the material, or the scenario with it."""
     from electrovib.apps.fit_material import fit_material
 
-    found = fit_material(files, into=into, layer=layer or "stratum_corneum", **asked)
-    _end(material_summary(found), asked["output"], misfit=False)
-
-
-def _errors_of_spectra(
-    noise: Texts, gain_error: Texts, reference: str | None, band: str | None
-) -> dict[str, Any]:
-    """Read the noise of the rows of each file, the error common to all, and which rows are fitted."""
-    noises = dict(pair_of(text, "--noise", "FILE=SHARE") for text in noise or [])
-    gains = dict(pair_of(text, "--gain-error", "impedance=SHARE") for text in gain_error or [])
+    wanted = given.take("form loss layer output force")
+    wanted |= recipe_of(given, only=OF_SAMPLE, of="the fit of a material")
+    noises = dict(pair_of(text, "--noise", "FILE=SHARE") for text in given.get("noise", []))
+    gains = dict(pair_of(text, "--gain-error", "impedance=SHARE") for text in given.get("gain_error", []))
     if gains and set(gains) != {"impedance"}:
         raise InputError("of a spectrum: expected impedance=SHARE, once", path="--gain-error")
-    return {
-        "noise": {name: share_of(value, "--noise") for name, value in noises.items()},
-        "systematic": share_of(gains["impedance"], "--gain-error") if gains else None,
-        "reference": None if reference is None else pair_of(reference, "--reference", "FILE=VALUE"),
-        "band": None if band is None else _band(band),
-    }
-
-
-def _band(text: str) -> tuple[str, str]:
-    low, dots, high = (part.strip() for part in text.partition(".."))
-    if not dots:
-        raise InputError(f"--band {text}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
-    return low, high
+    wanted["noise"] = {name: share_of(value, "--noise") for name, value in noises.items()}
+    if gains:
+        wanted["systematic"] = share_of(gains["impedance"], "--gain-error")
+    if "reference" in given:
+        wanted["reference"] = pair_of(given["reference"], "--reference", "FILE=VALUE")
+    if "band" in given:
+        low, dots, high = (part.strip() for part in given["band"].partition(".."))
+        if not dots:
+            raise InputError(f"--band {given['band']}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
+        wanted["band"] = low, high
+    found = fit_material(files, into=scenario, **wanted)
+    _end(material_summary(found), wanted.get("output"), misfit=False)
 
 
 def _fit_power_law(files: Sequence[str], entries: dict[str, Any], output: str | None, *, force: bool) -> None:
@@ -356,8 +213,6 @@ def _end(lines: Sequence[str], output: str | None, *, misfit: bool) -> None:
 
 def share_of(text: str, option: str) -> float:
     """Read a relative standard deviation, such as ``1 %`` or ``0.01``."""
-    from electrovib.core.errors import InputError
-
     number, per_cent = text.strip().removesuffix("%").strip(), text.strip().endswith("%")
     if not _is_number(number):
         raise InputError(f"{option} {text}: expected a share such as '1 %' or 0.01")
@@ -373,7 +228,7 @@ def noises_of(texts: Sequence[str]) -> dict[str, float]:
 
 def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, CalibrationError]:
     """Read the calibration errors of signals: shares of the gain, and zeros in the unit of each signal."""
-    from electrovib.core.errors import InputError, nearest
+    from electrovib.core.errors import nearest
     from electrovib.core.signals import SIGNALS
     from electrovib.recordings.calibration import CalibrationError
 
@@ -395,7 +250,7 @@ def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, Cal
 
 def _of_signal(text: str, option: str, *, relative: Collection[str] = ()) -> tuple[str, float]:
     """Read ``SIGNAL=VALUE`` in the unit of the signal; a number without unit is in SI."""
-    from electrovib.core.errors import InputError, nearest
+    from electrovib.core.errors import nearest
     from electrovib.core.signals import SIGNALS
     from electrovib.core.units import parse_quantity
 
@@ -415,3 +270,152 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+_MOST: Final = 5  # lines of a verdict
+
+
+def posterior_lines(found: FitResult) -> list[str]:
+    """Report the posterior distribution of each parameter, and the diagnostics of its chains."""
+    from electrovib.core.units import format_quantity
+
+    if found.posterior is None:
+        return []
+    units = {row.name: (row.unit, row.digits) for row in found.rows}
+    lines, steps = [], found.posterior.steps
+    for name, time in found.posterior.autocorrelation_time.items():
+        unit, digits = units[name]
+        lower, upper = (format_quantity(each, unit, digits=digits) for each in found.posterior.interval(name))
+        lines.append(
+            f"{name}: posterior 95 % interval {lower} to {upper}; autocorrelation time {time:.3g} of {steps} steps"
+        )
+    return lines + [
+        f"warning: the samples may not represent the posterior: {each}" for each in found.posterior.problems
+    ]
+
+
+def brief(lines: Sequence[str]) -> list[str]:
+    """Return five lines at most, of which the last one states what is omitted."""
+    if len(lines) <= _MOST:
+        return list(lines)
+    return [*lines[: _MOST - 1], f"and {len(lines) - _MOST + 1} more lines: --all prints them"]
+
+
+def separate_verdict(found: SeparateFits) -> list[str]:
+    """State which recordings the model does not describe or that could not be fitted, and the means over all."""
+    lines = [f"{record}: failed: {why}" for record, why in found.failures.items()]
+    lines = [f"warning: {record}: {why}" for record, why in found.misfits.items()] + lines
+    if len(lines) > 2:
+        counted = f"{len(found.misfits)} of {len(found.fits)} recordings, and {len(found.failures)} could not be fitted"
+        lines = [lines[0], f"warning: the model does not describe {counted}: --all names them"]
+    return lines + _mean_lines(found) if found.means else separate_summary(found)
+
+
+def separate_summary(found: SeparateFits) -> list[str]:
+    """Report the estimates of each recording with their intervals, and their mean and scatter over the recordings."""
+    lines = []
+    for each in found.fits:
+        if each.found is None:
+            lines.append(f"{each.record}: failed: {each.problem}")
+            continue
+        fitted = [line for row in each.rows for line in row_lines(row)]
+        lines += [f"{each.record}:", *(f"  {line}" for line in (*each.found.prescribed, *fitted))]
+        if not each.found.estimate.converged:
+            lines.append("  warning: the search ended without having converged")
+        if each.record in found.misfits:
+            lines.append(f"  warning: {found.misfits[each.record]}")
+    return lines + _mean_lines(found)
+
+
+def _mean_lines(found: SeparateFits) -> list[str]:
+    """Report the mean of each parameter over the recordings, and its scatter."""
+    lines = []
+    for row in found.means:
+        first, *notes = row_lines(row)
+        counted = len(found.spreads[row.name].values)
+        lines += [first.replace(row.name, f"{row.name}, mean of {counted} recordings", 1), *notes]
+    return lines
+
+
+def row_lines(row: EstimatedParameter) -> list[str]:
+    """Write one estimate with its interval, or why it has none."""
+    from electrovib.core.units import format_quantity
+
+    line = f"{row.name}: {row.in_words(row.unit, why=row.note)}"
+    if not row.method:
+        return [line]
+    if math.isfinite(row.systematic):
+        ends = (format_quantity(end, row.unit, digits=row.digits) for end in row.systematic_ends)
+        line += f", by calibration {' to '.join(ends)}"
+    return [line, f"  {row.note}"] if row.note else [line]
+
+
+def verdict(found: FitResult) -> list[str]:
+    """State whether the model describes the data, which one they support, and each estimate with its interval."""
+    lines = _warnings(found)
+    if found.comparison is not None:
+        lines.append(found.comparison.sentence)
+    means = [row for row in found.rows if row.method == "sessions"]
+    lines += [line for row in means for line in row_lines(row)]
+    lines += posterior_lines(found)
+    for row in found.rows:
+        if row not in means:  # a note that two estimates share is stated once
+            lines += [line for line in row_lines(row) if line not in lines]
+    return lines
+
+
+def _warnings(found: FitResult) -> list[str]:
+    lines = [f"warning: {found.best.misfit.sentence}"] if found.best.misfit.sentence else []
+    lines += ["; ".join(found.best.prescribed)] if found.best.prescribed else []
+    if not found.best.estimate.converged:
+        lines.append("warning: the search ended without having converged")
+    return lines
+
+
+def summary(found: FitResult) -> list[str]:
+    """Report each estimate with its interval, what is not determined, and which model the data support."""
+    lines = _warnings(found) + [line for row in found.rows for line in row_lines(row)]
+    lines += [
+        f"{each.recording}, {each.observed.signal}: {each.observed.x.size} samples, residual"
+        f" {_spread(each.root_mean_square, each.observed.signal, relative=each.observed.relative)} rms"
+        for each in found.best.residuals
+    ]
+    lines += posterior_lines(found)
+    if found.comparison is not None:
+        lines.append(found.comparison.sentence)
+    return lines
+
+
+def _spread(value: float, signal: str, *, relative: bool) -> str:
+    from electrovib.core.signals import SIGNALS
+    from electrovib.core.units import format_quantity
+
+    return f"{100 * value:.3g} %" if relative else format_quantity(value, SIGNALS[signal].unit, digits=3)
+
+
+def material_summary(found: FittedMaterial) -> list[str]:
+    """Report how the material was fitted, each parameter with both uncertainties, and the diagnostics."""
+    from electrovib.core.units import format_quantity
+    from electrovib.recordings.spectra.fitted import both_uncertainties
+
+    return [
+        *found.history,
+        *(
+            f"{each.name}: {format_quantity(each.value, each.unit, digits=4)}, {both_uncertainties(each)}"
+            for each in found.parameters
+        ),
+        *(f"{each.state}: {each.text}" for each in found.diagnostics),
+    ]
+
+
+def law_summary(law: PowerLawFit) -> list[str]:
+    """Report the exponent with its interval, and that of each session."""
+    return [
+        f"exponent {law.exponent:.4g}, 95 % interval {law.lower:.4g} to {law.upper:.4g}",
+        *(
+            f"  {name}: exponent {each.exponent:.4g}, standard error {each.standard_error:.2g}"
+            f" (ln y scatters by {each.scatter:.2g}), y at x = 1 in SI {each.factor:.4g}"
+            for name, each in law.sessions.items()
+        ),
+        law.sentence,
+    ]

@@ -2,111 +2,74 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any, Final
 
-import typer
-
-from electrovib.apps.cli import options
-from electrovib.apps.cli.options import Text, Texts, many, output
-from electrovib.apps.cli.recipe import OF_CLOCKS, OF_SAMPLE, OF_TRACE, READING, recipe_of, write_recipe
+from electrovib.apps.cli.options import Arguments, names_of, takes
 from electrovib.apps.cli.terminal import say, warned
+from electrovib.core.errors import InputError
 
 
-def command(
-    file: Annotated[
-        str, typer.Argument(help="Any file that a reader takes; without one, list the readers.")
-    ] = "",
-    column: options.Column = None,
-    changes: Annotated[
-        Texts,
-        many(
-            "KEY=VALUE",
-            "Entry of the recipe. Of the file: time='t [us]', step='10 us', part=SHEET, reader=NAME, delimiter=',',"
-            " decimal_comma=true, stamps=keep_increasing. Of the signals: scale.SIGNAL='4/9 N/V', offset.SIGNAL='20 mV' and"
-            " baseline.SIGNAL='0 s..2 s' to subtract, shift.SIGNAL='1 ms' to add to its stamps, calibration.SIGNAL=FILE with"
-            " readings and known values, trigger=SIGNAL whose first rise is time 0, detrend=SIGNAL,..., average=SIGNAL over"
-            " whose periods, crop='0.1 s..0.5 s', resample='100 us'. Of an earlier Trace onto whose clock and samples they are"
-            " put: with=TRACE, edges=SIGNAL or A=B that both hold, clock_shift='2 ms'. Of a material: area='1 cm2',"
-            " thickness='200 um', series_resistance, parallel_capacitance, conductivity",
-            "--set",
-        ),
-    ] = None,
-    recipe: options.Recipe = None,
-    kind: Annotated[
-        str,
-        typer.Option(
-            "--as", help="What the file becomes: trace, or material (of a spectrum, written as .toml)."
-        ),
-    ] = "trace",
-    layer: options.Layer = "",
-    written: Annotated[
-        Text,
-        output(
-            "Write the Trace (.nc, .csv, .mat), the material (.toml), or the recipe by which the Trace is made (.toml)."
-        ),
-    ] = None,
-    force: options.Force = False,
-) -> None:
+@takes("""
+[file]              Any file that a reader takes; without one, list the readers.
+--column
+--set KEY=VALUE     Entry of the recipe. Of the file: time='t [us]', step='10 us', part=SHEET, reader=NAME, delimiter=',',
+    decimal_comma=true, stamps=keep_increasing. Of the signals: scale.SIGNAL='4/9 N/V', offset.SIGNAL='20 mV' and
+    baseline.SIGNAL='0 s..2 s' to subtract, shift.SIGNAL='1 ms' to add to its stamps, calibration.SIGNAL=FILE with readings
+    and known values, trigger=SIGNAL whose first rise is time 0, detrend=SIGNAL,..., average=SIGNAL over whose periods,
+    crop='0.1 s..0.5 s', resample='100 us'. Of an earlier Trace onto whose clock and samples they are put: with=TRACE,
+    edges=SIGNAL or A=B that both hold, clock_shift='2 ms'. Of a material: area='1 cm2', thickness='200 um',
+    series_resistance, parallel_capacitance, conductivity; repeatable.
+--recipe
+--as trace|material -> kind  What the file becomes: trace, or material (of a spectrum, written as .toml). [default: trace]
+--layer
+-o, --output FILE   Write the Trace (.nc, .csv, .mat), the material (.toml), or the recipe by which the Trace is made (.toml).
+--force
+""")
+def import_(given: Arguments) -> None:
     """Import a file of an instrument as a Trace.
 
     Without --column and --output, list its columns.
     """
-    from electrovib.core.errors import InputError
-
-    if not file:
-        return _list_readers()
-    if kind not in ("trace", "material"):
-        raise InputError(f"--as {kind}: expected trace or material")
-    if kind == "material":
-        entries = recipe_of(recipe, changes, column, only=(*OF_SAMPLE, "conductivity"), of="a material")
-        return _as_material(file, written, layer or "stratum_corneum", force, **entries)
-    entries = recipe_of(recipe, changes, column, only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
-    if written is None and "columns" not in entries:
-        return _list_columns(file, {name: entries[name] for name in READING if name in entries})
-    clocks: dict[str, Any] = {name: entries.pop(name) for name in OF_CLOCKS if name in entries}
-    if clocks and "with" not in clocks:
-        raise InputError(f"{next(iter(clocks))}: belongs to with=TRACE, which is not given")
-    if written is not None and written.lower().endswith(".toml"):
-        inputs = [Path(each) for each in (file, recipe) if each]
-        write_recipe(entries | clocks, Path(written), inputs, force=force)
-        return say(f"written: {written}")
-    return _as_trace(file, entries.pop("columns", {}), written, force, clocks, **entries)
-
-
-def _list_readers() -> None:
     from electrovib.data.registry import format_lines
-
-    say(*format_lines())
-
-
-def _list_columns(file: str, options: dict[str, Any]) -> None:
     from electrovib.recordings.importing import list_columns
 
-    say(*list_columns(file, **options))
+    file, output, force = given.get("file"), given.get("output"), "force" in given
+    if not file:
+        return say(*format_lines())
+    if given["kind"] not in ("trace", "material"):
+        raise InputError(f"--as {given['kind']}: expected trace or material")
+    if given["kind"] == "material":
+        entries = recipe_of(given, only=(*OF_SAMPLE, "conductivity"), of="a material")
+        return _as_material(file, output, given.get("layer", ""), entries, force=force)
+    entries = recipe_of(given, only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
+    if output is None and "columns" not in entries:
+        return say(*list_columns(file, **{name: entries[name] for name in READING if name in entries}))
+    clocks = [name for name in OF_CLOCKS if name in entries]
+    if clocks and "with" not in clocks:
+        raise InputError(f"{clocks[0]}: belongs to with=TRACE, which is not given")
+    if output is not None and output.lower().endswith(".toml"):
+        inputs = [Path(each) for each in (file, given.get("recipe")) if each]
+        write_recipe(entries, Path(output), inputs, force=force)
+        return say(f"written: {output}")
+    return _as_trace(file, output, entries, force=force)
 
 
-def _as_trace(
-    file: str,
-    columns: dict[str, str],
-    output: str | None,
-    force: bool,
-    clocks: Mapping[str, str],
-    **options: Any,
-) -> None:
+def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: bool) -> None:
     """Import a Trace, write it, and print its history and diagnostics."""
     from electrovib.data.traces import open_trace
     from electrovib.exports.save import check_output, save
     from electrovib.recordings.importing import import_file, merge_traces
 
-    inputs = [Path(each) for each in (file, clocks.get("with")) if each]
+    earlier, edges, shift = (entries.pop(name, None) for name in OF_CLOCKS)
     if output is not None:
+        inputs = [Path(each) for each in (file, earlier) if each]
         check_output(output, {"time": 2}, inputs=inputs, force=force)
-    trace = import_file(file, columns, **options)
-    if clocks:
-        first = open_trace(clocks["with"])
-        trace = merge_traces(first, trace, edges=clocks.get("edges", ""), shift=clocks.get("clock_shift"))
+    trace = import_file(file, entries.pop("columns", {}), **entries)
+    if earlier:
+        trace = merge_traces(open_trace(earlier), trace, edges=edges or "", shift=shift)
     sizes = ", ".join(f"{size} values of {name}" for name, size in trace.sizes.items())
     say(f"{', '.join(map(str, trace.data_vars))}: {sizes}", *trace.attrs["history"].split("\n"))
     say(*warned(trace))
@@ -114,9 +77,8 @@ def _as_trace(
         say(*(f"written: {path}" for path in save(trace, output, force=force)))
 
 
-def _as_material(file: str, output: str | None, layer: str, force: bool, **options: Any) -> None:
+def _as_material(file: str, output: str | None, layer: str, entries: dict[str, Any], *, force: bool) -> None:
     """Import a material, write it, and print its history and diagnostics."""
-    from electrovib.core.errors import InputError
     from electrovib.data.atomic import check_writable, writing
     from electrovib.recordings.importing import import_material
 
@@ -125,9 +87,91 @@ def _as_material(file: str, output: str | None, layer: str, force: bool, **optio
         if target.suffix.lower() != ".toml":
             raise InputError(f"a material is written as .toml, not as '{target.suffix}'", path=target)
         check_writable({target: None}, inputs=[Path(file)], force=force)
-    found = import_material(file, **options)
+    found = import_material(file, **entries)
     say(*found.history, *(f"{each.state}: {each.text}" for each in found.diagnostics))
     if target is not None:
         with writing({target: None}, force=force) as temporaries:
-            temporaries[target].write_text(found.to_toml(layer), encoding="utf-8")
+            temporaries[target].write_text(found.to_toml(layer or "stratum_corneum"), encoding="utf-8")
         say(f"written: {target}")
+
+
+READING: Final = ("columns", "reader", "delimiter", "decimal_comma", "part")
+_OF_SIGNALS: Final = ("columns", "scale", "offset", "shift", "baseline", "calibration")
+OF_TRACE: Final = (
+    *READING, "time", "step", "stamps", "scale", "offset", "shift", "trigger", "baseline", "detrend", "crop", "average",
+    "resample", "calibration",
+)  # fmt: skip
+OF_SAMPLE: Final = (*READING, "area", "thickness", "series_resistance", "parallel_capacitance")
+OF_CLOCKS: Final = ("with", "edges", "clock_shift")
+_KEYS: Final = tuple(dict.fromkeys([*OF_TRACE, *OF_SAMPLE, "conductivity", *OF_CLOCKS]))
+"""Keys, named as the parameters of `electrovib.import_file`, `import_material` and `merge_traces`."""
+
+
+def recipe_of(given: Arguments, *, only: tuple[str, ...], of: str) -> dict[str, Any]:
+    """Read a recipe, then what ``--set`` and ``--column`` add to it; `only` are the keys of what is made, named by `of`."""
+    from electrovib.apps.changes import read_changes
+    from electrovib.core.parsing import read_toml_file
+
+    found: dict[str, Any] = {}
+    if "recipe" in given:
+        advice = "'electrovib import FILE --column SIGNAL=COLUMN -o lab.toml' writes one"
+        found = read_toml_file(Path(given["recipe"]), kind="a recipe", advice=advice)
+    for path, value in read_changes(given.get("set", ())).items():
+        key, dot, signal = path.partition(".")
+        if dot:
+            held = found.get(key)
+            found[key] = {**(held if isinstance(held, dict) else {}), signal: value}
+        else:
+            found[key] = {"true": True, "false": False}.get(value, value) if isinstance(value, str) else value
+    if "columns" in given:
+        found["columns"] = {**found.get("columns", {}), **_columns(given["columns"])}
+    if problems := [why for key, value in found.items() if (why := _wrong(key, value, only, of))]:
+        raise InputError(problems)
+    if isinstance(found.get("detrend"), str):
+        found["detrend"] = names_of([found["detrend"]])
+    return found
+
+
+def _wrong(key: str, value: object, only: tuple[str, ...], of: str) -> str:
+    """Say what is wrong with an entry of a recipe; empty if nothing is."""
+    from electrovib.core.errors import nearest
+
+    if key not in _KEYS:
+        return f"{key}: no entry of a recipe.{nearest(key, _KEYS)}"
+    if key not in only:
+        return f"{key}: does not belong to {of}; omit it"
+    if (key in _OF_SIGNALS) != isinstance(value, dict):
+        return f"{key}: expected {key}.SIGNAL=VALUE" if key in _OF_SIGNALS else f"{key}: expected {key}=VALUE"
+    return ""
+
+
+def _columns(given: list[str]) -> dict[str, str]:
+    """Split ``SIGNAL=COLUMN`` at the first equals sign; each needs a column, and each signal is given once."""
+    found: dict[str, str] = {}
+    for text in given:
+        signal, sign, column = (part.strip() for part in text.partition("="))
+        if not (sign and signal and column):
+            raise InputError(f"--column {text}: expected SIGNAL=COLUMN")
+        if signal in found:
+            raise InputError(f"--column {text}: {signal} is given twice")
+        found[signal] = column
+    return found
+
+
+def write_recipe(entries: Mapping[str, Any], target: Path, inputs: list[Path], *, force: bool) -> None:
+    """Write a recipe as TOML."""
+    from electrovib.data.atomic import check_writable, writing
+
+    check_writable({target: None}, inputs=inputs, force=force)
+    lines = [f"{key} = {_toml(value)}" for key, value in entries.items() if not isinstance(value, dict)]
+    for key, value in entries.items():
+        if isinstance(value, dict):
+            lines += ["", f"[{key}]", *(f"{name} = {_toml(text)}" for name, text in value.items())]
+    with writing({target: None}, force=force) as temporaries:
+        temporaries[target].write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _toml(value: object) -> str:
+    return json.dumps(
+        value, ensure_ascii=False
+    )  # texts, numbers, truths and lists of them are the same in TOML

@@ -1,11 +1,154 @@
-"""Every option of the commands, declared once: its name, what is written after it, and what it means."""
+"""The options of the commands: one table of lines for each command, which the help prints; what several have stands here."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Any, TypeAlias
+import inspect
+import re
+from collections.abc import Callable, Iterator, Mapping
+from types import GenericAlias
+from typing import Any, Final
 
 import typer
+
+from electrovib.core.errors import InputError
+
+SHARED: Final = """
+scenario               A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.
+--set PATH=VALUE       Change a parameter, or add an optional part: --set stack.gap='{ thickness = "5 um" }'; repeatable.
+--models FILE.py       Python file with models of your own, which can then be named in a scenario; repeatable.
+--all                  Print also the explanations, assumptions and sources.
+--force                Replace a file that electrovib did not write, or that was changed.
+--over PATH=FROM:TO:N[log]  Vary a parameter; repeatable.
+--limits FILE.toml     Further limits beside those of the scenario; the strictest counts; repeatable.
+--layer NAME           Layer of the material, where there are several.
+--material A,B,... -> materials  Materials of the insulator; 'all' of the library.
+--report FILE          Write a self-contained HTML report.
+--space SPACE          Parameters that differ between fingers or are uncertain: a name such as fingers, or a TOML file with
+    distributions.
+--as hp_33120a -> instrument  Instrument whose codes are written.
+--rate FREQUENCY       Samples per second, such as '192 kHz'; chosen if absent.
+--ramp TIME            Ramps from and to 0 V, of this duration.
+--largest-error SHARE  Error over the largest voltage above which nothing is written. [default: 0.01]
+--full-scale VOLTAGE   Voltage of the drive at full scale.
+--gain NUMBER          Voltage of the drive over that of the instrument. [default: 1.0]
+--edge TIME|line       How samples follow each other where a waveform is played: held, with an edge that takes this time, or
+    joined by straight lines (line).
+--amplifier-present    The amplifier of the scenario stands before the plate: its bandwidth and limits count.
+--column SIGNAL=COLUMN -> columns  Column of a signal, with a unit where the file states none: drive_voltage="Ch1 [V]";
+    repeatable.
+--recipe FILE.toml     Recipe by which a file is read, as 'electrovib import -o lab.toml' writes it; --set and --column add
+    to it.
+"""
+"""What several commands have; each names it by its flag alone."""
+_TYPES: Final[dict[str, type]] = {"N": int, "ROUNDS": int, "SHARE": float, "NUMBER": float, "PER_CENT": float}
+"""What is read of an option, by the word after it; of any other a text."""
+
+
+class Arguments(dict[str, Any]):
+    """What a command was given: the value of each option by its parameter, those with a default included."""
+
+    def __init__(self, context: typer.Context) -> None:
+        self.context = context
+        self.flags = {str(each.name): each.opts[0] for each in context.command.params}
+        sources = {name: context.get_parameter_source(name) for name in self.flags}
+        self.typed = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
+        super().__init__()
+        for each in context.command.params:
+            name, value = str(each.name), context.params.get(str(each.name))
+            is_empty = value in (None, "", [], ()) or value is False
+            if not is_empty or (name in self.typed and each.param_type_name == "argument"):
+                self[name] = names_of(value) if ",..." in str(each.metavar) else value
+
+    def only(self, accepted: str, of: str, always: str = "models force") -> None:
+        """Refuse every option that was given and is not among the names `accepted`, because `of` does not take it."""
+        if surplus := self.surplus(f"{always} {accepted}"):
+            raise InputError(f"{flag}: does not belong to {of}; omit it" for flag in surplus)
+
+    def surplus(self, accepted: str) -> list[str]:
+        """Return the flags that were given of options that are not among the names `accepted`."""
+        return [self.flags[name] for name in self.typed if name not in accepted.split()]
+
+    def read_set(self) -> None:
+        """Read the changes of the scenario as values by dotted path."""
+        from electrovib.apps.changes import read_changes
+
+        self["set"] = read_changes(self.get("set", ()))
+
+    def put_changes(self) -> None:
+        """Put the changes into the scenario, for a function that takes none."""
+        from electrovib.scenario import read_scenario
+
+        if "set" in self:
+            self.read_set()
+            self["scenario"] = read_scenario(self["scenario"], changes=self.pop("set"))
+
+    def take(self, names: str) -> dict[str, Any]:
+        """Remove and return the values of these parameters that were given."""
+        return {name: self.pop(name) for name in names.split() if name in self}
+
+
+def takes(
+    options: str, *, example: str = "", **at_once: Callable[[Any], None]
+) -> Callable[[Callable[[Arguments], object]], Callable[..., None]]:
+    """Make a command of a function, with the arguments and options of a table.
+
+    An entry has the flags, a word for the value if one follows, ``->`` and the name of the parameter if that is another one,
+    and after two blanks the help, which may end with ``; repeatable.``, ``[required]``, ``[default: VALUE]`` or ``[env var:
+    NAME]``. One without help is that of `SHARED`. An argument may be ``[optional]``, and have several values: ``files...``.
+    The help begins with the `example`; `at_once` are called with the values of options, before any other is read.
+    """
+    at_once = {"models": _use_models} | at_once
+    parameters = [_parameter(*entry, at_once) for entry in _entries(options)]
+
+    def made(told: Callable[[Arguments], object]) -> Callable[..., None]:
+        def command(context: typer.Context, **_: Any) -> None:
+            told(Arguments(context))
+
+        own = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
+        command.__signature__ = inspect.Signature([own, *parameters])  # type: ignore[attr-defined]
+        command.__doc__, command.__name__, command.example = told.__doc__, told.__name__, example  # type: ignore[attr-defined]
+        return command
+
+    return made
+
+
+def _entries(options: str) -> Iterator[tuple[str, str]]:
+    """Iterate over the entries of a table: what stands before the help, and the help."""
+    for entry in re.split(r"\n(?=\S)", options.strip()):
+        head, _, words = entry.partition("  ")
+        words = " ".join(words.split())
+        if head in _SHARED and (not words or words.startswith("[")):
+            head, words = _SHARED[head][0], f"{_SHARED[head][1]} {words}".strip()
+        yield head, words
+
+
+_SHARED: Final[dict[str, tuple[str, str]]] = {}
+_SHARED.update((entry[0].split()[0], entry) for entry in list(_entries(SHARED)))
+_HEAD: Final = re.compile(r"(?P<flags>(?:-\S, )?-*\S+)(?: (?P<word>(?!->).*?))?(?: -> (?P<name>\S+))?")
+_HELP: Final = re.compile(
+    r"(?P<words>.*?) ?(?:\[(?:(?P<required>required)|default: (?P<default>.*)|env var: (?P<variable>.*))\])?"
+)
+
+
+def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None]]) -> inspect.Parameter:
+    """Return an argument or an option, as typer reads it from the parameter of a function."""
+    flags, word, name = _HEAD.fullmatch(head).groups()  # type: ignore[union-attr]
+    about, required, default, variable = _HELP.fullmatch(words).groups()  # type: ignore[union-attr]
+    name = name or flags.rpartition(", ")[2].strip("-[.]").replace("-", "_")
+    kind, many = _TYPES.get(word, str) if word else bool, about.endswith("; repeatable.")
+    shown: dict[str, Any] = {"help": about, "metavar": word or None, "show_default": default is not None}
+    if flags.startswith("-"):
+        value = ... if required else False if kind is bool else default and kind(default)
+        if name in at_once:
+            shown |= {"callback": at_once[name], "is_eager": True, "expose_value": False}
+        found = typer.Option(value, *flags.split(", ")[::-1], envvar=variable, **shown)
+    else:
+        kind, many = str, flags.endswith("...")
+        value = default if default or flags.startswith("[") else ...
+        found = typer.Argument(value, hidden=not about, **shown)
+    found.autocompletion = _COMPLETED.get(name)
+    annotation = GenericAlias(list, kind) if many else kind
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=found, annotation=annotation)
 
 
 def scenario_names(incomplete: str) -> Iterator[str]:
@@ -76,165 +219,28 @@ def parameter_paths(ctx: typer.Context, incomplete: str) -> Iterator[tuple[str, 
             yield path, quantity.doc
 
 
-Text: TypeAlias = str | None
-Texts: TypeAlias = list[str] | None
+_COMPLETED: Final = {
+    "scenario": scenario_names, "files": scenario_names, "query": model_names, "paper": paper_names, "want": quantity_names,
+    "space": space_names, "free": parameter_paths,
+}  # fmt: skip
 
 
-def option(help: str, *names: str, metavar: str | None = None, **more: Any) -> Any:  # noqa: A002 - the word of typer
-    """Return an option whose default, which its help states, is not shown by typer."""
-    return typer.Option(*names, help=help, metavar=metavar, show_default=False, **more)
-
-
-def many(metavar: str, help: str, *names: str, **more: Any) -> Any:  # noqa: A002 - the word of typer
-    """Return an option that can be given several times."""
-    return option(f"{help}; repeatable.", *names, metavar=metavar, **more)
-
-
-def output(help: str, metavar: str | None = None) -> Any:  # noqa: A002 - the word of typer
-    """Return the option that names the file or the folder to write."""
-    return option(help, "--output", "-o", metavar=metavar)
-
-
-def _use(context: typer.Context, files: Texts) -> Texts:
-    if files and not context.resilient_parsing:
+def _use_models(files: list[str] | None) -> None:
+    for file in files or ():
         from electrovib.core.own_models import use_models
 
-        for file in files:
-            use_models(file)
-    return files
+        use_models(file)
 
 
-Scenario: TypeAlias = Annotated[
-    str,
-    typer.Argument(
-        help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.",
-        autocompletion=scenario_names,
-    ),
-]
-
-# what several commands share
-Models: TypeAlias = Annotated[
-    Texts,
-    many(
-        "FILE.py",
-        "Python file with models of your own, which can then be named in a scenario",
-        "--models",
-        callback=_use,
-        is_eager=True,
-    ),
-]
-Changes: TypeAlias = Annotated[
-    Texts,
-    many(
-        "PATH=VALUE",
-        "Change a parameter, or add an optional part: --set stack.gap='{ thickness = \"5 um\" }'",
-        "--set",
-    ),
-]
-Everything: TypeAlias = Annotated[
-    bool, option("Print also the explanations, assumptions and sources.", "--all")
-]
-Force: TypeAlias = Annotated[
-    bool, option("Replace a file that electrovib did not write, or that was changed.", "--force")
-]
-Over: TypeAlias = Annotated[Texts, many("PATH=FROM:TO:N[log]", "Vary a parameter")]
-Limits: TypeAlias = Annotated[
-    Texts, many("FILE.toml", "Further limits beside those of the scenario; the strictest counts")
-]
-Layer: TypeAlias = Annotated[str, option("Layer of the material, where there are several.", metavar="NAME")]
-Material: TypeAlias = Annotated[
-    Text, option("Materials of the insulator; 'all' of the library.", metavar="A,B,...")
-]
-Page: TypeAlias = Annotated[Text, option("Write a self-contained HTML report.", "--report", metavar="FILE")]
-Space: TypeAlias = Annotated[
-    Text,
-    option(
-        "Parameters that differ between fingers or are uncertain: a name such as fingers, or a TOML file with distributions.",
-        "--space",
-        metavar="SPACE",
-        autocompletion=space_names,
-    ),
-]
-
-# of a waveform that is written
-Instrument: TypeAlias = Annotated[
-    str, option("Instrument whose codes are written.", "--as", metavar="hp_33120a")
-]
-Rate: TypeAlias = Annotated[
-    str, option("Samples per second, such as '192 kHz'; chosen if absent.", metavar="FREQUENCY")
-]
-Ramp: TypeAlias = Annotated[str, option("Ramps from and to 0 V, of this duration.", metavar="TIME")]
-LargestError: TypeAlias = Annotated[
-    float,
-    typer.Option(metavar="SHARE", help="Error over the largest voltage above which nothing is written."),
-]
-FullScale: TypeAlias = Annotated[str, option("Voltage of the drive at full scale.", metavar="VOLTAGE")]
-Gain: TypeAlias = Annotated[
-    float, typer.Option(metavar="NUMBER", help="Voltage of the drive over that of the instrument.")
-]
-Edge: TypeAlias = Annotated[
-    str,
-    option(
-        "How samples follow each other where a waveform is played: held, with an edge that takes this time, or joined by"
-        " straight lines (line).",
-        metavar="TIME|line",
-    ),
-]
-AmplifierPresent: TypeAlias = Annotated[
-    bool,
-    option(
-        "The amplifier of the scenario stands before the plate: its bandwidth and limits count.",
-        "--amplifier-present",
-    ),
-]
-
-# of a file of an instrument
-Column: TypeAlias = Annotated[
-    Texts,
-    many(
-        "SIGNAL=COLUMN",
-        'Column of a signal, with a unit where the file states none: drive_voltage="Ch1 [V]"',
-    ),
-]
-Recipe: TypeAlias = Annotated[
-    Text,
-    option(
-        "Recipe by which a file is read, as 'electrovib import -o lab.toml' writes it; --set and --column add to it.",
-        metavar="FILE.toml",
-    ),
-]
-
-
-def names_of(texts: Texts) -> list[str]:
+def names_of(texts: list[str] | str | None) -> list[str]:
     """Split names at commas."""
-    return [name.strip() for text in texts or [] for name in text.split(",") if name.strip()]
+    each = [texts] if isinstance(texts, str) else texts or []
+    return [name.strip() for text in each for name in text.split(",") if name.strip()]
 
 
 def pair_of(text: str, name: str, form: str) -> tuple[str, str]:
     """Split ``NAME=VALUE`` at the last equals sign."""
-    from electrovib.core.errors import InputError
-
     first, sign, second = text.rpartition("=")
     if not (sign and first.strip() and second.strip()):
         raise InputError(f"{name} {text}: expected {form}")
     return first.strip(), second.strip()
-
-
-def only(context: typer.Context, accepted: str, of: str, always: str = "models force") -> None:
-    """Refuse every option that was given and is not among the names `accepted`, because `of` does not take it."""
-    from electrovib.core.errors import InputError
-
-    names = {*always.split(), *accepted.split()}
-    given = [each for each in context.command.params if _is_given(context, str(each.name))]
-    if surplus := [each.opts[0] for each in given if each.name not in names]:
-        raise InputError(f"{name}: does not belong to {of}; omit it" for name in surplus)
-
-
-def given(context: typer.Context, names: str) -> dict[str, Any]:
-    """Return the values that were given, by the names of the parameters; those of a public function have the same names."""
-    return {name: context.params[name] for name in names.split() if _is_given(context, name)}
-
-
-def _is_given(context: typer.Context, name: str) -> bool:
-    source = context.get_parameter_source(name)
-    return source is not None and source.name == "COMMANDLINE"

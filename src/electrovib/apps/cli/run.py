@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-import typer
-
-from electrovib.apps.cli import options
-from electrovib.apps.cli.options import Text, Texts, many, only, option, output
+from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import chosen, say, warned
 
 if TYPE_CHECKING:
@@ -24,35 +21,21 @@ _FELT: Final = 30.0
 FORCES = ("electrostatic_force", "lateral_force")
 
 
-def command(
-    context: typer.Context,
-    scenario: options.Scenario = "vezzoli_2014/fig6",
-    changes: options.Changes = None,
-    over: options.Over = None,
-    quantities: Annotated[
-        Texts,
-        many("NAME", "Quantity of each case, for instance 'mean electrostatic_force'", "--quantity"),
-    ] = None,
-    records: Annotated[
-        bool, typer.Option("--records", help="Keep the signals over time of each case of --over too.")
-    ] = False,
-    states: Annotated[
-        bool,
-        typer.Option(
-            "--states",
-            help="Find every state of gap and attraction, stable or not, instead: of contact.surface and a layer 'gap'.",
-        ),
-    ] = False,
-    voltage: Annotated[
-        Text,
-        option("Of --states: voltage that is held, such as '100 V'; by default the largest of the drive."),
-    ] = None,
-    file: Annotated[Text, output("Write the result: .nc, .csv or .mat.")] = None,
-    report: options.Page = None,
-    everything: options.Everything = False,
-    models: options.Models = None,
-    force: options.Force = False,
-) -> None:
+@takes("""
+scenario           [default: vezzoli_2014/fig6]
+--set
+--over
+--quantity NAME -> quantities  Quantity of each case, for instance 'mean electrostatic_force'; repeatable.
+--records          Keep the signals over time of each case of --over too.
+--states           Find every state of gap and attraction, stable or not, instead: of contact.surface and a layer 'gap'.
+--voltage VOLTAGE  Of --states: voltage that is held, such as '100 V'; by default the largest of the drive.
+-o, --output FILE  Write the result: .nc, .csv or .mat.
+--report
+--all
+--models
+--force
+""")
+def run(given: Arguments) -> None:
     """Simulate a scenario once, or for each value of a parameter.
 
     Report the forces and whether a finger feels them, by which tactile channel, and by how many decibels; of a measured Trace
@@ -60,22 +43,18 @@ def command(
     """
     from electrovib.apps.run import run
 
-    if states:
-        only(context, "scenario changes states voltage", "--states")
-        return _print_states(scenario, changes, voltage)
-    if _is_measured(scenario):
-        only(
-            context, "scenario changes everything", "a measured Trace, of which only what is felt is computed"
-        )
-        return _print_felt(scenario, changes, everything=everything)
-    only(context, "scenario changes over quantities records file report everything", "a run without --states")
-    trace = run(
-        scenario, set=changes or [], over=over or [], quantities=quantities or [], records=records, output=file,
-        report=report, force=force,
-    )  # fmt: skip
+    if "states" in given:
+        given.only("scenario set states voltage", "--states")
+        return _print_states(given)
+    if _is_measured(given["scenario"]):
+        given.only("scenario set all", "a measured Trace, of which only what is felt is computed")
+        return _print_felt(given)
+    given.only("scenario set over quantities records output report all", "a run without --states")
+    everything = given.pop("all", False)
+    trace = run(**given)
     felt = [] if "over" in trace.attrs else felt_lines(trace, everything=everything)
-    say(*summary(trace, file, report, source=scenario, felt=felt))
-    return None
+    files = given.get("output"), given.get("report")
+    return say(*summary(trace, *files, source=given["scenario"], felt=felt))
 
 
 def _is_measured(source: str) -> bool:
@@ -87,14 +66,14 @@ def _is_measured(source: str) -> bool:
     return is_trace(found) and not {"scenario", "over"} & set(found.attrs)
 
 
-def _print_felt(record: str, changes: Texts, *, everything: bool) -> None:
-    from electrovib.apps.changes import read_changes
+def _print_felt(given: Arguments) -> None:
     from electrovib.studies.perceive import perceive
 
-    found = perceive(record, set=read_changes(changes or []))
-    more = "" if everything else " (--all lists assumptions)"
+    given.read_set()
+    found = perceive(given["scenario"], set=given["set"])
+    more = "" if "all" in given else " (--all lists assumptions)"
     say(*found.sentences[:-1], f"{found.sentences[-1]}{more}")
-    say(*warned(found), *(found.details if everything else []))
+    say(*warned(found), *(found.details if "all" in given else []))
 
 
 def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
@@ -122,29 +101,29 @@ def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
     return [*found.sentences[1 if found.title else 0 :], *found.details]
 
 
-def _print_states(source: str, changes: Texts, voltage: str | None) -> None:
-    from electrovib.apps.changes import read_changes
+def _print_states(given: Arguments) -> None:
     from electrovib.apps.progress import tracked
     from electrovib.core.errors import InputError
     from electrovib.core.units import parse_quantity
     from electrovib.scenario import read_scenario
     from electrovib.solve.equilibrium import equilibrium
 
-    found, held = read_scenario(source, changes=read_changes(changes or [])), None
+    given.read_set()
+    found, voltage = read_scenario(given["scenario"], changes=given["set"]), given.get("voltage")
     try:
         held = None if voltage is None else parse_quantity(voltage, "V")
     except ValueError as error:
         raise InputError(f"--voltage {voltage}: {error}") from None
     with tracked("finding equilibria"):
         balance = equilibrium(found, voltage=held)
-    say(*states_summary(balance), *chosen(found, source))
+    say(*states_summary(balance), *chosen(found, given["scenario"]))
 
 
 def summary(
     trace: Any, output: str | None, report: str | None, *, source: str = "", felt: Sequence[str] = ()
 ) -> list[str]:
     """Summarise the result in a few lines, with the values of a paper's scenario that are not found in the paper."""
-    from electrovib.apps.cli.map_lines import is_map, judged
+    from electrovib.apps.cli.terminal import is_map, judged
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
     from electrovib.scenario import scenario_of
 
@@ -199,7 +178,7 @@ def _range(trace: Any, name: str) -> str:
 
 def _numbers(trace: Any) -> list[str]:
     """Return the range of each quantity of a sweep, and where its ends are."""
-    from electrovib.apps.cli.map_lines import is_map
+    from electrovib.apps.cli.terminal import is_map
     from electrovib.view.summary import quantity_ranges
 
     over = ", ".join(

@@ -2,125 +2,60 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from electrovib.apps.cli import options
-from electrovib.apps.cli.answers import answered
-from electrovib.apps.cli.options import Text, Texts, many, names_of, only, option
-from electrovib.apps.cli.terminal import complain, say
+from electrovib.apps.cli.options import Arguments, takes
+from electrovib.apps.cli.terminal import answered, complain, say
+from electrovib.apps.exit_codes import INTERRUPTED
+from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import xarray
 
-N: TypeAlias = Annotated[
-    int,
-    typer.Option("-n", metavar="N", help="Number of fingers; of base draws, a power of 2, of --sensitivity."),
-]
-Seed: TypeAlias = Annotated[
-    int, typer.Option(metavar="N", help="Seed of the draws: the same seed draws the same fingers.")
-]
-Quantity: TypeAlias = Annotated[
-    Texts,
-    many(
-        "NAME",
-        "Signal, electrostatic_force if absent, over frequency mean_force; of --sensitivity one as for run",
-    ),
-]
-Sensitivity: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--sensitivity",
-        help="Report instead which parameters one quantity depends on most, and which to measure first.",
-    ),
-]
-Percentiles: TypeAlias = Annotated[str, typer.Option(metavar="P,P,...", help="Percentiles over the fingers.")]
-Exceed: TypeAlias = Annotated[
-    Texts, many("VALUE", "Threshold whose exceedance probability is wanted: '5 mN'")
-]
-Draws: TypeAlias = Annotated[
-    bool, typer.Option("--records", help="Keep the parameters and signals of every finger too.")
-]
-BudgetMemory: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        metavar="MEMORY",
-        help="Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.",
-    ),
-]
-Workers: TypeAlias = Annotated[
-    Text,
-    option(
-        "Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.",
-        metavar="N|ADDRESS",
-    ),
-]
-Outputs: TypeAlias = Annotated[
-    Texts,
-    many(
-        "DIR",
-        "Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and a .csv file for the"
-        " bands; of --sensitivity the folder for report.html, indices.csv, elasticities.csv and space.toml",
-        "--output",
-        "-o",
-    ),
-]
 
-
-def command(
-    context: typer.Context,
-    scenario: options.Scenario,
-    n: N,
-    seed: Seed,
-    space: options.Space = None,
-    quantity: Quantity = None,
-    sensitivity: Sensitivity = False,
-    percentiles: Percentiles = "5,50,95",
-    exceed: Exceed = None,
-    draws: Draws = False,
-    budget_memory: BudgetMemory = "1 GB",
-    workers: Workers = None,
-    outputs: Outputs = None,
-    report: options.Page = None,
-    changes: options.Changes = None,
-    models: options.Models = None,
-    force: options.Force = False,
-) -> None:
+@takes("""
+scenario
+-n N              Number of fingers; of base draws, a power of 2, of --sensitivity. [required]
+--seed N          Seed of the draws: the same seed draws the same fingers. [required]
+--space
+--quantity NAME,... -> signal  Signal, electrostatic_force if absent, over frequency mean_force; of --sensitivity one as for run;
+    repeatable.
+--sensitivity     Report instead which parameters one quantity depends on most, and which to measure first.
+--percentiles P,P,...  Percentiles over the fingers. [default: 5,50,95]
+--exceed VALUE,...  Threshold whose exceedance probability is wanted: '5 mN'; repeatable.
+--records -> draws  Keep the parameters and signals of every finger too.
+--budget-memory MEMORY  Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.
+    [default: 1 GB]
+--workers N|ADDRESS  Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.
+-o, --output DIR  Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and a .csv file for
+    the bands; of --sensitivity the folder for report.html, indices.csv, elasticities.csv and space.toml; repeatable.
+--report
+--set
+--models
+--force
+""")
+def study(given: Arguments) -> None:
     """Compute bands of a force over a population of fingers.
 
     The bands are over time or frequency; with --sensitivity, the parameters on which a quantity depends most.
     """
-    from electrovib.apps.changes import read_changes
-    from electrovib.core.errors import InputError
-    from electrovib.scenario import read_scenario
-
-    if space is None:
+    if "space" not in given:
         raise InputError("not given; for instance --space fingers", path="--space")
-    base = read_scenario(scenario, changes=read_changes(changes)) if changes else scenario
-    written = list(outputs or [])
-    if sensitivity:
-        only(context, "scenario n seed space quantity sensitivity outputs changes", "--sensitivity")
-        _print_sensitivity(base, space, quantity or [], n=n, seed=seed, outputs=written, force=force)
+    given.put_changes()
+    outputs = given.pop("output", [])
+    if given.pop("sensitivity", False):
+        given.only("scenario n seed space signal sensitivity output set", "--sensitivity")
+        _print_sensitivity(given, outputs)
         return
-    bands = [name for name in written if name.lower().endswith(".csv")]
-    stores = [name for name in written if name not in bands]
+    bands = [name for name in outputs if name.lower().endswith(".csv")]
+    stores = [name for name in outputs if name not in bands]
     if len(stores) != 1 or len(bands) > 1:
         raise InputError("name one folder DIR.zarr, and at most one .csv file for the bands", path="--output")
-    asked = {"percentiles": names_of([percentiles]), "exceed": names_of(exceed), "draws": draws}
-    asked |= {"budget_memory": budget_memory, "signal": names_of(quantity) or ["electrostatic_force"]}
-    _print_bands(
-        base, space, stores[0], next(iter(bands), None), report, asked | _processes(workers), n=n, seed=seed,
-        force=force,
-    )  # fmt: skip
+    _print_bands(given | _processes(given.pop("workers", None)), stores[0], next(iter(bands), None))
 
 
 def _processes(workers: str | None) -> dict[str, int | str | None]:
     """Read a number of processes, or the address of a scheduler."""
-    from electrovib.core.errors import InputError
-
     if workers is None or ":" in workers:
         return {"scheduler": workers}
     if not workers.isdecimal():
@@ -132,81 +67,54 @@ def _processes(workers: str | None) -> dict[str, int | str | None]:
     return {"workers": int(workers)}
 
 
-def _print_sensitivity(
-    base: Any, space: str, quantities: list[str], *, n: int, seed: int, outputs: list[str], force: bool
-) -> None:
-    from electrovib.core.errors import InputError
+def _print_sensitivity(given: Arguments, outputs: list[str]) -> None:
     from electrovib.studies.sensitivity import Sensitivity, sensitivity
 
+    quantities = given.pop("signal", [])
     if len(quantities) != 1 or len(outputs) > 1:
         name = "--output" if len(outputs) > 1 else "--quantity"
         why = "--sensitivity takes exactly one: 'mean electrostatic_force', and one folder"
         raise InputError(why, path=name)
-    answered(
-        Sensitivity,
-        sensitivity,
-        words="evaluating draws",
-        output=next(iter(outputs), None),
-        force=force,
-        scenario=base,
-        space=space,
-        quantity=quantities[0],
-        n=n,
-        seed=seed,
-        progress=None,
-    )
+    wanted = given.take("scenario space n seed force")
+    wanted |= {"quantity": quantities[0], "output": next(iter(outputs), None)}
+    answered(Sensitivity, sensitivity, "evaluating draws", wanted)
 
 
-def _print_bands(
-    base: Any,
-    space: str,
-    store: str,
-    csv: str | None,
-    report: str | None,
-    asked: dict[str, Any],
-    *,
-    n: int,
-    seed: int,
-    force: bool,
-) -> None:
+def _print_bands(given: dict[str, Any], store: str, csv: str | None) -> None:
+    """Compute the bands, print them, and write the outputs beside the store."""
     from electrovib.apps.progress import tracked
+    from electrovib.exports.save import save
     from electrovib.studies.population import study
+    from electrovib.view.report import report as write_report
 
+    report, force = given.pop("report", None), given.pop("force", False)
     _check_outputs(csv, report, force=force)
-    done = [0, n]
+    done = [0, given["n"]]
     try:
         with tracked("evaluating fingers", counted=True) as progress:
-            found = study(
-                base, space, n=n, seed=seed, output=store, progress=_noting(done, progress), **asked
-            )
+
+            def note(fingers: int, total: int) -> None:
+                done[:] = fingers, total
+                progress(fingers, total)
+
+            found = study(**given, output=store, progress=note)
     except KeyboardInterrupt:
-        _interrupted(*done)
+        complain(f"{done[0]} of {done[1]} fingers are complete; the same command continues with the next")
+        raise SystemExit(INTERRUPTED) from None
     say(*summary(found), f"written: {store}")
-    say(*_written(found, csv, report, force=force))
-
-
-def _written(found: xarray.Dataset, csv: str | None, report: str | None, *, force: bool) -> list[str]:
-    """Write the outputs beside the store, and name them."""
-    from electrovib.apps.progress import tracked
-
-    lines = []
     if csv is not None:
-        from electrovib.exports.save import save
-
-        lines += [f"written: {path}" for path in save(found, csv, force=force)]
+        say(*(f"written: {path}" for path in save(found, csv, force=force)))
     if report is not None:
-        from electrovib.view.report import report as write_report
-
         with tracked("drawing the report"):
-            lines.append(f"written: {write_report(found, report, force=force)}")
-    return lines
+            page = write_report(found, report, force=force)
+        say(f"written: {page}")
 
 
 def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
     """Check before the study that its outputs can be written."""
     from pathlib import Path
 
-    from electrovib.core.errors import InputError, gathered
+    from electrovib.core.errors import gathered
     from electrovib.studies.population.result import check_bands
     from electrovib.view.pages import check_page
 
@@ -219,21 +127,6 @@ def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
             check_page(Path(report), force=force)
     if problems:
         raise InputError(problems)
-
-
-def _noting(done: list[int], progress: Callable[[int, int], None]) -> Callable[[int, int], None]:
-    def note(fingers: int, total: int) -> None:
-        done[:] = fingers, total
-        progress(fingers, total)
-
-    return note
-
-
-def _interrupted(done: int, total: int) -> NoReturn:
-    from electrovib.apps.exit_codes import INTERRUPTED
-
-    complain(f"{done} of {total} fingers are complete; the same command continues with the next")
-    raise SystemExit(INTERRUPTED)
 
 
 def summary(found: xarray.Dataset) -> list[str]:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import codecs
+import inspect
+import math
 import os
+import shlex
 import sys
 import unicodedata
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.errors import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
     from typing import TextIO
 
     from electrovib.core.answer import Answer
     from electrovib.scenario import Scenario
+
 
 _PLAIN: Final = {
     "µ": "u", "μ": "u", "Ω": "ohm", "·": " ", "–": "-", "—": "-", "−": "-", "×": "x", "°": " deg",
@@ -131,3 +135,88 @@ def _plain_sign(sign: str) -> str:
         return _PLAIN[sign]
     parts = unicodedata.normalize("NFKD", sign)
     return "".join(part for part in parts if part.isascii()) or "?"
+
+
+Found = TypeVar("Found", bound="Answer")
+
+
+def answered(
+    kind: type[Found],
+    compute: Callable[..., Found],
+    words: str,
+    given: dict[str, Any],
+    show: Callable[..., object] = show_answer,
+) -> Found:
+    """Compute, show and write an answer; the output is checked before the computation, and that it replaces no input after.
+
+    `given` has what `compute` takes, besides `output`, `force` and `all`; progress is reported if it can be, and `words` say
+    what is done.
+    """
+    from electrovib.apps.progress import tracked
+    from electrovib.core.files import inputs_noted
+    from electrovib.exports.save import save
+    from electrovib.view.documents import check_answer
+
+    output, force, everything = (given.pop(name, None) for name in ("output", "force", "all"))
+    if output:
+        check_answer(kind, output, force=bool(force))
+    with inputs_noted() as inputs, tracked(words) as progress:
+        can_report = "progress" in inspect.signature(compute).parameters
+        found = compute(**given, **({"progress": progress} if can_report else {}))
+    if output:
+        check_answer(kind, output, inputs=inputs, force=bool(force))
+    show(found, everything=bool(everything))
+    if output:
+        save(found, output, force=bool(force))
+        say(f"written: {output}")
+    return found
+
+
+def is_map(trace: Any) -> bool:
+    """Return whether a Trace is a sweep over two parameters or more."""
+    return sum(path in trace.attrs.get("over", "") for path in trace.sizes) > 1
+
+
+def judged(trace: Any, output: str | None, report: str | None) -> list[str]:
+    """Write a line for each exceeded limit of a map, one for what was not judged, and one that names where the rest is.
+
+    The last line is left out where nothing is exceeded or unknown.
+    """
+    from electrovib.core.parsing import read_json
+    from electrovib.view.lines import swept_paths, swept_units
+
+    found = read_json(trace.attrs["validity"])
+    units, count = swept_units(trace), math.prod(trace.sizes[path] for path in swept_paths(trace))
+    lines = [_exceeded(each, units, count) for each in found if each["state"] == "warning"]
+    unknown = [_share(each, count) for each in found if each["state"] == "unknown"]
+    if unknown:
+        lines.append(f"not judged: {', '.join(unknown)}")
+    if not lines:
+        return []
+    if report:
+        return [*lines, f"reasons and advice: {report}"]
+    how = (
+        f"'electrovib report {shlex.quote(output)}'" if output else "the same command with --report map.html"
+    )
+    return [*lines, f"reasons and advice: {how}"]
+
+
+def _exceeded(found: Mapping[str, Any], units: Mapping[str, str], count: int) -> str:
+    """Write name, largest value with its place, and limit of an exceeded limit; its sentence where it has no number."""
+    from electrovib.core.units import format_quantity
+
+    if "value" not in found:
+        return f"warning: {found['text']}"
+    value, limit = (format_quantity(found[name], found["unit"], digits=3) for name in ("value", "limit"))
+    return f"warning: {_share(found, count)}: up to {value} at {_place(found['at'], units)}, above {limit}"
+
+
+def _share(found: Mapping[str, Any], count: int) -> str:
+    return f"{found['name']} (in {found.get('cases', count)} of {count} cases)"
+
+
+def _place(at: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """Write the values of a case, in the order of the first line."""
+    from electrovib.view.summary import swept_value
+
+    return ", ".join(swept_value(value, units.get(path, ""), plain=True) for path, value in at.items())

@@ -2,220 +2,125 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from electrovib.apps.cli.options import Force, Text, only, option, output
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.options import Arguments, takes
+from electrovib.apps.cli.terminal import answered, say
+from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
-
-Record: TypeAlias = Annotated[
-    str,
-    typer.Argument(
-        help="Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument."
-    ),
-]
-Quantity: TypeAlias = Annotated[
-    Text,
-    option("Signal whose edges are measured; by default the only one besides --by.", metavar="SIGNAL"),
-]
-Levels: TypeAlias = Annotated[
-    str, typer.Option(metavar="LOW:HIGH", help="Levels in per cent of the range of an edge.")
-]
-By: TypeAlias = Annotated[
-    Text, option("Signal of the drive, whose switching marks the edges.", metavar="SIGNAL")
-]
-Antiphase: TypeAlias = Annotated[
-    bool,
-    typer.Option("--antiphase", help="The signal of --by is one of two electrodes driven in antiphase."),
-]
-Sensor: TypeAlias = Annotated[
-    Text,
-    option(
-        "Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.",
-        metavar="HZ:Q|estimate",
-    ),
-]
-Edges: TypeAlias = Annotated[
-    str, typer.Option(metavar="both|rising|falling", help="Edges that are measured.")
-]
-Exponentials: TypeAlias = Annotated[int, typer.Option(help="Largest number of exponentials, 1 to 4.")]
-Window: TypeAlias = Annotated[
-    Text, option("Length of the section after an edge, such as '20 ms'.", metavar="TIME")
-]
-Before: TypeAlias = Annotated[Text, option("Length of the section before an edge.", metavar="TIME")]
-Ring: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--ring",
-        help="Measure also the oscillation after each impact, or after the last switching of --by.",
-    ),
-]
-Swipes: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--swipes",
-        help="Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.",
-    ),
-]
-Recipe: TypeAlias = Annotated[
-    Text,
-    option(
-        "Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.",
-        metavar="FILE.toml",
-    ),
-]
-Speed: TypeAlias = Annotated[
-    Text,
-    option(
-        "Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.", metavar="SPEED"
-    ),
-]
-Trim: TypeAlias = Annotated[
-    float,
-    typer.Option(
-        metavar="PER_CENT", help="Of --swipes: part of the distance omitted at both ends of a slide."
-    ),
-]
-Folder: TypeAlias = Annotated[
-    Text, output("Folder for report.html and times.csv, or swipes.csv.", metavar="DIR")
-]
+    from electrovib.view.swipe import SwipesAnswer
+    from electrovib.view.times import TimesAnswer
 
 
-def command(
-    context: typer.Context,
-    record: Record,
-    quantity: Quantity = None,
-    levels: Levels = "10:90",
-    by: By = None,
-    antiphase: Antiphase = False,
-    sensor: Sensor = None,
-    edges: Edges = "both",
-    exponentials: Exponentials = 3,
-    window: Window = None,
-    before: Before = None,
-    ring: Ring = False,
-    swipes: Swipes = False,
-    recipe: Recipe = None,
-    speed: Speed = None,
-    trim: Trim = 5.0,
-    folder: Folder = None,
-    force: Force = False,
-) -> None:
+@takes("""
+record                Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument.
+--quantity SIGNAL -> signal  Signal whose edges are measured; by default the only one besides --by.
+--levels LOW:HIGH     Levels in per cent of the range of an edge. [default: 10:90]
+--by SIGNAL           Signal of the drive, whose switching marks the edges.
+--antiphase           The signal of --by is one of two electrodes driven in antiphase.
+--sensor HZ:Q|estimate  Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the
+    edges.
+--edges both|rising|falling  Edges that are measured. [default: both]
+--exponentials N      Largest number of exponentials, 1 to 4. [default: 3]
+--window TIME         Length of the section after an edge, such as '20 ms'.
+--before TIME         Length of the section before an edge.
+--ring                Measure also the oscillation after each impact, or after the last switching of --by.
+--swipes              Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.
+--recipe FILE.toml -> channels  Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.
+--speed SPEED         Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
+--trim PER_CENT       Of --swipes: part of the distance omitted at both ends of a slide. [default: 5.0]
+-o, --output DIR      Folder for report.html and times.csv, or swipes.csv.
+--force
+""")
+def times(given: Arguments) -> None:
     """Measure rise and fall times, or swipes, in a record.
 
     Report the times with and without the sensor, each with a 95 % interval; with --swipes the friction and the forces of
     contacts and slides, from which the zeros of the sensors are subtracted.
     """
-    target = None if folder is None else Path(folder)
-    if swipes or recipe:
-        only(context, "record swipes recipe speed trim folder", "--swipes")
-        _reduce_swipes(record, target, recipe=recipe, speed=speed, trim=trim, force=force)
-        return
-    only(
-        context, "record quantity levels by antiphase sensor edges exponentials window before ring folder",
-        "times, but to --swipes",
-    )  # fmt: skip
-    chosen = _chosen(quantity, by, antiphase=antiphase)
-    options = {"levels": _levels(levels), "sensor": sensor, "exponentials": exponentials, "edges": edges}
-    spans = {"window": _seconds("--window", window), "before": _seconds("--before", before)}
-    _measure(record, target, chosen, options | spans, ring=ring, force=force)
-
-
-def _measure(
-    record: str,
-    folder: Path | None,
-    chosen: dict[str, Any],
-    options: dict[str, Any],
-    *,
-    ring: bool,
-    force: bool,
-) -> None:
-    """Measure the times of the edges, and the oscillations where they are asked for."""
-    from electrovib.core.files import inputs_noted
-    from electrovib.data.traces import open_trace
     from electrovib.recordings.transitions.table import time_rows
-    from electrovib.view.documents import check_answer, save_answer
+    from electrovib.view.swipe import SwipesAnswer
     from electrovib.view.times import TimesAnswer
 
-    with inputs_noted() as inputs:
-        trace = open_trace(record)
-    if folder is not None:
-        check_answer(TimesAnswer, folder, inputs=inputs, force=force)
-    rings = _rings(trace, chosen, options["window"]) if ring else None
-    found, why = _times(trace, rings, **chosen, **options)
-    say(*(f"{row.group}, {row.sentence}" for row in time_rows(found, rings)))
-    say(*(text for each in (found, rings) if each is not None for text in each.words), *why)
-    if folder is not None:
-        answer = TimesAnswer(found=found, rings=rings, source=Path(record).name)
-        say(*(f"written: {path}" for path in save_answer(answer, folder, force=force)))
+    if given.keys() & {"swipes", "channels"}:
+        given.only("record swipes channels speed trim output", "--swipes")
+        of_swipes = given.take("record channels speed trim output force")
+        answered(SwipesAnswer, _swipes, "finding swipes", of_swipes, _tell_swipes)
+        return
+    given.only(
+        "record signal levels by antiphase sensor edges exponentials window before ring output",
+        "times, but to --swipes",
+    )
+    why: list[str] = []
+
+    def tell(answer: TimesAnswer, **_: object) -> None:
+        say(*(f"{row.group}, {row.sentence}" for row in time_rows(answer.found, answer.rings)))
+        known = [each for each in (answer.found, answer.rings) if each is not None]
+        say(*(text for each in known for text in each.words), *why)
+
+    given.take("trim")
+    answered(TimesAnswer, functools.partial(_times, why), "measuring times", given, tell)
 
 
-def _reduce_swipes(
-    record: str, folder: Path | None, *, recipe: str | None, speed: str | None, trim: float, force: bool
-) -> None:
-    """Find contacts and slides, and report their friction and forces."""
-    from electrovib.core.files import inputs_noted
-    from electrovib.recordings.swipe import reduce_swipes
-    from electrovib.recordings.swipe.reduce import swipe_rows
-    from electrovib.view.documents import check_answer, save_answer
-    from electrovib.view.swipe import SwipesAnswer
+def _times(
+    why: list[str],
+    record: str,
+    *,
+    levels: str,
+    signal: str | None = None,
+    by: str | None = None,
+    antiphase: bool = False,
+    ring: bool = False,
+    **options: Any,
+) -> TimesAnswer:
+    """Measure times, and oscillations where they are asked for; such a record needs no edges, and why there are none is told."""
+    from electrovib.data.traces import open_trace
+    from electrovib.physics.drive.readback import OneOfTwoInAntiphase
+    from electrovib.recordings.importing.reduction import seconds
+    from electrovib.recordings.transitions import MeasuredRings, measure_ring, measure_rings, measure_times
+    from electrovib.view.times import TimesAnswer
 
-    with inputs_noted() as inputs:
-        found = reduce_swipes(record, channels=recipe, speed=speed, trim=trim / 100)
-    if folder is not None:
-        check_answer(SwipesAnswer, folder, inputs=inputs, force=force)
-    say(*(f"{row.group}, {row.sentence}" for row in swipe_rows(found)))
-    for number, each in enumerate(found, start=1):
-        name = f"swipe {number}: " if len(found) > 1 else ""
-        say(*(f"{name}{text}" for text in each.words))
-    if folder is not None:
-        answer = SwipesAnswer(swipes=found, source=Path(record).name)
-        say(*(f"written: {path}" for path in save_answer(answer, folder, force=force)))
-
-
-def _rings(trace: Any, chosen: dict[str, Any], window: float | None) -> MeasuredRings:
-    from electrovib.recordings.transitions import MeasuredRings, measure_ring, measure_rings
-
-    if chosen["by"] is None:
-        return measure_rings(trace, signal=chosen["signal"], window=window)
-    return MeasuredRings(rings=(measure_ring(trace, **chosen, window=window),))
-
-
-def _times(trace: Any, rings: MeasuredRings | None, **options: Any) -> tuple[MeasuredTimes | None, list[str]]:
-    """Measure the times; a record that rings needs no edges, and why there are none is stated."""
-    from electrovib.core.errors import InputError
-    from electrovib.recordings.transitions import measure_times
-
+    options |= {name: seconds(f"--{name}", options[name]) for name in ("window", "before") if name in options}
+    trace, window = open_trace(record), options.get("window")
+    chosen: dict[str, Any] = {"signal": signal, "by": by}
+    chosen["readback"] = OneOfTwoInAntiphase() if antiphase else None
+    found, rings = None, None
+    if ring and by is None:
+        rings = measure_rings(trace, signal=signal, window=window)
+    elif ring:
+        rings = MeasuredRings(rings=(measure_ring(trace, **chosen, window=window),))
     try:
-        return measure_times(trace, **options), []
+        found = measure_times(trace, levels=_levels(levels), **chosen, **options)
     except InputError as error:
         if rings is None:
             raise
-        return None, [f"No time between levels: {error.problems[0]}."]
-
-
-def _chosen(signal: str | None, by: str | None, *, antiphase: bool) -> dict[str, Any]:
-    from electrovib.physics.drive.readback import OneOfTwoInAntiphase
-
-    return {"signal": signal, "by": by, "readback": OneOfTwoInAntiphase() if antiphase else None}
-
-
-def _seconds(option: str, text: str | None) -> float | None:
-    from electrovib.recordings.importing.reduction import seconds
-
-    return None if text is None else seconds(option, text)
+        why.append(f"No time between levels: {error.problems[0]}.")
+    return TimesAnswer(found=found, rings=rings, source=Path(record).name)
 
 
 def _levels(text: str) -> tuple[float, float]:
-    from electrovib.core.errors import InputError
-
     try:
         low, high = (float(part.strip().removesuffix("%")) / 100 for part in text.split(":"))
     except ValueError:
         raise InputError(f"--levels {text}: expected two levels in per cent, such as 10:90") from None
     return low, high
+
+
+def _swipes(record: str, *, trim: float, **options: Any) -> SwipesAnswer:
+    """Find contacts and slides, and reduce them to friction and forces."""
+    from electrovib.recordings.swipe import reduce_swipes
+    from electrovib.view.swipe import SwipesAnswer
+
+    return SwipesAnswer(swipes=reduce_swipes(record, trim=trim / 100, **options), source=Path(record).name)
+
+
+def _tell_swipes(answer: SwipesAnswer, **_: object) -> None:
+    from electrovib.recordings.swipe.reduce import swipe_rows
+
+    say(*(f"{row.group}, {row.sentence}" for row in swipe_rows(answer.swipes)))
+    for number, each in enumerate(answer.swipes, start=1):
+        name = f"swipe {number}: " if len(answer.swipes) > 1 else ""
+        say(*(f"{name}{text}" for text in each.words))

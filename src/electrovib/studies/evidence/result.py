@@ -57,8 +57,9 @@ class Evidence(Answer):
                 self._overview,
                 *(figure(name, each, self.of(name)) for name, each in self.measured.items() if each.over),
             ],
-            tables=[self._failures, self._all, self._not_predicted],
+            tables=[self._failures],
             remarks=[REMARK, f"{self.n} draws of what was not printed, seed {self.seed}."],
+            pages=[self._all, self._not_predicted],
             references=list(dict.fromkeys(each.source for each in self.measured.values())),
         )
 
