@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from electrovib.papers.vezzoli_2014.defects import DEFECTS
 from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal, Vezzoli2014PerFrequency
+from electrovib.papers.vezzoli_2014.measured import measurements
 from electrovib.papers.vezzoli_2014.reproduction import reproduce
 from electrovib.papers.vezzoli_2014.scenarios import PRESETS, scenarios
 from electrovib.papers.vezzoli_2014.values import CHECKS, CITATION, CITATIONS, STATUS, materials, skins
@@ -25,6 +26,7 @@ __all__ = [
     "Vezzoli2014Causal",
     "Vezzoli2014PerFrequency",
     "materials",
+    "measurements",
     "reproduce",
     "scenarios",
     "skins",

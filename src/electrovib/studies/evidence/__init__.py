@@ -2,7 +2,8 @@
 
 from electrovib.studies.evidence.function import evidence
 from electrovib.studies.evidence.measurement import Measurement, measurements
+from electrovib.studies.evidence.quantities import between
 from electrovib.studies.evidence.result import Evidence
 from electrovib.studies.evidence.score import Score, Standing, standings
 
-__all__ = ["Evidence", "Measurement", "Score", "Standing", "evidence", "measurements", "standings"]
+__all__ = ["Evidence", "Measurement", "Score", "Standing", "between", "evidence", "measurements", "standings"]

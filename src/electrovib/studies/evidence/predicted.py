@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -40,7 +39,9 @@ def candidates(measured: Measurement) -> dict[str, Any]:
     """Return the models that a measurement judges, by name, each as the content of its place in the scenario."""
     if measured.judges.rpartition(".")[2] == SKIN:
         return {name: skin.material for name, skin in offers(("skins",)).items() if skin.reproduces_force}
-    own = attrgetter(measured.judges)(measured.scenario)
+    own: Any = measured.scenario
+    for part in measured.judges.split("."):
+        own = own[int(part)] if isinstance(own, tuple) else getattr(own, part)
     found: dict[str, Any] = {}
     for name in find_members(family_of(type(own))):
         found[name] = own if name == type(own).__name__ else {"model": name}
