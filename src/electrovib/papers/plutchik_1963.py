@@ -16,6 +16,8 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Layer
+from electrovib.studies.evidence import Measurement, between
+from electrovib.studies.evidence.quantities import lag
 
 CITATIONS = (
     Citation(
@@ -69,6 +71,29 @@ def skins() -> dict[str, Skin]:
     return {
         "skin": Skin(name="1963 impedance", material=material(), status="derived", source=CITATION, note=note)
     }
+
+
+def measurements() -> dict[str, Measurement]:
+    """Return magnitude and phase at 1 Hz and 1 kHz."""
+    from electrovib.papers.rosell_1988 import BODY, of_skin  # its set-up starts with the skin of this paper
+
+    read = {
+        "source": "Science 141, 927 (1963), abstract", "group": "Plutchik and Hirsch", "spread_of": "digits",
+        "unknown": BODY | {
+            "contact.area": between(1e-5, 1e-3, "not printed"),
+            "stack.stratum_corneum.thickness": between(1e-5, 4e-4, "the site is not printed; from trunk to finger"),
+        },
+        "note": "Site and area are not printed. The skin of this paper was solved from three of these four numbers.",
+    }  # fmt: skip
+    return {
+        "magnitude": of_skin(
+            "magnitude of the impedance of skin", {1.0: 130e3, 1e3: 30e3}, spread=(0.04, 0.17), **read
+        ),
+        "phase": of_skin(
+            "phase angle of the impedance of skin", {1.0: 2.0, 1e3: 58.0}, spread=(0.25, 0.01), unit="degrees",
+            quantity=lag, **read,
+        ),
+    }  # fmt: skip
 
 
 CHECKS = (
