@@ -100,7 +100,9 @@ def measurements() -> dict[str, Measurement]:
         "per_current": Measurement(
             title="friction per current over load",
             source="Grigorii 2020, plot label in the authors' public code",
-            scenario=sliding.replace({"drive": {"model": "CurrentSine", "amplitude": 1e-3, "frequency": 2e4}}),
+            scenario=sliding.replace(
+                {"drive": {"model": "CurrentSine", "amplitude": 1e-3, "frequency": 2e4}}
+            ),
             quantity=friction_per_current,
             unit="N/A",
             over="load.normal_force",
@@ -121,7 +123,9 @@ def measurements() -> dict[str, Measurement]:
                 "GrowingArea": {
                     "contact.area": between(5e-5, 2e-4, "not printed; a fingertip"),
                     "contact.at_force": between(0.4, 0.6, "the load of that area"),
-                    "contact.exponent": between(0.2, 0.9, "no source; 2/3 is a smooth sphere", model="Uniform"),
+                    "contact.exponent": between(
+                        0.2, 0.9, "no source; 2/3 is a smooth sphere", model="Uniform"
+                    ),
                 }
             },
             note="Five points of a fit, 0.041 W^-0.63 N/mA, not five measurements: the spread is what its R2 of 0.62 leaves,"

@@ -51,21 +51,31 @@ def person() -> Scenario:
 def fall(scenario: Scenario, *, low: float, high: float) -> float:
     """Compute the mean fall of the threshold per octave between two frequencies [dB]; NaN if one of them is not felt."""
     ends = [vibration_threshold(scenario.replace({"drive.frequency": each})) for each in (low, high)]
-    return float(20 * np.log10(ends[0] / ends[1]) / math.log2(high / low)) if math.isfinite(max(ends)) else math.nan
+    return (
+        float(20 * np.log10(ends[0] / ends[1]) / math.log2(high / low))
+        if math.isfinite(max(ends))
+        else math.nan
+    )
 
 
 def measurements() -> dict[str, Measurement]:
     """Return thresholds of vibration over frequency, and how they fall with it."""
-    lowest = {"perception.threshold": between(1e-8, 1e-6, "the lowest thresholds differ by contact and posture")}
+    lowest = {
+        "perception.threshold": between(1e-8, 1e-6, "the lowest thresholds differ by contact and posture")
+    }
     best = {
         "perception.channels.0.best_frequency": between(
             250.0, 300.0, "", model="Uniform", source="review of the channels, abstract", status="abstract"
         ),
-        "perception.channels.0.order_below": between(1.5, 2.5, "2 is the default, an assumption", model="Uniform"),
+        "perception.channels.0.order_below": between(
+            1.5, 2.5, "2 is the default, an assumption", model="Uniform"
+        ),
     }
     tan = "Bolanowski 1988, quoted by Tan 1994, as tabled in the public ledger"
 
-    def threshold(group: str, title: str, source: str, values: dict[float, float], **more: Any) -> Measurement:
+    def threshold(
+        group: str, title: str, source: str, values: dict[float, float], **more: Any
+    ) -> Measurement:
         known: dict[str, Any] = {
             "quantity": vibration_threshold, "unit": "m", "scenario": person(), "how": "quoted by others",
             "status": "full text", "on": "hand", "judges": "perception.channels.0", "unknown": lowest,

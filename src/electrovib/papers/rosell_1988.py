@@ -48,7 +48,11 @@ THICK = {_THICKNESS: between(1.5e-4, 4e-4, "palm 173 um (Egawa 2007), a finger p
 """Thickness of the stratum corneum of palms and finger pads."""
 BODY = {
     "circuit.return_path.resistance": between(
-        490.0, 770.0, "", source="hand to hand and hand to foot, 55 Hz to 100 kHz, 35 men (ISH 2015)", status="abstract"
+        490.0,
+        770.0,
+        "",
+        source="hand to hand and hand to foot, 55 Hz to 100 kHz, 35 men (ISH 2015)",
+        status="abstract",
     )
 }
 """Resistance of the body inside."""
@@ -112,7 +116,9 @@ def measurements() -> dict[str, Measurement]:
             spread=(0.15,),
             spread_of="a choice",
             group="palmar resistance, 1964",
-            unknown=THICK | BODY | {"drive.frequency": between(0.01, 10.0, "not printed; taken as nearly constant current")},
+            unknown=THICK
+            | BODY
+            | {"drive.frequency": between(0.01, 10.0, "not printed; taken as nearly constant current")},
             note="The highest and most stable value of the driest palms; any moisture lowers it.",
         ),
         "fingertip": of_skin(
@@ -145,7 +151,9 @@ def measurements() -> dict[str, Measurement]:
             unknown=THICK
             | BODY
             | {
-                "stack.gap.thickness": between(5e-7, 1e-5, "not printed; of the order of the roughness of skin"),
+                "stack.gap.thickness": between(
+                    5e-7, 1e-5, "not printed; of the order of the roughness of skin"
+                ),
                 "stack.insulator.thickness": between(5e-7, 1e-5, "not printed; coatings of touchscreens"),
                 "drive.frequency": between(1e3, 1e5, "not printed; 'high applied frequencies'"),
             },

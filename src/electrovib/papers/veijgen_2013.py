@@ -38,7 +38,11 @@ AT_REST, IN_MOTION = 0.52, 0.36
 """Median coefficients of friction over 450 tests."""
 
 _SPAN = between(
-    0.1, 1.3, "", source="Wolfram 1989, review of skin friction, quoted by a public code file", status="full text"
+    0.1,
+    1.3,
+    "",
+    source="Wolfram 1989, review of skin friction, quoted by a public code file",
+    status="full text",
 )
 LAWS: dict[str, dict[str, Any]] = {
     "Coulomb": {"friction.coefficient": _SPAN},
@@ -48,7 +52,9 @@ LAWS: dict[str, dict[str, Any]] = {
         "friction.exponent": between(-0.4, -0.05, "about -0.2, of aluminium", model="Uniform"),
     },
     "AdhesiveShear": {
-        "friction.shear_strength": between(1.5e6, 1.5e7, "15 MPa fits the friction of a wrist (Persson 2013), or less"),
+        "friction.shear_strength": between(
+            1.5e6, 1.5e7, "15 MPa fits the friction of a wrist (Persson 2013), or less"
+        ),
         "contact.surface.modulus": between(1e6, 1e8, "1 to 2 MPa across the skin when wet, more when dry"),
         "contact.surface.rms_slope": between(0.3, 1.5, "of the order of 1", model="Uniform"),
     },

@@ -19,6 +19,7 @@ much on skin and edges.
 from __future__ import annotations
 
 from electrovib.core.citation import Check
+from electrovib.papers.vardar_2017.measured import measurements
 from electrovib.papers.vardar_2017.reproduction import reproduce
 from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, PRESETS, first_order_skin, scenarios
 from electrovib.papers.vardar_2017.thresholds import crossover, felt_level, sine_over_square, weight
@@ -34,6 +35,7 @@ __all__ = [
     "STATUS",
     "crossover",
     "felt_level",
+    "measurements",
     "first_order_skin",
     "reproduce",
     "scenarios",

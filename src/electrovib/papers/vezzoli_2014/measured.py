@@ -8,7 +8,9 @@ from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.studies.evidence import Measurement, between
 
 SKIN = {
-    "stack.stratum_corneum.thickness": between(1e-4, 4e-4, "200 um is used; fingers and palms have 170 to 300 um"),
+    "stack.stratum_corneum.thickness": between(
+        1e-4, 4e-4, "200 um is used; fingers and palms have 170 to 300 um"
+    ),
     "stack.stratum_corneum.material.conductivity": between(
         1.8e-7, 1.8e-5, "ten times less and more than the 7.7 ms of the paper give"
     ),

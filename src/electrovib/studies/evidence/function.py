@@ -14,9 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-def evidence(
-    measured: str | Mapping[str, Measurement] = "", *, n: int = DRAWS, seed: int = 0
-) -> Evidence:
+def evidence(measured: str | Mapping[str, Measurement] = "", *, n: int = DRAWS, seed: int = 0) -> Evidence:
     """Compare every law with what was measured: the distribution that it predicts, and the measured value in it.
 
     Parameters

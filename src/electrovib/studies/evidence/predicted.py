@@ -71,7 +71,8 @@ def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int
     at = [{measured.over: float(each)} for each in measured.points] if measured.over else [{}]
     found: Real = np.stack([_at(measured, scenario.replace(point), draws, n) for point in at], axis=1)
     if not np.all(np.isfinite(found)):
-        raise InputError(f"{measured.quantity}: {name} gives no number for some of the draws")
+        quantity = measured.title if callable(measured.quantity) else measured.quantity
+        raise InputError(f"{quantity}: {name} gives no number for some of the draws")
     return found
 
 

@@ -70,7 +70,9 @@ def vibration_threshold(scenario: Scenario) -> float:
     """Compute the vibration that is just felt at the frequency of a sine [m], zero to peak; infinite where none is."""
     person = scenario.perception
     if person is None or person.threshold is None:
-        raise InputError("perception.threshold is not given: the threshold at any other frequency follows from it")
+        raise InputError(
+            "perception.threshold is not given: the threshold at any other frequency follows from it"
+        )
     frequency = scenario.drive.frequency  # type: ignore[attr-defined]
     sensitivity = max(float(each.weight(frequency)) for each in person.channels)
     return person.threshold / sensitivity if sensitivity else math.inf
