@@ -78,10 +78,7 @@ class Measurement:
                 (len(counts) != 1 or not self.values, "values, spread and at need one number for each point"),
                 (not np.all((numbers > 0) & np.isfinite(numbers)), "values and spread are positive numbers"),
                 (self.how not in HOW, f"how = '{self.how}': one of {', '.join(HOW)}"),
-                (
-                    self.spread_of not in SPREADS,
-                    f"spread_of = '{self.spread_of}': one of {', '.join(SPREADS)}",
-                ),
+                (self.spread_of not in SPREADS, f"spread_of = '{self.spread_of}': one of {', '.join(SPREADS)}"),
                 (
                     self.status not in STATUSES or self.status in {UNVERIFIED, "derived"},
                     f"status = '{self.status}': a measurement was read, it is neither derived nor cited from memory",

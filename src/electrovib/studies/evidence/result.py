@@ -60,9 +60,7 @@ class Evidence(Answer):
 
     def of(self, name: str) -> list[Score]:
         """Return the scores of one measurement, the best first."""
-        return sorted(
-            (each for each in self.scores if each.measurement == name), key=lambda each: -each.score
-        )
+        return sorted((each for each in self.scores if each.measurement == name), key=lambda each: -each.score)
 
     @property
     def failures(self) -> list[Score]:
@@ -77,7 +75,9 @@ class Evidence(Answer):
     @property
     def _sentences(self) -> list[str]:
         points = sum(len(each.values) for each in self.measured.values())
-        of = {how: sum(len(each.values) for each in self.measured.values() if each.how == how) for how in HOW}
+        of = {
+            how: sum(len(each.values) for each in self.measured.values() if each.how == how) for how in HOW
+        }
         counts = ", ".join(f"{count} {how}" for how, count in of.items() if count)
         failed = self.failures
         said = [
@@ -198,7 +198,9 @@ def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
         low, middle, high = each.band
         if wide:
             curves.append(Curve(label=f"{each.model}, 90 %", x=x, y=low, upper=high, kind="band", look=look))
-        curves.append(Curve(label=each.model, x=x, y=middle, look=look, kind="line" if wide else "points"))
+        curves.append(
+            Curve(label=each.model, x=x, y=middle, look=look, kind="line" if wide else "points")
+        )
     values, spread = np.array(measured.values), np.array(measured.spread)
     curves += [
         Curve(label="measured", x=x, y=values, kind="points", look=REFERENCE),
@@ -210,9 +212,7 @@ def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
         id=name.replace("/", "_"),
         title=f"{measured.title} ({measured.group})",
         caption=" ".join(
-            filter(
-                None, (f"{measured.how.capitalize()}, {measured.status}: {measured.source}.", measured.note)
-            )
+            filter(None, (f"{measured.how.capitalize()}, {measured.status}: {measured.source}.", measured.note))
         ),
         x=(over or "number", unit),
         y=(_quantity(measured), measured.unit),
