@@ -11,11 +11,13 @@ people (the articles were not read, only the authors' public code and one file o
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from electrovib.core.citation import Check, Citation, cited
 from electrovib.papers import shultz_2018, veijgen_2013
+from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
 from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
@@ -86,9 +88,10 @@ def measurements() -> dict[str, Measurement]:
     """Return friction per current over load, a bare finger, and the lateral forces of two vibrating displays."""
     sliding = shultz_2018.scenarios()["sliding"]
     half = "The drive is on for half of each oscillation, so half of the friction that it adds is taken. "
-    net = {
+    net: dict[str, Any] = {
         "quantity": "swing lateral_force", "unit": "N", "scale": 0.5, "group": GROUP, "how": "printed", "status": "abstract",
         "spread": (0.15,), "spread_of": "a choice", "unknown": FINGER | {"drive.high": between(50.0, 400.0, "not printed")},
+        "of_model": ROUGH_GAP,
     }  # fmt: skip
     held = sliding.replace(
         {
@@ -98,16 +101,17 @@ def measurements() -> dict[str, Measurement]:
     )
     return {
         "per_current": Measurement(
-            title="friction per current over load",
+            title="friction that each milliampere adds, over load",
             source="Grigorii 2020, plot label in the authors' public code",
             scenario=sliding.replace(
                 {"drive": {"model": "CurrentSine", "amplitude": 1e-3, "frequency": 2e4}}
             ),
             quantity=friction_per_current,
-            unit="N/A",
+            scale=1e-3,
+            unit="N",
             over="load.normal_force",
             at=LOADS,
-            values=tuple(per_current(each) for each in LOADS),
+            values=tuple(1e-3 * per_current(each) for each in LOADS),
             spread=(0.3,) * len(LOADS),
             spread_of="a choice",
             group=GROUP,

@@ -1,7 +1,7 @@
 """A. Israr, S. Choi, H. Z. Tan: detection threshold of the vibration of a held pen, IROS 2006, 472.
 
-Second-hand, as tabled in a public ledger of values on haptics (github.com/adambickerdike/Stabilisation_Pen), with the thresholds of
-other laboratories that it quotes.
+Second-hand, as tabled in a public ledger of values on haptics (github.com/adambickerdike/Stabilisation_Pen), with the
+thresholds of other laboratories that it quotes.
 
 Claims: 26 um at 10 Hz, 8.5 um at 20 Hz, 0.06 um at 320 Hz, falling by 13 dB per octave from 10 to 160 Hz; ten people, forced
 choice. Does not claim: a finger on a plate; zero to peak or root mean square, which the ledger does not say. The four lowest
@@ -89,11 +89,11 @@ def measurements() -> dict[str, Measurement]:
 
     israr, bolanowski = "Israr, Choi and Tan (Purdue)", "Bolanowski (Syracuse)"
     pen = "Israr 2006, as tabled in the public ledger"
-    slope = {"unit": "dB", "over": "", "at": (), "spread": (0.1,)}
+    slope: dict[str, Any] = {"unit": "1", "over": "", "at": (), "spread": (0.1,)}
     return {
         "pen": threshold(israr, "threshold of a held pen over frequency", pen, PEN),
         "pen_slope": threshold(
-            israr, "fall of the threshold of a held pen per octave", pen, {0.0: 13.0},
+            israr, "fall of the threshold of a held pen per octave, in dB", pen, {0.0: 13.0},
             quantity=functools.partial(fall, low=10.0, high=160.0), **slope,
             note="Of 10 to 160 Hz. The tabled values at 10 and 20 Hz give 9.7 dB.",
         ),
@@ -106,7 +106,7 @@ def measurements() -> dict[str, Measurement]:
             note="With a surround, normal to the skin.",
         ),
         "thenar_slope": threshold(
-            bolanowski, "fall of the threshold of the Pacinian channel per octave", tan, {0.0: 12.0},
+            bolanowski, "fall of the threshold of the Pacinian channel per octave, in dB", tan, {0.0: 12.0},
             quantity=functools.partial(fall, low=30.0, high=300.0), **slope,
             note="Of 30 to 300 Hz.",
         ),

@@ -334,7 +334,7 @@ def grounded(width: float) -> Scenario:
 def over_load(shared: dict[str, Any]) -> dict[str, Measurement]:
     """Return the electric part of the force and the capacitance over the load, which judge the surface topography."""
     found = {}
-    rough = {
+    rough: dict[str, Any] = {
         "over": "load.normal_force", "judges": "contact.surface", "of_model": _SURFACES, "on": "metal pin",
         "group": shared["group"], "how": "data file", "status": "full text", "spread_of": "repeats",
     }  # fmt: skip
@@ -382,7 +382,7 @@ def over_load(shared: dict[str, Any]) -> dict[str, Measurement]:
 def pad(group: str, area: float | None, values: dict[float, float], note: str, **more: Any) -> Measurement:
     """Return the shear force [N] of a pad over voltage, or its stress [Pa] where the area [cm2] is not given."""
     half = (area or 1.0) * 1e-4 / 2
-    several = {"over": "drive.level", "at": tuple(values)} if len(values) > 1 else {}
+    several: dict[str, Any] = {"over": "drive.level", "at": tuple(values)} if len(values) > 1 else {}
     film = {"thickness": 2e-5, "material": {"model": "Constant", "permittivity": 10.0}}
     scenario = clutch().replace(
         {
@@ -402,7 +402,7 @@ def pad(group: str, area: float | None, values: dict[float, float], note: str, *
             "friction.coefficient": between(0.15, 0.6, "not stated", model="Uniform"),
         },
     }  # fmt: skip
-    numbers = {
+    numbers: dict[str, Any] = {
         "scenario": scenario,
         "group": group,
         "values": tuple(values.values()),
@@ -432,7 +432,7 @@ def pads() -> dict[str, Measurement]:
         found[name] = pad(
             grigorii_2020.GROUP, 1.0, {250.0: force}, "Two values of one work that differ 12 times, conditions not given.",
             title="shear force of 1 cm2 at 250 V peak", source="Shultz 2023, quoted by Rauf 2025, authors' script of figure 1",
-            scenario=finger, on="area of a finger", unknown=grigorii_2020.DISPLAY,
+            scenario=finger, on="area of a finger", unknown=grigorii_2020.DISPLAY, of_model=grigorii_2020.ROUGH_GAP,
         )  # fmt: skip
     printed: dict[str, Any] = {"how": "printed", "status": "abstract"}
     found["hundred_pads"] = pad(
@@ -454,7 +454,7 @@ def pads() -> dict[str, Measurement]:
 
 def measurements() -> dict[str, Measurement]:
     """Return the shear force over voltage, frequency, width and load, the capacitance over load, and the pads of others."""
-    shared = {
+    shared: dict[str, Any] = {
         "quantity": "mean lateral_force", "unit": "N", "spread_of": "repeats", "group": "Rauf and Follmer", "on": "metal pin",
         "how": "data file", "status": "full text",
         "unknown": {"stack.gap.thickness": _GAP, "friction.coefficient": _FRICTION},

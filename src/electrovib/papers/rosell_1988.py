@@ -91,14 +91,14 @@ def sliding_over_rest(scenario: Scenario) -> float:
 def measurements() -> dict[str, Measurement]:
     """Return impedances and resistances of skin, and the rise of the impedance as a finger slides."""
     tissue = {"circuit.return_path.resistance": between(20.0, 300.0, "tissue below the skin, not printed")}
-    site = {"source": "Rosell 1988, abstract", "group": "Rosell", "unknown": THIN | tissue}
+    site: dict[str, Any] = {"source": "Rosell 1988, abstract", "group": "Rosell", "unknown": THIN | tissue}
     return {
         "low": of_skin(
             "impedance of 1 cm2 of gelled skin at 1 Hz",
             {1.0: 1e5},
             spread=(1.5,),
             spread_of="people",
-            note="Printed are 10 kohm to 1 Mohm over ten people and ten sites: the geometric mean, and the deviation of this range.",
+            note="Printed are 10 kohm to 1 Mohm over ten people and sites: the geometric mean, and the deviation of this range.",
             **site,
         ),
         "high": of_skin(

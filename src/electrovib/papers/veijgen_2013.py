@@ -104,7 +104,7 @@ def measurements() -> dict[str, Measurement]:
     own = ("Veijgen, Masen and van der Heide", "Veijgen 2013, abstract")
     people, digits = "people", "digits"
     sites = "Body sites, not fingertips; four materials and 450 tests pooled."
-    stroked = "Means of ten people with washed and dried index fingers, at a force and a speed of their own; no spread is printed."
+    stroked = "Means of ten people with washed and dried index fingers, at their own force and speed; no spread is printed."
     occluded = "After some 50 s on the surface; a finger that slides as in use has no time for it."
     return {
         "polyamide": friction(*_SMITH, "fingertip on polyamide", 0.43, (0.3, "a choice"), note=stroked),

@@ -12,6 +12,7 @@ from electrovib.apps.cli import (
     check,
     compare,
     design,
+    evidence,
     explore,
     export,
     fit,
@@ -44,7 +45,7 @@ app = typer.Typer(
 
 
 _GROUPS: Final = {
-    "Predict": (run, compare, study, reproduce),
+    "Predict": (run, compare, study, evidence, reproduce),
     "Measure": (import_, times, fit, bench),
     "Plan": (design, check, export),
     "See": (explore, report, list_, init),

@@ -60,7 +60,14 @@ def measurements() -> dict[str, Measurement]:
                 "stack.gap.thickness": _one_of(1e-6, 5e-6),
                 "stack.gap.material.conductivity": _one_of(1e-12, 1e-9),
             },
-            note="Printed is that the square is felt at a lower voltage below 60 Hz, eight people: they are taken as alike at 60 Hz"
-            " within 1 dB, a choice, as the fundamentals were an octave apart. The Pacinian weight acts on the force.",
+            of_model={
+                "Persson2018RoughGap": {
+                    "stack.gap": None,
+                    "force.mean_gap": _one_of(1e-6, 5e-6),
+                    "force.rms_gap": _one_of(1e-6, 5e-6),
+                }
+            },
+            note="Printed is that the square is felt at a lower voltage below 60 Hz, eight people: taken as alike at 60 Hz within"
+            " 1 dB, a choice, as the fundamentals were an octave apart. The Pacinian weight acts on the force.",
         )
     }

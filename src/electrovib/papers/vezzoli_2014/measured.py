@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.studies.evidence import Measurement, between
@@ -18,6 +19,14 @@ SKIN = {
     "stack.gap.material.conductivity": between(1e-12, 1e-8, "not printed; from none to a decay of some ms"),
 }
 """What the publications do not print of a finger."""
+ROUGH_GAP: dict[str, Any] = {
+    "Persson2018RoughGap": {
+        "stack.gap": None,
+        "force.mean_gap": between(5e-7, 1e-5, "not printed; of the order of the roughness of skin"),
+        "force.rms_gap": between(5e-7, 1e-5, "not printed; of the order of the roughness of skin"),
+    }
+}
+"""What a law with gaps of its own takes in place of the layer."""
 FRICTION = {"friction.coefficient": between(0.3, 0.6, "not printed", model="Uniform")}
 
 
@@ -39,6 +48,7 @@ def measurements() -> dict[str, Measurement]:
             how="printed",
             status="full text",
             unknown=SKIN | FRICTION | {"drive.rise": between(1e-3, 5e-2, "not printed")},
+            of_model=ROUGH_GAP,
             note="Printed is a range of 2 to 5 mN: its geometric mean, and the deviation that eight people with this range have."
             " Whether the force is lateral or normal is not said, nor load and speed. The 2.5 mN beside it are a model value. The"
             " same group quotes some 100 mN for its rig of 2013, without a voltage.",
@@ -57,6 +67,7 @@ def measurements() -> dict[str, Measurement]:
             how="quoted by others",
             status="full text",
             unknown=SKIN,
+            of_model=ROUGH_GAP,
             note="Printed are 6 ms, 'considering the mechanics of the measurements system', of the lateral force under a square"
             " drive, without insulator, voltage, load or speed: the film of 2014 stands in for the insulator. The paper's point"
             " of skin, 7.7 ms, was fitted to it.",

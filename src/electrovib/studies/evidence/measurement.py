@@ -13,11 +13,9 @@ from electrovib.core.discovery import offers
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.scenario import Scenario
-from electrovib.scenario.space.reading import read_space
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.scenario.space.space import Space
 
 PRINTED, DATA, FIGURE, QUOTED = "printed", "data file", "read from a figure", "quoted by others"
 HOW: Final = (PRINTED, DATA, FIGURE, QUOTED)
@@ -40,7 +38,8 @@ class Measurement:
     - `values`: what was measured, positive, shape (n,) as `at`, in SI.
     - `spread`: standard deviation over the value, of each; `spread_of` says between what, one of `SPREADS`.
     - `unknown`: dotted path to the distribution of what the publication does not print, as in a space file, with the
-      source of the range; `of_model` the same for parameters that one model alone has, by its name.
+      source of the range; `of_model` the same for parameters that one model alone has, by its name, and None for a
+      layer of the set-up that this model replaces, such as ``stack.gap`` for a law with gaps of its own.
     - `judges`: path of the model whose candidates are compared, ``force`` for the laws.
     - `how`: one of `HOW`; `status`: how the publication was read.
     - `group`: the people who measured; their measurements are not independent of each other.
@@ -78,7 +77,10 @@ class Measurement:
                 (len(counts) != 1 or not self.values, "values, spread and at need one number for each point"),
                 (not np.all((numbers > 0) & np.isfinite(numbers)), "values and spread are positive numbers"),
                 (self.how not in HOW, f"how = '{self.how}': one of {', '.join(HOW)}"),
-                (self.spread_of not in SPREADS, f"spread_of = '{self.spread_of}': one of {', '.join(SPREADS)}"),
+                (
+                    self.spread_of not in SPREADS,
+                    f"spread_of = '{self.spread_of}': one of {', '.join(SPREADS)}",
+                ),
                 (
                     self.status not in STATUSES or self.status in {UNVERIFIED, "derived"},
                     f"status = '{self.status}': a measurement was read, it is neither derived nor cited from memory",
@@ -99,13 +101,30 @@ class Measurement:
         """Name and SI unit of the parameter that was varied."""
         return (self.over, quantity_at(self.scenario, self.over).unit) if self.over else ("", "1")
 
-    def space(self, scenario: Scenario, model: str = "") -> Space:
-        """Return the distributions of what was not printed, for the set-up with one of the models."""
-        return read_space(scenario, {"space": {**self.unknown, **self.of_model.get(model, {})}})
+    def of(self, model: str, content: Any) -> tuple[Scenario, dict[str, Any]]:
+        """Return the set-up with one of the models, and the distributions of what is not printed of it."""
+        own = self.of_model.get(model, {})
+        left_out = tuple(path for path, table in own.items() if table is None)
+        tables = {**self.unknown, **{path: table for path, table in own.items() if table is not None}}
+        start = f"{self.judges}."
+        begin = {path.removeprefix(start): _middle(own[path]) for path in own if path.startswith(start)}
+        chosen = {**content, **begin} if isinstance(content, dict) else content
+        changes: dict[str, Any] = {self.judges: chosen}
+        if left_out:
+            layers = self.scenario.stack.layers.items()
+            changes["stack"] = {name: layer for name, layer in layers if f"stack.{name}" not in left_out}
+        scenario = self.scenario.replace(changes)
+        return scenario, {path: each for path, each in tables.items() if not path.startswith(left_out or " ")}
 
     def with_values(self, values: Real) -> Measurement:
         """Return the same measurement with other values, for twins."""
         return replace(self, values=tuple(float(each) for each in values))
+
+
+def _middle(table: Mapping[str, Any]) -> Any:
+    """Return a value inside the range of a distribution."""
+    given = table.get("values", [table.get("low")])[0]
+    return table.get("median", table.get("mean", given))
 
 
 def measurements(word: str = "") -> dict[str, Measurement]:

@@ -11,6 +11,7 @@ from electrovib.core.discovery import find_members, offers
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.own_models import family_of
 from electrovib.core.paths import value_at
+from electrovib.scenario.space.reading import read_space
 from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.prepare import prepare
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.studies.evidence.measurement import Measurement
 
-DRAWS: Final = 256
+DRAWS: Final = 64
 """Draws of what was not printed, by default."""
 SKIN: Final = "material"
 """Last part of a path whose candidates are the skins that papers offer; other paths have the members of their family."""
@@ -64,9 +65,8 @@ def predict(
 
 def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> Real:
     """Compute the measured quantity for every draw and point (n, points)."""
-    own = {} if not isinstance(content, dict) else _begin(measured, name)
-    scenario = measured.scenario.replace({measured.judges: content | own if own else content})
-    space = measured.space(scenario, name)
+    scenario, tables = measured.of(name, content)
+    space = read_space(scenario, {"space": tables})
     draws = space.draw(seed, 0, n) if space.paths else {}
     at = [{measured.over: float(each)} for each in measured.points] if measured.over else [{}]
     found: Real = np.stack([_at(measured, scenario.replace(point), draws, n) for point in at], axis=1)
@@ -89,14 +89,3 @@ def _at(measured: Measurement, scenario: Scenario, draws: Mapping[str, Real], n:
     several = prepare(scenario, free=free, quantities=names)(columns)
     values = several[names[0]] / (several[names[1]] if measured.per else 1.0) * measured.scale
     return np.broadcast_to(np.asarray(values, dtype=float), (n,))
-
-
-def _begin(measured: Measurement, name: str) -> dict[str, float]:
-    """Return a value of each parameter that one model alone has and that is not printed, from the middle of its range."""
-    start = f"{measured.judges}."
-    own = {
-        path.removeprefix(start): table
-        for path, table in measured.of_model.get(name, {}).items()
-        if path.startswith(start)
-    }
-    return {path: table.get("median", table.get("low")) for path, table in own.items()}

@@ -34,8 +34,8 @@ def magnitude(scenario: Scenario) -> float:
 
 
 def lag(scenario: Scenario) -> float:
-    """Compute the angle by which the voltage lags behind the current [degrees], positive for a capacitor."""
-    return -math.degrees(cmath.phase(impedance(scenario)))
+    """Compute the angle by which the voltage lags behind the current [rad], positive for a capacitor."""
+    return -cmath.phase(impedance(scenario))
 
 
 def steady(scenario: Scenario) -> SteadyFriction:

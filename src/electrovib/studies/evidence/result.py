@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, Panel, Table
 from electrovib.data.marks import Form, csv_text
 from electrovib.studies.evidence.measurement import HOW, Measurement
-from electrovib.studies.evidence.score import IGNORANT, LEVEL, Score, standings
+from electrovib.studies.evidence.score import IGNORANT, LEVEL, Score, Standing, standings
 
 WORST: Final = 5
 """Failures that are listed."""
@@ -52,7 +53,10 @@ class Evidence(Answer):
             title=f"Evidence: {len(self.measured)} measurements of {len(self._groups)} groups",
             sentences=self._sentences,
             numbers=[self._laws],
-            figures=[figure(name, each, self.of(name)) for name, each in self.measured.items()],
+            figures=[
+                self._overview,
+                *(figure(name, each, self.of(name)) for name, each in self.measured.items() if each.over),
+            ],
             tables=[self._failures, self._all, self._not_predicted],
             remarks=[REMARK, f"{self.n} draws of what was not printed, seed {self.seed}."],
             references=list(dict.fromkeys(each.source for each in self.measured.values())),
@@ -60,7 +64,9 @@ class Evidence(Answer):
 
     def of(self, name: str) -> list[Score]:
         """Return the scores of one measurement, the best first."""
-        return sorted((each for each in self.scores if each.measurement == name), key=lambda each: -each.score)
+        return sorted(
+            (each for each in self.scores if each.measurement == name), key=lambda each: -each.score
+        )
 
     @property
     def failures(self) -> list[Score]:
@@ -75,15 +81,13 @@ class Evidence(Answer):
     @property
     def _sentences(self) -> list[str]:
         points = sum(len(each.values) for each in self.measured.values())
-        of = {
-            how: sum(len(each.values) for each in self.measured.values() if each.how == how) for how in HOW
-        }
+        of = {how: sum(len(each.values) for each in self.measured.values() if each.how == how) for how in HOW}
         counts = ", ".join(f"{count} {how}" for how, count in of.items() if count)
         failed = self.failures
         said = [
-            f"No law reaches {len(failed)} of the {len(self.measured)} measurements in all of their points."
+            f"{len(failed)} of {len(self.measured)} measurements lie in part outside the 90 % interval of every law or model."
             if failed
-            else "Every measurement is reached by some law."
+            else "Every measurement lies in the 90 % interval of some law or model."
         ]
         said += [self._failure(each) for each in failed[:WORST]]
         return [*said, f"{points} numbers: {counts}."]
@@ -105,14 +109,15 @@ class Evidence(Answer):
                 f"{100 * each.covered:.0f} %",
                 f"{each.ratio:.2g}",
                 f"{each.off:.3g}",
+                _number(each.behind),
                 _number(each.score),
                 _number(each.shape),
             )
             for each in standings(self.scores)
         )
-        headings = (
+        headings: tuple[str, ...] = (
             *("law or model", "groups", "numbers", f"within {100 * LEVEL:.0f} %", "predicted/measured"),
-            *("typical factor", "score", "shape"),
+            *("typical factor", "behind the best", "score", "shape"),
         )
         return Table(
             "Laws and models, the best first",
@@ -123,33 +128,48 @@ class Evidence(Answer):
 
     @property
     def _failures(self) -> Table:
-        rows = tuple((each.measurement, each.model, self._failure(each)) for each in self.failures)
-        return Table("Measurements that the best candidate does not cover", ("measurement", "best", ""), rows)
+        rows = tuple(
+            (
+                each.measurement,
+                each.model,
+                f"{100 * each.covered:.0f} %",
+                f"{each.ratio:.2g}",
+                f"{each.low:.2g} to {each.high:.2g}",
+            )
+            for each in self.failures
+        )
+        headings = ("measurement", "best", "within 90 %", "predicted/measured", "90 % of the draws")
+        return Table("Measurements outside the interval of the best", headings, rows)
+
+    @property
+    def _overview(self) -> Drawing:
+        """Predicted over measured, for every measurement and the laws that are best over all, with their intervals."""
+        names = [each.model for each in standings(self.scores)]
+        shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
+        return Drawing(
+            id="overview",
+            title="Predicted over measured",
+            plot=functools.partial(
+                _draw_ratios, scores=self.scores, models=list(shown), names=list(self.measured)
+            ),
+            size=(8.2, 1.2 + 0.32 * len(self.measured)),
+            caption="Medians and 90 % of the draws of what was not printed, without the spread of the measurement.",
+        )
 
     @property
     def _all(self) -> Table:
-        rows = []
-        for name, each in self.measured.items():
-            found = self.of(name)
-            best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
-            rows.append(
-                (
-                    name,
-                    each.title,
-                    each.on,
-                    each.group,
-                    str(len(each.values)),
-                    f"{each.how}, {each.status}",
-                    f"{100 * max(each.spread):.2g} %, {each.spread_of}",
-                    best,
-                    each.note,
-                )
-            )
-        headings = (
+        rows = tuple(self._row(name, each) for name, each in self.measured.items())
+        headings: tuple[str, ...] = (
             *("measurement", "what", "on", "group", "numbers", "how it came here", "largest spread", "best"),
             "note",
         )
-        return Table("Measurements", headings, tuple(rows))
+        return Table("Measurements", headings, rows)
+
+    def _row(self, name: str, each: Measurement) -> tuple[str, ...]:
+        found = self.of(name)
+        best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
+        how, spread = f"{each.how}, {each.status}", f"{100 * max(each.spread):.2g} %, {each.spread_of}"
+        return (name, each.title, each.on, each.group, str(len(each.values)), how, spread, best, each.note)
 
     @property
     def _not_predicted(self) -> Table:
@@ -158,20 +178,37 @@ class Evidence(Answer):
         )
         return Table("Cannot predict", ("law or model", "measurement", "why"), rows, folded=True)
 
-    def content(self, name: str) -> str:
+    def content(self, name: str) -> str | bytes:
         """Write the standings of the laws, or every score, as CSV."""
+        if name not in self.FILES:
+            return super().content(name)
+        own = ["covered", "ratio", "score", "shape"]
         if name == "laws.csv":
-            numbers = ("groups", "points", "covered", "ratio", "off", "score", "shape")
-            rows = [[each.model, *(getattr(each, of) for of in numbers)] for each in standings(self.scores)]
-            return csv_text(["model", *numbers], rows)
-        if name == "measurements.csv":
-            numbers = ("ratio", "low", "high", "covered", "score", "shape")
-            rows = [
-                [each.measurement, each.group, each.model, *(getattr(each, of) for of in numbers)]
-                for each in self.scores
-            ]
-            return csv_text(["measurement", "group", "model", *numbers], rows)
-        return super().content(name)  # type: ignore[return-value]
+            return _csv(["model", "groups", "points", "off", "behind", *own], standings(self.scores))
+        return _csv(["measurement", "group", "model", "low", "high", *own], self.scores)
+
+
+def _csv(names: list[str], records: Sequence[Standing | Score]) -> str:
+    return csv_text(names, [[getattr(each, name) for name in names] for each in records])
+
+
+def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], names: list[str]) -> None:
+    """Draw the ratio of each measurement, a row each, with one colour for each law."""
+    ax = figure.add_subplot()
+    for place, model in enumerate(models):
+        found = [each for each in scores if each.model == model]
+        rows = np.array([names.index(each.measurement) for each in found]) + 0.15 * (
+            place - (len(models) - 1) / 2
+        )
+        middle = np.array([each.ratio for each in found])
+        ends = np.array([[each.ratio - each.low, each.high - each.ratio] for each in found]).T
+        ax.errorbar(middle, rows, xerr=ends, fmt="o", markersize=4, linewidth=1.2, label=model)
+    ax.axvline(1.0, color="0.5", linewidth=0.8)
+    ax.set_xscale("log")
+    ax.set_yticks(range(len(names)), names)
+    ax.invert_yaxis()
+    ax.set_xlabel("predicted over measured")
+    ax.legend(loc="best")
 
 
 def _quantity(measured: Measurement) -> str:
@@ -191,32 +228,34 @@ def _number(value: float) -> str:
 def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
     """Draw the measured points, and the bands of the best candidates and of the usual law."""
     shown = [*scores[:BEST], *(each for each in scores[BEST:] if each.model == USUAL)]
-    x = measured.points if measured.over else np.arange(1.0, len(measured.values) + 1)
-    wide = len(x) > 1
+    x = measured.points
     curves = []
     for look, each in enumerate(shown):
         low, middle, high = each.band
-        if wide:
-            curves.append(Curve(label=f"{each.model}, 90 %", x=x, y=low, upper=high, kind="band", look=look))
-        curves.append(
-            Curve(label=each.model, x=x, y=middle, look=look, kind="line" if wide else "points")
-        )
-    values, spread = np.array(measured.values), np.array(measured.spread)
+        curves.append(Curve(label=f"{each.model}, 90 %", x=x, y=low, upper=high, kind="band", look=look))
+        curves.append(Curve(label=each.model, x=x, y=middle, look=look))
+    values, widths = np.array(measured.values), np.exp(np.array(measured.spread))
+    ends = {
+        "measured": values,
+        "measured, times its spread": values * widths,
+        "measured, over its spread": values / widths,
+    }
     curves += [
-        Curve(label="measured", x=x, y=values, kind="points", look=REFERENCE),
-        Curve(label="measured, plus and minus the spread", x=x, y=values * np.exp(spread), kind="points", look=REFERENCE, drawn=False),
-        Curve(label="", x=x, y=values * np.exp(-spread), kind="points", look=REFERENCE, drawn=False),
-    ]  # fmt: skip
+        Curve(label=label, x=x, y=y, kind="points", look=REFERENCE, drawn=label == "measured")
+        for label, y in ends.items()
+    ]
     over, unit = measured.axis
     return Panel(
         id=name.replace("/", "_"),
         title=f"{measured.title} ({measured.group})",
         caption=" ".join(
-            filter(None, (f"{measured.how.capitalize()}, {measured.status}: {measured.source}.", measured.note))
+            filter(
+                None, (f"{measured.how.capitalize()}, {measured.status}: {measured.source}.", measured.note)
+            )
         ),
-        x=(over or "number", unit),
+        x=(over, unit),
         y=(_quantity(measured), measured.unit),
         curves=tuple(curves),
-        log_x=bool(wide and x[0] > 0 and x[-1] / x[0] > 20),
+        log_x=bool(np.min(x) > 0 and np.max(x) / np.min(x) > 20),
         log_y=True,
     )

@@ -12,19 +12,22 @@ from scipy.special import ndtri
 from electrovib.core.arrays import Real
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from electrovib.studies.evidence.measurement import Measurement
     from electrovib.studies.evidence.predicted import Prediction
 
 LEVEL: Final = 0.9
 """Probability of the predictive intervals."""
-DECADES: Final = 12.0
-"""Width of the distribution that knows nothing, in decades of the value: from a millionth to a million times it."""
+DECADE: Final = math.log(10)
 SURPRISE: Final = 0.01
-"""Probability that is left to this distribution, so that a law which is wrong by decades has a bounded score."""
-IGNORANT: Final = -math.log(DECADES * math.log(10))
-"""Log score of that distribution, which every useful law exceeds."""
+"""Probability that is left to a Cauchy distribution of one decade around each draw, so that no score is without bound."""
+IGNORANT: Final = -math.log(12 * DECADE)
+"""Log score of a prediction that knows nothing within twelve decades, which every useful law exceeds."""
+
+
+_NOTHING: Final = 1e-300
+"""What a prediction of 0 or less counts as."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +56,7 @@ class Score:
 
 def judge(name: str, measured: Measurement, found: Prediction) -> Score:
     """Score a prediction. A value that a law predicts as 0 or less is one that it rules out."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.where(found.values > 0, np.log(np.maximum(found.values, 1e-300)), -np.inf)
+    logs = np.log(np.maximum(found.values, _NOTHING))
     log_values = np.log(np.array(measured.values))
     widths = np.sqrt(np.log1p(np.array(measured.spread) ** 2))
     off = logs - log_values
@@ -80,20 +82,20 @@ def _with_spread(off: Real, widths: Real) -> Real:
     count = len(off)
     steps = ndtri((np.arange(count) + 0.5) / count)
     order = np.random.default_rng(0).permuted(np.tile(steps[:, None], (1, off.shape[1])), axis=0)
-    return off + widths * order
+    spread: Real = off + widths * order
+    return spread
 
 
 def _shape(off: Real, widths: Real) -> tuple[Real, Real]:
     """Remove from every draw its mean deviation; what is left varies less, by the weight of each point in the mean."""
     weights = widths**-2 / np.sum(widths**-2)
-    mean = np.where(np.isfinite(off).all(axis=1), off @ weights, 0.0)
-    return off - mean[:, None], widths * np.sqrt(1 - weights)
+    return off - (off @ weights)[:, None], widths * np.sqrt(1 - weights)
 
 
 def _log_score(off: Real, widths: Real) -> float:
     densities = np.exp(-0.5 * (off / widths) ** 2) / (widths * math.sqrt(2 * math.pi))
-    mixed = (1 - SURPRISE) * densities.mean(axis=0) + SURPRISE * math.exp(IGNORANT)
-    return float(np.mean(np.log(mixed)))
+    tails = 1 / (math.pi * DECADE * (1 + (off / DECADE) ** 2))
+    return float(np.mean(np.log(np.mean((1 - SURPRISE) * densities + SURPRISE * tails, axis=0))))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +103,8 @@ class Standing:
     """A candidate over all measurements that it can predict: every group counts once, whatever it has published.
 
     `groups` and `points` are their numbers; `ratio` is the geometric mean of the median ratios, `off` the typical factor
-    by which a group's ratio deviates from 1.
+    by which a group's ratio deviates from 1; `behind` is the mean distance of its score from the best one of the same
+    measurement, which alone is comparable between candidates that predict different measurements.
     """
 
     model: str
@@ -110,32 +113,40 @@ class Standing:
     ratio: float
     off: float
     covered: float
+    behind: float
     score: float
     shape: float
 
 
 def standings(scores: Iterable[Score]) -> list[Standing]:
-    """Average the scores of every candidate over its groups; the best one first."""
+    """Average the scores of every candidate over its groups; the one least behind the best of each measurement first."""
+    listed = list(scores)
+    best: dict[str, float] = {}
     by_model: dict[str, dict[str, list[Score]]] = {}
-    for each in scores:
+    for each in listed:
+        best[each.measurement] = max(each.score, best.get(each.measurement, -math.inf))
         by_model.setdefault(each.model, {}).setdefault(each.group, []).append(each)
-    found = [_standing(model, list(groups.values())) for model, groups in by_model.items()]
-    return sorted(found, key=lambda each: (-each.score, each.model))
+    found = [_standing(model, list(groups.values()), best) for model, groups in by_model.items()]
+    return sorted(found, key=lambda each: (each.behind, -each.groups, each.model))
 
 
-def _standing(model: str, groups: Sequence[Sequence[Score]]) -> Standing:
-    def over_groups(values: Sequence[Sequence[float]]) -> float:
-        means = [np.mean(known) for each in values if (known := [one for one in each if math.isfinite(one)])]
-        return float(np.mean(means)) if means else math.nan
+def _standing(model: str, groups: Sequence[Sequence[Score]], best: Mapping[str, float]) -> Standing:
+    def over_groups(number: Callable[[Score], float]) -> float:
+        known = [[value for each in group if math.isfinite(value := number(each))] for group in groups]
+        means = [math.fsum(values) / len(values) for values in known if values]
+        return math.fsum(means) / len(means) if means else math.nan
 
-    logs = [[math.log(max(each.ratio, 1e-12)) for each in group] for group in groups]
+    def log_ratio(each: Score) -> float:
+        return math.log(max(each.ratio, _NOTHING))
+
     return Standing(
         model=model,
         groups=len(groups),
         points=sum(each.band.shape[1] for group in groups for each in group),
-        ratio=math.exp(over_groups(logs)),
-        off=math.exp(over_groups([[abs(each) for each in group] for group in logs])),
-        covered=over_groups([[each.covered for each in group] for group in groups]),
-        score=over_groups([[each.score for each in group] for group in groups]),
-        shape=over_groups([[each.shape for each in group] for group in groups]),
+        ratio=math.exp(over_groups(log_ratio)),
+        off=math.exp(over_groups(lambda each: abs(log_ratio(each)))),
+        covered=over_groups(lambda each: each.covered),
+        behind=over_groups(lambda each: best[each.measurement] - each.score),
+        score=over_groups(lambda each: each.score),
+        shape=over_groups(lambda each: each.shape),
     )

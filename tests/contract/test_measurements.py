@@ -1,0 +1,42 @@
+"""Every declared measurement: a set-up that runs, units, sources of what is not printed, and how its numbers came here."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from electrovib.core.citation import STATUSES
+from electrovib.core.signals import SIGNALS
+from electrovib.core.units import KINDS
+from electrovib.scenario.space.reading import read_space
+from electrovib.studies.evidence import measurements
+from electrovib.studies.evidence.predicted import candidates, predict
+
+MEASURED = measurements()
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_a_measurement_can_be_predicted_and_says_where_it_is_from(name):
+    each = MEASURED[name]
+    assert each.title
+    assert each.group
+    assert each.source
+    assert each.unit in KINDS
+    if not callable(each.quantity) and not each.per and each.scale == 1:
+        assert SIGNALS[each.quantity.partition(" ")[2].partition(" in ")[0]].unit == each.unit
+    for path, table in each.unknown.items():
+        assert table.get("source") or table.get("choice"), (
+            f"{path}: a range has a source, or is called a choice"
+        )
+        assert not table.get("source") or table.get("status") in STATUSES, path
+    for model, own in each.of_model.items():
+        assert model in candidates(each), model
+        assert all(table is None or table.get("source") or table.get("choice") for table in own.values())
+    space = read_space(each.scenario, {"space": dict(each.unknown)})
+    assert set(space.paths) == set(each.unknown)
+    found, refused = predict(each, n=2)
+    assert found, f"no candidate predicts it: {refused}"
+    assert len(found) + len(refused) == len(candidates(each))
+    for one in found:
+        assert one.values.shape == (2, len(each.values))
+        assert np.isfinite(one.values).all()

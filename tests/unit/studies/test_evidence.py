@@ -1,0 +1,195 @@
+"""Laws judged by measurements: scores against closed forms, a planted law that wins, and refusals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+from typer.testing import CliRunner
+
+import electrovib as ev
+from electrovib.apps.cli import app
+from electrovib.core.errors import InputError
+from electrovib.studies.evidence import Measurement, standings
+from electrovib.studies.evidence.predicted import Prediction, predict
+from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
+
+VOLTAGES = (50.0, 100.0, 200.0)
+GAP = {"model": "LogUniform", "low": 1e-6, "high": 4e-6, "choice": "a range of this test"}
+FORCE = "final electrostatic_force"
+
+
+def step(voltage=100.0):
+    changes = {"drive": {"model": "Step", "level": voltage}, "load.normal_force": 0.0}
+    return ev.load("vezzoli_2014/fig6_gap", changes={**changes, "time.duration": 1e-3})
+
+
+def measured(values=(1e-3, 4e-3, 16e-3), spread=0.1, **more):
+    content = {
+        "title": "made up", "source": "this test", "scenario": step(), "quantity": FORCE, "unit": "N", "values": values,
+        "spread": (spread,) * len(values), "spread_of": "repeats", "group": "nobody", "how": "printed", "status": "full text",
+        "over": "drive.level", "at": VOLTAGES, "unknown": {"stack.gap.thickness": GAP},
+    }  # fmt: skip
+    return Measurement(**content | more)
+
+
+def judged(values, found, spread=0.1, **more):
+    alone = {"over": "", "at": (), "unknown": {}} if len(values) == 1 else {"at": VOLTAGES[: len(values)]}
+    return judge(
+        "m", measured(values, spread, **alone | more), Prediction(model="law", values=np.array(found))
+    )
+
+
+def test_the_score_of_one_sharp_prediction_is_the_density_of_a_log_normal():
+    """A surprise of 1 % is left to deviations of the order of decades, so that the worse of two wrong laws scores less."""
+    width = math.sqrt(math.log1p(0.1**2))
+    for ratio in (1.0, 1.1, 0.7):
+        sharp = stats.norm.pdf(math.log(ratio), scale=width)
+        tail = stats.cauchy.pdf(math.log(ratio), scale=math.log(10))
+        expected = math.log((1 - SURPRISE) * sharp + SURPRISE * tail)
+        found = judged([2.0], [[2.0 * ratio]] * 50)
+        assert found.score == pytest.approx(expected, rel=1e-12)
+        assert found.ratio == pytest.approx(ratio)
+        assert math.isnan(found.shape)
+    lost = judged([2.0], [[0.0]] * 50)
+    assert (
+        -20 < lost.score < judged([2.0], [[2e-6]] * 50).score < judged([2.0], [[0.02]] * 50).score < IGNORANT
+    )
+    assert lost.covered == 0
+    assert lost.ratio == pytest.approx(0.0, abs=1e-200)
+
+
+def test_the_score_of_many_draws_is_that_of_their_mixture_and_the_interval_includes_the_spread():
+    draws = np.exp(np.random.default_rng(1).normal(0.0, 0.5, 20000))
+    found = judged([1.3], draws[:, None], spread=0.2)
+    width = math.sqrt(0.25 + math.log1p(0.04))
+    assert found.score == pytest.approx(stats.norm.logpdf(math.log(1.3), scale=width), abs=0.03)
+    edge = math.exp(stats.norm.ppf(0.95) * width)
+    for inside, value in ((1.0, 0.97 * edge), (0.0, 1.03 * edge)):
+        assert judged([value], draws[:, None], spread=0.2).covered == inside
+    assert found.low == pytest.approx(math.exp(stats.norm.ppf(0.05) * 0.5) / 1.3, rel=0.02)
+
+
+def test_the_shape_does_not_know_a_common_factor_and_sees_a_wrong_exponent():
+    squares = np.array([[1.0, 4.0, 16.0]])
+    exact = judged([1.0, 4.0, 16.0], squares)
+    for factor in (1e-3, 50.0):
+        assert judged([1.0, 4.0, 16.0], factor * squares).shape == pytest.approx(exact.shape, rel=1e-12)
+    assert judged([1.0, 2.0, 4.0], squares).shape < exact.shape - 3
+    width = math.sqrt(math.log1p(0.01) * 2 / 3)  # a third of the variance went into the factor
+    assert exact.shape == pytest.approx(stats.norm.logpdf(0.0, scale=width), abs=0.02)
+
+
+def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say_why():
+    found, refused = predict(measured(), n=32, seed=3)
+    by_law = {each.model: each.values for each in found}
+    assert by_law["MaxwellStressInGap"].shape == (32, 3)
+    np.testing.assert_allclose(
+        by_law["MaxwellStressInGap"][:, 1] / by_law["MaxwellStressInGap"][:, 0], 4, rtol=1e-6
+    )
+    assert "mean_gap" in refused["Persson2018RoughGap"]
+    draws = ev.read_space(step(), {"space": {"stack.gap.thickness": GAP}}).draw(3, 0, 32)
+    one = step(200.0).replace({"stack.gap.thickness": draws["stack.gap.thickness"][5]})
+    alone = ev.sweep(one, {}, quantities=[FORCE])[FORCE]
+    assert by_law["MaxwellStressInGap"][5, 2] == pytest.approx(float(alone), rel=1e-6)
+    own = {"stack.gap": None, "force.mean_gap": {"model": "Uniform", "low": 1e-6, "high": 2e-6, "choice": "of this test"},
+           "force.rms_gap": {"model": "Uniform", "low": 3e-7, "high": 5e-7, "choice": "of this test"}}  # fmt: skip
+    found, refused = predict(measured(of_model={"Persson2018RoughGap": own}), n=8)
+    assert "Persson2018RoughGap" in {each.model for each in found}
+    function = measured(quantity=lambda scenario: 1.0 / scenario.stack.layers["gap"].thickness, unit="1/m")
+    assert predict(function, n=8)[0][0].values.shape == (8, 3)
+
+
+def planted(law, seed, names):
+    """Return twins of the measurements: values that a law gives at one draw of what is not printed, with the spread."""
+    rng, found = np.random.default_rng(seed), {}
+    for name, (each, predictions) in names.items():
+        values = predictions[law][rng.integers(len(predictions[law]))]
+        found[name] = each.with_values(values * np.exp(np.array(each.spread) * rng.normal(size=values.size)))
+    return found
+
+
+def test_a_planted_law_wins_its_own_twins_in_95_of_100_seeds():
+    thin = {"model": "LogUniform", "low": 3e-6, "high": 3.3e-6, "choice": "a range of this test"}
+    several = {
+        "voltage": measured(),
+        "thickness": measured(
+            over="stack.insulator.thickness", at=(20e-6, 90e-6), values=(1.0, 1.0), group="somebody"
+        ),
+        "gap": measured(unknown={"stack.gap.thickness": thin}, group="a third"),
+    }
+    made = {
+        name: (each, {one.model: one.values for one in predict(each, n=64)[0]})
+        for name, each in several.items()
+    }
+    for law in ("MaxwellStressInGap", "EffectiveMedium", "MaxwellStressInInsulator"):
+        won = 0
+        for seed in range(100):
+            twins = planted(law, seed, made)
+            scores = [
+                judge(name, twins[name], Prediction(model=model, values=values))
+                for name, (_, predictions) in made.items()
+                for model, values in predictions.items()
+            ]
+            won += standings(scores)[0].model == law
+        assert won >= 95, law
+
+
+def test_every_group_counts_once_and_the_order_changes_nothing():
+    pair = [replace(judged([1.0], [[1.0]] * 9), group="one", measurement=str(each)) for each in range(5)]
+    other = replace(judged([1.0], [[2.0]] * 9), group="another")
+    (found,) = standings([*pair, other])
+    assert found.score == pytest.approx((pair[0].score + other.score) / 2)
+    assert (found.groups, found.points) == (2, 6)
+    assert found.ratio == pytest.approx(math.sqrt(2.0))
+    assert standings([other, *reversed(pair)]) == [found]
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"values": (1.0, 2.0)}, "one number for each point"),
+        ({"values": (1.0, 0.0, 1.0)}, "positive numbers"),
+        ({"how": "heard"}, "read from a figure"),
+        ({"spread_of": "mood"}, "people, repeats"),
+        ({"status": "derived"}, "neither derived nor cited from memory"),
+        ({"status": "unverified"}, "neither derived nor cited from memory"),
+    ],
+)
+def test_a_measurement_that_cannot_be_scored_is_refused(more, words):
+    with pytest.raises(InputError, match="made up") as caught:
+        measured(**more)
+    assert words in str(caught.value)
+
+
+def test_the_command_and_the_answer(tmp_path):
+    found = ev.evidence({"test/forces": measured()}, n=16, seed=1)
+    text = repr(found)
+    assert text.startswith(("1 of 1 measurements lie in part", "Every measurement lies"))
+    assert "not a score" not in text
+    for words in (
+        "MaxwellStressInGap",
+        "Cannot predict",
+        "force.mean_gap",
+        "16 draws",
+        "3 numbers: 3 printed",
+    ):
+        assert words in text
+    ev.save(found, tmp_path / "evidence")
+    assert {file.name for file in (tmp_path / "evidence").iterdir()} == {
+        "report.html",
+        "laws.csv",
+        "measurements.csv",
+    }
+    assert ev.evidence({"test/forces": measured()}, n=16, seed=1).scores[0].score == found.scores[0].score
+    with pytest.raises(InputError, match="Groups that measured: "):
+        ev.measurements("no such word")
+    shown = CliRunner().invoke(
+        app, ["evidence", "rauf_2025/voltage", "-n", "8", "-o", str(tmp_path / "e.html")]
+    )
+    assert shown.exit_code == 0, shown.output
+    assert "MaxwellStressInGap" in shown.output
+    assert "Rauf and Follmer" in (tmp_path / "e.html").read_text(encoding="utf-8")
