@@ -65,7 +65,7 @@ DISPLAY = FINGER | {"drive.frequency": between(1e3, 5e4, "not printed; a carrier
 
 def per_current(load: float) -> float:
     """Return the friction per current [N/A] at a load [N], the authors' fit."""
-    return LAW * load**EXPONENT
+    return LAW * math.pow(load, EXPONENT)
 
 
 def friction_per_current(scenario: Scenario) -> float:
@@ -75,7 +75,7 @@ def friction_per_current(scenario: Scenario) -> float:
     """
     area = scenario.contact.gross_area(scenario.load.normal_force)
     held = scenario.replace({"contact": {"model": "FixedArea", "area": area}})
-    current = scenario.drive.amplitude  # type: ignore[attr-defined]
+    current: float = scenario.drive.amplitude  # type: ignore[attr-defined]
     section = phasors(held, np.array([scenario.drive.frequency]))  # type: ignore[attr-defined]
     pull = mean_force(held, section, amplitude=current)[0]
     load, real = np.asarray(scenario.load.normal_force), np.asarray(0.0)
@@ -140,6 +140,11 @@ def measurements() -> dict[str, Measurement]:
             source="Grigorii 2021, public data",
             scenario=veijgen_2013.bare(0.527),
             quantity=coefficient,
+            unknown={
+                "load.normal_force": between(
+                    0.523, 0.530, "", model="Uniform", source="Grigorii 2021, public data", status="full text"
+                )
+            },
             unit="1",
             values=(math.sqrt(0.34 * 0.45),),
             spread=(0.08,),

@@ -22,6 +22,7 @@ import numpy as np
 from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import eps0
 from electrovib.papers import grigorii_2020, shultz_2018
+from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
@@ -287,7 +288,8 @@ _SEVERAL = {
 def clutch() -> Scenario:
     """Return the clutch of the force measurements: a pin 2 mm wide on 28 electrodes, a square drive of both polarities.
 
-    The load is left out, because the friction before the drive is switched on is subtracted.
+    The load is left out, because the friction before the drive is switched on is subtracted. The voltage is taken as that
+    between the electrodes, as in the field calculations; the data say two electrodes in antiphase, and not of which voltage.
     """
     area = _ELECTRODES * WIDTH * DEPTH / 2
     return scenarios()["relaxor"].replace(
@@ -319,7 +321,7 @@ def electric_part(scenario: Scenario) -> float:
     """Compute the friction [N] that the attraction adds in the state of the largest stable gap."""
     balance = equilibrium(scenario)
     stable = [force for state, force in zip(balance.states, balance.force, strict=True) if state.stable]
-    return scenario.friction.coefficient * stable[-1]  # type: ignore[attr-defined]
+    return float(scenario.friction.coefficient * stable[-1])  # type: ignore[attr-defined]
 
 
 def grounded(width: float) -> Scenario:
@@ -432,7 +434,7 @@ def pads() -> dict[str, Measurement]:
         found[name] = pad(
             grigorii_2020.GROUP, 1.0, {250.0: force}, "Two values of one work that differ 12 times, conditions not given.",
             title="shear force of 1 cm2 at 250 V peak", source="Shultz 2023, quoted by Rauf 2025, authors' script of figure 1",
-            scenario=finger, on="area of a finger", unknown=grigorii_2020.DISPLAY, of_model=grigorii_2020.ROUGH_GAP,
+            scenario=finger, on="area of a finger", unknown=grigorii_2020.DISPLAY, of_model=ROUGH_GAP,
         )  # fmt: skip
     printed: dict[str, Any] = {"how": "printed", "status": "abstract"}
     found["hundred_pads"] = pad(

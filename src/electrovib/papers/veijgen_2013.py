@@ -84,11 +84,11 @@ def friction(
 ) -> Measurement:
     """Return a measurement of friction without a drive; a load that is not printed is drawn."""
     width, of = spread
-    own = {"load.normal_force": between(0.2, 3.0, "not printed")} if load is None else {}
+    pressed = (0.2, 3.0, "not printed") if load is None else (0.99 * load, 1.01 * load, "the printed weight")
     read = {"status": "full text" if how == "quoted by others" else "abstract"} | more
     return Measurement(
         title=title, source=source, scenario=bare(load or 1.0), quantity=read.pop("quantity", coefficient), unit="1",
-        values=(value,), spread=(width,), spread_of=of, group=group, how=how, judges="friction", unknown=own,
+        values=(value,), spread=(width,), spread_of=of, group=group, how=how, judges="friction", unknown={"load.normal_force": between(*pressed)},
         of_model=LAWS, **read,
     )  # fmt: skip
 

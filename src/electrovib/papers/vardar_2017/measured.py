@@ -55,7 +55,7 @@ def measurements() -> dict[str, Measurement]:
             how="printed",
             status="abstract",
             unknown={
-                "stack.stratum_corneum.material.conductivity": _one_of(1.8e-7, 1e-6, 3e-6, 1.8e-5),
+                "stack.stratum_corneum.material.conductivity": _one_of(1.8e-7, 1.8e-6, 1.8e-5),
                 "stack.insulator.thickness": _one_of(1e-6, 5e-6),
                 "stack.gap.thickness": _one_of(1e-6, 5e-6),
                 "stack.gap.material.conductivity": _one_of(1e-12, 1e-9),
