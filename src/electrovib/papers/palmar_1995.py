@@ -18,6 +18,7 @@ from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin, time_constant
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence import Measurement, between
+from electrovib.studies.evidence.quantities import of_skin
 
 CITATIONS = (
     Citation(
@@ -87,8 +88,6 @@ def admittance_exponent(scenario: Scenario) -> float:
 
 def measurements() -> dict[str, Measurement]:
     """Return the exponents of women and men, which tell skins with dispersion from those without."""
-    from electrovib.papers.rosell_1988 import of_skin  # its set-up starts with a skin of another paper
-
     return {
         f"exponent_{who}": of_skin(
             f"exponent of the admittance of palmar skin, {who}", value, source=f"{CITATIONS[0]}, abstract", unit="1",

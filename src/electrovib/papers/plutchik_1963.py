@@ -16,11 +16,12 @@ import numpy as np
 
 from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.papers.rosell_1988 import BODY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Layer
 from electrovib.studies.evidence import Measurement, between
-from electrovib.studies.evidence.quantities import lag
+from electrovib.studies.evidence.quantities import lag, of_skin
 
 CITATIONS = (
     Citation(
@@ -80,8 +81,6 @@ def skins() -> dict[str, Skin]:
 
 def measurements() -> dict[str, Measurement]:
     """Return magnitude and phase at 1 Hz and 1 kHz."""
-    from electrovib.papers.rosell_1988 import BODY, of_skin  # its set-up starts with the skin of this paper
-
     read: dict[str, Any] = {
         "source": "Science 141, 927 (1963), abstract", "group": "Plutchik and Hirsch", "spread_of": "digits",
         "unknown": BODY | {

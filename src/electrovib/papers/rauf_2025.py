@@ -190,11 +190,11 @@ _ELECTRIC = (0.100, 0.141, 0.166, 0.269, 0.316, 0.481, 0.504, 0.730, 0.838)
 _REPEATS = (0.010, 0.007, 0.026, 0.026, 0.067, 0.030, 0.055, 0.046, 0.070)
 """Shear force with the drive on less that before it, and its standard deviation over 4 to 14 runs [N]."""
 _STRESS = {
-    0.1: (0.228, 0.383, 0.634, 0.768), 1.0: (0.263, 0.485, 0.812, 0.787), 10.0: (0.214, 0.517, 0.535, 0.789),
-    100.0: (0.218, 0.444, 0.559, 0.694), 2e3: (0.200, 0.380, 0.483, 0.647), 5e3: (0.172, 0.345, 0.446, 0.549),
-    1e4: (0.141, 0.274, 0.364, 0.437),
+    0.1: (0.228, 0.383, 0.634, 0.768), 10.0: (0.214, 0.517, 0.535, 0.789), 100.0: (0.218, 0.444, 0.559, 0.694),
+    2e3: (0.200, 0.380, 0.483, 0.647), 1e4: (0.141, 0.274, 0.364, 0.437),
 }  # fmt: skip
-"""Largest shear force at 150, 200, 250 and 300 V over the frequency of the drive [N]; 1 kHz pools other loads and is left out."""
+"""Largest shear force at 150, 200, 250 and 300 V over the frequency of the drive [N]; the rows of 1 Hz and 5 kHz are left out to
+save time, and 1 kHz because it pools other loads."""
 _SPREAD = 0.14
 """Typical standard deviation over the mean of five runs."""
 _GAP = between(

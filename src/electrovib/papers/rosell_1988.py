@@ -17,7 +17,7 @@ from electrovib.core.citation import Check, Citation, cited
 from electrovib.papers import shultz_2018
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence import Measurement, between
-from electrovib.studies.evidence.quantities import magnitude
+from electrovib.studies.evidence.quantities import magnitude, of_skin
 
 CITATIONS = (
     Citation(
@@ -58,30 +58,6 @@ BODY = {
 """Resistance of the body inside."""
 
 
-def skin(area: float = AREA, frequency: float = 1.0) -> Scenario:
-    """Return skin alone under an electrode, with a sine of one frequency."""
-    return shultz_2018.scenarios()["at_rest"].replace(
-        {
-            "stack": {"stratum_corneum": {"thickness": 2e-4, "material": "plutchik_1963/skin"}},
-            "contact.area": area,
-            "circuit.return_path.resistance": 500.0,
-            "drive.frequency": frequency,
-        }
-    )
-
-
-def of_skin(title: str, values: dict[float, float] | float, **more: Any) -> Measurement:
-    """Return a measurement that judges the skins: values by frequency [Hz], or one where the frequency is unknown."""
-    several = isinstance(values, dict)
-    places = tuple(values) if isinstance(values, dict) else ()
-    numbers = tuple(values.values()) if isinstance(values, dict) else (values,)
-    known: dict[str, Any] = {
-        "scenario": skin(), "quantity": magnitude, "unit": "ohm", "how": "printed", "status": "abstract", "on": "skin",
-        "judges": "stack.stratum_corneum.material", "over": "drive.frequency" if several else "", "at": places,
-    }  # fmt: skip
-    return Measurement(title=title, values=numbers, **known | more)
-
-
 def sliding_over_rest(scenario: Scenario) -> float:
     """Compute the impedance of a sliding finger over that of the same finger without a gap."""
     layers = {name: layer for name, layer in scenario.stack.layers.items() if name != "gap"}
@@ -90,6 +66,11 @@ def sliding_over_rest(scenario: Scenario) -> float:
 
 def measurements() -> dict[str, Measurement]:
     """Return impedances and resistances of skin, and the rise of the impedance as a finger slides."""
+    return {**gelled(), **palm_and_finger(), "sliding": sliding()}
+
+
+def gelled() -> dict[str, Measurement]:
+    """Return the impedance of gelled skin at three frequencies."""
     tissue = {"circuit.return_path.resistance": between(20.0, 300.0, "tissue below the skin, not printed")}
     site: dict[str, Any] = {"source": "Rosell 1988, abstract", "group": "Rosell", "unknown": THIN | tissue}
     return {
@@ -109,6 +90,12 @@ def measurements() -> dict[str, Measurement]:
             note="Not fingertips. Most of the 120 ohm is tissue below the skin.",
             **site,
         ),
+    }
+
+
+def palm_and_finger() -> dict[str, Measurement]:
+    """Return the resistances of a palm and of a fingertip."""
+    return {
         "palm": of_skin(
             "resistance of 1 cm2 of palm at its lowest loss of water",
             PALM,
@@ -137,29 +124,31 @@ def measurements() -> dict[str, Measurement]:
             },
             note="'Up to': the largest value, not a typical one.",
         ),
-        "sliding": of_skin(
-            "impedance of a sliding finger over that at rest",
-            math.sqrt(2 * 11),
-            scenario=shultz_2018.scenarios()["sliding"],
-            quantity=sliding_over_rest,
-            source="Shultz 2018, abstract",
-            unit="1",
-            spread=(0.55,),
-            spread_of="a choice",
-            on="finger",
-            group="Northwestern (Colgate and Peshkin)",
-            unknown=THICK
-            | BODY
-            | {
-                "stack.gap.thickness": between(
-                    5e-7, 1e-5, "not printed; of the order of the roughness of skin"
-                ),
-                "stack.insulator.thickness": between(5e-7, 1e-5, "not printed; coatings of touchscreens"),
-                "drive.frequency": between(1e3, 1e5, "not printed; 'high applied frequencies'"),
-            },
-            note="Printed is a rise of 100 to 1000 %: its geometric mean, and the deviation of this range.",
-        ),
     }
+
+
+def sliding() -> Measurement:
+    """Return by how much sliding raises the impedance of a finger on a display."""
+    return of_skin(
+        "impedance of a sliding finger over that at rest",
+        math.sqrt(2 * 11),
+        scenario=shultz_2018.scenarios()["sliding"],
+        quantity=sliding_over_rest,
+        source="Shultz 2018, abstract",
+        unit="1",
+        spread=(0.55,),
+        spread_of="a choice",
+        on="finger",
+        group="Northwestern (Colgate and Peshkin)",
+        unknown=THICK
+        | BODY
+        | {
+            "stack.gap.thickness": between(5e-7, 1e-5, "not printed; of the order of the roughness of skin"),
+            "stack.insulator.thickness": between(5e-7, 1e-5, "not printed; coatings of touchscreens"),
+            "drive.frequency": between(1e3, 1e5, "not printed; 'high applied frequencies'"),
+        },
+        note="Printed is a rise of 100 to 1000 %: its geometric mean, and the deviation of this range.",
+    )
 
 
 CHECKS = (

@@ -88,8 +88,8 @@ def friction(
     read = {"status": "full text" if how == "quoted by others" else "abstract"} | more
     return Measurement(
         title=title, source=source, scenario=bare(load or 1.0), quantity=read.pop("quantity", coefficient), unit="1",
-        values=(value,), spread=(width,), spread_of=of, group=group, how=how, judges="friction", unknown={"load.normal_force": between(*pressed)},
-        of_model=LAWS, **read,
+        values=(value,), spread=(width,), spread_of=of, group=group, how=how, judges="friction",
+        unknown={"load.normal_force": between(*pressed)}, of_model=LAWS, **read,
     )  # fmt: skip
 
 

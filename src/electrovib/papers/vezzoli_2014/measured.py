@@ -36,7 +36,7 @@ def measurements() -> dict[str, Measurement]:
     gap = scenarios()["fig6_gap"]
     return {
         "swing": Measurement(
-            title="change of the lateral force under a trapezium of 1 kV, eight people",
+            title="change of the lateral force under a trapezoidal pulse of 1 kV, eight people",
             source="Vezzoli 2014, section 4 and figure 6",
             scenario=gap,
             quantity="swing lateral_force",

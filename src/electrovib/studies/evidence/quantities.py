@@ -4,22 +4,49 @@ from __future__ import annotations
 
 import cmath
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction.base import SteadyFriction
+from electrovib.scenario import Scenario
 from electrovib.solve.stack.expand import phasors
-
-if TYPE_CHECKING:
-    from electrovib.scenario import Scenario
+from electrovib.studies.evidence.measurement import Measurement
 
 
 def between(low: float, high: float, why: str, *, model: str = "LogUniform", **more: Any) -> dict[str, Any]:
     """Return the table of a distribution between two ends that are a choice; with a `source` and a `status`, a published one."""
     said = {} if "source" in more else {"choice": why}
     return {"model": model, "low": low, "high": high, **said, **more}
+
+
+SKIN_ALONE: Final = {
+    "drive": {"model": "Sine", "amplitude": 1.0, "frequency": 1.0},
+    "force": {"model": "MaxwellStressInStratumCorneum"},
+    "friction": {"model": "Coulomb", "coefficient": 0.5},
+    "contact": {"model": "FixedArea", "area": 1e-4},
+    "load": {"normal_force": 0.5},
+    "circuit": {"return_path": {"model": "Grounded", "resistance": 500.0}},
+    "stack": {
+        "stratum_corneum": {"thickness": 2e-4, "material": {"model": "Constant", "permittivity": 1560.0}}
+    },
+}
+"""Skin under an electrode of 1 cm2, with a sine of one frequency; its material is what is judged."""
+
+
+def of_skin(title: str, values: Mapping[float, float] | float, **more: Any) -> Measurement:
+    """Return a measurement that judges the skins: values by frequency [Hz], or one value of no or an unknown frequency."""
+    known: dict[str, Any] = {
+        "scenario": Scenario.model_validate(SKIN_ALONE), "quantity": magnitude, "unit": "ohm", "how": "printed",
+        "status": "abstract", "on": "skin", "judges": "stack.stratum_corneum.material",
+    }  # fmt: skip
+    if isinstance(values, Mapping):
+        known |= {"over": "drive.frequency", "at": tuple(values), "values": tuple(values.values())}
+    else:
+        known["values"] = (values,)
+    return Measurement(title=title, **known | more)
 
 
 def impedance(scenario: Scenario) -> complex:
