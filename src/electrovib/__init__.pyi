@@ -48,6 +48,7 @@ from electrovib.studies.design.plate import design_plate as design_plate
 from electrovib.studies.evidence import Measurement as Measurement
 from electrovib.studies.evidence import evidence as evidence
 from electrovib.studies.evidence import measurements as measurements
+from electrovib.studies.evidence import plan_experiment as plan_experiment
 from electrovib.studies.perceive import compare_percepts as compare_percepts
 from electrovib.studies.perceive import perceive as perceive
 from electrovib.studies.population import open_study as open_study

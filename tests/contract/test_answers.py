@@ -77,6 +77,15 @@ ANSWERS = {
         carrier="3 kHz",
         set=LIMITS,
     ),
+    "Evidence": lambda: ev.evidence("rauf_2025/voltage", n=4),
+    "ExperimentPlan": lambda: ev.plan_experiment(
+        SINE,
+        ["MaxwellStressInGap", "MaxwellStressInInsulator"],
+        free={"drive.amplitude": [10.0, 20.0]},
+        space="fingers",
+        quantity=MEAN,
+        n=8,
+    ),
     "FitResult": lambda: ev.fit(SINE, spectrum(), free=[GAP]),
     "SeparateAnswer": lambda: SeparateAnswer(found=ev.fit_separately(SINE, [spectrum()], free=[GAP])),
     "TimesAnswer": lambda: TimesAnswer(found=ev.measure_times(edges(), signal="lateral_force_measured")),
@@ -119,7 +128,8 @@ def test_text_notebook_and_page_say_the_same(found, tmp_path):
         assert text in in_notebook
     for table in said.tables:
         assert table.title in in_notebook
-        assert f"<h2>{table.title}</h2>" in shown.replace("µ", "u").replace("Ω", "ohm")
+        tag = "summary" if table.folded else "h2"
+        assert f"<{tag}>{table.title}</{tag}>" in shown.replace("µ", "u").replace("Ω", "ohm")
         assert {len(row) for row in table.rows} <= {len(table.headings)}
     assert said.title in shown
     assert is_ours(page, Form.PAGE)

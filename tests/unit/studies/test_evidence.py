@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.studies.evidence import Measurement, standings
+from electrovib.studies.evidence.plan import _worst, plan_experiment
 from electrovib.studies.evidence.predicted import Prediction, predict
 from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
 
@@ -193,3 +195,85 @@ def test_the_command_and_the_answer(tmp_path):
     assert shown.exit_code == 0, shown.output
     assert "MaxwellStressInGap" in shown.output
     assert "Rauf and Follmer" in (tmp_path / "e.html").read_text(encoding="utf-8")
+
+
+def test_the_odds_of_two_sharp_laws_grow_as_the_repeats_and_the_square_of_their_distance():
+    """Of two Gaussians of one width the expected logarithm of the odds is r (a - b)^2/(2 s^2), by hand."""
+    sharp = np.stack([np.full((2, 4000), each) for each in (1e-2, 4e-2)], axis=1)
+    for repeats in (1, 4):
+        expected = 2 * repeats * (3e-2) ** 2 / (2 * 0.1**2)
+        assert _worst(sharp, repeats, (0.0, 0.1)) == pytest.approx(expected, rel=0.15)
+    assert _worst(sharp[:, [0, 0]], 64, (0.0, 0.1)) == pytest.approx(0.0, abs=1e-3)
+    rng = np.random.default_rng(1)
+    wide = np.exp(rng.normal(size=(2, 1, 400)))
+    same = np.concatenate([wide, 1.3 * wide[::-1]], axis=1)[:1]
+    assert _worst(same, 4096, (0.1, 1e-3)) < 0.2, (
+        "what is not known hides a factor, however often one measures"
+    )
+    together = np.repeat(
+        np.exp(rng.normal(size=(1, 1, 400))), 2, axis=0
+    )  # a second point with a factor of its own tells
+    shapes = np.concatenate([together, together * np.array([1.0, 3.0])[:, None, None]], axis=1)
+    assert _worst(shapes, 64, (0.1, 1e-3)) > 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "laws",
+    [
+        ("Vezzoli2014Causal", "MaxwellStressInGap"),
+        ("EffectiveMedium", "MaxwellStressInGap"),
+        ("MaxwellStressInInsulator", "MaxwellStressInGap"),
+    ],
+)
+def test_a_planned_experiment_needs_a_fifth_of_the_repeats_of_the_founding_pulse(laws):
+    """A friction of 0.25 N that fluctuates by 20 mN."""
+    ranges = {
+        "stack.gap.thickness": (5e-7, 1e-5),
+        "stack.gap.material.conductivity": (1e-12, 1e-8),
+        "stack.stratum_corneum.material.conductivity": (1.8e-7, 1.8e-5),
+        "friction.coefficient": (0.3, 0.6),
+    }
+    space = {
+        path: {"model": "LogUniform", "low": low, "high": high, "choice": "a range"}
+        for path, (low, high) in ranges.items()
+    }
+    free = {
+        "drive.high": [500.0, 1000.0],
+        "drive.rise": [1e-4, 1e-3, 1e-2, 1e-1, 1.0],
+        "drive.hold": [0.01, 0.1],
+    }
+    found = plan_experiment(
+        "vezzoli_2014/fig6_gap", laws, free=free, space={"space": space}, noise=(0.1, 20e-3)
+    )
+    assert found.own.repeats >= 5 * found.best.repeats
+
+
+def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
+    space = {"space": {"stack.gap.thickness": GAP}}
+    content = {
+        "free": {"drive.high": [100.0, 300.0, 1e4]},
+        "space": space,
+        "quantity": "peak electrostatic_force",
+        "noise": (0.1, 1e-3),
+        "n": 16,
+    }
+    pulse = "vezzoli_2014/fig6_gap"
+    found = plan_experiment(
+        pulse,
+        ["MaxwellStressInGap", "MaxwellStressInStratumCorneum"],
+        set={"limits.voltage": 1000.0},
+        **content,
+    )
+    assert found.left_out == {"drive.high = 10000": "a limit forbids it"}
+    text = repr(found)
+    for words in ("Measure at drive.high", "the scenario as it stands", "odds of 20", "10 %"):
+        assert words in text
+    for wrong, words in (
+        ({"laws": ["MaxwellStressInGap"]}, "two different"),
+        ({"laws": ["MaxwellStressInGap", "EffectiveMediums"]}, "Did you mean 'EffectiveMedium'"),
+        ({"free": {"drive.high": list(range(1, 300))}}, "299 points"),
+    ):
+        asked = {"laws": ["MaxwellStressInGap", "EffectiveMedium"], **content} | wrong
+        with pytest.raises(InputError, match=re.escape(words)):
+            plan_experiment(pulse, **asked)

@@ -2,8 +2,20 @@
 
 from electrovib.studies.evidence.function import evidence
 from electrovib.studies.evidence.measurement import Measurement, measurements
+from electrovib.studies.evidence.plan import ExperimentPlan, plan_experiment
 from electrovib.studies.evidence.quantities import between
 from electrovib.studies.evidence.result import Evidence
 from electrovib.studies.evidence.score import Score, Standing, standings
 
-__all__ = ["Evidence", "Measurement", "Score", "Standing", "between", "evidence", "measurements", "standings"]
+__all__ = [
+    "Evidence",
+    "ExperimentPlan",
+    "Measurement",
+    "Score",
+    "Standing",
+    "between",
+    "evidence",
+    "measurements",
+    "plan_experiment",
+    "standings",
+]

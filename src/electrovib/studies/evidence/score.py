@@ -93,6 +93,8 @@ def _shape(off: Real, widths: Real) -> tuple[Real, Real]:
 
 
 def _log_score(off: Real, widths: Real) -> float:
+    """Average the logarithm of the density over the points; kernels are at least as wide as the draws are apart (Scott)."""
+    widths = np.sqrt(widths**2 + np.var(off, axis=0) * len(off) ** -0.4)
     densities = np.exp(-0.5 * (off / widths) ** 2) / (widths * math.sqrt(2 * math.pi))
     tails = 1 / (math.pi * DECADE * (1 + (off / DECADE) ** 2))
     return float(np.mean(np.log(np.mean((1 - SURPRISE) * densities + SURPRISE * tails, axis=0))))

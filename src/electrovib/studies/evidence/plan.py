@@ -1,0 +1,349 @@
+"""Which experiment would tell laws apart: the points of a set-up, within its limits, that need the fewest repeats."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+from scipy.special import logsumexp
+
+from electrovib.core.answer import Answer, Curve, Document, Panel, Table
+from electrovib.core.arrays import Real
+from electrovib.core.discovery import find_members
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.mistakes import near_members
+from electrovib.core.paths import quantity_at
+from electrovib.core.units import format_quantity
+from electrovib.data.marks import Form, csv_text
+from electrovib.physics.force import ForceLaw
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.scenario.space.reading import read_space
+from electrovib.solve.prepare import prepare
+from electrovib.studies.check import check
+
+if TYPE_CHECKING:
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.scenario.space.reading import SpaceSource
+
+ODDS: Final = 20.0
+"""Odds for the true law at which two laws count as told apart."""
+REPEATS: Final = tuple(2**power for power in range(13))
+"""Numbers of repeats at each point that are tried, up to 4096."""
+MOST_POINTS: Final = 200
+"""Points of the grid of an experiment, which are compared in pairs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """Points at which a quantity is measured, each as often as the others.
+
+    - `points`: dotted path to value, for each point.
+    - `repeats`: measurements in all for expected odds of `ODDS`, whichever of two laws is true; infinite where 4096 at
+      each point do not suffice.
+    - `log_odds`: the expected logarithm of the odds for the true law, over `REPEATS` at each point.
+    """
+
+    points: tuple[Mapping[str, float], ...]
+    repeats: float
+    log_odds: Real
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ExperimentPlan(Answer):
+    """The experiment that tells laws apart with the fewest repeats, beside the one that the scenario is.
+
+    - `best`, `own`: the best experiment, and the scenario as it stands.
+    - `others`: further experiments, from the fewest repeats on.
+    - `left_out`: points that a limit forbids, or that a law cannot predict, with the reason.
+    """
+
+    scenario: Scenario
+    laws: tuple[str, ...]
+    quantity: str
+    noise: tuple[float, float]
+    best: Experiment
+    own: Experiment
+    others: tuple[Experiment, ...]
+    left_out: Mapping[str, str]
+    diagnostics: tuple[Diagnostic, ...]
+
+    FILES: ClassVar = {"experiments.csv": Form.TABLE}
+
+    @property
+    def document(self) -> Document:
+        """The best experiment, the others, and the odds over the repeats."""
+        return Document(
+            title=f"Which experiment tells {' from '.join(self.laws)}",
+            sentences=self._sentences,
+            numbers=[self._table],
+            diagnostics=self.diagnostics,
+            figures=[self._figure],
+            remarks=[
+                f"Measured: {self.quantity}, with a deviation of {100 * self.noise[0]:.3g} % and"
+                f" {format_quantity(self.noise[1], self._unit, digits=3)} in each repeat. What the space leaves open is the same"
+                " in all repeats. Odds are expected over the space and the noise, for the law that needs more."
+            ],
+            pages=[Table("Left out", ("point", "why"), tuple(self.left_out.items()), folded=True)]
+            if self.left_out
+            else [],
+        )
+
+    @property
+    def _unit(self) -> str:
+        from electrovib.solve.quantities import read_name
+
+        return read_name(self.quantity, tuple(self.scenario.stack.layers)).unit
+
+    @property
+    def _sentences(self) -> list[str]:
+        if not math.isfinite(self.best.repeats):
+            return [f"No experiment of this grid tells {' from '.join(self.laws)} with odds of {ODDS:g}."]
+        said = [
+            f"Measure {self._told(self.best)}: {self.best.repeats:.0f} measurements in all tell {' from '.join(self.laws)} with"
+            f" odds of {ODDS:g}."
+        ]
+        if math.isfinite(self.own.repeats):
+            factor = self.own.repeats / self.best.repeats
+            return [
+                *said,
+                f"The scenario as it stands needs {self.own.repeats:.0f}, {factor:.3g} times as many.",
+            ]
+        most = self.own.log_odds[-1]
+        return [
+            *said,
+            f"The scenario as it stands does not reach them: {math.exp(min(most, 50.0)):.3g} after {REPEATS[-1]} repeats.",
+        ]
+
+    def _told(self, experiment: Experiment) -> str:
+        return " and ".join(self._at(point) for point in experiment.points)
+
+    def _at(self, point: Mapping[str, float]) -> str:
+        shown = (
+            f"{path} = {format_quantity(value, quantity_at(self.scenario, path).unit, digits=4)}"
+            for path, value in point.items()
+        )
+        return "at " + ", ".join(shown) if point else "the scenario as it stands"
+
+    @property
+    def _table(self) -> Table:
+        rows = [(self._told(each), _number(each.repeats)) for each in (self.best, *self.others)]
+        rows.append(("the scenario as it stands", _number(self.own.repeats)))
+        return Table("Experiments", ("measure", "repeats in all"), tuple(rows), looks={1: "number"})
+
+    @property
+    def _figure(self) -> Panel:
+        curves = [
+            Curve(
+                label=label,
+                x=np.array(REPEATS, dtype=float) * len(each.points),
+                y=each.log_odds / math.log(10),
+            )
+            for label, each in (("best", self.best), ("the scenario as it stands", self.own))
+        ]
+        ends = np.array([1.0, 2.0 * REPEATS[-1]])
+        level = Curve(
+            label=f"odds of {ODDS:g}", x=ends, y=np.full(2, math.log10(ODDS)), kind="dashed", look=-1
+        )
+        return Panel(
+            id="odds",
+            title="Odds for the true law over the number of measurements",
+            caption="Decimal logarithm, expected over what the space leaves open and the noise.",
+            x=("measurements in all", "1"),
+            y=("log10 of the odds", "1"),
+            curves=(*curves, level),
+            log_x=True,
+        )
+
+    def content(self, name: str) -> str | bytes:
+        """Write every experiment as CSV."""
+        if name not in self.FILES:
+            return super().content(name)
+        rows = [(self._told(each), each.repeats) for each in (self.best, *self.others, self.own)]
+        return csv_text(["measure", "repeats in all"], rows, diagnostics=self.diagnostics)
+
+
+def _number(repeats: float) -> str:
+    return f"{repeats:.0f}" if math.isfinite(repeats) else f"more than {REPEATS[-1]}"
+
+
+def plan_experiment(
+    scenario: Source,
+    laws: Sequence[str],
+    *,
+    free: Mapping[str, Sequence[float]],
+    space: SpaceSource,
+    quantity: str = "swing lateral_force",
+    noise: tuple[float, float] = (0.1, 1e-3),
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    limits: Any = None,
+    n: int = 64,
+    seed: int = 0,
+) -> ExperimentPlan:
+    """Find the experiment that separates force laws with the fewest repeats.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        The set-up, as for `electrovib.load`.
+    laws : sequence of str
+        Names of two or more force laws.
+    free : mapping of str to sequence of float
+        Dotted path to the values that can be chosen, in SI, for instance of ``drive.frequency``; all combinations are
+        points, at most 200, and an experiment measures at one point or at two.
+    space : str, Path, mapping or Space
+        What is not known of the finger and the plate, as for `electrovib.read_space`.
+    quantity : str
+        What is measured.
+    noise : (float, float)
+        Standard deviation of one repeat: relative to the value [1], and of the sensor, in the unit of the quantity.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+    limits : optional
+        Limits besides those of the scenario, as for `electrovib.check`.
+    n, seed : int
+        Draws of the space, and their seed.
+
+    Returns
+    -------
+    ExperimentPlan
+        The best experiment, how many repeats it needs, and how many the scenario as it stands would need.
+
+    Raises
+    ------
+    InputError
+        For an unknown law, a single one, too many points, or if limits or laws leave no point.
+
+    Notes
+    -----
+    The density p(y|A) of what is measured under law A is that of its values over the space, smoothed by the noise of a mean
+    over the repeats and by the distance between the draws, so that a finer experiment cannot see what the draws do not
+    show. The odds are p(y|A)/p(y|B) for y from law A, their logarithm expected over draws and noise, and those for y from B;
+    the smaller one counts.
+    """
+    base = read_scenario(scenario, changes=set)
+    _check_laws(laws)
+    points = _grid(free)
+    left_out: dict[str, str] = {}
+    cases = [base.replace({"force": {"model": law}}) for law in laws]
+    kept, values = [], []
+    for point in points:
+        name = ", ".join(f"{path} = {value:.6g}" for path, value in point.items()) or "the scenario"
+        try:
+            if point and check(base.replace(point), limits=limits).failed:
+                left_out[name] = "a limit forbids it"
+                continue
+            values.append([_values(case.replace(point), space, quantity, n=n, seed=seed) for case in cases])
+            kept.append(point)
+        except ElectrovibError as error:
+            left_out[name] = str(error.problems[0])
+    if not kept or kept[0]:
+        raise InputError(f"the scenario as it stands cannot be predicted: {left_out.get('the scenario', '')}")
+    if len(kept) < 2:
+        raise InputError([f"free: {point}: {why}" for point, why in left_out.items()])
+    found = np.array(values)  # points, laws, draws
+    sets = [(i,) for i in range(1, len(kept))] + list(itertools.combinations(range(1, len(kept)), 2))
+    experiments = sorted((_experiment(kept, found, which, noise) for which in sets), key=_rank)
+    return ExperimentPlan(
+        scenario=base,
+        laws=tuple(laws),
+        quantity=quantity,
+        noise=noise,
+        best=experiments[0],
+        own=_experiment(kept, found, (0,), noise),
+        others=tuple(experiments[1:6]),
+        left_out=left_out,
+        diagnostics=check(base, limits=limits).diagnostics,
+    )
+
+
+def _rank(experiment: Experiment) -> tuple[float, float]:
+    return experiment.repeats, -float(experiment.log_odds[-1])
+
+
+def _check_laws(laws: Sequence[str]) -> None:
+    known = find_members(ForceLaw)
+    problems = [
+        f"laws: '{name}' is not a force law.{near_members(ForceLaw, name)}"
+        for name in laws
+        if name not in known
+    ]
+    if len(dict.fromkeys(laws)) < 2:
+        problems.append("laws: name two different ones at least")
+    if problems:
+        raise InputError(problems)
+
+
+def _grid(free: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
+    """Return the scenario as it stands, and all combinations of the values."""
+    count = math.prod(len(values) for values in free.values())
+    if not 1 <= count <= MOST_POINTS:
+        raise InputError(
+            f"free: {count} points; expected 1 to {MOST_POINTS}, because they are compared in pairs"
+        )
+    combinations = itertools.product(*free.values())
+    return [{}, *(dict(zip(free, map(float, each), strict=True)) for each in combinations)]
+
+
+def _values(scenario: Scenario, space: SpaceSource, quantity: str, *, n: int, seed: int) -> Real:
+    """Compute the quantity of every draw (n,)."""
+    found = read_space(scenario, space)
+    values: Real = prepare(scenario, free=found.paths, quantities=[quantity])(found.draw(seed, 0, n))[
+        quantity
+    ]
+    if not np.all(np.isfinite(values)):
+        raise InputError(f"{quantity}: {type(scenario.force).__name__} gives no number for some of the draws")
+    return values
+
+
+def _experiment(
+    points: Sequence[Mapping[str, float]], values: Real, which: tuple[int, ...], noise: tuple[float, float]
+) -> Experiment:
+    """Compute the expected odds of an experiment at some of the points, over the repeats."""
+    shown = values[list(which)]
+    odds = np.array([_worst(shown, repeats, noise) for repeats in REPEATS])
+    enough = np.flatnonzero(odds >= math.log(ODDS))
+    repeats = REPEATS[enough[0]] * len(which) if enough.size else math.inf
+    return Experiment(points=tuple(points[i] for i in which), repeats=repeats, log_odds=odds)
+
+
+def _worst(values: Real, repeats: int, noise: tuple[float, float]) -> float:
+    """Return the smallest expected logarithm of the odds over pairs of a true and another law, for means over repeats.
+
+    `values` are (points, laws, draws). On the scale asinh(value/absolute noise) the deviation of a repeat changes little:
+    it is 1 below the absolute noise and the relative one above.
+    """
+    relative, absolute = noise
+    unit = absolute or float(np.min(np.abs(values[values != 0]), initial=np.inf)) * relative
+    scaled = np.arcsinh(values / unit)
+    widths = np.hypot(relative * values, unit) / np.hypot(values, unit) / math.sqrt(repeats)
+    steps = np.random.default_rng(0).standard_normal((len(values), values.shape[2]))
+    laws = range(values.shape[1])
+    expected = []
+    for true in laws:
+        seen = scaled[:, true] + widths[:, true] * steps
+        own = _log_density(seen, scaled[:, true], widths[:, true], own=True)
+        others = (_log_density(seen, scaled[:, each], widths[:, each]) for each in laws if each != true)
+        expected += [float(np.mean(own - other)) for other in others]
+    return min(expected)
+
+
+def _log_density(seen: Real, draws: Real, widths: Real, *, own: bool = False) -> Real:
+    """Return the logarithm of the density of what was seen (points, m) under a law with draws (points, k), shape (m,).
+
+    A Gaussian kernel around each draw, as wide as the noise and the distance between the draws of Scott's rule; of what was
+    seen of these draws themselves (`own`) each leaves its own draw out, because it would find itself.
+    """
+    points, count = draws.shape
+    spread = np.atleast_2d(np.cov(draws)) * count ** (-2 / (points + 4))
+    covariance = spread + np.eye(points) * (widths.T**2)[:, None, :]  # draws, points, points
+    inverse, determinant = np.linalg.inv(covariance), np.linalg.slogdet(covariance)[1]
+    off = seen.T[:, None, :] - draws.T  # m, draws, points
+    logs = -0.5 * (np.einsum("mki,kij,mkj->mk", off, inverse, off) + determinant)
+    if own:
+        np.fill_diagonal(logs, -np.inf)
+    found: Real = logsumexp(logs, axis=1) - math.log(count - own)
+    return found
