@@ -10,10 +10,15 @@ skin conductance level of 2 to 20 uS, assumed for 1 cm2.
 
 from __future__ import annotations
 
+import math
+
 from electrovib.core.citation import Citation, cited, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin, time_constant
+from electrovib.scenario import Scenario
+from electrovib.studies.evidence import Measurement, between
+from electrovib.studies.evidence.quantities import of_skin
 
 CITATIONS = (
     Citation(
@@ -71,6 +76,27 @@ def skins() -> dict[str, Skin]:
                 name=name, material=material, status="derived", source=CITATION, note=note
             )
     return found
+
+
+def admittance_exponent(scenario: Scenario) -> float:
+    """Compute alpha of the admittance G0 + Q (j w)^alpha of the skin, from how its permittivity falls with frequency."""
+    frequency, step = scenario.drive.frequency, 1.05  # type: ignore[attr-defined]
+    material = scenario.stack.layers["stratum_corneum"].material
+    ends = [float(material.complex_permittivity(each).real) for each in (frequency / step, frequency * step)]
+    return 1 + math.log(ends[1] / ends[0]) / (2 * math.log(step))
+
+
+def measurements() -> dict[str, Measurement]:
+    """Return the exponents of women and men, which tell skins with dispersion from those without."""
+    return {
+        f"exponent_{who}": of_skin(
+            f"exponent of the admittance of palmar skin, {who}", value, source=f"{CITATIONS[0]}, abstract", unit="1",
+            quantity=admittance_exponent, spread=(0.05,), spread_of="a choice", group="palmar admittance, 48 people",
+            unknown={"drive.frequency": between(10.0, 354.0, "", source="below 354 Hz, abstract", status="abstract")},
+            note="The spread between people is not printed. The skins of this paper have these exponents.",
+        )
+        for who, value in (("women", WOMEN), ("men", MEN))
+    }  # fmt: skip
 
 
 CHECKS = (

@@ -3,6 +3,7 @@
 from electrovib.studies.evidence.function import evidence
 from electrovib.studies.evidence.measurement import Measurement, measurements
 from electrovib.studies.evidence.plan import ExperimentPlan, plan_experiment
+from electrovib.studies.evidence.quantities import between
 from electrovib.studies.evidence.result import Evidence
 from electrovib.studies.evidence.score import Score, Standing, standings
 
@@ -12,6 +13,7 @@ __all__ = [
     "Measurement",
     "Score",
     "Standing",
+    "between",
     "evidence",
     "measurements",
     "plan_experiment",

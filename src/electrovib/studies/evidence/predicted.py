@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -41,7 +40,9 @@ def candidates(measured: Measurement) -> dict[str, Any]:
     """Return the models that a measurement judges, by name, each as the content of its place in the scenario."""
     if measured.judges.rpartition(".")[2] == SKIN:
         return {name: skin.material for name, skin in offers(("skins",)).items() if skin.reproduces_force}
-    own = attrgetter(measured.judges)(measured.scenario)
+    own: Any = measured.scenario
+    for part in measured.judges.split("."):
+        own = own[int(part)] if isinstance(own, tuple) else getattr(own, part)
     found: dict[str, Any] = {}
     for name in find_members(family_of(type(own))):
         found[name] = own if name == type(own).__name__ else {"model": name}
@@ -70,7 +71,8 @@ def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int
     at = [{measured.over: float(each)} for each in measured.points] if measured.over else [{}]
     found: Real = np.stack([_at(measured, scenario.replace(point), draws, n) for point in at], axis=1)
     if not np.all(np.isfinite(found)):
-        raise InputError(f"{measured.quantity}: {name} gives no number for some of the draws")
+        quantity = measured.title if callable(measured.quantity) else measured.quantity
+        raise InputError(f"{quantity}: {name} gives no number for some of the draws")
     return found
 
 
@@ -108,4 +110,5 @@ def _set_up(measured: Measurement, name: str, content: Any) -> tuple[Scenario, d
 
 def _middle(table: Mapping[str, Any]) -> Any:
     """Return a value inside the range of a distribution."""
-    return table.get("median", table.get("mean", table.get("low")))
+    given = table.get("values", [table.get("low")])[0]
+    return table.get("median", table.get("mean", given))

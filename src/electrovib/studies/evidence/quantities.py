@@ -1,0 +1,105 @@
+"""Quantities of a set-up that are measured without solving it over time: impedance, friction alone, vibration threshold."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.physics.friction.base import SteadyFriction
+from electrovib.scenario import Scenario
+from electrovib.solve.stack.expand import phasors
+from electrovib.studies.evidence.measurement import Measurement
+
+
+def between(low: float, high: float, why: str, *, model: str = "LogUniform", **more: Any) -> dict[str, Any]:
+    """Return the table of a distribution between two ends that are a choice; with a `source` and a `status`, a published one."""
+    said = {} if "source" in more else {"choice": why}
+    return {"model": model, "low": low, "high": high, **said, **more}
+
+
+SKIN_ALONE: Final = {
+    "drive": {"model": "Sine", "amplitude": 1.0, "frequency": 1.0},
+    "force": {"model": "MaxwellStressInStratumCorneum"},
+    "friction": {"model": "Coulomb", "coefficient": 0.5},
+    "contact": {"model": "FixedArea", "area": 1e-4},
+    "load": {"normal_force": 0.5},
+    "circuit": {"return_path": {"model": "Grounded", "resistance": 500.0}},
+    "stack": {
+        "stratum_corneum": {"thickness": 2e-4, "material": {"model": "Constant", "permittivity": 1560.0}}
+    },
+}
+"""Skin under an electrode of 1 cm2, with a sine of one frequency; its material is what is judged."""
+
+
+def of_skin(title: str, values: Mapping[float, float] | float, **more: Any) -> Measurement:
+    """Return a measurement that judges the skins: values by frequency [Hz], or one value of no or an unknown frequency."""
+    known: dict[str, Any] = {
+        "scenario": Scenario.model_validate(SKIN_ALONE), "quantity": magnitude, "unit": "ohm", "how": "printed",
+        "status": "abstract", "on": "skin", "judges": "stack.stratum_corneum.material",
+    }  # fmt: skip
+    if isinstance(values, Mapping):
+        known |= {"over": "drive.frequency", "at": tuple(values), "values": tuple(values.values())}
+    else:
+        known["values"] = (values,)
+    return Measurement(title=title, **known | more)
+
+
+def impedance(scenario: Scenario) -> complex:
+    """Compute the impedance [ohm] of stack and return path at the frequency of a sine."""
+    section = phasors(scenario, np.array([scenario.drive.frequency]))  # type: ignore[attr-defined]
+    return complex(1 / (section.current_density[0] * scenario.contact_area))
+
+
+def magnitude(scenario: Scenario) -> float:
+    """Compute the magnitude of the impedance [ohm]."""
+    return abs(impedance(scenario))
+
+
+def lag(scenario: Scenario) -> float:
+    """Compute the angle by which the voltage lags behind the current [rad], positive for a capacitor."""
+    return -cmath.phase(impedance(scenario))
+
+
+def steady(scenario: Scenario) -> SteadyFriction:
+    """Return the friction of steady fast sliding."""
+    law: Any = scenario.friction
+    law = getattr(law, "steady", law)
+    if not isinstance(law, SteadyFriction):
+        raise InputError(f"friction: {type(law).__name__} has no coefficient in steady sliding")
+    return law
+
+
+def friction_alone(scenario: Scenario, *, times: float = 1.0) -> float:
+    """Compute the friction force [N] of steady sliding under a multiple of the load, without attraction."""
+    load = np.asarray(times * scenario.load.normal_force)
+    law = steady(scenario)
+    real = scenario.contact.real_area(load) if law.needs_real_area else np.asarray(0.0)
+    return float(law.lateral_force(load, np.asarray(0.0), real))
+
+
+def coefficient(scenario: Scenario) -> float:
+    """Compute the coefficient of friction of steady sliding, without attraction."""
+    return friction_alone(scenario) / scenario.load.normal_force
+
+
+def load_exponent(scenario: Scenario) -> float:
+    """Compute the exponent n with which the friction force grows with the load."""
+    step = 1.01
+    return math.log(friction_alone(scenario, times=step) / friction_alone(scenario)) / math.log(step)
+
+
+def vibration_threshold(scenario: Scenario) -> float:
+    """Compute the vibration that is just felt at the frequency of a sine [m], zero to peak; infinite where none is."""
+    person = scenario.perception
+    if person is None or person.threshold is None:
+        raise InputError(
+            "perception.threshold is not given: the threshold at any other frequency follows from it"
+        )
+    frequency = scenario.drive.frequency  # type: ignore[attr-defined]
+    sensitivity = max(float(each.weight(frequency)) for each in person.channels)
+    return person.threshold / sensitivity if sensitivity else math.inf
