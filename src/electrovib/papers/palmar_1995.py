@@ -94,6 +94,7 @@ def measurements() -> dict[str, Measurement]:
             quantity=admittance_exponent, spread=(0.05,), spread_of="a choice", group="palmar admittance, 48 people",
             unknown={"drive.frequency": between(10.0, 354.0, "", source="below 354 Hz, abstract", status="abstract")},
             note="The spread between people is not printed. The skins of this paper have these exponents.",
+            made=tuple(f"palmar_1995/{name}" for name in skins()),
         )
         for who, value in (("women", WOMEN), ("men", MEN))
     }  # fmt: skip

@@ -87,6 +87,7 @@ def measurements() -> dict[str, Measurement]:
             "contact.area": between(1e-5, 1e-3, "not printed"),
             "stack.stratum_corneum.thickness": between(1e-5, 4e-4, "the site is not printed; from trunk to finger"),
         },
+        "made": ("plutchik_1963/skin",),
         "note": "Site and area are not printed. The skin of this paper was solved from three of these four numbers.",
     }  # fmt: skip
     return {

@@ -5,11 +5,10 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-from electrovib.papers.vardar_2017.thresholds import VOLTAGE, scenarios
-from electrovib.papers.vardar_2017.thresholds import ON_FORCE
+from electrovib.papers.vardar_2017.thresholds import ON_FORCE, VOLTAGE, scenarios
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence import Measurement
-from electrovib.studies.felt_threshold import threshold_ratio
+from electrovib.studies.felt_spectrum import threshold_ratio
 
 
 def _one_of(*values: float) -> dict[str, Any]:

@@ -40,6 +40,7 @@ class Measurement:
     - `unknown`: dotted path to the distribution of what the publication does not print, as in a space file, with the
       source of the range; `of_model` the same for parameters that one model alone has, by its name, and None for a
       layer of the set-up that this model replaces, such as ``stack.gap`` for a law with gaps of its own.
+    - `made`: names of models that were made from these numbers, which they cannot judge.
     - `judges`: path of the model whose candidates are compared, ``force`` for the laws.
     - `how`: one of `HOW`; `status`: how the publication was read.
     - `group`: the people who measured; their measurements are not independent of each other.
@@ -64,6 +65,7 @@ class Measurement:
     at: tuple[float, ...] = ()
     unknown: Mapping[str, Any] = field(default_factory=dict)
     of_model: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    made: tuple[str, ...] = ()
     judges: str = "force"
     note: str = ""
 

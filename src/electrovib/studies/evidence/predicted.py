@@ -56,6 +56,9 @@ def predict(
     found: list[Predicted] = []
     refused: dict[str, str] = {}
     for name, content in candidates(measured).items():
+        if name in measured.made:
+            refused[name] = "it was made from these numbers"
+            continue
         try:
             found.append(Predicted(model=name, values=_values(measured, name, content, n=n, seed=seed)))
         except ElectrovibError as error:

@@ -52,7 +52,7 @@ class Evidence(Answer):
         return Document(
             title=f"Evidence: {len(self.measured)} measurements of {len(self._groups)} groups",
             sentences=self._sentences,
-            numbers=[self._laws],
+            numbers=[self._standings(place) for place in self._places],
             figures=[
                 self._overview,
                 *(figure(name, each, self.of(name)) for name, each in self.measured.items() if each.over),
@@ -101,7 +101,16 @@ class Evidence(Answer):
         )
 
     @property
-    def _laws(self) -> Table:
+    def _places(self) -> list[str]:
+        """Places of the models that are judged, the force laws first."""
+        places = dict.fromkeys(each.judges for each in self.measured.values())
+        return sorted(places, key=lambda place: place != "force")
+
+    def judging(self, place: str) -> list[Score]:
+        """Return the scores of the models of one place, such as ``force``."""
+        return [each for each in self.scores if self.measured[each.measurement].judges == place]
+
+    def _standings(self, place: str) -> Table:
         rows = tuple(
             (
                 each.model,
@@ -114,14 +123,14 @@ class Evidence(Answer):
                 _number(each.score),
                 _number(each.shape),
             )
-            for each in standings(self.scores)
+            for each in standings(self.judging(place))
         )
         headings: tuple[str, ...] = (
             *("law or model", "groups", "numbers", f"within {100 * LEVEL:.0f} %", "predicted/measured"),
             *("typical factor", "behind the best", "score", "shape"),
         )
         return Table(
-            "Laws and models, the best first",
+            "Force laws, the best first" if place == "force" else f"Models of {place}, the best first",
             headings,
             rows,
             looks=dict.fromkeys(range(1, len(headings)), "number"),
@@ -145,15 +154,14 @@ class Evidence(Answer):
     @property
     def _overview(self) -> Drawing:
         """Predicted over measured, for every measurement and the laws that are best over all, with their intervals."""
-        names = [each.model for each in standings(self.scores)]
+        names = [each.model for each in standings(self.judging(self._places[0]))]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
+        rows = [name for name, each in self.measured.items() if each.judges == self._places[0]]
         return Drawing(
             id="overview",
-            title="Predicted over measured",
-            plot=functools.partial(
-                _draw_ratios, scores=self.scores, models=list(shown), names=list(self.measured)
-            ),
-            size=(8.2, 1.2 + 0.32 * len(self.measured)),
+            title="Predicted over measured: the best laws and the usual one",
+            plot=functools.partial(_draw_ratios, scores=self.scores, models=list(shown), names=rows),
+            size=(8.2, 1.2 + 0.3 * len(rows)),
             caption="Medians and 90 % of the draws of what was not printed, without the spread of the measurement.",
         )
 
@@ -185,7 +193,8 @@ class Evidence(Answer):
             return super().content(name)
         own = ["covered", "ratio", "score", "shape"]
         if name == "laws.csv":
-            return _csv(["model", "groups", "points", "off", "behind", *own], standings(self.scores))
+            found = [each for place in self._places for each in standings(self.judging(place))]
+            return _csv(["model", "groups", "points", "off", "behind", *own], found)
         return _csv(["measurement", "group", "model", "low", "high", *own], self.scores)
 
 
@@ -197,7 +206,7 @@ def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], nam
     """Draw the ratio of each measurement, a row each, with one colour for each law."""
     ax = figure.add_subplot()
     for place, model in enumerate(models):
-        found = [each for each in scores if each.model == model]
+        found = [each for each in scores if each.model == model and each.measurement in names]
         rows = np.array([names.index(each.measurement) for each in found]) + 0.15 * (
             place - (len(models) - 1) / 2
         )
