@@ -17,7 +17,7 @@ from electrovib.recordings.importing.reduction import (
     shifted,
     trigger_time,
 )
-from electrovib.recordings.rail import at_extreme, at_rail
+from electrovib.recordings.recording import at_extreme, at_rail
 
 T = np.arange(0, 2, 1e-3)
 NOISE = np.random.default_rng(3).normal(0, 1e-3, T.size)

@@ -8,7 +8,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.recordings.rail import at_extreme, at_rail
+from electrovib.recordings.recording import at_extreme, at_rail
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,7 +12,7 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.recordings.importing.reduction import find_edges
 from electrovib.recordings.interval import averages
-from electrovib.recordings.spans import _closed
+from electrovib.recordings.recording import closed
 from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, levels_of, passages
 from electrovib.recordings.transitions.impacts import find_impacts
 
@@ -69,7 +69,7 @@ def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]
         return _of_signal(time, values)
     size = np.abs(drive)
     peak = float(np.median(size[size >= size.max() / 2]))
-    on = _closed(size > peak / 2, _BRIEF)
+    on = closed(size > peak / 2, _BRIEF)
     switched = np.flatnonzero(np.diff(on.astype(np.int8)))
     if peak == 0 or not switched.size:
         raise InputError(
