@@ -18,6 +18,7 @@ from electrovib.recordings.transitions.impacts import find_impacts
 
 if TYPE_CHECKING:
     import xarray
+    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.readback import Readback
@@ -63,15 +64,31 @@ class EdgeRecord:
     fit_noise: float
 
 
+def switched_on(drive: Real) -> NDArray[np.bool_]:
+    """Return the samples above half of the usual size of a drive, a median, because what was read back may have spikes."""
+    size = np.abs(drive)
+    return np.asarray(size > np.median(size[size >= size.max() / 2]) / 2)
+
+
+def drive_end(*, time: Real, voltage: Real, name: str = "voltage") -> float:
+    """Return the mean time of the last sample above half of the largest magnitude of a drive and of the next one."""
+    on = np.flatnonzero(switched_on(voltage))
+    if len(on) in {0, len(time)}:
+        raise InputError(
+            f"{name}: lies between {voltage.min():g} and {voltage.max():g} and is never switched on and off; is it the"
+            " right column?"
+        )
+    if on[-1] == len(time) - 1:
+        raise InputError(f"{name}: the drive is still on at the last sample, so the record holds no release")
+    return float(time[on[-1]] + time[on[-1] + 1]) / 2
+
+
 def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]:
     """Find the times at which edges are expected; a reversal of the polarity of the drive is no edge."""
     if drive is None:
         return _of_signal(time, values)
-    size = np.abs(drive)
-    peak = float(np.median(size[size >= size.max() / 2]))
-    on = closed(size > peak / 2, _BRIEF)
-    switched = np.flatnonzero(np.diff(on.astype(np.int8)))
-    if peak == 0 or not switched.size:
+    switched = np.flatnonzero(np.diff(closed(switched_on(drive), _BRIEF).astype(np.int8)))
+    if not switched.size:
         raise InputError(
             f"the drive, from {drive.min():g} to {drive.max():g}, is never switched on or off: its magnitude has no edge. Of one"
             " of two electrodes in antiphase declare so; else choose another signal, or none"
