@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.recordings.fit.identifiability import Stall
 from electrovib.recordings.fit.least_squares import (
+    LEAST_DETERMINED,
     FreeParameter,
     LeastSquaresEstimate,
-    Stall,
     least_squares,
-    newton_step,
 )
 from electrovib.recordings.fit.prediction import Prediction, residuals_of
 from electrovib.recordings.interval import rough_noise
@@ -131,7 +131,7 @@ class WeightedProblem:
         left = self.residual(values)
         squares = float(left @ left)
         for count in range(1, _MOST_NEAR + 1):
-            step, deviations = newton_step(self.derivatives(values), left)
+            step, deviations = _newton_step(self.derivatives(values), left)
             now = np.array(list(values.values()))
             if not (np.isfinite(squares) and np.isfinite(step).all()):
                 break
@@ -171,6 +171,20 @@ class WeightedProblem:
             return self._searched(separated, variance, _ROUGHLY).sum_of_squares
         except InputError:
             return np.inf
+
+
+def _newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
+    """Compute the Gauss-Newton step, NaN where it is not determined, and the deviations for residuals of variance 1."""
+    scale = np.linalg.norm(derivatives, axis=0)
+    count = len(scale)
+    if not np.isfinite(scale).all() or not scale.all():
+        return np.full(count, np.nan), np.full(count, np.nan)
+    orthonormal, triangle = np.linalg.qr(derivatives / scale)
+    diagonal = np.abs(np.diag(triangle))
+    if diagonal.min() < LEAST_DETERMINED * diagonal.max():
+        return np.full(count, np.nan), np.full(count, np.nan)
+    inverse = np.linalg.inv(triangle)
+    return -inverse @ (orthonormal.T @ residual) / scale, np.linalg.norm(inverse, axis=1) / scale
 
 
 class OutsideBoundsError(ElectrovibError):

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.function import fit_function
-from electrovib.recordings.fit.least_squares import FreeParameter
+from electrovib.recordings.fit.least_squares import FreeParameter, fit_function
 from electrovib.recordings.importing.phase_offset import CERTAIN, LARGEST_PHASE_OFFSET
 from electrovib.recordings.spectra.material import shift_of
 
