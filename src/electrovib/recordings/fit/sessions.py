@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import format_quantity
-from electrovib.recordings.interval import MISFIT, EstimatedParameter, from_noise
+from electrovib.recordings.interval import MISFIT, EstimatedParameter, Interval, from_noise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,20 +98,17 @@ def spread_of(
     known = [
         (value, each) for value, each in zip(found.tolist(), deviations, strict=True) if math.isfinite(each)
     ]
-    spread = random_effects(*zip(*known, strict=True)) if len(known) > 1 else None
+    spread = Interval(value=math.sqrt(scatter))
+    if len(known) > 1:
+        spread = random_effects(*zip(*known, strict=True)).between
     return BetweenSessions(
-        values=dict(values),
-        mean=float(np.mean(found)),
-        within=within,
-        between=math.sqrt(scatter) if spread is None else spread.between,
-        between_lower=math.nan if spread is None else spread.between_lower,
-        between_upper=math.nan if spread is None else spread.between_upper,
-        standard_error=math.sqrt(scatter / found.size),
-        group=group,
-    )
+        values=dict(values), mean=float(np.mean(found)), within=within, between=spread.value,
+        between_lower=spread.lower, between_upper=spread.upper, standard_error=math.sqrt(scatter / found.size), group=group,
+    )  # fmt: skip
 
 
-LEVEL: Final = 0.95
+_ENDS: Final = (0.025, 0.975)
+"""Quantiles at both ends of an interval."""
 _DRAWS: Final = 2000
 _HALVINGS: Final = 45
 _ROUNDING: Final = 1e-12
@@ -122,21 +119,15 @@ _ROUNDING: Final = 1e-12
 class RandomEffects:
     """Values of several groups as a common mean, a deviation of each group, and the noise of each group.
 
-    - `mean`: of the population of groups, weighted by the spread and the noise together, with its 95 %
-      interval.
+    - `mean`: of the population of groups, weighted by the spread and the noise together.
     - `between`: standard deviation between groups beyond their noise, by the estimate of Paule and Mandel,
       with its 95 % interval, whose lower end is 0 where noise alone explains the differences.
     - `chi_squared`: sum of the squared deviations from the mean weighted by the noise alone, over the
       variances; its expectation without spread is the number of groups less 1.
     """
 
-    mean: float
-    standard_error: float
-    lower: float
-    upper: float
-    between: float
-    between_lower: float
-    between_upper: float
+    mean: Interval
+    between: Interval
     chi_squared: float
 
 
@@ -156,18 +147,13 @@ def random_effects(
     variances = np.maximum(errors, _ROUNDING * float(np.abs(found).max()) or _ROUNDING)[None, :] ** 2
     squares, drawn = _draws(variances, freedom)
     spreads = _spread(found, drawn, squares)
-    lower, upper = np.sqrt(np.quantile(spreads, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2]))
+    least, most = np.sqrt(np.quantile(spreads, _ENDS)).tolist()
     between = _spread(found, variances, np.array([found.size - 1.0]))
-    mean, error = _mean(found, variances + between[:, None])
-    means = _mean(found, drawn + spreads[:, None])
+    (mean,), (error,) = _mean(found, variances + between[:, None])
+    lower, upper = (_quantile(*_mean(found, drawn + spreads[:, None]), share) for share in _ENDS)
     return RandomEffects(
-        mean=float(mean[0]),
-        standard_error=float(error[0]),
-        lower=_quantile(*means, 0.5 - LEVEL / 2),
-        upper=_quantile(*means, 0.5 + LEVEL / 2),
-        between=math.sqrt(between[0]),
-        between_lower=float(lower),
-        between_upper=float(upper),
+        mean=Interval(value=float(mean), lower=lower, upper=upper, standard_error=float(error)),
+        between=Interval(value=math.sqrt(between[0]), lower=least, upper=most),
         chi_squared=float(_squares(found, variances)[0]),
     )
 
