@@ -14,7 +14,7 @@ from electrovib.recordings.fit import ScenarioFit, fit_scenario
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.fit.posterior import Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.result import parameter_table
-from electrovib.recordings.fit.separate import compare_fits
+from electrovib.recordings.fit.sessions import compare_fits
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.documents import check_answer, save_answer
 from electrovib.view.fitted import CHAINS, FitResult

@@ -13,7 +13,7 @@ from electrovib.core.paths import quantity_at
 from electrovib.recordings.fit import CancelledError, fit_scenario
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.fit.result import parameter_table
-from electrovib.recordings.fit.separate import RecordedFit, SeparateFits, failed_rows, spreads_of
+from electrovib.recordings.fit.sessions import RecordedFit, SeparateFits, failed_rows, spreads_of
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.fit import ScenarioFit
     from electrovib.recordings.fit.posterior import Posterior
     from electrovib.recordings.fit.prediction import Residuals
-    from electrovib.recordings.fit.separate import FitComparison
+    from electrovib.recordings.fit.sessions import FitComparison
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario
 

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.recordings.fit.power_law import PowerLawFit
-    from electrovib.recordings.fit.separate import SeparateFits
+    from electrovib.recordings.fit.sessions import SeparateFits
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.recordings.spectra.fitted import FittedMaterial
     from electrovib.view.fitted import FitResult

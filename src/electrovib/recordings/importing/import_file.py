@@ -23,7 +23,7 @@ from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration, calibrate
 from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
 from electrovib.recordings.importing.notices import about_file, about_parts, about_samples
-from electrovib.recordings.importing.phase_offset import phase_offset
+from electrovib.recordings.importing.parallel_part import phase_offset
 from electrovib.recordings.importing.reduction import ReductionSteps, reduced
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.physics.tabulated import Tabulated
 from electrovib.recordings.importing.notices import about_parts
-from electrovib.recordings.importing.phase_offset import phase_offset
+from electrovib.recordings.importing.parallel_part import phase_offset
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
