@@ -15,9 +15,13 @@ from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.own_material import read_sample
-from electrovib.recordings.spectra.fitted import FittedMaterial, fit_samples
+from electrovib.recordings.spectra.fitted import (
+    FittedMaterial,
+    InstrumentError,
+    error_by_resistor,
+    fit_samples,
+)
 from electrovib.recordings.spectra.forms import forms_of
-from electrovib.recordings.spectra.instrument import InstrumentError, error_by_resistor
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from electrovib.core.files import inputs_noted
 from electrovib.core.signals import is_study_result, is_trace, signal
 from electrovib.data.atomic import write_text
 from electrovib.data.marks import Form
-from electrovib.recordings.importing.beside import is_measured, residuals
+from electrovib.recordings.importing.merging import is_measured, residuals
 from electrovib.view.lines import envelope
 from electrovib.view.pages import check_page, inline, markup, to_svg
 from electrovib.view.report_figures import figures
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.importing.beside import SignalResidual
+    from electrovib.recordings.importing.merging import SignalResidual
     from electrovib.scenario import Scenario
 
 Source: TypeAlias = "xarray.Dataset | Scenario | str | Path"

@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
-from electrovib.recordings.fit.rounding import rounded_signal
+from electrovib.recordings.fit.identifiability import rounded_signal
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
 
 if TYPE_CHECKING:

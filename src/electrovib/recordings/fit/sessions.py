@@ -1,4 +1,4 @@
-"""How a parameter differs between sessions: variance within and between them, and the interval of the mean."""
+"""Several fits: parameters between sessions and between recordings that are fitted one by one, and models compared."""
 
 from __future__ import annotations
 

@@ -12,8 +12,15 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
 from electrovib.recordings.interval import averages, mean_of
-from electrovib.recordings.transitions.edges import Columns, columns_of, reference_times
-from electrovib.recordings.transitions.impacts import LONGER, Impact, end_of_ring, find_impacts
+from electrovib.recordings.transitions.edges import (
+    LONGER,
+    Columns,
+    Impact,
+    columns_of,
+    end_of_ring,
+    find_impacts,
+    reference_times,
+)
 from electrovib.recordings.transitions.modes import (
     CONSTANT,
     DRIFTING,

@@ -11,8 +11,8 @@ from electrovib.recordings.transitions.relaxation import INSTANTANEOUS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from electrovib.recordings.transitions.relaxation import Sensor
     from electrovib.recordings.transitions.ring import MeasuredRing, MeasuredRings
-    from electrovib.recordings.transitions.sensor import Sensor
     from electrovib.recordings.transitions.times import DirectionTimes, MeasuredTimes
 
 UNITS: Final = {

@@ -18,8 +18,14 @@ from electrovib.recordings.transitions.edges import (
     edge_record,
     reference_times,
 )
-from electrovib.recordings.transitions.relaxation import EXPONENTIAL, INSTANTANEOUS, fit_forms, forms
-from electrovib.recordings.transitions.sensor import Sensor, read_sensor
+from electrovib.recordings.transitions.relaxation import (
+    EXPONENTIAL,
+    INSTANTANEOUS,
+    Sensor,
+    fit_forms,
+    forms,
+    read_sensor,
+)
 from electrovib.recordings.transitions.table import in_few, statements
 
 if TYPE_CHECKING:
