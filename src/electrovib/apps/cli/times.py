@@ -138,9 +138,8 @@ def _measure(
     """Measure the times of the edges, and the oscillations where they are asked for."""
     from electrovib.core.files import inputs_noted
     from electrovib.data.traces import open_trace
-    from electrovib.recordings.transitions.table import time_rows
     from electrovib.view.documents import check_answer, save_answer
-    from electrovib.view.times import TimesAnswer
+    from electrovib.view.times import TimesAnswer, rows_of
 
     with inputs_noted() as inputs:
         trace = open_trace(record)
@@ -148,7 +147,7 @@ def _measure(
         check_answer(TimesAnswer, folder, inputs=inputs, force=force)
     rings = _rings(trace, chosen, options["window"]) if ring else None
     found, why = _times(trace, rings, **chosen, **options)
-    say(*(f"{row.group}, {row.sentence}" for row in time_rows(found, rings)))
+    say(*(f"{row.group}, {row.sentence}" for row in rows_of(found, rings)))
     say(*(text for each in (found, rings) if each is not None for text in each.words), *why)
     if folder is not None:
         answer = TimesAnswer(found=found, rings=rings, source=Path(record).name)
