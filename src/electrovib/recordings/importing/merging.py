@@ -13,7 +13,7 @@ from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS, make_trace
 from electrovib.core.units import format_quantity
-from electrovib.recordings.importing.reduction import find_edges, resampled, seconds
+from electrovib.recordings.importing.reduction import find_edges, resampled, seconds, span_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -112,7 +112,7 @@ def _by_edges(first: _Record, second: _Record, edges: str, stated: float | None)
         good = np.isfinite(values)
         if np.count_nonzero(good) < 2 or np.ptp(values[good]) == 0:
             raise InputError(f"edges = {edges}: '{name}' of the {what} has no edge")
-        found.append(find_edges(record.time[good], values[good]))
+        found.append(find_edges(record.time, values))
     return match_edges(found[0], found[1], steps=(first.step, second.step), near=stated)
 
 
@@ -122,8 +122,8 @@ def _merged(first: _Record, second: _Record, relation: ClockRelation) -> xarray.
     inside = (first.time >= time[0]) & (first.time <= time[-1])
     if np.count_nonzero(inside) < 2:
         raise InputError(
-            f"shift: the records do not overlap; the reference has {_span(first.time)}, the other one after alignment"
-            f" {_span(time)}"
+            f"shift: the records do not overlap; the reference has {span_words(first.time)}, the other one after alignment"
+            f" {span_words(time)}"
         )
     grid = first.time[inside]
     signals = {name: values[inside] for name, values in first.signals.items()}
@@ -137,11 +137,7 @@ def _merged(first: _Record, second: _Record, relation: ClockRelation) -> xarray.
         *_history(second.trace, prefix="second file: "),
         relation.sentence(),
         f"{', '.join(added)}: interpolated onto the {grid.size} samples of the first file that both records cover",
-        *(
-            [f"{', '.join(left)} of the second file omitted, because the first file has it too"]
-            if left
-            else []
-        ),
+        *([f"{', '.join(left)} of the second file omitted, because the first file has it too"] * bool(left)),
     ]
     merged = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
@@ -187,10 +183,6 @@ def _attributes(
         "history": "\n".join([*_history(first), *words]),
         "validity": json.dumps(diagnostics),
     }
-
-
-def _span(time: Real) -> str:
-    return f"{format_quantity(float(time[0]), 's')} to {format_quantity(float(time[-1]), 's')}"
 
 
 _MOST: Final = 2000
@@ -263,11 +255,8 @@ def match_edges(
     timing = math.hypot(*steps) / math.sqrt(12)
     if min(times[0].size, times[1].size) == 1 or max(times[0].size, times[1].size) == 1:
         return _single(times, kinds, timing, near)
-    fits = []
-    for lag in range(1 - times[1].size, times[0].size):
-        fit = _fitted(times, kinds, lag)
-        if fit is not None:
-            fits.append(fit)
+    lags = range(1 - times[1].size, times[0].size)
+    fits = [fit for lag in lags if (fit := _fitted(times, kinds, lag)) is not None]
     if not fits:
         raise InputError(
             "edges: those of the two records do not match in order and spacing; state a shift, such as '12 ms'"

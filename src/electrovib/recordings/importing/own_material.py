@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,15 +13,16 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.core.units import exact_text, format_quantity, parse_quantity
+from electrovib.core.units import exact_text, format_quantity
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.physics.tabulated import Tabulated
 from electrovib.recordings.importing.notices import about_parts
 from electrovib.recordings.importing.parallel_part import phase_offset
+from electrovib.recordings.importing.reduction import number_in
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.core.diagnostics import Diagnostic
@@ -41,26 +42,30 @@ class ImportedMaterial:
         """Write the material as the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name."""
         import tomlkit
 
-        document = tomlkit.document()
-        lines = [
-            "A measured material; put these tables into a scenario in place of its layer of this name.",
-            *self.history,
-            *(f"{each.state}: {each.text}" for each in self.diagnostics),
-        ]
-        for line in lines:
-            document.add(tomlkit.comment(line))
-        stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
-        if self.thickness is not None:
-            found.add("thickness", exact_text(self.thickness, "m"))
         content = tomlkit.table()
         content.add("model", "Tabulated")
         content.add("conductivity", exact_text(self.material.conductivity, "S/m"))
         for name in ("frequency_samples", "permittivity_samples", "loss_samples"):
             content.add(name, [float(value) for value in getattr(self.material, name).values])
-        found.add("material", content)
-        stack.add(layer, found)
-        document.add("stack", stack)
-        return tomlkit.dumps(document)
+        lines = [*self.history, *(f"{each.state}: {each.text}" for each in self.diagnostics)]
+        return layer_toml("A measured material", lines, layer, self.thickness, content)
+
+
+def layer_toml(what: str, lines: Sequence[str], layer: str, thickness: float | None, material: Any) -> str:
+    """Write a material as the table of a layer of a scenario, with lines about it as comments."""
+    import tomlkit
+
+    document = tomlkit.document()
+    use = f"{what}; put these tables into a scenario in place of its layer of this name."
+    for line in (use, *lines):
+        document.add(tomlkit.comment(" ".join(line.split())))
+    stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
+    if thickness is not None:
+        found.add("thickness", exact_text(thickness, "m"))
+    found.add("material", material)
+    stack.add(layer, found)
+    document.add("stack", stack)
+    return tomlkit.dumps(document)
 
 
 def import_material(
@@ -261,10 +266,7 @@ def _refuse_bad_calibration(place: Path, spectrum: MeasuredSpectrum) -> None:
 
 def number_of(name: str, value: str | float, unit: str) -> float:
     """Read a number of 0 or more, as text with a unit or in SI."""
-    try:
-        found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except ValueError as error:
-        raise InputError(f"{name} = {value}: {error}") from None
+    found = number_in(unit, name, value)
     if not math.isfinite(found) or found < 0:
         raise InputError(f"{name} = {value}: expected 0 or more, in {unit}")
     return found
@@ -299,10 +301,8 @@ def _of_impedance(
     words = [
         f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
     ]
-    words += (
-        [f"fixture of {format_quantity(capacitance, 'F', digits=4)} in parallel subtracted"]
-        if capacitance
-        else []
-    )
-    words += [f"{format_quantity(resistance, 'ohm')} in series subtracted"] if resistance else []
+    if capacitance:
+        words.append(f"fixture of {format_quantity(capacitance, 'F', digits=4)} in parallel subtracted")
+    if resistance:
+        words.append(f"{format_quantity(resistance, 'ohm')} in series subtracted")
     return np.asarray(depth / (turns * eps0 * surface * sample)), words

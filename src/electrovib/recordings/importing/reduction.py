@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -29,7 +30,7 @@ class ReductionSteps:
 
     - `scale`, `offset`: sensitivity or `SensorCalibration` of a signal, and the reading that is subtracted.
     - `shift`: time that is added to the time stamps of a signal [s].
-    - `trigger`: signal whose first rise through the middle of its range becomes time 0.
+    - `trigger`: signal whose first rise through the middle of its range, as `find_edges` finds it, becomes time 0.
     - `baseline`, `detrend`: span of time whose mean, and signals whose fitted straight line, is subtracted.
     - `average`: signal whose rising edges begin the periods over which all signals are averaged.
     - `resample`: step of an even time grid [s].
@@ -72,9 +73,10 @@ def _aligned(
         inside = np.all([np.isfinite(signals[name]) for name in steps.shift], axis=0)
         time, signals = _kept(time, signals, inside, "shift")
     if steps.trigger:
-        zero = trigger_time(time, signals[steps.trigger])
-        if zero is None:
+        rises = find_edges(time, signals[steps.trigger]).rising
+        if not rises.size:
             raise InputError(f"trigger = {steps.trigger}: it does not rise through the middle of its range")
+        zero = float(rises[0])
         time = time - zero
         words.append(
             f"time: 0 where {steps.trigger} first rises through the middle of its range, {format_quantity(zero, 's')}"
@@ -91,7 +93,7 @@ def _level(
         part = part[np.isfinite(part)]
         if not part.size:
             raise InputError(
-                f"baseline.{name} = {span}: no sample lies in it; the record has {_span_words(time)}"
+                f"baseline.{name} = {span}: no sample lies in it; the record has {span_words(time)}"
             )
         signals[name] = signals[name] - part.mean()
         words.append(f"{name}: mean {part.mean():.10g} of {part.size} samples in {span} subtracted")
@@ -120,20 +122,21 @@ def _averaged(
     return whole.time, whole.means
 
 
-def _span_words(time: Real) -> str:
+def span_words(time: Real) -> str:
+    """Write the first and the last time."""
     return f"{format_quantity(float(time[0]), 's')} to {format_quantity(float(time[-1]), 's')}"
 
 
 def _kept(time: Real, signals: dict[str, Real], inside: Any, option: str) -> tuple[Real, dict[str, Real]]:
     if np.count_nonzero(inside) < 2:
-        raise InputError(f"{option}: fewer than two samples remain of {_span_words(time)}")
+        raise InputError(f"{option}: fewer than two samples remain of {span_words(time)}")
     return time[inside], {name: values[inside] for name, values in signals.items()}
 
 
 def _on_grid(time: Real, signals: dict[str, Real], step: float) -> tuple[Real, dict[str, Real], str]:
     if not 0 < step <= time[-1] - time[0]:
         raise InputError(
-            f"resample = {step:g}: expected a step above 0 and below the length of the record, {_span_words(time)}"
+            f"resample = {step:g}: expected a step above 0 and below the length of the record, {span_words(time)}"
         )
     count = int((time[-1] - time[0]) / step * (1 + 1e-12)) + 1
     if count > _MOST_SAMPLES:
@@ -141,22 +144,22 @@ def _on_grid(time: Real, signals: dict[str, Real], step: float) -> tuple[Real, d
     grid = time[0] + step * np.arange(count)
     grid = grid[grid <= time[-1]] if grid[-1] > time[-1] + 1e-9 * step else grid
     how = "means over one step" if step > np.median(np.diff(time)) * (1 + 1e-9) else "linear interpolation"
-    return (
-        grid,
-        {name: resampled(time, values, grid) for name, values in signals.items()},
-        f"resampled to a step of {format_quantity(step, 's')} by {how}",
-    )
+    found = {name: resampled(time, values, grid) for name, values in signals.items()}
+    return grid, found, f"resampled to a step of {format_quantity(step, 's')} by {how}"
 
 
 _SPAN: Final = re.compile(r"\s*(.*?)\s*(?:\.\.|:| to )\s*(.*?)\s*")
 
 
-def seconds(option: str, value: str | float) -> float:
-    """Return a time [s] given as a number or as text with a unit."""
+def number_in(unit: str, option: str, value: str | float) -> float:
+    """Return a number in SI, given as it is or as text with a unit."""
     try:
-        return parse_quantity(value, "s") if isinstance(value, str) else float(value)
+        return parse_quantity(value, unit) if isinstance(value, str) else float(value)
     except ValueError as error:
         raise InputError(f"{option} = {value}: {error}") from None
+
+
+seconds = functools.partial(number_in, "s")
 
 
 def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, float]:
@@ -172,22 +175,6 @@ def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, flo
     if not first < last:
         raise InputError(f"{option} = {value}: the end is not after the beginning")
     return first, last
-
-
-def trigger_time(time: Real, values: Real, level: float | None = None) -> float | None:
-    """Return the time at which a signal first rises through a level, by default the middle of its range; None if never."""
-    finite = np.isfinite(values)
-    if level is None:
-        low, high = np.quantile(values[finite], [0.05, 0.95]) if finite.any() else (0.0, 0.0)
-        if high == low:
-            low, high = (values[finite].min(), values[finite].max()) if finite.any() else (0.0, 0.0)
-        level = float(low + high) / 2
-    rises = (values[:-1] < level) & (values[1:] >= level)
-    if not rises.any():
-        return None
-    at = int(np.argmax(rises))
-    share = (level - values[at]) / (values[at + 1] - values[at])
-    return float(time[at] + share * (time[at + 1] - time[at]))
 
 
 def shifted(time: Real, values: Real, shift: float) -> Real:
@@ -266,6 +253,9 @@ class PeriodAverage:
 
 def find_edges(time: Real, values: Real) -> SignalEdges:
     """Find the edges at the mean of the 5 % and 95 % quantiles of a signal, with a hysteresis of 40 % of its range."""
+    time, values = time[np.isfinite(values)], values[np.isfinite(values)]
+    if not values.size:
+        return SignalEdges(rising=values, falling=values)
     low, high = np.quantile(values, [0.05, 0.95])
     if high == low:
         low, high = values.min(), values.max()
@@ -288,8 +278,7 @@ def find_edges(time: Real, values: Real) -> SignalEdges:
 
 def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
     """Average signals over the periods between rising edges of one of them, stretched to the mean period."""
-    finite = np.isfinite(signals[by])
-    edges = find_edges(time[finite], signals[by][finite]).rising if finite.any() else np.array([])
+    edges = find_edges(time, signals[by]).rising
     lengths = np.diff(edges)
     if lengths.size < 2:
         raise InputError(

@@ -12,7 +12,8 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.units import exact_text, format_quantity
+from electrovib.core.units import format_quantity
+from electrovib.recordings.importing.own_material import layer_toml
 from electrovib.recordings.importing.parallel_part import CERTAIN, fit_parallel_part
 from electrovib.recordings.interval import NORMAL, EstimatedParameter
 from electrovib.recordings.spectra.forms import forms_of
@@ -76,24 +77,13 @@ class FittedMaterial:
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
         """Write the material as the table ``stack.<layer>`` of a scenario, with origin and errors as comments."""
-        import tomlkit
-
-        document = tomlkit.document()
         lines = [
-            "A material fitted to measured data; put these tables into a scenario in place of its layer of this name.",
             *self.history,
             *(f"{each.name}: {both_uncertainties(each)}" for each in self.parameters),
             *(f"{each.state}: {each.text}" for each in self.diagnostics),
         ]
-        for line in lines:
-            document.add(tomlkit.comment(" ".join(line.split())))
-        stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
-        if self.thickness is not None:
-            found.add("thickness", exact_text(self.thickness, "m"))
-        found.add("material", model_table(self.material))
-        stack.add(layer, found)
-        document.add("stack", stack)
-        return tomlkit.dumps(document)
+        content = model_table(self.material)
+        return layer_toml("A material fitted to measured data", lines, layer, self.thickness, content)
 
 
 def fit_samples(

@@ -308,7 +308,8 @@ class MeasuredRing:
         if self.misfit > MISFIT:
             said.append(
                 f"Warning: the form '{self.form}' leaves a residual of {self.misfit:.2g} times the noise at the end of the"
-                " record, so the choice of the form is uncertain, and frequency and quality factor have an error beyond their intervals."
+                " record, so the choice of the form is uncertain, and frequency and quality factor have an error beyond their"
+                " intervals."
             )
         if self.level != CONSTANT:
             said.append(_of_level(self.fitted[self.form], self.unit))
