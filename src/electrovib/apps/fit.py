@@ -175,7 +175,7 @@ class _FitRequest:
             rows=parameter_table(best),
             others={other: fits[other] for other in others},
             comparison=compare_fits(fits) if others else None,
-            posterior=None if posterior is None else sample_posterior(best, **vars(posterior)),
+            posterior=None if posterior is None else sample_posterior(best, posterior),
         )
 
 

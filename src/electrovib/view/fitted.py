@@ -195,7 +195,7 @@ def _correlations(found: ScenarioFit) -> Table:
     names = list(found.estimate.values)
     rows = tuple(
         (name, *("" if not math.isfinite(each) else f"{each:+.2f}" for each in row))
-        for name, row in zip(names, found.correlation, strict=True)
+        for name, row in zip(names, found.estimate.correlation, strict=True)
     )
     caption = "Empty where a parameter is not determined or lies on a bound."
     return Table("Correlation of the estimates", ("", *names), rows, caption=caption)

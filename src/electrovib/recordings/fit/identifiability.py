@@ -116,9 +116,8 @@ def identifiability(
     kept = [at for at in range(len(names)) if names[at] not in lost]
     covariance = np.full((len(names), len(names)), np.nan)
     if kept:
-        covariance[np.ix_(kept, kept)] = _covariance(sloped)[np.ix_(kept, kept)] * np.outer(
-            scale[kept], scale[kept]
-        )
+        moved = response(sloped)[kept] * scale[kept, None]
+        covariance[np.ix_(kept, kept)] = moved @ moved.T
     for at, name in enumerate(names):
         if name in lost:
             covariance[at, at] = math.inf
@@ -157,14 +156,11 @@ def _apart(column: Real, others: Real) -> Real:
     return np.asarray(column - others @ np.linalg.lstsq(others, column, rcond=_VANISHES)[0])
 
 
-def _covariance(sloped: Real) -> Real:
-    """Covariance of the scaled parameters; directions without any information are omitted."""
-    norms = np.linalg.norm(sloped, axis=0)
-    norms[norms == 0] = 1.0
-    _, singular, rows = np.linalg.svd(sloped / norms, full_matrices=False)
-    used = singular > _VANISHES * singular[0]
-    root = (rows[used].T / singular[used]) / norms[:, None]
-    return np.asarray(root @ root.T)
+def response(derivatives: Real) -> Real:
+    """Return the change of estimates, shape (unknowns, n), by that of weighted data: (J'J)^-1 J', without what has no effect."""
+    scale = np.linalg.norm(derivatives, axis=0)
+    scale[scale == 0] = 1.0
+    return np.asarray(np.linalg.pinv(derivatives / scale, rcond=_VANISHES) / scale[:, None])
 
 
 def _combination(names: Sequence[str], row: Real, deviation: float) -> UndeterminedCombination:
@@ -224,8 +220,6 @@ _PHASES: Final = 512
 _GROUPS: Final = 16
 _MATTERS: Final = 0.1
 """Standard deviation by correlated rounding errors over that by noise from which on an interval includes them."""
-_NOTHING: Final = 1e-6
-"""Relative singular value below which a combination of parameters is not determined by the data at all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -317,9 +311,7 @@ def rounding_of(
     independently for levels that differ by a step or more. The variance of the independent part is that of
     the residuals less that of b, as far as b is visible in the residuals: the share 1 less its coherence.
     """
-    scale = np.linalg.norm(derivatives, axis=0)
-    scale[scale == 0] = 1.0
-    inverse = np.linalg.pinv(derivatives / scale, rcond=_NOTHING) / scale[:, None] * weights
+    inverse = response(derivatives) * weights
     errors, variance = np.zeros((len(names), _PHASES)), np.zeros(len(names))
     signals: list[RoundedSignal] = []
     start = 0

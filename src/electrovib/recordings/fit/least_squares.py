@@ -274,8 +274,10 @@ class LeastSquaresEstimate:
         """Correlation of the parameters, shape (parameters, parameters); NaN where there is none."""
         if self.covariance is None:
             return np.full((len(self.values), len(self.values)), np.nan)
-        scale = np.sqrt(np.diag(self.covariance))
-        return np.asarray(self.covariance / np.outer(scale, scale))
+        with np.errstate(all="ignore"):
+            scale = np.sqrt(np.diag(self.covariance))
+            found = self.covariance / np.outer(scale, scale)
+        return np.where(np.isfinite(found), found, np.nan)
 
     @property
     def _deviance(self) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
-from electrovib.recordings.fit.identifiability import rounded_signal
+from electrovib.recordings.fit.identifiability import response, rounded_signal
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
 
 if TYPE_CHECKING:
@@ -173,10 +173,9 @@ def _step(sloped: Real, left: Real) -> tuple[Real, Real]:
     scale[scale == 0] = np.inf
     _, singular, rows = np.linalg.svd(sloped / scale, full_matrices=False)
     lost = singular <= _VANISHES * max(singular[0], 1e-300)
-    inverse = np.linalg.pinv(sloped / scale, rcond=_VANISHES)
-    deviation = np.linalg.norm(inverse, axis=1) / scale
+    inverse = response(sloped)
     open_ones = np.isinf(scale) | (np.sum(rows[lost] ** 2, axis=0) > _VANISHES)
-    return inverse @ left / scale, np.where(open_ones, np.inf, deviation)
+    return inverse @ left, np.where(open_ones, np.inf, np.linalg.norm(inverse, axis=1))
 
 
 def _spreads(

@@ -56,36 +56,60 @@ class Posterior:
         return float(lower), float(upper)
 
 
-def sample_posterior(
-    found: ScenarioFit,
-    *,
-    seed: int,
-    steps: int = 2000,
-    walkers: int | None = None,
-    progress: Callable[[int, int], bool | None] | None = None,
-) -> Posterior:
+FEWEST: Final = 20
+"""Least length of a chain."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampling:
+    """How a posterior distribution is sampled.
+
+    Parameters
+    ----------
+    seed : int
+        Of the random numbers, 0 or more; the same seed gives the same samples.
+    steps : int
+        Length of each chain, at least 20.
+    walkers : int, optional
+        Number of chains, even and at least twice the number of unknowns; by default four times that.
+    progress : callable, optional
+        Called with the steps done and all steps; sampling ends with an error when it returns True.
+    """
+
+    seed: int
+    steps: int = 2000
+    walkers: int | None = None
+    progress: Callable[[int, int], bool | None] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be sampled, before anything is computed."""
+        if self.steps < FEWEST:
+            raise InputError(f"steps = {self.steps}: expected at least {FEWEST}")
+        if not 0 <= self.seed < 2**32:
+            raise InputError(f"seed = {self.seed}: expected a whole number from 0 to {2**32 - 1}")
+
+
+def sample_posterior(found: ScenarioFit, how: Sampling) -> Posterior:
     """Sample the posterior distribution of the unknowns of a fit, whose noise is taken as known.
 
     Gaussian likelihood. The prior is uniform between the bounds of a parameter; for a parameter that is
     searched by its logarithm it is uniform in the logarithm, within a factor of 1e6 of the estimate. Half of
-    each chain is burn-in. The chains are as `Sampling` describes them.
+    each chain is burn-in.
     """
     emcee = require_emcee()
-    Sampling(seed=seed, steps=steps)
-    free = found.problem.prediction.free
-    count = len(free)
-    chains = 4 * count if walkers is None else walkers
+    density = _Density(found)
+    count = len(density.free)
+    chains = 4 * count if how.walkers is None else how.walkers
     if chains < 2 * count or chains % 2:
         raise InputError(f"walkers = {chains}: expected an even number of at least {2 * count}")
-    density = _Density(found)
-    rng = np.random.default_rng(seed)
     sampler = emcee.EnsembleSampler(chains, count, density)
-    legacy = np.random.RandomState(seed)  # emcee takes the state of no other generator
-    state = emcee.State(density.begin(rng, chains), random_state=legacy.get_state())
-    for done, _ in enumerate(sampler.sample(state, iterations=steps), start=1):
-        if progress is not None and progress(done, steps):
+    legacy = np.random.RandomState(how.seed)  # emcee takes the state of no other generator
+    begin = density.begin(np.random.default_rng(how.seed), chains)
+    state = emcee.State(begin, random_state=legacy.get_state())
+    for done, _ in enumerate(sampler.sample(state, iterations=how.steps), start=1):
+        if how.progress is not None and how.progress(done, how.steps):
             raise CancelledError("the sampling was cancelled")
-    return _summary(sampler, free, steps, seed)
+    return _summary(sampler, density.free, how)
 
 
 class _Density:
@@ -128,8 +152,8 @@ class _Density:
         return np.asarray(np.clip(points, self.low, self.high))
 
 
-def _summary(sampler: Any, free: Mapping[str, FreeParameter], steps: int, seed: int) -> Posterior:
-    half = steps // 2
+def _summary(sampler: Any, free: Mapping[str, FreeParameter], how: Sampling) -> Posterior:
+    steps, half = how.steps, how.steps // 2
     times = sampler.get_autocorr_time(discard=half, tol=0)
     known = np.where(np.isfinite(times), times, float(steps))
     thin = max(int(known.max() / 2), 1)
@@ -158,7 +182,7 @@ def _summary(sampler: Any, free: Mapping[str, FreeParameter], steps: int, seed: 
         autocorrelation_time={name: float(each) for name, each in zip(free, known, strict=True)},
         acceptance=acceptance,
         steps=steps,
-        seed=seed,
+        seed=how.seed,
         problems=tuple(problems),
     )
 
@@ -192,36 +216,3 @@ def chains_of(posterior: Posterior, units: Mapping[str, str]) -> xarray.Dataset:
             "problems": json.dumps(list(posterior.problems)),
         },
     )
-
-
-FEWEST: Final = 20
-"""Least length of a chain."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sampling:
-    """How a posterior distribution is sampled.
-
-    Parameters
-    ----------
-    seed : int
-        Of the random numbers, 0 or more; the same seed gives the same samples.
-    steps : int
-        Length of each chain, at least 20.
-    walkers : int, optional
-        Number of chains, even and at least twice the number of unknowns; by default four times that.
-    progress : callable, optional
-        Called with the steps done and all steps; sampling ends with an error when it returns True.
-    """
-
-    seed: int
-    steps: int = 2000
-    walkers: int | None = None
-    progress: Callable[[int, int], bool | None] | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be sampled, before anything is computed."""
-        if self.steps < FEWEST:
-            raise InputError(f"steps = {self.steps}: expected at least {FEWEST}")
-        if not 0 <= self.seed < 2**32:
-            raise InputError(f"seed = {self.seed}: expected a whole number from 0 to {2**32 - 1}")
