@@ -19,7 +19,7 @@ from electrovib.recordings.interval import autocovariance, covariance, from_caus
 from electrovib.recordings.recording import increasing, omitted_rows, without_missing
 from electrovib.recordings.transitions.edges import drive_end
 from electrovib.recordings.transitions.modes import damped_sine, find_extrema
-from electrovib.recordings.transitions.relaxation import EXPONENTIAL
+from electrovib.recordings.transitions.relaxation import EXPONENTIAL, Sensor
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -262,7 +262,8 @@ class Release:
         }
 
         def columns(at: Mapping[str, float]) -> Real:
-            return EXPONENTIAL.columns(time, at, (at["frequency"], at["quality"]) if resonant else None)
+            sensor = Sensor(frequency=at["frequency"], quality=at["quality"]) if resonant else None
+            return EXPONENTIAL.columns(time, at, sensor)
 
         problem = Separable(
             columns=columns, data=force, free=free, names=EXPONENTIAL.amplitudes, ranges={"start": window}

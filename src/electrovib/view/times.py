@@ -177,11 +177,7 @@ def _panel(found: DirectionTimes, words: str, unit: str, *, sensor: bool) -> Pan
         if sensor:
             values = fitted.estimate.values
             fine = np.linspace(time[0], time[-1], 2000)
-            force = (
-                fitted.form.columns(fine, values, None)
-                if fitted.form.exponentials
-                else np.column_stack([fine < values["start"], np.ones_like(fine)])
-            )
+            force = fitted.form.columns(fine, values, None)
             curves.append(
                 Curve(
                     label=f"force, the sensor taken out{name}",

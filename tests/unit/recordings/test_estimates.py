@@ -17,7 +17,7 @@ from electrovib.recordings.fit.of_scenario import curvature_bias
 from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
 from electrovib.recordings.interval import from_causes, profile_interval
 from electrovib.recordings.transitions.modes import damped_sine
-from electrovib.recordings.transitions.relaxation import EXPONENTIAL
+from electrovib.recordings.transitions.relaxation import EXPONENTIAL, Sensor
 
 X = np.linspace(0.1, 2.0, 20)
 RATE = 2e6
@@ -266,7 +266,9 @@ def seen(data=None, **held):
         **resonance_parameters(10e-3, 8e-5),
     }
     problem = Separable(
-        columns=lambda at: EXPONENTIAL.columns(STAMPS, at, (at["frequency"], at["quality"])),
+        columns=lambda at: EXPONENTIAL.columns(
+            STAMPS, at, Sensor(frequency=at["frequency"], quality=at["quality"])
+        ),
         data=np.zeros(150) if data is None else data,
         free=free,
         names=EXPONENTIAL.amplitudes,

@@ -56,14 +56,20 @@ def _constant_phase(frequency: Real, permittivity: Complex) -> Iterator[Material
         )
 
 
-def _debye(frequency: Real, permittivity: Complex) -> Iterator[Material]:
-    """One relaxation, begun at several times."""
-    high, low, least = _levels(frequency, permittivity)
-    for time in _times(frequency):
-        strength = max(low - high, 0.1 * high)
-        yield Debye(
-            permittivity_high=high, strength=strength, relaxation_time=float(time), conductivity=least / 2
-        )
+def _one(
+    kind: type[Debye | HavriliakNegami], share: float, **shape: float
+) -> Callable[[Real, Complex], Iterator[Material]]:
+    """Make one relaxation, begun at several times, with a part of the permittivity at the highest frequency."""
+
+    def starts(frequency: Real, permittivity: Complex) -> Iterator[Material]:
+        high, low, least = _levels(frequency, permittivity)
+        for time in _times(frequency):
+            yield kind(
+                permittivity_high=max(high * share, 1.0), strength=max(low - high, 0.1 * high),
+                relaxation_time=float(time), conductivity=least / 2, **shape,
+            )  # fmt: skip
+
+    return starts
 
 
 def _cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
@@ -96,27 +102,13 @@ def _prony(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
     return starts
 
 
-def _havriliak_negami(frequency: Real, permittivity: Complex) -> Iterator[Material]:
-    """One broadened and skewed relaxation, begun at several times."""
-    high, low, least = _levels(frequency, permittivity)
-    for time in _times(frequency):
-        yield HavriliakNegami(
-            permittivity_high=max(high / 2, 1.0),
-            strength=max(low - high, 0.1 * high),
-            relaxation_time=float(time),
-            broadness=0.8,
-            skewness=0.8,
-            conductivity=least / 2,
-        )
-
-
 FORMS: Final[dict[str, Callable[[Real, Complex], Iterator[Material]]]] = {
     "Constant": _constant,
     "ConstantPhase": _constant_phase,
-    "Debye": _debye,
+    "Debye": _one(Debye, 1.0),
     "ColeCole, 1 term": _cole_cole(1),
     "ColeCole, 2 terms": _cole_cole(2),
-    "HavriliakNegami": _havriliak_negami,
+    "HavriliakNegami": _one(HavriliakNegami, 0.5, broadness=0.8, skewness=0.8),
     "ColeCole, 3 terms": _cole_cole(3),
     "ColeCole, 4 terms": _cole_cole(4),
     "Prony, 2 terms": _prony(2),

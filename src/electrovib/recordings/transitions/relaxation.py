@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import re
@@ -19,7 +20,12 @@ from electrovib.physics.relaxation import (
     time_of_progress,
 )
 from electrovib.recordings.fit.least_squares import FreeParameter
-from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
+from electrovib.recordings.fit.separable import (
+    Separable,
+    Whitening,
+    central_differences,
+    resonance_parameters,
+)
 from electrovib.recordings.interval import Interval, autocovariance, profile_interval
 
 if TYPE_CHECKING:
@@ -158,7 +164,7 @@ class FittedForm:
 
     - `estimate`: ``start`` [s], time constants [s], ``stretching``, sensor if it was estimated, and
       amplitudes.
-    - `sensor`: natural frequency [Hz] and quality factor through which it was seen.
+    - `sensor`: through which it was seen.
     - `aicc`: on residuals whose correlation was filtered out; infinite if the form was rejected.
     - `between`: time between the levels of the force, the sensor taken out.
     - `misfit`: rms of the residual after the start over the standard deviation of the noise before the edge.
@@ -166,7 +172,7 @@ class FittedForm:
 
     form: RelaxationForm
     estimate: LeastSquaresEstimate
-    sensor: tuple[float, float] | None
+    sensor: Sensor | None
     aicc: float
     rejected: str
     between: Interval
@@ -253,17 +259,10 @@ def _between(problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresE
         return Interval(value=0.0, method="an instantaneous change has no time to be estimated")
     if estimate.covariance is None:
         return Interval(value=value, method=estimate.why_no_covariance)
-    slopes = {}
-    for name in (*form.time_constants, *form.amplitudes[:-1], *(["stretching"] if form.stretched else [])):
-        step = 1e-5 * (abs(estimate.values[name]) or 1.0)
-        more, less = (
-            form.time_between(
-                {**estimate.values, name: estimate.values[name] + sign * step}, problem.edge.fractions
-            )
-            for sign in (1, -1)
-        )
-        slopes[name] = (more - less) / (2 * step)
-    found = estimate.derived(value, slopes)
+    names = (*form.time_constants, *form.amplitudes[:-1], *(["stretching"] if form.stretched else []))
+    steps = {name: 1e-5 * (abs(estimate.values[name]) or 1.0) for name in names}
+    between = functools.partial(form.time_between, fractions=problem.edge.fractions)
+    found = estimate.derived(value, central_differences(between, estimate.values, steps))
     if form is EXPONENTIAL and (found.standard_error > 0.2 * value or "time_constant" in estimate.on_bound):
         return _profile_of_time(problem, estimate, found.standard_error)
     return found
@@ -291,20 +290,22 @@ class RelaxationForm:
         changes = ("change",) if count == 1 else tuple(f"change_{number}" for number in range(1, count + 1))
         return (*changes, "after")
 
-    def columns(self, time: Real, values: Mapping[str, float], sensor: tuple[float, float] | None) -> Real:
+    def columns(self, time: Real, values: Mapping[str, float], sensor: Sensor | None) -> Real:
         """Compute what the amplitudes multiply, shape (n, k): relaxations from 1 to 0, and a column of ones."""
-        start = values["start"]
+        since = time - values["start"]
         if self.stretched:
-            shape = {"time_constant": values["time_constant"], "stretching": values["stretching"]}
+            shape = {name: values[name] for name in ("time_constant", "stretching")}
             if sensor is None:
-                found = [stretched_exponential(time - start, **shape)]
+                found = [stretched_exponential(since, **shape)]
             else:
-                found = [
-                    stretched_seen_by_sensor(time - start, frequency=sensor[0], quality=sensor[1], **shape)
-                ]
+                seen = {"frequency": sensor.frequency, "quality": sensor.quality}
+                found = [stretched_seen_by_sensor(since, **seen, **shape)]
         else:
             falls = [values[name] for name in self.time_constants] or [0.0]
-            found = [_exponential(time, start, fall, sensor) for fall in falls]
+            found = [
+                _exponential(since, fall) if sensor is None else sensor.release(since, fall_time=fall)
+                for fall in falls
+            ]
         return np.column_stack([*found, np.ones_like(time)])
 
     def time_between(self, values: Mapping[str, float], fractions: tuple[float, float]) -> float:
@@ -331,13 +332,8 @@ def forms(most: int, *, sensor: bool) -> tuple[RelaxationForm, ...]:
     return (*((INSTANTANEOUS,) if sensor else ()), EXPONENTIAL, STRETCHED, *sums)
 
 
-def _exponential(time: Real, start: float, fall: float, sensor: tuple[float, float] | None) -> Real:
-    if sensor is None:
-        return np.asarray(np.exp(-np.maximum(time - start, 0.0) / fall))
-    frequency, quality = sensor
-    return release_seen_by_sensor(
-        time, start=start, fall_time=max(fall, INSTANT / frequency), frequency=frequency, quality=quality
-    )
+def _exponential(since: Real, fall: float) -> Real:
+    return np.exp(-np.maximum(since, 0.0) / fall) if fall else np.asarray(since < 0, dtype=float)
 
 
 def _passage(progress: float, shares: Real, falls: Real) -> float:
@@ -408,11 +404,13 @@ class EdgeProblem:
             ranges={"start": self.rough},
         )
 
-    def seen_by(self, values: Mapping[str, float]) -> tuple[float, float] | None:
+    def seen_by(self, values: Mapping[str, float]) -> Sensor | None:
         """Return the sensor at some parameters."""
-        if self.estimated:
-            return values["frequency"], values["quality"]
-        return (self.sensor.frequency, self.sensor.quality) if self.sensor else None
+        return (
+            Sensor(frequency=values["frequency"], quality=values["quality"])
+            if self.estimated
+            else self.sensor
+        )
 
 
 def starts(

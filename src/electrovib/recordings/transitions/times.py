@@ -319,11 +319,7 @@ class DirectionTimes:
     def sensor_limit(self) -> float:
         """Time between the levels that an instantaneous change would show through the sensor; NaN without a sensor."""
         seen = [(each.fitted[self.form].sensor, each.record.fractions) for each in self.edges]
-        times = [
-            Sensor(frequency=one[0], quality=one[1]).shortest_time(fractions)
-            for one, fractions in seen
-            if one is not None
-        ]
+        times = [sensor.shortest_time(fractions) for sensor, fractions in seen if sensor is not None]
         return float(np.mean(times)) if times else math.nan
 
     @property
