@@ -12,7 +12,7 @@ from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.recordings.fit import ScenarioFit, fit_scenario
 from electrovib.recordings.fit.least_squares import require_lmfit
-from electrovib.recordings.fit.posterior import Sampling, require_emcee, sample_posterior
+from electrovib.recordings.fit.of_scenario import Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.result import parameter_table
 from electrovib.recordings.fit.sessions import compare_fits
 from electrovib.scenario import Scenario, Source, read_scenario

@@ -21,7 +21,7 @@ from electrovib.recordings.spectra.fitted import (
     error_by_resistor,
     fit_samples,
 )
-from electrovib.recordings.spectra.forms import forms_of
+from electrovib.recordings.spectra.material import forms_of
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.fit import ScenarioFit
-    from electrovib.recordings.fit.posterior import Posterior
+    from electrovib.recordings.fit.of_scenario import Posterior
     from electrovib.recordings.fit.prediction import Residuals
     from electrovib.recordings.fit.sessions import FitComparison
     from electrovib.recordings.interval import EstimatedParameter
@@ -388,7 +388,7 @@ def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) ->
 def chains_bytes(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> bytes:
     """Return the chains of a posterior distribution as a netCDF file, with the mark by which a later fit may replace it."""
     from electrovib.data.traces.netcdf import in_memory
-    from electrovib.recordings.fit.posterior import chains_of
+    from electrovib.recordings.fit.of_scenario import chains_of
 
     chains = chains_of(posterior, {row.name: row.unit for row in rows})
     chains.attrs = {WRITTEN_BY: unsigned(Form.NETCDF)} | chains.attrs

@@ -8,7 +8,7 @@ from twins import FILM, GAP, LEAK, exact, noisy, plate
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import CalibrationError, CancelledError, MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.posterior import Sampling, sample_posterior
+from electrovib.recordings.fit.of_scenario import Sampling, sample_posterior
 from electrovib.recordings.fit.result import parameter_table, systematic_deviations
 
 FORCE = "electrostatic_force"

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from electrovib.recordings.calibration import CalibrationError
-    from electrovib.recordings.fit.posterior import Sampling
+    from electrovib.recordings.fit.of_scenario import Sampling
     from electrovib.scenario import Source
 
 
@@ -252,7 +252,7 @@ def _stated(changes: list[str] | None) -> dict[str, Any]:
 
 def _sampling(seed: int | None, steps: int, update: Callable[[int, int], None]) -> Sampling:
     """Read the options of the posterior distribution."""
-    from electrovib.recordings.fit.posterior import Sampling
+    from electrovib.recordings.fit.of_scenario import Sampling
 
     if seed is None:
         raise InputError("--posterior: state --seed, so that the samples can be repeated")

@@ -16,8 +16,7 @@ from electrovib.core.units import format_quantity
 from electrovib.recordings.importing.own_material import layer_toml
 from electrovib.recordings.importing.parallel_part import CERTAIN, fit_parallel_part
 from electrovib.recordings.interval import NORMAL, EstimatedParameter
-from electrovib.recordings.spectra.forms import forms_of
-from electrovib.recordings.spectra.material import consistency, fit_material, shift_of, slopes_of
+from electrovib.recordings.spectra.material import consistency, fit_material, forms_of, shift_of, slopes_of
 from electrovib.scenario.toml import model_table
 
 if TYPE_CHECKING:
