@@ -141,58 +141,38 @@ def profile_interval(
     prediction exists; `allowed` is the quantile of chi-squared, or of F, for one parameter. The search begins
     with `deviation`, not finite or 0 where none is known, and goes outwards by factors if `logarithmic`.
     """
+    from scipy.optimize import brentq
 
-    def height(value: float) -> float:
-        if value == best:
-            return -math.sqrt(allowed)
-        return math.sqrt(max(rise(value), 0.0)) - math.sqrt(allowed)
-
-    (lower, open_below), (upper, open_above) = (
-        _end(height, best, side, deviation, bounds, logarithmic=logarithmic) for side in (-1, 1)
-    )
-    return Interval(
-        value=best, lower=lower, upper=upper, method="profile", open_below=open_below, open_above=open_above
-    )  # fmt: skip
-
-
-def _end(
-    height: Callable[[float], float],
-    best: float,
-    side: int,
-    deviation: float,
-    bounds: tuple[float, float],
-    *,
-    logarithmic: bool,
-) -> tuple[float, bool]:
-    """Go outwards until the profile is above the allowed rise, then divide the last step."""
-    bound = bounds[0] if side < 0 else bounds[1]
     known = math.isfinite(deviation) and deviation > 0
     step = min(2 * deviation / abs(best), 1.0) if known and best else 0.1
     by_factor = logarithmic and best > 0
 
-    def moved(units: float) -> float:
-        value = (
-            best * math.exp(side * step * units)
-            if by_factor
-            else best + side * units * step * (abs(best) or 1)
-        )
-        return max(value, bound) if side < 0 else min(value, bound)
+    def end(side: int, bound: float) -> tuple[float, bool]:
+        """Go outwards until the profile is above the allowed rise, then divide the last step."""
 
-    inner, outer = 0.0, 1.0
-    while (reached := height(moved(outer))) <= 0:
-        if moved(outer) == bound or outer * step > (math.log(_FURTHEST) if by_factor else _FURTHEST):
-            return bound, True
-        inner, outer = outer, 1.6 * outer
-    if not math.isfinite(reached):
-        return moved(inner), True
-    return moved(_crossing(lambda units: height(moved(units)), inner, outer)), False
+        def moved(units: float) -> float:
+            shifted = best + side * units * step * (abs(best) or 1)
+            value = best * math.exp(side * step * units) if by_factor else shifted
+            return max(value, bound) if side < 0 else min(value, bound)
 
+        def height(units: float) -> float:
+            value = moved(units)
+            risen = 0.0 if value == best else max(rise(value), 0.0)
+            return math.sqrt(risen) - math.sqrt(allowed)
 
-def _crossing(height: Callable[[float], float], inner: float, outer: float) -> float:
-    """Find where the profile crosses the allowed rise between two distances, in steps."""
-    from scipy.optimize import brentq
+        inner, outer = 0.0, 1.0
+        while (reached := height(outer)) <= 0:
+            if moved(outer) == bound or outer * step > (math.log(_FURTHEST) if by_factor else _FURTHEST):
+                return bound, True
+            inner, outer = outer, 1.6 * outer
+        if not math.isfinite(reached):
+            return moved(inner), True
+        return moved(float(brentq(height, inner, outer, xtol=_ACCURACY * outer))), False
 
-    return float(brentq(height, inner, outer, xtol=_ACCURACY * outer))
+    (lower, open_below), (upper, open_above) = end(-1, bounds[0]), end(1, bounds[1])
+    return Interval(
+        value=best, lower=lower, upper=upper, method="profile", open_below=open_below, open_above=open_above
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

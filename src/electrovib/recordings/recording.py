@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.sampled import StampTreatment
-    from electrovib.physics.rig import Clock
 
     Recorded: TypeAlias = "Recording | xarray.Dataset | str | Path"
     Channels: TypeAlias = "TribometerChannels | Mapping[str, Any] | str | Path"
@@ -108,7 +107,14 @@ def calibrated(
     if problems:
         raise InputError(problems)
     whole = without_missing(given, channels.missing_rows, source)
-    given, time = _on_time(given, channels.clock, whole, source)
+    rows = np.flatnonzero(whole)  # an omitted row leaves a gap in time
+    if isinstance(channels.clock, TimeColumn):
+        rows = rows[increasing(given["time"][rows], channels.clock.stamps, source)]
+        time = given["time"][rows] - given["time"][rows[0]]
+    else:
+        assert isinstance(channels.clock, EvenSamples)
+        time = rows / channels.clock.rate
+    given = {name: values[rows] for name, values in given.items()}
     encoder = channels.encoder
     return Recording(
         time=time,
@@ -122,20 +128,6 @@ def calibrated(
         missing=int(np.count_nonzero(~whole)),
         at_rail={name: at_rail(given[name]) for name in ("normal", "lateral")},
     )
-
-
-def _on_time(
-    columns: dict[str, Real], clock: Clock, whole: NDArray[np.bool_], source: str
-) -> tuple[dict[str, Real], Real]:
-    """Return the rows that are kept and their times; an omitted row leaves a gap in time."""
-    rows = np.flatnonzero(whole)
-    if isinstance(clock, TimeColumn):
-        rows = rows[increasing(columns["time"][rows], clock.stamps, source)]
-        time = columns["time"][rows] - columns["time"][rows[0]]
-    else:
-        assert isinstance(clock, EvenSamples)
-        time = rows / clock.rate
-    return {name: values[rows] for name, values in columns.items()}, time
 
 
 def increasing(time: Real, stamps: StampTreatment, source: str) -> NDArray[np.bool_]:

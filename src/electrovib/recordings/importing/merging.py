@@ -139,10 +139,20 @@ def _merged(first: _Record, second: _Record, relation: ClockRelation) -> xarray.
         f"{', '.join(added)}: interpolated onto the {grid.size} samples of the first file that both records cover",
         *([f"{', '.join(left)} of the second file omitted, because the first file has it too"] * bool(left)),
     ]
+    before, after = (read_diagnostics(each.trace.attrs.get("validity", "[]")) for each in (first, second))
+    diagnostics = [each.to_dict() for each in (*before, relation.diagnostic())]
+    diagnostics[-1:-1] = [each.to_dict() | {"name": f"{each.name} (second file)"} for each in after]
+    attributes = {str(name): value for name, value in first.trace.attrs.items() if name != "format"}
+    attributes |= {
+        f"second_{name}": str(second.trace.attrs[name])[:_LONGEST]
+        for name in ("file", "file_sha256", "reader", "options")
+        if name in second.trace.attrs
+    }
     merged = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": grid},
-        _attributes(first.trace, second.trace, words, relation),
+        attributes
+        | {"history": "\n".join([*_history(first.trace), *words]), "validity": json.dumps(diagnostics)},
     )
     for name in signals:  # such as the error of a calibration
         source = second if name in added else first
@@ -160,29 +170,6 @@ def _onto(time: Real, values: Real, grid: Real) -> Real:
 
 def _history(trace: xarray.Dataset, *, prefix: str = "") -> list[str]:
     return [f"{prefix}{line}" for line in str(trace.attrs.get("history", "")).split("\n") if line]
-
-
-def _attributes(
-    first: xarray.Dataset,
-    second: xarray.Dataset,
-    words: list[str],
-    relation: ClockRelation,
-) -> dict[str, str]:
-    """Return the attributes of the first Trace with the statements of the second one."""
-    diagnostics = [each.to_dict() for each in read_diagnostics(first.attrs.get("validity", "[]"))]
-    diagnostics += [
-        each.to_dict() | {"name": f"{each.name} (second file)"}
-        for each in read_diagnostics(second.attrs.get("validity", "[]"))
-    ]
-    diagnostics.append(relation.diagnostic().to_dict())
-    attributes = {str(name): value for name, value in first.attrs.items() if name != "format"}
-    for name in ("file", "file_sha256", "reader", "options"):
-        if name in second.attrs:
-            attributes[f"second_{name}"] = str(second.attrs[name])[:_LONGEST]
-    return attributes | {
-        "history": "\n".join([*_history(first), *words]),
-        "validity": json.dumps(diagnostics),
-    }
 
 
 _MOST: Final = 2000

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.data.spectrum import MeasuredSpectrum
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,18 +219,30 @@ def read_sample(
     spectrum = spectrum_of(recorded, columns=columns, spectrum=number)
     depth = None if thickness is None else _above_zero("thickness", thickness, "m")
     history = [f"spectrum of {place.name}: {spectrum.read_as}"]
-    diagnostics = about_parts(recorded, spectrum)
     resistance = number_of("series_resistance", series_resistance, "ohm")
     capacitance = number_of("parallel_capacitance", parallel_capacitance, "F")
+    per_farad = 0.0
     if spectrum.impedance is not None:
-        _refuse_bad_calibration(place, spectrum)
-        permittivity, words = _of_impedance(
-            spectrum, area, depth, resistance, capacitance + fixture_capacitance
+        if offset := phase_offset(spectrum.frequency, spectrum.impedance):
+            raise InputError(
+                f"badly calibrated: {offset.sentence()}. Calibrate the instrument with a resistor of the same size and measure"
+                " again",
+                path=place,
+            )
+        surface, depth = _dimensions(area, depth)
+        history.append(
+            f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
         )
-        history += words
+        per_farad, turns = depth / (eps0 * surface), 2j * np.pi * spectrum.frequency
+        if parallel := capacitance + fixture_capacitance:
+            history.append(f"fixture of {format_quantity(parallel, 'F', digits=4)} in parallel subtracted")
+        if resistance:
+            history.append(f"{format_quantity(resistance, 'ohm')} in series subtracted")
         if fixture_capacitance:
             source = "measured in parallel with the reference resistor (--set parallel_capacitance=... states another one)"
             history.append(f"the capacitance of the fixture was {source}")
+        sample = 1 / (1 / spectrum.impedance - turns * parallel) - resistance
+        permittivity = np.asarray(per_farad / (turns * sample))
     else:
         assert spectrum.permittivity is not None
         permittivity = spectrum.permittivity
@@ -243,25 +254,20 @@ def read_sample(
         permittivity=permittivity,
         thickness=depth,
         history=tuple(history),
-        diagnostics=tuple(diagnostics),
-        per_farad=0.0 if spectrum.impedance is None else _per_farad(area, depth),
+        diagnostics=tuple(about_parts(recorded, spectrum)),
+        per_farad=per_farad,
     )
 
 
-def _per_farad(area: str | float | None, depth: float | None) -> float:
-    """Return the permittivity of a sample whose capacitance is one farad."""
-    return (depth or 0.0) / (eps0 * _above_zero("area", area or 0.0, "m2"))
-
-
-def _refuse_bad_calibration(place: Path, spectrum: MeasuredSpectrum) -> None:
-    """Refuse the impedance of an instrument whose phase is wrong by a constant."""
-    assert spectrum.impedance is not None
-    offset = phase_offset(spectrum.frequency, spectrum.impedance)
-    if offset is not None:
+def _dimensions(area: str | float | None, depth: float | None) -> tuple[float, float]:
+    missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
+    if missing or area is None or depth is None:
         raise InputError(
-            f"badly calibrated: {offset.sentence()}. Calibrate the instrument with a resistor of the same size and measure again",
-            path=place,
+            f"{name}: an impedance becomes a permittivity by area and thickness of the sample; state it, such as"
+            f" {name} = '{'1 cm2' if name == 'area' else '200 um'}' (--{name})"
+            for name in missing
         )
+    return _above_zero("area", area, "m2"), depth
 
 
 def number_of(name: str, value: str | float, unit: str) -> float:
@@ -277,32 +283,3 @@ def _above_zero(name: str, value: str | float, unit: str) -> float:
     if not found:
         raise InputError(f"{name} = {value}: expected more than 0 {unit}")
     return found
-
-
-def _of_impedance(
-    spectrum: MeasuredSpectrum,
-    area: str | float | None,
-    depth: float | None,
-    resistance: float,
-    capacitance: float,
-) -> tuple[Complex, list[str]]:
-    missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
-    if missing or area is None or depth is None:
-        raise InputError(
-            f"{name}: an impedance becomes a permittivity by area and thickness of the sample; state it, such as"
-            f" {name} = '{'1 cm2' if name == 'area' else '200 um'}' (--{name})"
-            for name in missing
-        )
-    surface = _above_zero("area", area, "m2")
-    assert spectrum.impedance is not None
-    turns = 2j * np.pi * spectrum.frequency
-    admittance = 1 / spectrum.impedance - turns * capacitance
-    sample = 1 / admittance - resistance
-    words = [
-        f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
-    ]
-    if capacitance:
-        words.append(f"fixture of {format_quantity(capacitance, 'F', digits=4)} in parallel subtracted")
-    if resistance:
-        words.append(f"{format_quantity(resistance, 'ohm')} in series subtracted")
-    return np.asarray(depth / (turns * eps0 * surface * sample)), words

@@ -94,7 +94,9 @@ def find_slides(recording: Recording, contact: Touch) -> list[Span]:
     for sign in (1, -1):
         slides = runs(closed(sign * moving[first:last] > threshold, count)) if threshold else []
         found += [(first + a, first + b) for a, b in slides]
-    sizes = {span: _size(recording, span) for span in found}
+    # by the distance, or the duration if there is no position
+    along = recording.time if recording.position is None else recording.position
+    sizes = {(first, last): abs(along[last - 1] - along[first]) for first, last in found}
     longest = max(sizes.values(), default=0.0)
     return sorted(span for span, size in sizes.items() if size >= max(least, longest / 5))
 
@@ -112,12 +114,6 @@ def _rubbing(recording: Recording, contact: Touch) -> Real | None:
     size = np.abs(even[slice(*contact.span)])
     largest = float(np.quantile(size, 0.9))
     return np.clip(even, -largest, largest) if largest > CLEAR * noise else None
-
-
-def _size(recording: Recording, span: Span) -> float:
-    """Return the distance of a slide [m], or its duration [s] if there is no position."""
-    distance = travel(recording, span)
-    return distance if distance is not None else float(recording.time[span[1] - 1] - recording.time[span[0]])
 
 
 def travel(recording: Recording, span: Span) -> float | None:
