@@ -58,6 +58,10 @@ class Recording:
         """Normal and lateral force [N], shape (2, n)."""
         return np.stack([self.normal_force, self.lateral_force])
 
+    def ends(self, span: Span) -> tuple[float, float]:
+        """Return the times of the first and the last sample of a section [s]."""
+        return float(self.time[span[0]]), float(self.time[span[1] - 1])
+
 
 def read_recording(path: Path, channels: TribometerChannels) -> Recording:
     """Read and calibrate a recording of a tribometer.

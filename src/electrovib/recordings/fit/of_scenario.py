@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -19,8 +20,8 @@ from electrovib.recordings.fit.misfit import misfit_of
 from electrovib.recordings.fit.prediction import Prediction, residuals_of
 from electrovib.recordings.fit.problem import Callback, CancelledError, WeightedProblem, first_noise, weighted
 from electrovib.recordings.fit.result import ScenarioFit
-from electrovib.recordings.fit.sessions import BetweenSessions, between_sessions
-from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.recordings.fit.sessions import between_sessions
+from electrovib.scenario import Source, read_scenario
 
 if TYPE_CHECKING:
     import xarray
@@ -62,13 +63,15 @@ def fit_scenario(
         raise InputError("free: name at least one parameter, for instance stack.gap.thickness")
     base = read_scenario(scenario)
     measured, said = as_recorded(base, measured, free, keep)
-    prediction = Prediction(base, measured, free=free, varying=varying, signals=signals, start=start)
-    few = _with_few(base, measured, prediction, (free, varying, signals))
+    predicted = functools.partial(Prediction, base, free=free, varying=varying, signals=signals)
+    prediction, few = predicted(measured, start=start), None
+    thinned = [dataclasses.replace(each, trace=_thinned(each.trace)) for each in measured]
+    if any(after.trace is not before.trace for after, before in zip(thinned, measured, strict=True)):
+        few = predicted(thinned)
+        few.free = prediction.free
     begin = _roughly(few, prediction, progress)
     noise, estimate, problem = weighted(prediction, begin, progress, near=begin is not prediction.free)
-    found = _judged(
-        problem, WeightedProblem(few or prediction, noise), estimate, noise, free=free, varying=varying
-    )
+    found = _judged(problem, WeightedProblem(few or prediction, noise), estimate, noise)
     if not said:
         return found
     own = {path: value_at(found.scenario, path) for path in free}
@@ -86,13 +89,7 @@ def _measured(
 
 
 def _judged(
-    problem: WeightedProblem,
-    few: WeightedProblem,
-    estimate: LeastSquaresEstimate,
-    noise: Sequence[float],
-    *,
-    free: Sequence[str],
-    varying: Sequence[str],
+    problem: WeightedProblem, few: WeightedProblem, estimate: LeastSquaresEstimate, noise: Sequence[float]
 ) -> ScenarioFit:
     """Judge what the data determine, and collect the result."""
     prediction, values = problem.prediction, estimate.values
@@ -125,8 +122,14 @@ def _judged(
         else state
         for name, state in judged.states.items()
     }
-    means = _means(estimate, prediction, varying)
-    shared = {path: values[path] for path in free if path not in varying}
+    sessions: dict[str, dict[str, str]] = {}
+    shared: dict[str, float] = {}
+    for each in prediction.unknowns:
+        if each.session:
+            sessions.setdefault(each.path, {})[each.session] = each.name
+        elif not each.is_offset:
+            shared[each.path] = values[each.name]
+    means = {path: between_sessions(estimate, names) for path, names in sessions.items()}
     return ScenarioFit(
         estimate=estimate,
         unknowns=prediction.unknowns,
@@ -141,17 +144,6 @@ def _judged(
         rounding=rounding,
         misfit=misfit,
     )
-
-
-def _means(
-    estimate: LeastSquaresEstimate, prediction: Prediction, varying: Sequence[str]
-) -> dict[str, BetweenSessions]:
-    return {
-        path: between_sessions(
-            estimate, {each.session: each.name for each in prediction.unknowns if each.path == path}
-        )
-        for path in varying
-    }
 
 
 def _whole(covariance: Real, names: Sequence[str], rows: Sequence[int], traded: Collection[str]) -> Real:
@@ -172,22 +164,6 @@ def _traded(slopes: Real, names: Sequence[str], on_bound: Mapping[str, str]) -> 
         for other in on_bound
         if name not in on_bound and trades(slopes, at, names.index(other))
     }
-
-
-def _with_few(
-    base: Scenario,
-    measured: Sequence[MeasuredTrace],
-    whole: Prediction,
-    asked: tuple[Sequence[str], Sequence[str], Sequence[str] | None],
-) -> Prediction | None:
-    """Make the prediction for a few samples of each recording; None where no recording is long."""
-    thinned = [dataclasses.replace(each, trace=_thinned(each.trace)) for each in measured]
-    if all(after.trace is before.trace for after, before in zip(thinned, measured, strict=True)):
-        return None
-    free, varying, signals = asked
-    few = Prediction(base, thinned, free=free, varying=varying, signals=signals)
-    few.free = whole.free
-    return few
 
 
 def _roughly(
