@@ -271,16 +271,21 @@ def covariance(*, jacobian: Real, autocovariance: Real) -> Real:
     that was not weighted with R; infinite if the samples do not determine the parameters. `autocovariance` is
     0 beyond the lags that are given.
     """
-    from scipy.linalg import matmul_toeplitz
-
     size = np.linalg.norm(jacobian, axis=0)
     count = jacobian.shape[1]
     if not np.all(size > 0) or np.linalg.cond(jacobian / size) > 1e10:
         return np.full((count, count), np.inf)
     inverse = np.linalg.pinv(jacobian / size) / size[:, None]
-    samples = inverse.shape[1]
+    return through(inverse, autocovariance)
+
+
+def through(weights: Real, autocovariance: Real) -> Real:
+    """Return the covariance of weighted sums of samples, `weights` (sums, n), with noise of an autocovariance."""
+    from scipy.linalg import matmul_toeplitz
+
+    samples = weights.shape[-1]
     lags = np.pad(autocovariance[:samples], (0, max(0, samples - len(autocovariance))))
-    return np.asarray(inverse @ matmul_toeplitz(lags, inverse.T))
+    return np.asarray(weights @ matmul_toeplitz(lags, weights.T))
 
 
 def line(*, time: Real, values: Real) -> tuple[float, float, float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -145,16 +146,18 @@ def edge_record(
     behind = (at - earlier) * (0.5 - _MARGIN)
     ahead = min(ahead, window) if window is not None else ahead
     behind = min(behind, before) if before is not None else behind
-    found = _found(time, values, at, ahead, behind, levels, driven)
+    find = functools.partial(_found, time, values, at, levels=levels, driven=driven)
+    found = find(ahead, behind)
     if window is None and _LONG * found[2].time < ahead:
         ahead = _LONG * found[2].time
         behind = min(behind, ahead / 2) if before is None else behind
-        found = _found(time, values, at, ahead, behind, levels, driven)
+        found = find(ahead, behind)
     here, level, passed = found
     own_time, own_values = time[here] - at, values[here]
     step = float(np.median(np.diff(own_time)))
     count = max(1, int(passed.time / step / _PER_TIME))
-    averaged = [averages(part, count) for part in (own_time, own_values)]
+    fit_time, fit_values = (averages(part, count) for part in (own_time, own_values))
+    ahead_of_it = fit_values[fit_time < (0.0 if driven else passed.first - passed.time)]
     return EdgeRecord(
         direction="rising" if level.change > 0 else "falling",
         reference=at,
@@ -164,16 +167,10 @@ def edge_record(
         levels=level,
         fractions=_of_change(levels, rising=level.change > 0),
         passages=passed,
-        fit_time=averaged[0],
-        fit_values=averaged[1],
-        fit_noise=_noise_of_averages(averaged[0], averaged[1], level, passed, driven),
+        fit_time=fit_time,
+        fit_values=fit_values,
+        fit_noise=float(np.std(ahead_of_it)) if ahead_of_it.size >= _FEWEST_AVERAGES else level.noise,
     )
-
-
-def _noise_of_averages(time: Real, values: Real, level: EdgeLevels, passed: Passages, driven: bool) -> float:
-    """Return the standard deviation before the edge of the averages, or of the samples where there are few averages."""
-    before = time < (0.0 if driven else passed.first - passed.time)
-    return float(np.std(values[before])) if np.count_nonzero(before) >= _FEWEST_AVERAGES else level.noise
 
 
 def _found(
@@ -182,6 +179,7 @@ def _found(
     at: float,
     ahead: float,
     behind: float,
+    *,
     levels: tuple[float, float],
     driven: bool,
 ) -> tuple[slice, EdgeLevels, Passages]:
@@ -243,7 +241,11 @@ def columns_of(
     if not (np.diff(time) > 0).all():
         raise InputError("time: the times do not increase; import the record with stamps = 'keep_increasing'")
     if drive is not None:
-        drive = _driving(time, drive[whole], readback, by)
+        drive = drive[whole]
+        try:
+            drive = drive if readback is None else readback.driving(time - time[0], drive)
+        except ValueError as error:
+            raise InputError(f"by = {by}: {error}") from None
     unit = SIGNALS[signal].unit if signal in SIGNALS else str(record[signal].attrs.get("units", ""))
     return Columns(signal=signal, unit=unit, time=time, values=values, drive=drive)
 
@@ -265,16 +267,6 @@ def _named(record: xarray.Dataset, signal: str | None, by: str | None) -> str:
                 f"{nearest(name, over_time)}"
             )
     return signal
-
-
-def _driving(time: Real, values: Real, readback: Readback | None, by: str | None) -> Real:
-    """Return the drive of which a signal was read back."""
-    if readback is None:
-        return values
-    try:
-        return readback.driving(time - time[0], values)
-    except ValueError as error:
-        raise InputError(f"by = {by}: {error}") from None
 
 
 _ABOVE: Final = 4.0
