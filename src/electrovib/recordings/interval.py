@@ -87,13 +87,18 @@ class Interval:
         return f"{value}, 95 % interval {ends}{method}{scatter}"
 
 
+def student(freedom: float) -> float:
+    """Return half the width of a 95 % interval over the standard error, by Student's t."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(min(freedom, 1e9), _UPPER))
+
+
 def from_noise(value: float, standard_error: float, *, freedom: float = math.inf) -> Interval:
     """Make the interval of a number of one edge by Student's t; without ends if the standard error is not finite."""
-    from scipy.stats import t
-
     if not math.isfinite(standard_error):
         return Interval(value=value, method="the samples do not determine it")
-    half = float(t.ppf(_UPPER, min(freedom, 1e9))) * standard_error
+    half = student(freedom) * standard_error
     return Interval(
         value=value, lower=value - half, upper=value + half, standard_error=standard_error,
         method="noise of one edge",
@@ -112,14 +117,12 @@ def from_causes(value: float, components: Mapping[str, float]) -> Interval:
 
 def mean_of(each: Sequence[Interval], *, of: str = "edge") -> Interval:
     """Compute the mean of a number over edges, by Student's t over the edges; one edge keeps its own interval."""
-    from scipy.stats import t
-
     if len(each) == 1:
         return each[0]
     values = np.array([one.value for one in each])
     mean, scatter = float(values.mean()), float(values.std(ddof=1))
     error = scatter / math.sqrt(len(each))
-    half = float(t.ppf(_UPPER, len(each) - 1)) * error
+    half = student(len(each) - 1) * error
     return Interval(
         value=mean, lower=mean - half, upper=mean + half, standard_error=error, scatter=scatter, count=len(each),
         method=f"Student's t over {len(each)} {of}s",

@@ -263,15 +263,15 @@ class Rounding:
     def half_width(self, name: str, *, level: float, quantile: float) -> float:
         """Compute half the width of the interval of an unknown, if all positions of the steps are equally probable."""
         from scipy.optimize import brentq
-        from scipy.stats import norm
+        from scipy.special import ndtr, ndtri
 
         errors = np.abs(self.errors[name])
-        sigma = self.deviations[name] * quantile / float(norm.ppf(0.5 + level / 2))
+        sigma = self.deviations[name] * quantile / float(ndtri(0.5 + level / 2))
         if not sigma > 1e-9 * np.max(errors):
             return float(np.quantile(errors, level))
 
         def excess(half: float) -> float:
-            inside = norm.cdf((half - errors) / sigma) - norm.cdf((-half - errors) / sigma)
+            inside = ndtr((half - errors) / sigma) - ndtr((-half - errors) / sigma)
             return float(np.mean(inside)) - level
 
         return float(brentq(excess, 0.0, float(np.max(errors)) + 10 * quantile * sigma, xtol=1e-6 * sigma))
@@ -449,14 +449,14 @@ def least_noise(scatter: float, coherence: float) -> float:
 
 def _variance_halfway(noise: float) -> float:
     """Return the variance of rounded values about halfway between two steps, over the square of the step [1]."""
-    from scipy.stats import norm
+    from scipy.special import ndtr
 
     if noise > 1:
         return noise**2 + 1 / 12
     if noise == 0:
         return 0.25
     edges = np.arange(12.0)
-    return float(np.sum(2 * np.diff(norm.cdf(edges / noise)) * (edges[1:] - 0.5) ** 2))
+    return float(np.sum(2 * np.diff(ndtr(edges / noise)) * (edges[1:] - 0.5) ** 2))
 
 
 def coherence_of(steps: Real) -> float:

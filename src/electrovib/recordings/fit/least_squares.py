@@ -316,12 +316,10 @@ class LeastSquaresEstimate:
 
     def quantile(self, level: float) -> float:
         """Return half the width of an interval of this probability [1] over the standard deviation, by Student's t."""
-        from scipy.stats import norm, t
+        from scipy.special import stdtrit
 
-        upper = 0.5 + level / 2
-        return float(
-            norm.ppf(upper) if self.noise_is_known else t.ppf(upper, max(self.degrees_of_freedom, 1))
-        )
+        freedom = 1e9 if self.noise_is_known else max(self.degrees_of_freedom, 1)
+        return float(stdtrit(freedom, 0.5 + level / 2))
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
         """Interval of one parameter from its standard deviation and Student's t; NaN where there is no standard deviation."""

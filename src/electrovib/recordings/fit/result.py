@@ -150,12 +150,11 @@ class ScenarioFit:
         is stated. It holds where the symmetric interval does not. Rounding of the recordings moves both ends
         outwards by what it adds to the variance.
         """
-        from scipy.stats import chi2
-        from scipy.stats import f as fisher
+        from scipy.special import chdtri, fdtri
 
         estimate, free, own = self.estimate, self.problem.prediction.free, self.problem.prediction.free[name]
         known, value = estimate.noise_is_known, estimate.values[name]
-        allowed = chi2.ppf(level, 1) if known else fisher.ppf(level, 1, max(estimate.degrees_of_freedom, 1))
+        allowed = chdtri(1, 1 - level) if known else fdtri(1, max(estimate.degrees_of_freedom, 1), level)
         unit = self.misfit.inflation * (1.0 if known else estimate.variance)
 
         def rise(at: float) -> float:

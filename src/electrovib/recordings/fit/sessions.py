@@ -88,27 +88,20 @@ def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -
     whatever the sizes, so that Student's t holds for the mean when the sessions are alike in size.
     """
     deviations = estimate.standard_deviations
-    return spread_of(
-        {session: estimate.values[name] for session, name in names.items()},
-        [deviations[name] for name in names.values()],
-    )
+    return spread_of({session: (estimate.values[name], deviations[name]) for session, name in names.items()})
 
 
-def spread_of(
-    values: Mapping[str, float], deviations: Sequence[float], *, group: str = "session"
-) -> BetweenSessions:
-    """Summarise at least two separate estimates of one parameter, with the spread between them of `random_effects`."""
-    found = np.array(list(values.values()))
+def spread_of(own: Mapping[str, tuple[float, float]], *, group: str = "session") -> BetweenSessions:
+    """Summarise at least two estimates of one parameter with their deviations, with the spread of `random_effects`."""
+    found, deviations = np.transpose(list(own.values()))
     scatter = float(np.var(found, ddof=1))
     within = float(np.sqrt(np.mean(np.square(deviations))))
-    known = [
-        (value, each) for value, each in zip(found.tolist(), deviations, strict=True) if math.isfinite(each)
-    ]
+    known = np.isfinite(deviations)
     spread = Interval(value=math.sqrt(scatter))
-    if len(known) > 1:
-        spread = random_effects(*zip(*known, strict=True)).between
+    if np.count_nonzero(known) > 1:
+        spread = random_effects(found[known], deviations[known]).between
     return BetweenSessions(
-        values=dict(values), mean=float(np.mean(found)), within=within, between=spread.value,
+        values=dict(zip(own, found.tolist(), strict=True)), mean=float(np.mean(found)), within=within, between=spread.value,
         between_lower=spread.lower, between_upper=spread.upper, standard_error=math.sqrt(scatter / found.size), group=group,
     )  # fmt: skip
 
@@ -306,7 +299,7 @@ def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, Be
     found = {}
     for path in free:
         own = {
-            each.record: row
+            each.record: (row.value, row.standard_error)
             for each in fits
             for row in each.rows
             if row.name == path
@@ -315,8 +308,7 @@ def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, Be
             and math.isfinite(row.standard_error)
         }
         if len(own) > 1:
-            values = {record: row.value for record, row in own.items()}
-            found[path] = spread_of(values, [row.standard_error for row in own.values()], group="recording")
+            found[path] = spread_of(own, group="recording")
     return found
 
 

@@ -14,6 +14,7 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS, make_trace
 from electrovib.core.units import format_quantity
 from electrovib.recordings.importing.reduction import find_edges, resampled, seconds, span_words
+from electrovib.recordings.interval import student
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -308,14 +309,12 @@ def _fitted(
 
 
 def _relation(fit: tuple[float, float, float, Real, Real], timing: float) -> ClockRelation:
-    from scipy.stats import t as student
-
     misfit, shift, ratio, one, two = fit
     count = one.size
     free = count - 2
     spread = float(np.sqrt(np.sum((two - two.mean()) ** 2)))
     scatter = misfit * math.sqrt(count / free) if free else 0.0
-    factor = float(student.ppf(0.975, free)) if free and scatter > timing else 1.96
+    factor = student(free) if free and scatter > timing else 1.96
     deviation = max(scatter, timing)
     return ClockRelation(
         shift=shift,

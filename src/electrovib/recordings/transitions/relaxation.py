@@ -26,7 +26,7 @@ from electrovib.recordings.fit.separable import (
     central_differences,
     resonance_parameters,
 )
-from electrovib.recordings.interval import Interval, autocovariance, profile_interval
+from electrovib.recordings.interval import Interval, autocovariance, profile_interval, student
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -459,8 +459,6 @@ def starts(
 
 def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:
     """Find the times between levels with which an exponential fits as well; from 0 where an instantaneous change does."""
-    from scipy.stats import t
-
     separable, values = problem.separable(EXPONENTIAL), estimate.values
     factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.edge.fractions)
     best, free = values["time_constant"], separable.free["time_constant"]
@@ -479,7 +477,7 @@ def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error
         best,
         deviation=error / factor,
         bounds=(free.lower, free.upper),
-        allowed=float(t.ppf(0.975, estimate.degrees_of_freedom)) ** 2,
+        allowed=student(estimate.degrees_of_freedom) ** 2,
         logarithmic=True,
     )
     if found.open_above:
