@@ -145,15 +145,13 @@ def trades(derivatives: Real, at: int, bound: int) -> bool:
 
 def _is_lost(sloped: Real, at: int, lost: Sequence[int], *, factor: float = _INFLATED) -> bool:
     """Return whether some parameters would increase the standard deviation of another by more than a factor."""
-    others = [each for each in range(sloped.shape[1]) if each != at]
+    own, others = sloped[:, at], [each for each in range(sloped.shape[1]) if each != at]
     known = [each for each in others if each not in lost]
-    alone, beside = (np.linalg.norm(_apart(sloped[:, at], sloped[:, each])) for each in (known, others))
+    alone, beside = (
+        np.linalg.norm(own - sloped[:, each] @ np.linalg.lstsq(sloped[:, each], own, rcond=_VANISHES)[0])
+        for each in (known, others)
+    )
     return bool(beside * factor < alone)
-
-
-def _apart(column: Real, others: Real) -> Real:
-    """Return what of a column no combination of others gives."""
-    return np.asarray(column - others @ np.linalg.lstsq(others, column, rcond=_VANISHES)[0])
 
 
 def response(derivatives: Real) -> Real:
@@ -325,7 +323,8 @@ def rounding_of(
             group = _groups(steps)
             for number in np.unique(group):
                 there = group == number
-                positions = _phases(len(signals) * _GROUPS + int(number))
+                rng = np.random.default_rng(len(signals) * _GROUPS + int(number))
+                positions = rng.permutation(2 * np.pi * (np.arange(_PHASES) + 0.5) / _PHASES)
                 errors += _errors(own[:, there], steps[there], amplitudes, positions)
             visible = (1 - coherence_of(steps)) * float(np.sum(amplitudes**2)) / 2
             independent = max(1 - visible / each.noise**2, 0.0)
@@ -370,12 +369,6 @@ def _groups(steps: Real) -> Real:
     """
     counts, edges = np.histogram(steps % 1.0, bins=_GROUPS, range=(0.0, 1.0))
     return np.asarray(np.floor(steps - edges[int(np.argmin(counts))] - 0.5 / _GROUPS) % _GROUPS)
-
-
-def _phases(number: int) -> Real:
-    """Return equally probable positions of the steps [rad], in an order of their own for each number."""
-    even = 2 * np.pi * (np.arange(_PHASES) + 0.5) / _PHASES
-    return np.asarray(np.random.default_rng(number).permutation(even))
 
 
 def _errors(shifts: Real, steps: Real, amplitudes: Real, phases: Real) -> Real:

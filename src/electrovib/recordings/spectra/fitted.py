@@ -104,9 +104,9 @@ def fit_samples(
     frequency = np.concatenate([each.frequency for each in samples.values()])
     permittivity = np.concatenate([each.permittivity for each in samples.values()])
     allowed = 3 * max((noise or {}).values(), default=0.0)
-    fits = acceptable_first(
-        fit_material(frequency, permittivity, forms=forms, noise=weights, loss=loss), allowed
-    )
+    found = fit_material(frequency, permittivity, forms=forms, noise=weights, loss=loss)
+    # with few rows the criterion of Akaike prefers forms of few parameters whatever they miss
+    fits = tuple(sorted(found, key=lambda each: _misses(each, allowed)))
     tested = [consistency(each.frequency, each.permittivity) for each in samples.values()]
     consistent = {
         "measured": float(np.max(tested)),
@@ -190,15 +190,6 @@ def _misses(fit: MaterialFit, allowed: float) -> bool:
     return not fit.error <= max(REFUSED_MISFIT, allowed)
 
 
-def acceptable_first(fits: Sequence[MaterialFit], allowed: float) -> tuple[MaterialFit, ...]:
-    """Put the forms that miss the data by more than is accepted behind the others.
-
-    With few rows the criterion of Akaike, by which they are sorted, prefers forms of few parameters whatever
-    they miss. The limit is at least the relative deviation `allowed`, which the stated noise explains.
-    """
-    return tuple(sorted(fits, key=lambda each: _misses(each, allowed)))
-
-
 def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
     """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it."""
     limit = max(REFUSED_INCONSISTENT, allowed)
@@ -257,10 +248,8 @@ def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, flo
     if best.loss != "unknown" and math.isnan(consistent):
         text = "too few or repeated frequencies to test the Kramers-Kronig relations"
     elif best.loss != "unknown":
-        state, text = (
-            "ok",
-            f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms",
-        )
+        state = "ok"
+        text = f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms"
         if consistent > limit:
             state = "warning"
             text += f", more than {100 * limit:.2g} %: no form of dispersion represents them exactly"
@@ -287,23 +276,19 @@ def loss_that_follows(fits: Sequence[MaterialFit], frequency: Real, allowed: flo
         or (each.estimate.aicc < fits[0].estimate.aicc + COMPARABLE and not _misses(each, allowed))
     ]
     ends = [interval for each in near for interval in _losses(each, at)]
+    losses = -fits[0].material.complex_permittivity(at).imag
     rows = (
         f"{value:.3g} ({lower:.3g} to {upper:.3g}) at {format_quantity(float(place), 'Hz', digits=3)}"
-        for value, lower, upper, place in zip(
-            -fits[0].material.complex_permittivity(at).imag,
-            np.min(ends, axis=0),
-            np.max(ends, axis=0),
-            at,
-            strict=True,
+        for value, lower, upper, place in np.transpose(
+            [losses, np.min(ends, axis=0), np.max(ends, axis=0), at]
         )
     )
-    return Diagnostic(
-        "loss",
-        "unknown",
+    text = (
         f"the loss was not measured; by the Kramers-Kronig relations the permittivity has, in this form, a loss factor of"
         f" {', '.join(rows)}, in brackets 95 % intervals of all forms that describe it ({', '.join(each.form for each in near)})."
-        " Conduction adds to it without a trace in the permittivity: it is a lower bound, and the conductivity is to be measured",
+        " Conduction adds to it without a trace in the permittivity: it is a lower bound, and the conductivity is to be measured"
     )
+    return Diagnostic("loss", "unknown", text)
 
 
 def _losses(fit: MaterialFit, at: Real) -> tuple[Real, Real]:

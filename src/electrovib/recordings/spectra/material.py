@@ -133,13 +133,6 @@ OFFERED: Final = tuple(FORMS)[:6]
 GABRIEL: Final = "gabriel"
 
 
-def _command_name(form: str) -> tuple[str, str]:
-    """Return the name of a form for a command, ``cole-cole``, and its number of terms as text."""
-    name, _, terms = form.partition(",")
-    kebab = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower()
-    return kebab, terms.strip().partition(" ")[0]
-
-
 def forms_of(name: str) -> tuple[str, ...]:
     """Return the names among `FORMS` that a short name stands for, between which the criterion of Akaike decides.
 
@@ -148,7 +141,8 @@ def forms_of(name: str) -> tuple[str, ...]:
     """
     known: dict[str, tuple[str, ...]] = {"auto": OFFERED}
     for form in FORMS:
-        kebab, terms = _command_name(form)
+        name_alone, _, terms = form.partition(", ")
+        kebab, terms = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name_alone).lower(), terms.partition(" ")[0]
         known[kebab] = (*known.get(kebab, ()), form)
         if terms:
             known[f"{kebab}-{terms}"] = (form,)

@@ -382,19 +382,21 @@ def swipe_rows(swipes: Sequence[SwipeResult]) -> list[NumberRow]:
     for number, swipe in enumerate(swipes, start=1):
         group = f"swipe {number}" if len(swipes) > 1 else "swipe"
         note = "; ".join(text.removeprefix("Warning: ") for text in swipe.words if text.startswith("Warning"))
-        for name, unit, found in (
-            ("friction", "1", swipe.friction),
-            ("normal force", "N", swipe.normal_force),
-            ("lateral force", "N", swipe.lateral_force),
-        ):
-            rows.append(NumberRow(group=group, name=name, unit=unit, number=found, note=note))
-        measured = swipe.distance is not None
-        for name, unit, value in (("speed", "m/s", swipe.speed), ("distance", "m", swipe.distance)):
-            if value is not None:
-                how = "from the position" if measured else "as declared"
-                rows.append(
-                    NumberRow(group=group, name=name, unit=unit, number=Interval(value=value, method=how))
-                )
+        how = "from the position" if swipe.distance is not None else "as declared"
+        found = [
+            ("friction", "1", swipe.friction, note),
+            ("normal force", "N", swipe.normal_force, note),
+            ("lateral force", "N", swipe.lateral_force, note),
+            *(
+                (name, unit, Interval(value=value, method=how), "")
+                for name, unit, value in (("speed", "m/s", swipe.speed), ("distance", "m", swipe.distance))
+                if value is not None
+            ),
+        ]
+        rows += [
+            NumberRow(group=group, name=name, unit=unit, number=each, note=note)
+            for name, unit, each, note in found
+        ]
     return rows
 
 

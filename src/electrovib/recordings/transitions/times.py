@@ -430,42 +430,27 @@ class MeasuredTimes:
 def time_rows(found: MeasuredTimes) -> list[NumberRow]:
     """List the numbers of measured times as rows of a table."""
     shown = "-".join(f"{100 * each:g}" for each in found.levels)
-    return [
-        row for each in found.directions for row in _of_direction(each, shown, sensor=found.sensor != "none")
-    ]
+    without = "without the sensor" if found.sensor != "none" else "of the fitted form"
+    return [row for each in found.directions for row in _of_direction(each, f"{shown} % time", without)]
 
 
-def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[NumberRow]:
+def _of_direction(found: DirectionTimes, what: str, without: str) -> list[NumberRow]:
     few = "interpolated between two samples" if found.interpolated else ""
     drifts = "the signal drifts before an edge" if found.drifts else ""
     warning = "; ".join(filter(None, [misfit_note(found.misfit), drifts]))
-    without = "without the sensor" if sensor else "of the fitted form"
-    rows = [
-        NumberRow(
-            group=found.direction, name=f"{levels} % time as recorded", unit="s", number=found.recorded,
-            note="; ".join(filter(None, [few, drifts])),
-        ),
-        NumberRow(
-            group=found.direction, name=f"{levels} % time {without} ({found.form})", unit="s",
-            number=found.without_sensor, note=warning,
-        ),
-    ]  # fmt: skip
-    if not math.isnan(found.sensor_limit):
-        rows.append(
-            NumberRow(
-                group=found.direction,
-                name=f"{levels} % time of an instantaneous change through the sensor",
-                unit="s",
-                number=Interval(value=found.sensor_limit, method="closed form of the sensor"),
-            )
-        )
-    rows += [
-        parameter_row(found.direction, name, each, found.form, warning)
-        for name, each in found.parameters.items()
+    limit = Interval(value=found.sensor_limit, method="closed form of the sensor")
+    times = [
+        (f"{what} as recorded", found.recorded, "; ".join(filter(None, [few, drifts]))),
+        (f"{what} {without} ({found.form})", found.without_sensor, warning),
+        (f"{what} of an instantaneous change through the sensor", limit, ""),
     ]
+    rows = [
+        NumberRow(group=found.direction, name=name, unit="s", number=number, note=note)
+        for name, number, note in times
+        if number is not limit or not math.isnan(limit.value)
+    ]
+    shown = [(name, each, found.form, warning) for name, each in found.parameters.items()]
     if found.form != "exponential":
-        rows += [
-            parameter_row(found.direction, name, each, "exponential", f"{found.form} fits better")
-            for name, each in found.exponential.items()
-        ]
-    return rows
+        better = f"{found.form} fits better"
+        shown += [(name, each, "exponential", better) for name, each in found.exponential.items()]
+    return rows + [parameter_row(found.direction, *each) for each in shown]
