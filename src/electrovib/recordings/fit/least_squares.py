@@ -361,7 +361,6 @@ def fit_function(
     start: Mapping[str, float | FreeParameter],
     noise: ArrayLike | None = None,
     derivatives: Callable[..., ArrayLike] | None = None,
-    converged: float = CONVERGED,
 ) -> LeastSquaresEstimate:
     """Fit the parameters of a function to data by least squares.
 
@@ -397,9 +396,7 @@ def fit_function(
         columns = np.asarray(given(points, **values)) / deviation[:, None]
         return np.column_stack([stacked(column) for column in columns.T])
 
-    return least_squares(
-        residual, free, derivatives=sloped, noise_is_known=noise is not None, converged=converged
-    )
+    return least_squares(residual, free, derivatives=sloped, noise_is_known=noise is not None)
 
 
 def _differences(

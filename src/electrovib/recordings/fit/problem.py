@@ -79,29 +79,23 @@ class WeightedProblem:
         return self.prediction.derivatives(values, names=names) * self.weights[:, None]
 
     def minimum(
-        self,
-        free: Mapping[str, FreeParameter],
-        *,
-        known: bool,
-        fixed: Mapping[str, float] | None = None,
-        converged: float = SEARCHED,
+        self, free: Mapping[str, FreeParameter], *, known: bool, converged: float = SEARCHED
     ) -> LeastSquaresEstimate:
         """Minimise the sum of squares over the free unknowns, without covariance if `converged` is above `SEARCHED`."""
-        held, names = dict(fixed or {}), tuple(free)
-        whole, apart = Separated(self, free, held, separate=False), Separated(self, free, held)
+        whole, separated = Separated(self, free, {}, separate=False), Separated(self, free, {})
         variance = 1.0 if known else None
         try:
-            separated = apart if apart.is_useful else whole
+            separated = separated if separated.is_useful else whole
             found = self._searched(separated, variance, converged)
         except OutsideBoundsError:  # the bound is found by the search for all unknowns
             separated = whole
             found = self._searched(separated, variance, converged)
         best = dict(found.values) | (separated.best(found.values)[0] if separated.linear else {})
-        values = {name: best[name] for name in names}
+        values = {name: best[name] for name in free}
         found = dataclasses.replace(found, values=values)
         if converged > SEARCHED:
             return found
-        return found.judged(self.residual(held | values), self.derivatives(held | values, names=names), free)
+        return found.judged(self.residual(values), self.derivatives(values, names=tuple(free)), free)
 
     def _searched(
         self, separated: Separated, variance: float | None, converged: float

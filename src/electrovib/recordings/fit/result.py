@@ -177,15 +177,10 @@ class ScenarioFit:
         )
 
 
-def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[EstimatedParameter, ...]:
+def parameter_table(found: ScenarioFit) -> tuple[EstimatedParameter, ...]:
     """Summarise a fit, one row for each unknown, then one for the mean of each parameter that varies between sessions."""
     systematic = systematic_deviations(found)
-    rows = [
-        dataclasses.replace(
-            _row(found, each, profiles=profiles), systematic=systematic.get(each.name, math.nan)
-        )
-        for each in found.unknowns
-    ]
+    rows = [_row(found, each, systematic.get(each.name, math.nan)) for each in found.unknowns]
     for path, spread in found.sessions.items():
         mean = spread.estimated(path, quantity_at(found.scenario, path), found.misfit.verdict)
         name = f"{path} (mean of {len(spread.values)} sessions)"
@@ -193,10 +188,10 @@ def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[Estim
     return tuple(rows)
 
 
-def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedParameter:
+def _row(found: ScenarioFit, unknown: Unknown, systematic: float) -> EstimatedParameter:
     name, state, note = unknown.name, found.determined[unknown.name], found.why_no_interval(unknown.name)
     ends, method, deviation = found.interval(name), "" if note else "symmetric", found.deviation(name)
-    if state != "well" and profiles:
+    if state != "well":
         profiled = found.profile(name)
         ends, method = profiled.ends, "profile"
         if profiled.open_below and profiled.open_above:
@@ -210,11 +205,10 @@ def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedPa
             note = "; ".join(filter(None, [note, f"the data set no limit {side}"]))
     if found.rounding is not None and method:
         note = "; ".join(filter(None, [note, found.rounding.note(name)]))
+    quantity = SIGNALS[unknown.path] if unknown.is_offset else quantity_at(found.scenario, unknown.path)
     return EstimatedParameter(
         name=name,
-        unit=SIGNALS[unknown.path].unit
-        if unknown.is_offset
-        else quantity_at(found.scenario, unknown.path).unit,
+        unit=quantity.unit,
         value=found.estimate.values[name],
         standard_error=deviation if math.isfinite(deviation) and state != "bound" else math.nan,
         lower=ends[0],
@@ -222,6 +216,7 @@ def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedPa
         method=method,
         state=found.states[name],
         note="; ".join(filter(None, [found.misfit.verdict, note])),
+        systematic=systematic,
         low=found.problem.prediction.free[name].lower,
     )
 
