@@ -42,8 +42,6 @@ _LATER = 0.75
 """Start of the second fitted decay after the first, in periods."""
 _PERIODS = 4.0
 """Length of a fitted decay, in periods."""
-
-
 JUDGED: Final = ("delay", "frequency", "quality")
 _LATER_STARTS: Final = (0.25, 0.5, 0.75)
 """Alternative beginnings of the window after the release, in periods."""
@@ -273,14 +271,15 @@ class Release:
 
     def refined(self, *, kept: NDArray[np.bool_] | None = None, fall_time: float | None = None) -> Release:
         """Fit the same release to a part of the samples, or with a prescribed fall time."""
-        whole = kept is None
-        problem, time = (self.problem, self.time) if whole else (self.problem.part(kept), self.time[kept])
+        problem, time = self.problem, self.time
+        if kept is not None:
+            problem, time = problem.part(kept), time[kept]
         start, held = dict(self.values), {}
         if fall_time is not None:
             held = {"time_constant": fall_time}
             start["start"] = max(self.delay - fall_time, 0.0)
-        found = problem.holding(**held).minimum([start])
-        return Release(time=time, problem=problem, values={**found.values, **held})
+        values = problem.holding(**held).minimum([start]).values
+        return Release(time=time, problem=problem, values={**values, **held})
 
 
 def _grid(free: Mapping[str, FreeParameter], window: float) -> list[dict[str, float]]:

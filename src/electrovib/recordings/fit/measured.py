@@ -194,7 +194,8 @@ def as_recorded(
     """
     if unknown := [part for part in keep if part not in PRESCRIBING.values()]:
         raise InputError(f"keep = {unknown[0]}: expected drive, load or motion")
-    found, said, problems = [], [], []
+    found, said = [], []
+    problems: list[str] = []
     for each in measured:
         changes: dict[str, Any] = {}
         own = scenario.replace(each.changes) if each.changes else scenario

@@ -119,17 +119,14 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
 
 def _law(x: Real, y: Real) -> SessionLaw:
     """Straight line through the logarithms of one session by least squares."""
-    centred, free = x - x.mean(), x.size - 2
-    spread = float(centred @ centred)
-    slope = float(centred @ y) / spread
-    left = y - y.mean() - slope * centred
-    scatter = math.sqrt(float(left @ left) / free)
+    (slope, intercept), covariance = np.polyfit(x, y, 1, cov=True)
+    left, freedom = y - slope * x - intercept, x.size - 2
     return SessionLaw(
-        exponent=slope,
-        standard_error=scatter / math.sqrt(spread),
-        factor=math.exp(float(y.mean() - slope * x.mean())),
-        scatter=scatter,
-        degrees_of_freedom=free,
+        exponent=float(slope),
+        standard_error=math.sqrt(covariance[0, 0]),
+        factor=math.exp(intercept),
+        scatter=math.sqrt(float(left @ left) / freedom),
+        degrees_of_freedom=freedom,
     )
 
 

@@ -104,7 +104,9 @@ def import_file(
     table, spectrum = split_part(part)
     options = {"delimiter": delimiter, "decimal_comma": decimal_comma, "part": table}
     recorded = read_recorded(place, reader=reader, **options)
-    stated = {name: value for name, value in (options | {"part": part}).items() if value is not None}
+    stated: dict[str, Any] = {
+        name: value for name, value in (options | {"part": part}).items() if value is not None
+    }
     stated |= {"columns": dict(columns or {}), "time": time, "step": step}
     stated |= {"calibration": {name: str(each) for name, each in calibration.items()}} if calibration else {}
     origin = {

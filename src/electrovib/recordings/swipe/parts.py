@@ -211,7 +211,11 @@ def _with_free_sides(time: Real, force: Real, spans: list[Span], levels: tuple[f
 
 def _with_far_sides(contacts: list[Touch]) -> list[Touch]:
     """Where a contact follows too soon, take the samples free of load before or after its neighbours."""
-    befores = itertools.accumulate((each.before for each in contacts), lambda last, own: own or last)
-    afters = itertools.accumulate((each.after for each in contacts[::-1]), lambda later, own: own or later)
+
+    def nearer(known: Span | None, own: Span | None) -> Span | None:
+        return own or known
+
+    befores = itertools.accumulate([each.before for each in contacts], nearer)
+    afters = itertools.accumulate([each.after for each in contacts[::-1]], nearer)
     sides = zip(contacts, befores, reversed(list(afters)), strict=True)
     return [Touch(contact.span, before, after) for contact, before, after in sides]

@@ -126,7 +126,8 @@ def measure_times(
     if not found:
         raise InputError(in_few(skipped) or f"edges = {edges}: the signal {chosen.signal} has no such edge")
     rising, falling = (
-        tuple(each for each in found if each.record.direction == way) for way in ("rising", "falling")
+        tuple(each for each in found if each.record.direction == direction)
+        for direction in ("rising", "falling")
     )
     return MeasuredTimes(
         signal=chosen.signal,
