@@ -354,10 +354,7 @@ def rounded_signal(residuals: Residuals) -> RoundedSignal | None:
     if np.abs(rounding_amplitudes(noise, observed.resolution)[0]) < _NEGLIGIBLE * observed.resolution:
         return None
     return RoundedSignal(
-        signal=observed.signal,
-        recording=residuals.recording,
-        resolution=observed.resolution,
-        noise=noise,
+        signal=observed.signal, recording=residuals.recording, resolution=observed.resolution, noise=noise
     )
 
 

@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.least_squares import (
-    FreeParameter,
-    LeastSquaresEstimate,
-    least_squares,
-)
+from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
 from electrovib.recordings.interval import autocovariance, covariance
 
 if TYPE_CHECKING:

@@ -241,27 +241,25 @@ def match_edges(
         if not 0 < count <= _MOST:
             raise InputError(f"edges: the {what} has {count} edges; expected 1 to {_MOST}")
     timing = math.hypot(*steps) / math.sqrt(12)
-    if min(times[0].size, times[1].size) == 1 or max(times[0].size, times[1].size) == 1:
+    if 1 in (times[0].size, times[1].size):
         return _single(times, kinds, timing, near)
     lags = range(1 - times[1].size, times[0].size)
-    fits = [fit for lag in lags if (fit := _fitted(times, kinds, lag)) is not None]
+    fits = [fit for lag in lags if (fit := _fitted(times, kinds, lag, timing)) is not None]
     if not fits:
         raise InputError(
             "edges: those of the two records do not match in order and spacing; state a shift, such as '12 ms'"
         )
     if near is not None:
-        chosen = min(fits, key=lambda fit: abs(fit[1] + (fit[2] - 1) * times[1].mean() - near))
-    else:
-        fits.sort(key=lambda fit: fit[0])
-        chosen = fits[0]
-        rivals = [fit for fit in fits[1:] if fit[0] <= _CLEARLY * max(chosen[0], timing)]
-        if rivals:
-            raise InputError(
-                f"edges: shifts of {format_quantity(chosen[1], 's', digits=5)} and"
-                f" {format_quantity(rivals[0][1], 's', digits=5)} fit alike, because the edges are periodic; state a shift near"
-                " the right one, such as shift = '12 ms'"
-            )
-    return _relation(chosen, timing)
+        middle = times[1].mean()
+        return min((fit for _, fit in fits), key=lambda fit: abs(fit.shift + (fit.ratio - 1) * middle - near))
+    (misfit, chosen), *others = sorted(fits, key=lambda fit: fit[0])
+    if others and others[0][0] <= _CLEARLY * max(misfit, timing):
+        shifts = (format_quantity(fit.shift, "s", digits=5) for fit in (chosen, others[0][1]))
+        raise InputError(
+            f"edges: shifts of {' and '.join(shifts)} fit alike, because the edges are periodic; state a shift near the right"
+            " one, such as shift = '12 ms'"
+        )
+    return chosen
 
 
 def _in_order(edges: SignalEdges) -> tuple[Real, Real]:
@@ -289,39 +287,29 @@ def _single(
 
 
 def _fitted(
-    times: tuple[Real, ...], kinds: tuple[Real, ...], lag: int
-) -> tuple[float, float, float, Real, Real] | None:
-    """Return misfit, shift, ratio and the matched edges at a lag; None if they do not fit."""
+    times: tuple[Real, ...], kinds: tuple[Real, ...], lag: int, timing: float
+) -> tuple[float, ClockRelation] | None:
+    """Return the misfit of the edges matched at a lag, and their relation; None if they do not fit."""
     begin, end = max(lag, 0), min(times[0].size, times[1].size + lag)
-    count = end - begin
+    count, free = end - begin, end - begin - 2
     if count < max(2, math.ceil(_SHARE * min(times[0].size, times[1].size))):
         return None
     one, two = times[0][begin:end], times[1][begin - lag : end - lag]
     if (kinds[0][begin:end] != kinds[1][begin - lag : end - lag]).any():
         return None
-    centre = two.mean()
-    ratio = float(np.sum((two - centre) * (one - one.mean())) / np.sum((two - centre) ** 2))
-    residual = one - one.mean() - ratio * (two - centre)
+    centred = two - two.mean()
+    ratio = float(centred @ (one - one.mean()) / (centred @ centred))
+    residual = one - one.mean() - ratio * centred
     if abs(ratio - 1) > _LARGEST_DRIFT or np.abs(residual).max() > 0.25 * float(np.diff(one).min()):
         return None
-    misfit = float(np.sqrt(np.mean(residual**2)))
-    return misfit, float(one.mean() - ratio * centre), ratio, one, two
-
-
-def _relation(fit: tuple[float, float, float, Real, Real], timing: float) -> ClockRelation:
-    misfit, shift, ratio, one, two = fit
-    count = one.size
-    free = count - 2
-    spread = float(np.sqrt(np.sum((two - two.mean()) ** 2)))
-    scatter = misfit * math.sqrt(count / free) if free else 0.0
-    factor = student(free) if free and scatter > timing else 1.96
-    deviation = max(scatter, timing)
-    return ClockRelation(
-        shift=shift,
+    scatter = float(np.linalg.norm(residual)) / math.sqrt(free) if free else 0.0
+    half = max(scatter, timing) * (student(free) if free and scatter > timing else 1.96)
+    return float(np.sqrt(np.mean(residual**2))), ClockRelation(
+        shift=float(one.mean() - ratio * two.mean()),
         ratio=ratio,
         edges=count,
-        shift_half_width=factor * deviation / math.sqrt(count),
-        ratio_half_width=factor * deviation / spread,
+        shift_half_width=half / math.sqrt(count),
+        ratio_half_width=half / float(np.linalg.norm(centred)),
     )
 
 

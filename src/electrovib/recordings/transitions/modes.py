@@ -274,14 +274,7 @@ class Extremum:
 
 
 def find_extrema(
-    stamps: Real,
-    force: Real,
-    *,
-    start: float,
-    period: float,
-    level: float,
-    scatter: float,
-    end: float,
+    stamps: Real, force: Real, *, start: float, period: float, level: float, scatter: float, end: float
 ) -> list[Extremum]:
     """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise `scatter`."""
     before = force[stamps < 0]
