@@ -196,11 +196,8 @@ def recording_of(
     """Open a recording of a tribometer; the position of a Trace is the integral of its sliding speed."""
     if channels is not None:
         if not isinstance(record, (str, Path)) or speed is not None:
-            raise InputError(
-                "channels: belongs to a file of an instrument, and states its speed too"
-                if speed is not None
-                else "channels: belongs to a file of an instrument; a Trace is calibrated already"
-            )
+            why = "; a Trace is calibrated already" if speed is None else ", and states its speed too"
+            raise InputError(f"channels: belongs to a file of an instrument{why}")
         note_input(Path(record))
         return read_recording(Path(record), _channels(channels))
     if isinstance(record, Recording):

@@ -74,11 +74,9 @@ class BetweenSessions:
         )
         one = self.group
         interval = f" (95 % interval {lower} to {upper})" if math.isfinite(self.between_upper) else ""
-        return f"scatter within a {one} {within}, between {one}s {between}{interval}" + (
-            f": {ratio:.2g} times as much, so that an interval from one {one} would be too narrow"
-            if ratio > 1
-            else ""
-        )
+        narrow = f": {ratio:.2g} times as much, so that an interval from one {one} would be too narrow"
+        words = f"scatter within a {one} {within}, between {one}s {between}{interval}"
+        return words + (narrow if ratio > 1 else "")
 
 
 def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -> BetweenSessions:

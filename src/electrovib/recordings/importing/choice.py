@@ -127,12 +127,8 @@ def _by_line(
 ) -> tuple[Real, list[str]]:
     known = kind_and_factor(column.unit) if column.unit else None
     if known is None or offset is not None:
-        why = (
-            "offset is part of the calibration; omit it"
-            if known
-            else "the column needs a unit, as in 'Ch1 [V]'"
-        )
-        raise InputError(f"scale.{signal}: {why}")
+        why = "the column needs a unit, as in 'Ch1 [V]'"
+        raise InputError(f"scale.{signal}: {'offset is part of the calibration; omit it' if known else why}")
     with np.errstate(all="ignore"):  # what overflows is reported as missing
         reading = np.asarray(column.values, dtype=float) * known[1]
         values = line.value(reading)

@@ -376,9 +376,8 @@ def _impact(
     begin, earlier, before = at, int(np.searchsorted(time, time[at] - span.period)), size
     while earlier < begin:
         part = np.abs(deviation[earlier:begin])
-        if (
-            not _ABOVE * noise < part.max() <= before
-        ):  # at rest, or in an oscillation that decays towards this impact
+        # at rest, or in an oscillation that decays towards this impact
+        if not _ABOVE * noise < part.max() <= before:
             break
         begin, before = earlier + int(np.argmax(part > _ABOVE * noise)), float(part.max())
         earlier = int(np.searchsorted(time, time[begin] - span.period))
@@ -419,11 +418,7 @@ def end_of_ring(since: Real, deviation: Real, noise: float, begin: float) -> Rin
             return RingSpan(last, period, swings=means < _ONE_LEVEL**2 * powers)
         faded = block.size < 3 or rms < _FADED * noise
         if not faded:
-            last, strength, powers, means = (
-                last + period,
-                rms,
-                powers + rms**2,
-                means + float(np.mean(block)) ** 2,
-            )
+            last, strength = last + period, rms
+            powers, means = powers + rms**2, means + float(np.mean(block)) ** 2
     swings = faded and means < _ONE_LEVEL**2 * powers
     return RingSpan(begin + LONGER * max(last - begin, period), period, swings)

@@ -406,11 +406,9 @@ class EdgeProblem:
 
     def seen_by(self, values: Mapping[str, float]) -> Sensor | None:
         """Return the sensor at some parameters."""
-        return (
-            Sensor(frequency=values["frequency"], quality=values["quality"])
-            if self.estimated
-            else self.sensor
-        )
+        if self.estimated:
+            return Sensor(frequency=values["frequency"], quality=values["quality"])
+        return self.sensor
 
 
 def starts(

@@ -203,12 +203,9 @@ def _measured(
 def _fitted(time: Real, values: Real, noise: Real) -> tuple[dict[str, FittedModes], dict[str, float], str]:
     """Return the forms about the level that fits best, the criteria of all about their best levels, and the form chosen."""
     constant = fit_modes(time, values, noise=noise)
-    by_level = {
-        level: constant
-        if level == CONSTANT
-        else fit_modes(time, values, noise=noise, level=level, fitted=constant)
-        for level in LEVELS
-    }
+    by_level = {CONSTANT: constant}
+    for level in LEVELS[1:]:
+        by_level[level] = fit_modes(time, values, noise=noise, level=level, fitted=constant)
     every = {(form, level): by_level[level][form].bic for form in constant for level in LEVELS}
     form, level = chosen_form(every)
     lowest = {each: min(every[each, one] for one in LEVELS) for each in constant}
