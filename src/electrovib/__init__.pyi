@@ -13,7 +13,7 @@ from electrovib.data.traces import open_trace as open_trace
 from electrovib.exports.save import save as save
 from electrovib.exports.scenario import export as export
 from electrovib.exports.waveform import export_waveform as export_waveform
-from electrovib.recordings.fit.posterior import Sampling as Sampling
+from electrovib.recordings.fit.of_scenario import Sampling as Sampling
 from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
 from electrovib.recordings.importing import calibrate as calibrate
 from electrovib.recordings.importing import import_file as import_file

@@ -15,8 +15,8 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import read_recording
 from electrovib.recordings.release import fit_release
-from electrovib.recordings.release.model import damped_sine
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
+from electrovib.recordings.transitions.modes import damped_sine
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 CHANNELS = {

@@ -19,9 +19,9 @@ from electrovib.recordings.fit import (
     fit_scenario,
 )
 from electrovib.recordings.fit.least_squares import require_lmfit
-from electrovib.recordings.fit.posterior import Sampling, require_emcee, sample_posterior
+from electrovib.recordings.fit.of_scenario import Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.result import parameter_table
-from electrovib.recordings.fit.separate import (
+from electrovib.recordings.fit.sessions import (
     RecordedFit,
     SeparateFits,
     compare_fits,
@@ -157,7 +157,7 @@ def _compared(
         rows=parameter_table(best),
         others=fits,
         comparison=compare_fits({name: best} | fits) if others else None,
-        posterior=None if posterior is None else sample_posterior(best, **vars(posterior)),
+        posterior=None if posterior is None else sample_posterior(best, posterior),
     )
 
 

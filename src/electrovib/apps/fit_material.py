@@ -9,15 +9,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from electrovib.core.errors import InputError, gathered
-from electrovib.core.units import parse_quantity
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.own_material import read_sample
-from electrovib.recordings.spectra.fitted import FittedMaterial, fit_samples
-from electrovib.recordings.spectra.forms import forms_of
-from electrovib.recordings.spectra.instrument import InstrumentError, error_by_resistor
+from electrovib.recordings.importing.reduction import number_in
+from electrovib.recordings.spectra.fitted import (
+    FittedMaterial,
+    InstrumentError,
+    error_by_resistor,
+    fit_samples,
+)
+from electrovib.recordings.spectra.material import forms_of
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
@@ -144,7 +148,7 @@ def _with_layer(scenario: Scenario, layer: str) -> Scenario:
 
 def _within(sample: SampleSpectrum, band: tuple[str | float, str | float]) -> SampleSpectrum:
     """Keep the rows within a band, ends included."""
-    low, high = (_number("band", each, "Hz") for each in band)
+    low, high = (number_in("Hz", "band", each) for each in band)
     kept = (sample.frequency >= low * (1 - 1e-9)) & (sample.frequency <= high * (1 + 1e-9))
     if kept.sum() < 4:
         raise InputError(
@@ -153,13 +157,6 @@ def _within(sample: SampleSpectrum, band: tuple[str | float, str | float]) -> Sa
     return dataclasses.replace(
         sample, frequency=sample.frequency[kept], permittivity=sample.permittivity[kept]
     )
-
-
-def _number(name: str, value: str | float, unit: str) -> float:
-    try:
-        return parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except ValueError as error:
-        raise InputError(f"{name} = {value}: {error}") from None
 
 
 def _error(
@@ -207,12 +204,12 @@ def _phase_unit(
 def _known(value: str | float) -> tuple[float, float]:
     """Read the value of a resistor [ohm] and the limit of its relative deviation, 0 if it is not stated."""
     text, sign, share = str(value).replace("\N{PLUS-MINUS SIGN}", "+-").partition("+-")
-    resistance = _number("reference", text if isinstance(value, str) else value, "ohm")
+    resistance = number_in("ohm", "reference", text if isinstance(value, str) else value)
     if not sign:
         return resistance, 0.0
     if share.strip().endswith("%"):
-        return resistance, _number("reference", share.strip().removesuffix("%"), "1") / 100
-    return resistance, _number("reference", share, "ohm") / resistance
+        return resistance, number_in("1", "reference", share.strip().removesuffix("%")) / 100
+    return resistance, number_in("ohm", "reference", share) / resistance
 
 
 def _check(target: Path | None, inputs: Sequence[Path], base: Scenario | None, *, force: bool) -> None:

@@ -89,18 +89,15 @@ def calibrate(reading: ArrayLike, known: ArrayLike) -> SensorCalibration:
         raise InputError(
             "calibrate: expected three or more pairs of finite numbers, a reading and a known value"
         )
-    centre = x.mean()
-    spread = float(np.sum((x - centre) ** 2))
-    if not spread:
+    if not np.ptp(x):
         raise InputError("calibrate: all readings are equal; they have to cover the range of the sensor")
-    sensitivity = float(np.sum((x - centre) * (y - y.mean())) / spread)
-    intercept = float(y.mean() - sensitivity * centre)
-    variance = float(np.sum((y - intercept - sensitivity * x) ** 2) / (x.size - 2))
-    covariance = variance * np.array(
-        [[1 / x.size + centre**2 / spread, -centre / spread], [-centre / spread, 1 / spread]]
-    )
+    (sensitivity, intercept), covariance = np.polyfit(x, y, 1, cov=True)
+    left = y - intercept - sensitivity * x
     return SensorCalibration(
-        sensitivity=sensitivity, intercept=intercept, covariance=covariance, residual=float(np.sqrt(variance))
+        sensitivity=float(sensitivity),
+        intercept=float(intercept),
+        covariance=covariance[::-1, ::-1],
+        residual=float(np.sqrt(np.sum(left**2) / (x.size - 2))),
     )
 
 

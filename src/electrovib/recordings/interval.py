@@ -87,13 +87,18 @@ class Interval:
         return f"{value}, 95 % interval {ends}{method}{scatter}"
 
 
+def student(freedom: float) -> float:
+    """Return half the width of a 95 % interval over the standard error, by Student's t."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(min(freedom, 1e9), _UPPER))
+
+
 def from_noise(value: float, standard_error: float, *, freedom: float = math.inf) -> Interval:
     """Make the interval of a number of one edge by Student's t; without ends if the standard error is not finite."""
-    from scipy.stats import t
-
     if not math.isfinite(standard_error):
         return Interval(value=value, method="the samples do not determine it")
-    half = float(t.ppf(_UPPER, min(freedom, 1e9))) * standard_error
+    half = student(freedom) * standard_error
     return Interval(
         value=value, lower=value - half, upper=value + half, standard_error=standard_error,
         method="noise of one edge",
@@ -112,14 +117,12 @@ def from_causes(value: float, components: Mapping[str, float]) -> Interval:
 
 def mean_of(each: Sequence[Interval], *, of: str = "edge") -> Interval:
     """Compute the mean of a number over edges, by Student's t over the edges; one edge keeps its own interval."""
-    from scipy.stats import t
-
     if len(each) == 1:
         return each[0]
     values = np.array([one.value for one in each])
     mean, scatter = float(values.mean()), float(values.std(ddof=1))
     error = scatter / math.sqrt(len(each))
-    half = float(t.ppf(_UPPER, len(each) - 1)) * error
+    half = student(len(each) - 1) * error
     return Interval(
         value=mean, lower=mean - half, upper=mean + half, standard_error=error, scatter=scatter, count=len(each),
         method=f"Student's t over {len(each)} {of}s",
@@ -141,58 +144,38 @@ def profile_interval(
     prediction exists; `allowed` is the quantile of chi-squared, or of F, for one parameter. The search begins
     with `deviation`, not finite or 0 where none is known, and goes outwards by factors if `logarithmic`.
     """
+    from scipy.optimize import brentq
 
-    def height(value: float) -> float:
-        if value == best:
-            return -math.sqrt(allowed)
-        return math.sqrt(max(rise(value), 0.0)) - math.sqrt(allowed)
-
-    (lower, open_below), (upper, open_above) = (
-        _end(height, best, side, deviation, bounds, logarithmic=logarithmic) for side in (-1, 1)
-    )
-    return Interval(
-        value=best, lower=lower, upper=upper, method="profile", open_below=open_below, open_above=open_above
-    )  # fmt: skip
-
-
-def _end(
-    height: Callable[[float], float],
-    best: float,
-    side: int,
-    deviation: float,
-    bounds: tuple[float, float],
-    *,
-    logarithmic: bool,
-) -> tuple[float, bool]:
-    """Go outwards until the profile is above the allowed rise, then divide the last step."""
-    bound = bounds[0] if side < 0 else bounds[1]
     known = math.isfinite(deviation) and deviation > 0
     step = min(2 * deviation / abs(best), 1.0) if known and best else 0.1
     by_factor = logarithmic and best > 0
 
-    def moved(units: float) -> float:
-        value = (
-            best * math.exp(side * step * units)
-            if by_factor
-            else best + side * units * step * (abs(best) or 1)
-        )
-        return max(value, bound) if side < 0 else min(value, bound)
+    def end(side: int, bound: float) -> tuple[float, bool]:
+        """Go outwards until the profile is above the allowed rise, then divide the last step."""
 
-    inner, outer = 0.0, 1.0
-    while (reached := height(moved(outer))) <= 0:
-        if moved(outer) == bound or outer * step > (math.log(_FURTHEST) if by_factor else _FURTHEST):
-            return bound, True
-        inner, outer = outer, 1.6 * outer
-    if not math.isfinite(reached):
-        return moved(inner), True
-    return moved(_crossing(lambda units: height(moved(units)), inner, outer)), False
+        def moved(units: float) -> float:
+            shifted = best + side * units * step * (abs(best) or 1)
+            value = best * math.exp(side * step * units) if by_factor else shifted
+            return max(value, bound) if side < 0 else min(value, bound)
 
+        def height(units: float) -> float:
+            value = moved(units)
+            risen = 0.0 if value == best else max(rise(value), 0.0)
+            return math.sqrt(risen) - math.sqrt(allowed)
 
-def _crossing(height: Callable[[float], float], inner: float, outer: float) -> float:
-    """Find where the profile crosses the allowed rise between two distances, in steps."""
-    from scipy.optimize import brentq
+        inner, outer = 0.0, 1.0
+        while (reached := height(outer)) <= 0:
+            if moved(outer) == bound or outer * step > (math.log(_FURTHEST) if by_factor else _FURTHEST):
+                return bound, True
+            inner, outer = outer, 1.6 * outer
+        if not math.isfinite(reached):
+            return moved(inner), True
+        return moved(float(brentq(height, inner, outer, xtol=_ACCURACY * outer))), False
 
-    return float(brentq(height, inner, outer, xtol=_ACCURACY * outer))
+    (lower, open_below), (upper, open_above) = end(-1, bounds[0]), end(1, bounds[1])
+    return Interval(
+        value=best, lower=lower, upper=upper, method="profile", open_below=open_below, open_above=open_above
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -291,16 +274,21 @@ def covariance(*, jacobian: Real, autocovariance: Real) -> Real:
     that was not weighted with R; infinite if the samples do not determine the parameters. `autocovariance` is
     0 beyond the lags that are given.
     """
-    from scipy.linalg import matmul_toeplitz
-
     size = np.linalg.norm(jacobian, axis=0)
     count = jacobian.shape[1]
     if not np.all(size > 0) or np.linalg.cond(jacobian / size) > 1e10:
         return np.full((count, count), np.inf)
     inverse = np.linalg.pinv(jacobian / size) / size[:, None]
-    samples = inverse.shape[1]
+    return through(inverse, autocovariance)
+
+
+def through(weights: Real, autocovariance: Real) -> Real:
+    """Return the covariance of weighted sums of samples, `weights` (sums, n), with noise of an autocovariance."""
+    from scipy.linalg import matmul_toeplitz
+
+    samples = weights.shape[-1]
     lags = np.pad(autocovariance[:samples], (0, max(0, samples - len(autocovariance))))
-    return np.asarray(inverse @ matmul_toeplitz(lags, inverse.T))
+    return np.asarray(weights @ matmul_toeplitz(lags, weights.T))
 
 
 def line(*, time: Real, values: Real) -> tuple[float, float, float, float]:

@@ -15,7 +15,6 @@ from electrovib.core.model import read_model
 from electrovib.core.parsing import read_toml_file
 from electrovib.data.registry import read_columns
 from electrovib.physics.rig import EvenSamples, TimeColumn, TribometerChannels
-from electrovib.recordings.rail import at_rail
 
 if TYPE_CHECKING:
     import xarray
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.sampled import StampTreatment
-    from electrovib.physics.rig import Clock
 
     Recorded: TypeAlias = "Recording | xarray.Dataset | str | Path"
     Channels: TypeAlias = "TribometerChannels | Mapping[str, Any] | str | Path"
@@ -55,6 +53,15 @@ class Recording:
     missing: int
     at_rail: Mapping[str, NDArray[np.bool_]]
 
+    @property
+    def forces(self) -> Real:
+        """Normal and lateral force [N], shape (2, n)."""
+        return np.stack([self.normal_force, self.lateral_force])
+
+    def ends(self, span: Span) -> tuple[float, float]:
+        """Return the times of the first and the last sample of a section [s]."""
+        return float(self.time[span[0]]), float(self.time[span[1] - 1])
+
 
 def read_recording(path: Path, channels: TribometerChannels) -> Recording:
     """Read and calibrate a recording of a tribometer.
@@ -76,24 +83,25 @@ def read_recording(path: Path, channels: TribometerChannels) -> Recording:
     InputError
         If the file or a column cannot be read, or if a column is no record.
     """
-    wanted: dict[str, tuple[str | int, str]] = {
-        "normal": (channels.normal.column, channels.normal.read_as),
-        "lateral": (channels.lateral.column, channels.lateral.read_as),
-    }
+    return calibrated(read_columns(path, _columns(channels), missing=True), channels, source=str(path))
+
+
+def _columns(channels: TribometerChannels) -> dict[str, tuple[str | int, str]]:
+    """Name and unit of each column that holds a part of the record."""
+    forces = (("normal", channels.normal), ("lateral", channels.lateral))
+    found: dict[str, tuple[str | int, str]] = {name: (each.column, each.read_as) for name, each in forces}
     if channels.encoder is not None:
-        wanted["encoder"] = (channels.encoder.column, "1")
+        found["encoder"] = (channels.encoder.column, "1")
     if isinstance(channels.clock, TimeColumn):
-        wanted["time"] = (channels.clock.column, channels.clock.unit)
-    return calibrated(read_columns(path, wanted, missing=True), channels, source=str(path))
+        found["time"] = (channels.clock.column, channels.clock.unit)
+    return found
 
 
 def calibrated(
     columns: Mapping[str, Real], channels: TribometerChannels, *, source: str = "the recording"
 ) -> Recording:
     """Compute forces and a position from the columns ``normal``, ``lateral``, ``encoder`` and ``time`` of a tribometer."""
-    needed = ["normal", "lateral"]
-    needed += ["encoder"] if channels.encoder is not None else []
-    needed += ["time"] if isinstance(channels.clock, TimeColumn) else []
+    needed = _columns(channels)
     given = {name: np.asarray(columns[name], dtype=np.float64) for name in needed if name in columns}
     problems = [f"{source}: there is no column '{name}'." for name in needed if name not in given]
     problems += [fault for name, values in given.items() for fault in _faults(source, name, values)]
@@ -103,37 +111,27 @@ def calibrated(
     if problems:
         raise InputError(problems)
     whole = without_missing(given, channels.missing_rows, source)
-    given, time = _on_time(given, channels.clock, whole, source)
-    position, wraps = None, 0
-    if channels.encoder is not None:
-        position = channels.encoder.position(given["encoder"])
-        wraps = int(np.count_nonzero(np.diff(channels.encoder.wraps(given["encoder"]))))
+    rows = np.flatnonzero(whole)  # an omitted row leaves a gap in time
+    if isinstance(channels.clock, TimeColumn):
+        rows = rows[increasing(given["time"][rows], channels.clock.stamps, source)]
+        time = given["time"][rows] - given["time"][rows[0]]
+    else:
+        assert isinstance(channels.clock, EvenSamples)
+        time = rows / channels.clock.rate
+    given = {name: values[rows] for name, values in given.items()}
+    encoder = channels.encoder
     return Recording(
         time=time,
         normal_force=channels.normal.force(given["normal"]),
         lateral_force=channels.lateral.force(given["lateral"]),
-        position=position,
-        step=abs(channels.encoder.step) if channels.encoder is not None else 0.0,
+        position=None if encoder is None else encoder.position(given["encoder"]),
+        step=0.0 if encoder is None else abs(encoder.step),
         channels=channels,
         source=source,
-        wraps=wraps,
+        wraps=0 if encoder is None else int(np.count_nonzero(np.diff(encoder.wraps(given["encoder"])))),
         missing=int(np.count_nonzero(~whole)),
         at_rail={name: at_rail(given[name]) for name in ("normal", "lateral")},
     )
-
-
-def _on_time(
-    columns: dict[str, Real], clock: Clock, whole: NDArray[np.bool_], source: str
-) -> tuple[dict[str, Real], Real]:
-    """Return the rows that are kept and their times; an omitted row leaves a gap in time."""
-    rows = np.flatnonzero(whole)
-    if isinstance(clock, TimeColumn):
-        rows = rows[increasing(columns["time"][rows], clock.stamps, source)]
-        time = columns["time"][rows] - columns["time"][rows[0]]
-    else:
-        assert isinstance(clock, EvenSamples)
-        time = rows / clock.rate
-    return {name: values[rows] for name, values in columns.items()}, time
 
 
 def increasing(time: Real, stamps: StampTreatment, source: str) -> NDArray[np.bool_]:
@@ -168,6 +166,14 @@ def without_missing(columns: Mapping[str, Real], allowed: int, source: str) -> N
     raise InputError(f"{'; '.join(faults)}. This concerns {rows} of {len(kept)}; {may}.", path=source)
 
 
+def omitted_rows(missing: int) -> list[str]:
+    """Write how many rows were omitted because they held a NaN."""
+    if not missing:
+        return []
+    rows = "1 row that holds a NaN was" if missing == 1 else f"{missing} rows that hold a NaN were"
+    return [f"{rows} omitted."]
+
+
 def _faults(source: str, name: str, values: Real) -> list[str]:
     if values.ndim != 1 or len(values) < _FEWEST:
         return [
@@ -190,11 +196,8 @@ def recording_of(
     """Open a recording of a tribometer; the position of a Trace is the integral of its sliding speed."""
     if channels is not None:
         if not isinstance(record, (str, Path)) or speed is not None:
-            raise InputError(
-                "channels: belongs to a file of an instrument, and states its speed too"
-                if speed is not None
-                else "channels: belongs to a file of an instrument; a Trace is calibrated already"
-            )
+            why = "; a Trace is calibrated already" if speed is None else ", and states its speed too"
+            raise InputError(f"channels: belongs to a file of an instrument{why}")
         note_input(Path(record))
         return read_recording(Path(record), _channels(channels))
     if isinstance(record, Recording):
@@ -252,3 +255,63 @@ def _of_trace(trace: xarray.Dataset, speed: float | str | None, source: str) -> 
     pace = np.nan_to_num(np.asarray(trace["sliding_speed"].values[rows], dtype=float))
     steps = np.diff(found.time) * (pace[1:] + pace[:-1]) / 2
     return replace(found, position=np.append(0.0, np.cumsum(steps)))
+
+
+_REPEATS = 10
+"""Number of equal extreme samples from which on they are no coincidence."""
+_MORE = 3
+"""Factor by which the extreme reading occurs more often than any other in its half of the range."""
+_NOISE = 0.5
+"""Median difference of successive changes inside the range, in steps of the converter, below which there is no noise."""
+_BETWEEN = 0.1
+"""Smallest share of samples between the extremes; a square wave has fewer."""
+
+
+def at_rail(reading: Real) -> NDArray[np.bool_]:
+    """Find the samples at which a sensor is at the end of its range, at a reading that occurs much more often than any other.
+
+    A converter at the end of its range repeats one number, while a force within the range comes with noise. A
+    reading whose noise is less than a step of the converter is never found, nor one that is limited by an
+    amplifier before the converter, because it keeps the noise of the converter. A dead band, in which a small
+    force reads exactly 0, cannot be distinguished from the end of the range; it hides the zero of the sensor
+    too.
+    """
+    found = at_extreme(reading)
+    inside = (reading != reading.min()) & (reading != reading.max())
+    change = np.diff(reading)
+    together = inside[2:] & inside[1:-1] & inside[:-2]
+    step = float(np.min(np.abs(change[change != 0]), initial=np.inf))
+    noise = np.abs(np.diff(change))[together]
+    return found if len(noise) and np.median(noise) > _NOISE * step else np.zeros_like(found)
+
+
+def at_extreme(reading: Real) -> NDArray[np.bool_]:
+    """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant."""
+    low, high = reading.min(), reading.max()
+    found = np.zeros(len(reading), dtype=np.bool_)
+    for extreme in (low, high):
+        at = reading == extreme
+        near = reading[(np.abs(reading - extreme) <= (high - low) / 2) & ~at]
+        often = int(np.max(np.unique(near, return_counts=True)[1], initial=0))
+        if low < high and np.count_nonzero(at) >= max(_REPEATS, _MORE * often):
+            found |= at
+    return found if np.mean((reading != low) & (reading != high)) >= _BETWEEN else np.zeros_like(found)
+
+
+Span = tuple[int, int]
+"""Index of the first sample of a section, and of the sample after its last."""
+
+
+def closed(mask: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    """Fill gaps between two true sections that are shorter than a number of samples."""
+    filled = mask.copy()
+    for first, last in runs(~mask):
+        if first > 0 and last < len(mask) and last - first < count:
+            filled[first:last] = True
+    return filled
+
+
+def runs(mask: NDArray[np.bool_]) -> list[Span]:
+    """Return the sections in which a condition holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

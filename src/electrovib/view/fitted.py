@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.fit import ScenarioFit
-    from electrovib.recordings.fit.posterior import Posterior
+    from electrovib.recordings.fit.of_scenario import Posterior
     from electrovib.recordings.fit.prediction import Residuals
-    from electrovib.recordings.fit.separate import FitComparison
+    from electrovib.recordings.fit.sessions import FitComparison
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario
 
@@ -195,7 +195,7 @@ def _correlations(found: ScenarioFit) -> Table:
     names = list(found.estimate.values)
     rows = tuple(
         (name, *("" if not math.isfinite(each) else f"{each:+.2f}" for each in row))
-        for name, row in zip(names, found.correlation, strict=True)
+        for name, row in zip(names, found.estimate.correlation, strict=True)
     )
     caption = "Empty where a parameter is not determined or lies on a bound."
     return Table("Correlation of the estimates", ("", *names), rows, caption=caption)
@@ -388,7 +388,7 @@ def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) ->
 def chains_bytes(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> bytes:
     """Return the chains of a posterior distribution as a netCDF file, with the mark by which a later fit may replace it."""
     from electrovib.data.traces import in_memory
-    from electrovib.recordings.fit.posterior import chains_of
+    from electrovib.recordings.fit.of_scenario import chains_of
 
     chains = chains_of(posterior, {row.name: row.unit for row in rows})
     chains.attrs = {WRITTEN_BY: unsigned(Form.NETCDF)} | chains.attrs

@@ -10,12 +10,12 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.data.marks import Form, csv_text, unsigned
-from electrovib.recordings.fit.separate import FAILED
+from electrovib.recordings.fit.sessions import FAILED
 from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, cited_of
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
-    from electrovib.recordings.fit.separate import SeparateFits
+    from electrovib.recordings.fit.sessions import SeparateFits
     from electrovib.recordings.interval import EstimatedParameter
 
 _COLUMNS: Final = {"value": "value", "deviation": "standard_error", "lower": "lower", "upper": "upper"}

@@ -17,7 +17,7 @@ from electrovib.core.files import inputs_noted
 from electrovib.core.signals import is_study_result, is_trace, signal
 from electrovib.data.atomic import write_text
 from electrovib.data.marks import Form
-from electrovib.recordings.importing.beside import is_measured, residuals
+from electrovib.recordings.importing.merging import is_measured, residuals
 from electrovib.view import summary, tables
 from electrovib.view.documents import html
 from electrovib.view.lines import envelope, scenario_or_none
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.importing.beside import SignalResidual
+    from electrovib.recordings.importing.merging import SignalResidual
     from electrovib.scenario import Scenario
 
 Source: TypeAlias = "xarray.Dataset | Scenario | str | Path"

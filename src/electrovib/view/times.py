@@ -10,7 +10,8 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Page, Panel, Table
 from electrovib.data.marks import Form, csv_text
-from electrovib.recordings.transitions.table import time_rows
+from electrovib.recordings.transitions.ring import ring_rows
+from electrovib.recordings.transitions.times import time_rows
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -45,13 +46,12 @@ class TimesAnswer(Answer):
         signal = next(each.signal for each in (found, *(rings.rings if rings else ())) if each is not None)
         named = f"{signal.replace('_', ' ')}{f' in {self.source}' if self.source else ''}"
         words = tuple(text for each in known for text in each.words)
-        rows = time_rows(found, rings)
         return Document(
             title=f"{'Oscillations' if found is None else 'Times'} of {named}",
             sentences=[_answer(found, rings)],
             figures=times_panels(found, rings),
             tables=[
-                numbers_table("Times and parameters", rows, first="Edges"),
+                numbers_table("Times and parameters", rows_of(found, rings), first="Edges"),
                 *(_criteria(each) for each in directions),
             ],
             pages=[Page("Limits", words)] if words else [],
@@ -61,7 +61,12 @@ class TimesAnswer(Answer):
     def content(self, name: str) -> str:
         """Write the numbers as CSV."""
         del name
-        return numbers_csv(time_rows(self.found, self.rings))
+        return numbers_csv(rows_of(self.found, self.rings))
+
+
+def rows_of(found: MeasuredTimes | None, rings: MeasuredRings | None) -> list[NumberRow]:
+    """List the numbers of a measurement."""
+    return [*(time_rows(found) if found else ()), *(ring_rows(rings) if rings else ())]
 
 
 def _answer(found: MeasuredTimes | None, rings: MeasuredRings | None) -> str:
@@ -172,11 +177,7 @@ def _panel(found: DirectionTimes, words: str, unit: str, *, sensor: bool) -> Pan
         if sensor:
             values = fitted.estimate.values
             fine = np.linspace(time[0], time[-1], 2000)
-            force = (
-                fitted.form.columns(fine, values, None)
-                if fitted.form.exponentials
-                else np.column_stack([fine < values["start"], np.ones_like(fine)])
-            )
+            force = fitted.form.columns(fine, values, None)
             curves.append(
                 Curve(
                     label=f"force, the sensor taken out{name}",

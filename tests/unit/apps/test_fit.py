@@ -25,7 +25,7 @@ def test_the_folder_holds_what_can_be_used_again(spectra, here, table):
     found = ev.fit(
         spectra / "plate.toml", spectra / "a.nc", free=[GAP, LEAK], output=out, compare_with=models
     )
-    estimate, correlation = found.best.estimate, found.best.correlation[0][1]
+    estimate, correlation = found.best.estimate, found.best.estimate.correlation[0][1]
     files = ["parameters.csv", "parameters.toml", "report.html", "space.toml"]
     assert sorted(path.name for path in out.iterdir()) == files
     assert ev.load(out / "parameters.toml").stack.layers["gap"].thickness == estimate.values[GAP]

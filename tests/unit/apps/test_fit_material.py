@@ -12,8 +12,8 @@ import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.material import ColeCole, Constant
-from electrovib.recordings.spectra.forms import forms_of
-from electrovib.recordings.spectra.instrument import InstrumentError, error_by_resistor
+from electrovib.recordings.spectra.fitted import InstrumentError, error_by_resistor
+from electrovib.recordings.spectra.material import forms_of
 
 SHARED = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
 GUIDE = Path(__file__).parents[3] / "docs" / "how_to" / "my_recording.md"

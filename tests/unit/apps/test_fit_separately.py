@@ -149,8 +149,8 @@ def test_sessions_of_a_column_are_those_of_the_function(here, said, table):
     assert [row["session"] for row in rows] == ["1", "2", "3", "mean of the sessions"]
     assert float(rows[1]["exponent"]) == law.sessions["2"].exponent
     assert float(rows[1]["factor"]) == law.sessions["2"].factor
-    assert float(rows[-1]["between"]) == law.between.between
-    assert float(rows[-1]["between_upper"]) == law.between.between_upper
+    assert float(rows[-1]["between"]) == law.between.between.value
+    assert float(rows[-1]["between_upper"]) == law.between.between.upper
     said(asked)  # our own file is replaced
 
 

@@ -11,21 +11,20 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.function import fit_function
 from electrovib.recordings.fit.identifiability import identifiability
-from electrovib.recordings.fit.least_squares import FreeParameter, aicc, bic
+from electrovib.recordings.fit.least_squares import FreeParameter, aicc, bic, fit_function
 from electrovib.recordings.fit.of_scenario import curvature_bias
 from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
 from electrovib.recordings.interval import from_causes, profile_interval
 from electrovib.recordings.transitions.modes import damped_sine
-from electrovib.recordings.transitions.relaxation import EXPONENTIAL
+from electrovib.recordings.transitions.relaxation import EXPONENTIAL, Sensor
 
 X = np.linspace(0.1, 2.0, 20)
 RATE = 2e6
 
 
 def decay(x, time):
-    """Not analytic in `time`: an imaginary step has no effect on it."""
+    """Not analytic in `time`."""
     return np.exp(-x / (RATE * np.abs(time)))
 
 
@@ -34,7 +33,7 @@ def slope(time):
 
 
 @pytest.mark.parametrize("value", [1.0, -1.0], ids=["positive", "negative"])
-def test_a_function_that_is_not_analytic_is_fitted_by_differences(value):
+def test_a_function_that_is_not_analytic_is_fitted(value):
     found = fit_function(lambda x, a: np.abs(a) * x, X, 3.0 * X, start={"a": value})
     assert abs(found.values["a"]) == pytest.approx(3.0, rel=1e-9)
 
@@ -267,7 +266,9 @@ def seen(data=None, **held):
         **resonance_parameters(10e-3, 8e-5),
     }
     problem = Separable(
-        columns=lambda at: EXPONENTIAL.columns(STAMPS, at, (at["frequency"], at["quality"])),
+        columns=lambda at: EXPONENTIAL.columns(
+            STAMPS, at, Sensor(frequency=at["frequency"], quality=at["quality"])
+        ),
         data=np.zeros(150) if data is None else data,
         free=free,
         names=EXPONENTIAL.amplitudes,

@@ -15,9 +15,8 @@ from electrovib.recordings.importing.reduction import (
     find_edges,
     resampled,
     shifted,
-    trigger_time,
 )
-from electrovib.recordings.rail import at_extreme, at_rail
+from electrovib.recordings.recording import at_extreme, at_rail
 
 T = np.arange(0, 2, 1e-3)
 NOISE = np.random.default_rng(3).normal(0, 1e-3, T.size)
@@ -196,8 +195,8 @@ def test_interpolation_shift_and_trigger():
     lost = np.array([0.0, np.nan, 6, 12])
     found = resampled(time, lost, np.array([0.0, 0.5, 1.5, 2.0, 2.5]))
     np.testing.assert_allclose(found, [0, np.nan, np.nan, 6, 7.5])
-    assert trigger_time(time, np.array([0.0, 0, 2, 2])) == pytest.approx(1.5)
-    assert trigger_time(time, np.array([2.0, 2, 0, 0])) is None
+    assert find_edges(time, np.array([0.0, 0, 2, 2])).rising == pytest.approx(1.5)
+    assert find_edges(time, np.array([2.0, 2, 0, 0])).rising.size == 0
 
 
 GRID = np.geomspace(100, 1e5, 20)

@@ -8,8 +8,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.recordings.importing.beside import residuals
-from electrovib.recordings.importing.merging import match_edges
+from electrovib.recordings.importing.merging import match_edges, residuals
 from electrovib.recordings.importing.reduction import SignalEdges
 
 SHIFT, RATIO = 0.37, 1 + 80e-6

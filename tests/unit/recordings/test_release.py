@@ -14,7 +14,8 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.drive.sampled import KeepIncreasing
 from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.recordings.release import fit_release
-from electrovib.recordings.release.model import damped_sine, drive_end
+from electrovib.recordings.transitions.edges import drive_end
+from electrovib.recordings.transitions.modes import damped_sine
 
 USUAL = {"frequency": 350.0, "quality": 3.0, "delay": 0.4e-3, "fall_time": 0.1e-3, "held": 0.7, "after": 0.05}
 RECORD = {"noise": 5e-3, "rate": 12_800.0, "drive": 1000.0, "seed": 0, "size": 300.0}

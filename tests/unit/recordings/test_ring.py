@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.recordings.transitions import measure_ring, measure_rings, measure_times
-from electrovib.recordings.transitions.impacts import find_impacts
+from electrovib.recordings.transitions.edges import find_impacts
 
 AT, LENGTH, RATE = 0.1, 0.5, 12_800.0
 

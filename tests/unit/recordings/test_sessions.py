@@ -22,21 +22,21 @@ def test_the_interval_of_thirteen_trials_is_the_published_one():
     found = random_effects(
         np.log(ill * well_without / (well * ill_without)), np.sqrt((1 / TRIALS).sum(axis=1))
     )
-    assert found.between_lower**2 == pytest.approx(0.1302, rel=0.02)
-    assert found.between_upper**2 == pytest.approx(1.1812, rel=0.02)
-    assert found.between_lower < found.between < found.between_upper
+    assert found.between.lower**2 == pytest.approx(0.1302, rel=0.02)
+    assert found.between.upper**2 == pytest.approx(1.1812, rel=0.02)
+    assert found.between.lower < found.between.value < found.between.upper
 
 
 def test_groups_without_noise_have_the_textbook_intervals():
     values = np.array([1.6, 1.9, 2.3, 2.0])
     found = random_effects(values, np.zeros(4))
     deviation = values.std(ddof=1)
-    assert (found.mean, found.between) == pytest.approx((values.mean(), deviation), rel=1e-9)
+    assert (found.mean.value, found.between.value) == pytest.approx((values.mean(), deviation), rel=1e-9)
     ends = deviation * np.sqrt(3 / chi2.ppf([0.975, 0.025], 3))
-    assert (found.between_lower, found.between_upper) == pytest.approx(ends, rel=0.01)
-    assert found.standard_error == pytest.approx(deviation / 2, rel=1e-9)
+    assert found.between.ends == pytest.approx(ends, rel=0.01)
+    assert found.mean.standard_error == pytest.approx(deviation / 2, rel=1e-9)
     half = t.ppf(0.975, 3) * deviation / 2
-    assert (found.lower, found.upper) == pytest.approx((1.95 - half, 1.95 + half), rel=0.01)
+    assert found.mean.ends == pytest.approx((1.95 - half, 1.95 + half), rel=0.01)
 
 
 EQUAL = [2.0, 2.1, 1.9]
@@ -44,17 +44,17 @@ EQUAL = [2.0, 2.1, 1.9]
 
 def test_equal_groups_with_known_noise_have_the_weighted_mean_and_one_of_few_points_lowers_the_lower_end():
     found = random_effects(EQUAL, [0.1, 0.2, 0.4])
-    assert (found.between, found.between_lower) == (0.0, 0.0)
+    assert (found.between.value, found.between.lower) == (0.0, 0.0)
     weights = np.array([100, 25, 6.25])
-    assert found.mean == pytest.approx(weights @ EQUAL / weights.sum(), rel=1e-12)
-    assert found.standard_error == pytest.approx(weights.sum() ** -0.5, rel=1e-12)
+    assert found.mean.value == pytest.approx(weights @ EQUAL / weights.sum(), rel=1e-12)
+    assert found.mean.standard_error == pytest.approx(weights.sum() ** -0.5, rel=1e-12)
     known = random_effects(EQUAL, [0.1, 0.2, 0.4], freedom=[1e6] * 3)
-    assert known.between_upper == pytest.approx(found.between_upper, rel=1e-3)
+    assert known.between.upper == pytest.approx(found.between.upper, rel=1e-3)
     values, errors = [1.4, 2.0, 2.5], [0.1, 0.2, 0.3]
     known, estimated = random_effects(values, errors), random_effects(values, errors, freedom=[2] * 3)
-    assert known.between_lower > 0.1
-    assert estimated.between_lower < 0.5 * known.between_lower
-    assert estimated.between == known.between
+    assert known.between.lower > 0.1
+    assert estimated.between.lower < 0.5 * known.between.lower
+    assert estimated.between.value == known.between.value
 
 
 @pytest.mark.slow
@@ -66,7 +66,7 @@ def test_a_spread_of_0_3_lies_within_its_interval_in_95_of_100(groups, freedom):
         values = 2 + 0.3 * rng.normal(size=groups) + noise * rng.normal(size=groups)
         errors = noise * np.sqrt(rng.chisquare(freedom, groups) / freedom)
         found = random_effects(values, errors, freedom=[freedom] * groups)
-        inside += found.between_lower <= 0.3 <= found.between_upper
+        inside += found.between.lower <= 0.3 <= found.between.upper
     assert 930 <= inside <= 970
 
 
@@ -117,12 +117,12 @@ def test_the_noise_of_each_session_and_the_spread_between_them_are_stated():
     spread = np.sum((np.log(VOLTS) - np.log(VOLTS).mean()) ** 2)
     errors = [each.standard_error for each in found.sessions.values()]
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(0.05 / np.sqrt(spread), rel=0.1)
-    assert found.between.between == pytest.approx(0.2, rel=0.3)
-    assert found.between.between_lower < 0.2 < found.between.between_upper
+    assert found.between.between.value == pytest.approx(0.2, rel=0.3)
+    assert found.between.between.lower < 0.2 < found.between.between.upper
     assert "too narrow" in found.sentence
     x, y, names = recorded(np.random.default_rng(3), sessions=5)
     alike = fit_power_law(x, y, session=names)
-    assert alike.between.between_lower == 0
+    assert alike.between.between.lower == 0
     assert "explains the differences" in alike.sentence
 
 
@@ -132,8 +132,8 @@ def test_one_noisy_session_does_not_hide_that_the_others_differ():
     x, y, names = recorded(np.random.default_rng(4), exponents=exponents, scatter=scatter)
     found = fit_power_law(x, y, session=names)
     assert found.between.chi_squared > 100
-    assert found.between.between_lower > 0.1
-    assert found.between.between_lower < np.std(exponents[:3], ddof=1) < found.between.between_upper
+    assert found.between.between.lower > 0.1
+    assert found.between.between.lower < np.std(exponents[:3], ddof=1) < found.between.between.upper
     assert "differs between sessions by more than the noise" in found.sentence
     assert abs(found.exponent - np.mean(exponents[:3])) < 0.1  # the noisy one hardly counts
     errors = [each.standard_error for each in found.sessions.values()]

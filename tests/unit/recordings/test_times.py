@@ -20,8 +20,7 @@ from electrovib.physics.relaxation import (
     stretched_seen_by_sensor,
 )
 from electrovib.recordings.transitions import Sensor, measure_ring, measure_times
-from electrovib.recordings.transitions.relaxation import RelaxationForm
-from electrovib.recordings.transitions.sensor import read_sensor
+from electrovib.recordings.transitions.relaxation import RelaxationForm, read_sensor
 
 SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "clutch"
 TAU = 6e-3

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from electrovib.recordings.calibration import CalibrationError
     from electrovib.recordings.fit.power_law import PowerLawFit
-    from electrovib.recordings.fit.separate import SeparateFits
+    from electrovib.recordings.fit.sessions import SeparateFits
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.recordings.spectra.fitted import FittedMaterial
     from electrovib.view.fitted import FitResult
@@ -130,7 +130,7 @@ def _fit_jointly(given: Arguments, recorded: list[str], wanted: dict[str, Any]) 
     """Fit all recordings together, and print the verdict."""
     from electrovib.apps.fit import fit
     from electrovib.apps.progress import tracked
-    from electrovib.recordings.fit.posterior import Sampling
+    from electrovib.recordings.fit.of_scenario import Sampling
 
     wanted |= given.take("varying compare_with")
     wanted["sessions"] = dict(pair_of(text, "--session", "FILE=NAME") for text in given.get("sessions", []))

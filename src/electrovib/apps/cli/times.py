@@ -41,9 +41,8 @@ def times(given: Arguments) -> None:
     Report the times with and without the sensor, each with a 95 % interval; with --swipes the friction and the forces of
     contacts and slides, from which the zeros of the sensors are subtracted.
     """
-    from electrovib.recordings.transitions.table import time_rows
     from electrovib.view.swipe import SwipesAnswer
-    from electrovib.view.times import TimesAnswer
+    from electrovib.view.times import TimesAnswer, rows_of
 
     if given.keys() & {"swipes", "channels"}:
         given.only("record swipes channels speed trim output", "--swipes")
@@ -57,7 +56,7 @@ def times(given: Arguments) -> None:
     why: list[str] = []
 
     def tell(answer: TimesAnswer, **_: object) -> None:
-        say(*(f"{row.group}, {row.sentence}" for row in time_rows(answer.found, answer.rings)))
+        say(*(f"{row.group}, {row.sentence}" for row in rows_of(answer.found, answer.rings)))
         known = [each for each in (answer.found, answer.rings) if each is not None]
         say(*(text for each in known for text in each.words), *why)
 

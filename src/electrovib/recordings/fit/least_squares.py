@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -10,13 +11,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.identifiability import identifiability
 from electrovib.recordings.interval import Interval, from_noise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
+    from electrovib.recordings.fit.identifiability import Stall
 
 CONVERGED: Final = 1e-15
 """Relative change of the sum of squares and of the parameters at which the search ends: the precision of a double."""
@@ -271,8 +274,10 @@ class LeastSquaresEstimate:
         """Correlation of the parameters, shape (parameters, parameters); NaN where there is none."""
         if self.covariance is None:
             return np.full((len(self.values), len(self.values)), np.nan)
-        scale = np.sqrt(np.diag(self.covariance))
-        return np.asarray(self.covariance / np.outer(scale, scale))
+        with np.errstate(all="ignore"):
+            scale = np.sqrt(np.diag(self.covariance))
+            found = self.covariance / np.outer(scale, scale)
+        return np.where(np.isfinite(found), found, np.nan)
 
     @property
     def _deviance(self) -> float:
@@ -311,12 +316,10 @@ class LeastSquaresEstimate:
 
     def quantile(self, level: float) -> float:
         """Return half the width of an interval of this probability [1] over the standard deviation, by Student's t."""
-        from scipy.stats import norm, t
+        from scipy.special import stdtrit
 
-        upper = 0.5 + level / 2
-        return float(
-            norm.ppf(upper) if self.noise_is_known else t.ppf(upper, max(self.degrees_of_freedom, 1))
-        )
+        freedom = 1e9 if self.noise_is_known else max(self.degrees_of_freedom, 1)
+        return float(stdtrit(freedom, 0.5 + level / 2))
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
         """Interval of one parameter from its standard deviation and Student's t; NaN where there is no standard deviation."""
@@ -338,40 +341,6 @@ def _inverse(derivatives: Real, names: tuple[str, ...]) -> tuple[Real, str]:
     return np.asarray(unscaled @ unscaled.T), ""
 
 
-STEPS: Final = 50
-"""Successive accepted steps whose common gain is judged; searches that converge take fewer."""
-GAIN: Final = 0.01
-"""Decrease of the sum of squares over these steps, in variances of a residual, below which it is none: the estimate that the
-search would reach is no more likely than the present one by a factor of exp(0.005)."""
-
-
-@dataclass
-class Stall:
-    """Judgement, at each accepted step of a search, whether further steps can change the result.
-
-    `variance` is that of the weighted residuals; None takes their scatter at the present step.
-    """
-
-    variance: float | None
-    zeros: Sequence[str] = ()
-    _squares: list[float] = field(default_factory=list, init=False)
-
-    def is_reached(self, values: Mapping[str, float], residual: Real, derivatives: Real) -> bool:
-        """Record an accepted step, and state whether the search has stalled there.
-
-        It has where the last steps together have decreased the sum of squares by less than `GAIN` variances
-        while a combination of the unknowns is not determined.
-        """
-        squares = float(residual @ residual)
-        self._squares.append(squares)
-        variance = squares / max(residual.size - len(values), 1) if self.variance is None else self.variance
-        if len(self._squares) <= STEPS or not np.isfinite(derivatives).all():
-            return False
-        if not 0 <= self._squares[-1 - STEPS] - squares < GAIN * variance:
-            return False
-        return bool(identifiability(derivatives / np.sqrt(variance), values, zeros=self.zeros).undetermined)
-
-
 class StalledError(Exception):
     """Carries the values at which a search has stalled through the library that searches."""
 
@@ -380,15 +349,72 @@ class StalledError(Exception):
         self.values = dict(values)
 
 
-def newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
-    """Compute the Gauss-Newton step, NaN where it is not determined, and the deviations for residuals of variance 1."""
-    scale = np.linalg.norm(derivatives, axis=0)
-    count = len(scale)
-    if not np.isfinite(scale).all() or not scale.all():
-        return np.full(count, np.nan), np.full(count, np.nan)
-    orthonormal, triangle = np.linalg.qr(derivatives / scale)
-    diagonal = np.abs(np.diag(triangle))
-    if diagonal.min() < LEAST_DETERMINED * diagonal.max():
-        return np.full(count, np.nan), np.full(count, np.nan)
-    inverse = np.linalg.inv(triangle)
-    return -inverse @ (orthonormal.T @ residual) / scale, np.linalg.norm(inverse, axis=1) / scale
+_DIFFERENCE: Final = 1e-3
+"""Relative step of a difference of sixth order, where truncation and rounding are both near 1e-13."""
+
+
+def fit_function(
+    function: Callable[..., ArrayLike],
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    start: Mapping[str, float | FreeParameter],
+    noise: ArrayLike | None = None,
+    derivatives: Callable[..., ArrayLike] | None = None,
+) -> LeastSquaresEstimate:
+    """Fit the parameters of a function to data by least squares.
+
+    `function(x, **parameters)` is real or complex, shape (n,); `start` holds initial values, or values with
+    bounds; `noise` is the standard deviation of the data, of each part where they are complex, without which
+    the scatter of the residuals is taken. Without `derivatives`, shape (n, parameters), differences of sixth
+    order are taken.
+    """
+    points, data = np.asarray(x, dtype=float), np.asarray(y)
+    deviation = np.broadcast_to(1.0 if noise is None else np.asarray(noise, dtype=float), data.shape)
+    if data.ndim != 1 or not np.isfinite(data).all():
+        raise InputError("y: expected one row of finite numbers")
+    if not (np.isfinite(deviation).all() and (deviation > 0).all()):
+        raise InputError("noise: expected standard deviations above 0")
+    free = {
+        name: each if isinstance(each, FreeParameter) else FreeParameter(start=float(each))
+        for name, each in start.items()
+    }
+    if not free:
+        raise InputError("start: expected at least one parameter")
+    first = np.asarray(function(points, **{name: each.start for name, each in free.items()}))
+    if first.shape != data.shape:
+        raise InputError(f"the function gives shape {first.shape} for data of shape {data.shape}")
+
+    def stacked(numbers: NDArray[Any]) -> Real:
+        return np.concatenate([numbers.real, numbers.imag]) if np.iscomplexobj(data) else numbers.real
+
+    def residual(values: Mapping[str, float]) -> Real:
+        return np.asarray(stacked((np.asarray(function(points, **values)) - data) / deviation), dtype=float)
+
+    def sloped(values: Mapping[str, float]) -> Real:
+        given = derivatives or functools.partial(_differences, function, free)
+        columns = np.asarray(given(points, **values)) / deviation[:, None]
+        return np.column_stack([stacked(column) for column in columns.T])
+
+    return least_squares(residual, free, derivatives=sloped, noise_is_known=noise is not None)
+
+
+def _differences(
+    function: Callable[..., ArrayLike], free: Mapping[str, FreeParameter], points: Real, **values: float
+) -> NDArray[Any]:
+    """Central differences of sixth order, one-sided of first order where a bound is nearer than the step."""
+    columns = []
+    for name, value in values.items():
+        step = _DIFFERENCE * (abs(value) or 1.0)
+
+        def at(shift: float, name: str = name, value: float = value) -> NDArray[Any]:
+            return np.asarray(function(points, **(values | {name: value + shift})))
+
+        low, high = free[name].lower, free[name].upper
+        if low < value - 3 * step and value + 3 * step < high:
+            pairs = [(at(k * step) - at(-k * step)) / (2 * k * step) for k in (1, 2, 3)]
+            columns.append(1.5 * pairs[0] - 0.6 * pairs[1] + 0.1 * pairs[2])
+        else:
+            small = 1e-5 * step if value + 1e-5 * step < high else -1e-5 * step
+            columns.append((at(small) - at(0.0)) / small)
+    return np.column_stack(columns)

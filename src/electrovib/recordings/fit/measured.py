@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import ElectrovibError, InputError, nearest
+from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.recordings.calibration import CalibrationError
-from electrovib.recordings.fit.rounding import resolution_of
+from electrovib.recordings.fit.identifiability import resolution_of
 from electrovib.recordings.interval import rough_noise
 
 if TYPE_CHECKING:
@@ -194,21 +194,19 @@ def as_recorded(
     """
     if unknown := [part for part in keep if part not in PRESCRIBING.values()]:
         raise InputError(f"keep = {unknown[0]}: expected drive, load or motion")
-    found, said, problems = [], [], []
+    found, said = [], []
+    problems: list[str] = []
     for each in measured:
         changes: dict[str, Any] = {}
         own = scenario.replace(each.changes) if each.changes else scenario
         for signal, part in PRESCRIBING.items():
             if part in keep or signal not in each.trace or each.trace[signal].dims != ("time",):
                 continue
-            try:
+            with gathered(problems):
                 taken, words = _of_signal(own, each, signal)
                 _refuse_contradiction(each, part, free, taken, words)
-            except InputError as error:
-                problems += [str(problem) for problem in error.problems]
-                continue
-            changes |= taken
-            said += [f"{each.name}: {words}"] if taken else []
+                changes |= taken
+                said += [f"{each.name}: {words}"] if taken else []
         found.append(dataclasses.replace(each, changes=dict(each.changes) | changes) if changes else each)
     if problems:
         raise InputError(problems)
@@ -343,9 +341,9 @@ def _profile(measured: MeasuredTrace, part: str, time: Real, values: Real, limit
     smooth = make_lsq_spline(time, values, np.concatenate([ends[:1], ends, ends[-1:]]), k=1)
     levels = np.maximum(smooth(ends), 0.0)
     full = float(levels.max())
+    shares = levels / (full or 1.0)
     points = [
-        {"time": float(end), "share": float(level) / full if full else 0.0}
-        for end, level in zip(ends, levels, strict=True)
+        {"time": end, "share": share} for end, share in zip(ends.tolist(), shares.tolist(), strict=True)
     ]
     return {path: full, f"{part}.time_profile": {"model": "Corners", "points": points}}
 

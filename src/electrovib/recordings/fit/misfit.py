@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
-from electrovib.recordings.fit.rounding import rounded_signal
+from electrovib.recordings.fit.identifiability import response, rounded_signal
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
 
 if TYPE_CHECKING:
@@ -92,7 +92,8 @@ def misfit_of(
     rounded more coarsely than its noise only what exceeds half a step counts.
     """
     slopes = problem.derivatives(values)
-    parts = _parts(slopes, residuals)
+    pieces = np.split(_basis(slopes), np.cumsum([each.observed.size for each in residuals])[:-1])
+    parts = [Components(of=each, sloped=rows) for each, rows in zip(residuals, pieces, strict=True)]
     real = [each for each in parts if not each.is_computed]
     between, scatter = _between(problem, values, slopes, parts) if real else ({}, [])
     tests = [sign for each in real for sign in each.signs()] + scatter
@@ -126,19 +127,11 @@ def _basis(columns: Real) -> Real:
     return np.asarray(left[:, singular > _VANISHES * singular[0]])
 
 
-def _parts(slopes: Real, residuals: Sequence[Residuals]) -> list[Components]:
-    basis, at, found = _basis(slopes), 0, []
-    for each in residuals:
-        found.append(Components(of=each, sloped=basis[at : at + each.observed.size]))
-        at += each.observed.size
-    return found
-
-
 def _between(
     problem: WeightedProblem, values: Mapping[str, float], slopes: Real, parts: Sequence[Components]
 ) -> tuple[dict[str, BetweenSessions], list[Sign]]:
     """Test whether parameters differ between recordings, by the values of each recording alone to first order."""
-    from scipy.stats import f as fisher
+    from scipy.special import fdtrc
 
     prediction = problem.prediction
     left = np.concatenate([each.residual.ravel() for each in parts])
@@ -157,7 +150,7 @@ def _between(
         noise = max(noise, STATED)
     ratio = (explained - float(np.sum((joint.T @ left) ** 2))) / more / noise
     spreads = _spreads(prediction, values, [_step(*each) for each in own], noise)
-    chance = float(fisher.sf(ratio, more, free))
+    chance = float(fdtrc(more, free, ratio))
     why = "values of their own for each recording would remove more of the residuals than noise explains"
     if not spreads:
         return {}, [Sign(chance=chance, ratio=ratio, subject="free parameters", reason=why)]
@@ -173,10 +166,9 @@ def _step(sloped: Real, left: Real) -> tuple[Real, Real]:
     scale[scale == 0] = np.inf
     _, singular, rows = np.linalg.svd(sloped / scale, full_matrices=False)
     lost = singular <= _VANISHES * max(singular[0], 1e-300)
-    inverse = np.linalg.pinv(sloped / scale, rcond=_VANISHES)
-    deviation = np.linalg.norm(inverse, axis=1) / scale
+    inverse = response(sloped)
     open_ones = np.isinf(scale) | (np.sum(rows[lost] ** 2, axis=0) > _VANISHES)
-    return inverse @ left / scale, np.where(open_ones, np.inf, deviation)
+    return inverse @ left, np.where(open_ones, np.inf, np.linalg.norm(inverse, axis=1))
 
 
 def _spreads(
@@ -192,11 +184,7 @@ def _spreads(
             if deviation[at] * math.sqrt(noise) < abs(value)
         }
         if len(own) > 1 and not unknown.is_offset and not unknown.session:
-            found[unknown.path] = spread_of(
-                {name: each for name, (each, _) in own.items()},
-                [deviation for _, deviation in own.values()],
-                group="recording",
-            )
+            found[unknown.path] = spread_of(own, group="recording")
     return found
 
 
@@ -311,11 +299,11 @@ class Components:
     @property
     def correlated(self) -> float:
         """Ratio by which slow components exceed the mean of all, 1 where that may be chance: of noise that is correlated."""
-        from scipy.stats import f as fisher
+        from scipy.special import fdtrc
 
         end = 4 * self.slow
         (slow, taken), (fast, left) = self._mean(self.risen, 0, end), self._mean(self.energy, end)
-        if min(taken, left) < 1 or not fast or fisher.sf(slow / fast, taken, left) > _CORRELATED:
+        if min(taken, left) < 1 or not fast or fdtrc(taken, left, slow / fast) > _CORRELATED:
             return 1.0
         return max(1.0, slow / self._mean(self.energy, 0)[0])
 
@@ -335,34 +323,33 @@ class Components:
         )
 
     def _of_sum(self) -> Sign | None:
-        from scipy.stats import chi2
+        from scipy.special import chdtrc
 
         mean, freedom = self._mean(self.risen, 0)
         if self.of.observed.noise is None or freedom < 1:
             return None
         ratio, counted = mean / self.variance, max(freedom / self.correlated, 1.0)
         why = f"where the noise is stated as {self._size(self.of.noise)}{self._where()}"
-        return self._sign(float(chi2.sf(ratio / STATED * counted, counted)), ratio, why)
+        return self._sign(float(chdtrc(counted, ratio / STATED * counted)), ratio, why)
 
     def _of_slow(self) -> Sign | None:
-        from scipy.stats import chi2
-        from scipy.stats import f as fisher
+        from scipy.special import chdtrc, fdtrc
 
         slow, taken = self._mean(self.risen, 0, self.slow)
         beside, left = self._mean(self.energy, self.slow, 4 * self.slow)
         if taken < 1 or left < 3:
             return None
         above = slow / beside if beside else np.inf
-        chance, noise = float(fisher.sf(above, taken, left)), self._mean(self.energy, 0)[0]
+        chance, noise = float(fdtrc(taken, left, above)), self._mean(self.energy, 0)[0]
         if self.of.observed.noise is not None:
             noise = self.variance
-            chance = max(chance, float(chi2.sf(slow / noise / STATED * taken, taken)))
+            chance = max(chance, float(chdtrc(taken, slow / noise / STATED * taken)))
         why = f"that are no noise: their slow part has {above:.2g} times the variance of noise{self._where()}"
         return self._sign(chance, slow / noise, why)
 
     def _of_periodic(self) -> Sign | None:
         from scipy.ndimage import median_filter
-        from scipy.stats import f as fisher
+        from scipy.special import fdtrc
 
         parts, count = self.of.observed.parts, self.energy.size
         if count < 2 * _BESIDE:
@@ -371,7 +358,7 @@ class Components:
         three = np.convolve(self.risen, np.ones(3), mode="same") / 3 / np.maximum(beside, 1e-300)
         three[: self.slow] = 0.0
         at = int(np.argmax(three))
-        chance = count * float(fisher.sf(float(three[at]), 3 * parts, _BESIDE * parts))
+        chance = count * float(fdtrc(3 * parts, _BESIDE * parts, three[at]))
         return self._sign(chance, 1.0, f"that are no noise: they repeat{self._rate(at)}")
 
     def _of_brief(self) -> Sign | None:
@@ -380,7 +367,7 @@ class Components:
         A misfit beside an edge fills few samples, which neither the slow nor the periodic components show.
         The median is that of noise as it is, also where it is correlated, as long as most spans hold noise alone.
         """
-        from scipy.stats import t as student
+        from scipy.special import stdtr
 
         found, length = [], _SHORTEST
         while self.residual.shape[1] // length >= _FEWEST:
@@ -390,7 +377,7 @@ class Components:
                 noise = float(np.median(means)) / _NORMAL or np.inf
                 if self.of.observed.noise is not None:
                     noise = max(noise, (self.variance * STATED) ** 0.5)
-                chance = float(student.sf(risen.max() / noise, _EFFICIENCY * means.size))
+                chance = float(stdtr(_EFFICIENCY * means.size, -risen.max() / noise))
                 found.append((chance, first, length, risen, means.size))
             length *= 2
         if not found:

@@ -15,7 +15,7 @@ from electrovib.data.registry import read_recorded
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.fit.sessions import RandomEffects, random_effects
 from electrovib.recordings.importing.choice import column_of
-from electrovib.recordings.interval import from_noise
+from electrovib.recordings.interval import Interval, from_noise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,19 +40,16 @@ class SessionLaw:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PowerLawFit:
+class PowerLawFit(Interval):
     """A power law y = c_s x^(n + d_s) whose factor and exponent differ between sessions s.
 
-    `exponent` is n, the mean of the population of sessions, with its 95 % interval; `between` is the spread
-    of the exponent between sessions beyond the noise of each, None with one session.
+    `exponent` is n, the mean of the population of sessions; `between` is the spread of the exponent between
+    sessions beyond the noise of each, None with one session.
     """
 
-    exponent: float
-    standard_error: float
-    lower: float
-    upper: float
     sessions: dict[str, SessionLaw]
     between: RandomEffects | None
+    exponent = property(lambda self: self.value)
 
     @property
     def sentence(self) -> str:
@@ -62,19 +59,21 @@ class PowerLawFit:
                 "one session: how much sessions differ is unknown, so that the interval stands on the scatter of its points and"
                 " holds for this session only"
             )
-        found, freedom = self.between, len(self.sessions) - 1
+        found, spread, freedom = self.between, self.between.between, len(self.sessions) - 1
         compared = (
             f"chi squared {found.chi_squared:.3g} with {freedom} degree{'s' * (freedom > 1)} of freedom"
         )
-        spread = f"standard deviation {found.between:.2g}, 95 % interval {found.between_lower:.2g} to {found.between_upper:.2g}"
-        if found.between_lower > 0:
+        words = (
+            f"standard deviation {spread.value:.2g}, 95 % interval {spread.lower:.2g} to {spread.upper:.2g}"
+        )
+        if spread.lower > 0:
             return (
-                f"the exponent differs between sessions by more than the noise of their points ({compared}): {spread}; an"
+                f"the exponent differs between sessions by more than the noise of their points ({compared}): {words}; an"
                 " interval from the points of one session would be too narrow"
             )
-        if found.between_upper == 0:
+        if spread.upper == 0:
             return f"the exponents of the sessions agree better than the noise of their points lets expect ({compared})"
-        return f"the noise of the points explains the differences between sessions ({compared}): {spread}"
+        return f"the noise of the points explains the differences between sessions ({compared}): {words}"
 
 
 def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None = None) -> PowerLawFit:
@@ -109,37 +108,25 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
     voltage, force = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     groups = _groups(voltage, force, session)
     laws = {name: _law(np.log(voltage[rows]), np.log(force[rows])) for name, rows in groups.items()}
-    own = list(laws.values())
-    if len(own) == 1:
-        mean = from_noise(own[0].exponent, own[0].standard_error, freedom=own[0].degrees_of_freedom)
-        return PowerLawFit(
-            exponent=mean.value, standard_error=mean.standard_error, lower=mean.lower, upper=mean.upper,
-            sessions=laws, between=None,
-        )  # fmt: skip
-    found = random_effects(
-        [each.exponent for each in own],
-        [each.standard_error for each in own],
-        freedom=[each.degrees_of_freedom for each in own],
-    )
-    return PowerLawFit(
-        exponent=found.mean, standard_error=found.standard_error, lower=found.lower, upper=found.upper,
-        sessions=laws, between=found,
-    )  # fmt: skip
+    numbers = [(each.exponent, each.standard_error, each.degrees_of_freedom) for each in laws.values()]
+    if len(laws) == 1:
+        value, error, freedom = numbers[0]
+        return PowerLawFit(**vars(from_noise(value, error, freedom=freedom)), sessions=laws, between=None)
+    values, errors, freedoms = zip(*numbers, strict=True)
+    found = random_effects(values, errors, freedom=freedoms)
+    return PowerLawFit(**vars(found.mean), sessions=laws, between=found)
 
 
 def _law(x: Real, y: Real) -> SessionLaw:
     """Straight line through the logarithms of one session by least squares."""
-    centred, free = x - x.mean(), x.size - 2
-    spread = float(centred @ centred)
-    slope = float(centred @ y) / spread
-    left = y - y.mean() - slope * centred
-    scatter = math.sqrt(float(left @ left) / free)
+    (slope, intercept), covariance = np.polyfit(x, y, 1, cov=True)
+    left, freedom = y - slope * x - intercept, x.size - 2
     return SessionLaw(
-        exponent=slope,
-        standard_error=scatter / math.sqrt(spread),
-        factor=math.exp(float(y.mean() - slope * x.mean())),
-        scatter=scatter,
-        degrees_of_freedom=free,
+        exponent=float(slope),
+        standard_error=math.sqrt(covariance[0, 0]),
+        factor=math.exp(intercept),
+        scatter=math.sqrt(float(left @ left) / freedom),
+        degrees_of_freedom=freedom,
     )
 
 
@@ -213,13 +200,13 @@ def _in_si(column: DataColumn) -> Real:
 def power_law_csv(law: PowerLawFit) -> str:
     """Write a power law as CSV, in SI: a row for each session, then the mean over sessions with its interval."""
     columns = ("exponent", "standard_error", "factor", "scatter", "degrees_of_freedom")
-    spread = ("between", "between_lower", "between_upper")
     rows: list[list[object]] = [
         [name, *(getattr(each, column) for column in columns), *[""] * 5]
         for name, each in law.sessions.items()
     ]
     found = law.between
-    between = [""] * 3 if found is None else [getattr(found, name) for name in spread]
+    between = [""] * 3 if found is None else [found.between.value, *found.between.ends]
     mean = "the session" if found is None else "mean of the sessions"
     rows.append([mean, law.exponent, law.standard_error, *[""] * 3, law.lower, law.upper, *between])
-    return csv_text(("session", *columns, "lower", "upper", *spread), rows, remarks=[law.sentence])
+    headings = ("session", *columns, "lower", "upper", "between", "between_lower", "between_upper")
+    return csv_text(headings, rows, remarks=[law.sentence])

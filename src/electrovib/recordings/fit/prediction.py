@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -161,20 +162,20 @@ class Prediction:
 
         A scale from the data would be correlated with their noise, and bias the estimates.
         """
-        change, found = 0.0, []
-        for at, columns in enumerate(self.columns):
+
+        def rescaled(column: Observed, row: NDArray[Any]) -> Observed:
+            scale = np.abs(row)
+            return (
+                dataclasses.replace(column, scale=scale) if column.relative and (scale > 0).all() else column
+            )
+
+        before, found = self.columns, []
+        for at, columns in enumerate(before):
             rows = self._predicted(at, tuple(self.point(at, values).items()))
-            new = []
-            for each, row in zip(columns, rows, strict=True):
-                scale = np.abs(row)
-                if each.relative and (scale > 0).all():
-                    change = max(change, float(np.max(np.abs(scale / each.scale - 1))))
-                    new.append(dataclasses.replace(each, scale=scale))
-                else:
-                    new.append(each)
-            found.append(tuple(new))
+            found.append(tuple(map(rescaled, columns, rows)))
         self.columns = tuple(found)
-        return change
+        pairs = zip(itertools.chain(*found), itertools.chain(*before), strict=True)
+        return max(float(np.max(np.abs(new.scale / old.scale - 1))) for new, old in pairs)
 
     def _of_record(self, at: int, point: tuple[tuple[str, float], ...]) -> tuple[NDArray[Any], ...]:
         """Predict the signals of one recording; not a number where the models refuse the values."""

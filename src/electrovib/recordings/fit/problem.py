@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.recordings.fit.identifiability import Stall
 from electrovib.recordings.fit.least_squares import (
+    LEAST_DETERMINED,
     FreeParameter,
     LeastSquaresEstimate,
-    Stall,
     least_squares,
-    newton_step,
 )
 from electrovib.recordings.fit.prediction import Prediction, residuals_of
 from electrovib.recordings.interval import rough_noise
@@ -79,29 +79,23 @@ class WeightedProblem:
         return self.prediction.derivatives(values, names=names) * self.weights[:, None]
 
     def minimum(
-        self,
-        free: Mapping[str, FreeParameter],
-        *,
-        known: bool,
-        fixed: Mapping[str, float] | None = None,
-        converged: float = SEARCHED,
+        self, free: Mapping[str, FreeParameter], *, known: bool, converged: float = SEARCHED
     ) -> LeastSquaresEstimate:
         """Minimise the sum of squares over the free unknowns, without covariance if `converged` is above `SEARCHED`."""
-        held, names = dict(fixed or {}), tuple(free)
-        whole, apart = Separated(self, free, held, separate=False), Separated(self, free, held)
+        whole, separated = Separated(self, free, {}, separate=False), Separated(self, free, {})
         variance = 1.0 if known else None
         try:
-            separated = apart if apart.is_useful else whole
+            separated = separated if separated.is_useful else whole
             found = self._searched(separated, variance, converged)
         except OutsideBoundsError:  # the bound is found by the search for all unknowns
             separated = whole
             found = self._searched(separated, variance, converged)
         best = dict(found.values) | (separated.best(found.values)[0] if separated.linear else {})
-        values = {name: best[name] for name in names}
+        values = {name: best[name] for name in free}
         found = dataclasses.replace(found, values=values)
         if converged > SEARCHED:
             return found
-        return found.judged(self.residual(held | values), self.derivatives(held | values, names=names), free)
+        return found.judged(self.residual(values), self.derivatives(values, names=tuple(free)), free)
 
     def _searched(
         self, separated: Separated, variance: float | None, converged: float
@@ -131,7 +125,7 @@ class WeightedProblem:
         left = self.residual(values)
         squares = float(left @ left)
         for count in range(1, _MOST_NEAR + 1):
-            step, deviations = newton_step(self.derivatives(values), left)
+            step, deviations = _newton_step(self.derivatives(values), left)
             now = np.array(list(values.values()))
             if not (np.isfinite(squares) and np.isfinite(step).all()):
                 break
@@ -171,6 +165,20 @@ class WeightedProblem:
             return self._searched(separated, variance, _ROUGHLY).sum_of_squares
         except InputError:
             return np.inf
+
+
+def _newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
+    """Compute the Gauss-Newton step, NaN where it is not determined, and the deviations for residuals of variance 1."""
+    scale = np.linalg.norm(derivatives, axis=0)
+    count = len(scale)
+    if not np.isfinite(scale).all() or not scale.all():
+        return np.full(count, np.nan), np.full(count, np.nan)
+    orthonormal, triangle = np.linalg.qr(derivatives / scale)
+    diagonal = np.abs(np.diag(triangle))
+    if diagonal.min() < LEAST_DETERMINED * diagonal.max():
+        return np.full(count, np.nan), np.full(count, np.nan)
+    inverse = np.linalg.inv(triangle)
+    return -inverse @ (orthonormal.T @ residual) / scale, np.linalg.norm(inverse, axis=1) / scale
 
 
 class OutsideBoundsError(ElectrovibError):

@@ -6,25 +6,24 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
-from electrovib.recordings.fit.identifiability import UndeterminedCombination
+from electrovib.recordings.fit.identifiability import Rounding, UndeterminedCombination, response
 from electrovib.recordings.fit.least_squares import LeastSquaresEstimate, aicc, bic
 from electrovib.recordings.fit.misfit import Misfit
 from electrovib.recordings.fit.prediction import Residuals, Unknown
 from electrovib.recordings.fit.problem import WeightedProblem
-from electrovib.recordings.fit.rounding import Rounding
 from electrovib.recordings.fit.sessions import BetweenSessions
 from electrovib.recordings.interval import MISFIT, NORMAL, EstimatedParameter, Interval, profile_interval
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
+    from collections.abc import Collection, Iterable
 
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
@@ -77,9 +76,9 @@ class ScenarioFit:
         return validity(self.scenario)
 
     @property
-    def noises_estimated(self) -> int:
-        """Number of signals whose noise was estimated from their residuals."""
-        return sum(each.observed.noise is None for each in self.residuals)
+    def _counted(self) -> int:
+        """Number of estimated numbers, the noises of signals among them."""
+        return len(self.estimate.values) + sum(each.observed.noise is None for each in self.residuals)
 
     @property
     def deviance(self) -> float:
@@ -96,14 +95,12 @@ class ScenarioFit:
     @property
     def aicc(self) -> float:
         """Akaike's criterion with the correction for few data; infinite with as many parameters as data."""
-        counted = len(self.estimate.values) + self.noises_estimated
-        return aicc(self.deviance, counted=counted, data=self.estimate.count)
+        return aicc(self.deviance, counted=self._counted, data=self.estimate.count)
 
     @property
     def bic(self) -> float:
         """Criterion of Schwarz."""
-        counted = len(self.estimate.values) + self.noises_estimated
-        return bic(self.deviance, counted=counted, data=self.estimate.count)
+        return bic(self.deviance, counted=self._counted, data=self.estimate.count)
 
     def why_no_interval(self, name: str) -> str:
         """Return why an unknown has no interval from its standard deviation; empty where it has one."""
@@ -153,12 +150,11 @@ class ScenarioFit:
         is stated. It holds where the symmetric interval does not. Rounding of the recordings moves both ends
         outwards by what it adds to the variance.
         """
-        from scipy.stats import chi2
-        from scipy.stats import f as fisher
+        from scipy.special import chdtri, fdtri
 
         estimate, free, own = self.estimate, self.problem.prediction.free, self.problem.prediction.free[name]
         known, value = estimate.noise_is_known, estimate.values[name]
-        allowed = chi2.ppf(level, 1) if known else fisher.ppf(level, 1, max(estimate.degrees_of_freedom, 1))
+        allowed = chdtri(1, 1 - level) if known else fdtri(1, max(estimate.degrees_of_freedom, 1), level)
         unit = self.misfit.inflation * (1.0 if known else estimate.variance)
 
         def rise(at: float) -> float:
@@ -180,25 +176,11 @@ class ScenarioFit:
             upper=min(value + math.hypot(profiled.upper - value, further), own.upper),
         )
 
-    @property
-    def correlation(self) -> Sequence[Sequence[float]]:
-        """Correlation of the unknowns; NaN with one that is not determined or lies on a bound."""
-        with np.errstate(all="ignore"):
-            found = np.array(self.estimate.correlation)
-        found[~np.isfinite(found)] = np.nan
-        rows: list[list[float]] = found.tolist()
-        return rows
 
-
-def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[EstimatedParameter, ...]:
+def parameter_table(found: ScenarioFit) -> tuple[EstimatedParameter, ...]:
     """Summarise a fit, one row for each unknown, then one for the mean of each parameter that varies between sessions."""
     systematic = systematic_deviations(found)
-    rows = [
-        dataclasses.replace(
-            _row(found, each, profiles=profiles), systematic=systematic.get(each.name, math.nan)
-        )
-        for each in found.unknowns
-    ]
+    rows = [_row(found, each, systematic.get(each.name, math.nan)) for each in found.unknowns]
     for path, spread in found.sessions.items():
         mean = spread.estimated(path, quantity_at(found.scenario, path), found.misfit.verdict)
         name = f"{path} (mean of {len(spread.values)} sessions)"
@@ -206,10 +188,10 @@ def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[Estim
     return tuple(rows)
 
 
-def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedParameter:
+def _row(found: ScenarioFit, unknown: Unknown, systematic: float) -> EstimatedParameter:
     name, state, note = unknown.name, found.determined[unknown.name], found.why_no_interval(unknown.name)
     ends, method, deviation = found.interval(name), "" if note else "symmetric", found.deviation(name)
-    if state != "well" and profiles:
+    if state != "well":
         profiled = found.profile(name)
         ends, method = profiled.ends, "profile"
         if profiled.open_below and profiled.open_above:
@@ -223,11 +205,10 @@ def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedPa
             note = "; ".join(filter(None, [note, f"the data set no limit {side}"]))
     if found.rounding is not None and method:
         note = "; ".join(filter(None, [note, found.rounding.note(name)]))
+    quantity = SIGNALS[unknown.path] if unknown.is_offset else quantity_at(found.scenario, unknown.path)
     return EstimatedParameter(
         name=name,
-        unit=SIGNALS[unknown.path].unit
-        if unknown.is_offset
-        else quantity_at(found.scenario, unknown.path).unit,
+        unit=quantity.unit,
         value=found.estimate.values[name],
         standard_error=deviation if math.isfinite(deviation) and state != "bound" else math.nan,
         lower=ends[0],
@@ -235,12 +216,9 @@ def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedPa
         method=method,
         state=found.states[name],
         note="; ".join(filter(None, [found.misfit.verdict, note])),
+        systematic=systematic,
         low=found.problem.prediction.free[name].lower,
     )
-
-
-_VANISHES: Final = 1e-6
-"""Relative singular value below which a combination of parameters is not determined by the data at all."""
 
 
 def systematic_deviations(found: ScenarioFit) -> dict[str, float]:
@@ -258,31 +236,24 @@ def systematic_deviations(found: ScenarioFit) -> dict[str, float]:
     values, problem = found.estimate.values, found.problem
     inside = [name for name in values if name not in found.estimate.on_bound]
     rows = [list(values).index(name) for name in inside]
-    scale = np.array([abs(values[name]) or 1.0 for name in inside])
-    sloped = problem.derivatives(values)[:, rows] * scale
-    inverse = np.linalg.pinv(sloped, rcond=_VANISHES) * problem.weights
-    deviations: dict[str, float] = {}
-    shifts = [
-        (error, *((inverse @ change) * scale for change in changes)) for error, changes in sources.items()
-    ]
-    for at, name in enumerate(inside):
-        parts = [(error, float(gain[at]), float(zero[at])) for error, gain, zero in shifts]
-        deviations[name] = _combined(parts) if found.determined[name] != "not" else math.nan
+    inverse = response(problem.derivatives(values)[:, rows]) * problem.weights
+    shifts = [(error, inverse @ np.transpose(changes)) for (_, error), changes in sources.items()]
+    deviations = {
+        name: _combined(shifts, [at]) if found.determined[name] != "not" else math.nan
+        for at, name in enumerate(inside)
+    }
     for path in found.sessions:
-        own = [
-            inside.index(each.name) for each in found.unknowns if each.path == path and each.name in inside
-        ]
-        means = [(error, float(gain[own].mean()), float(zero[own].mean())) for error, gain, zero in shifts]
-        deviations[path] = _combined(means)
+        own = [each.name for each in found.unknowns if each.path == path and each.name in inside]
+        deviations[path] = _combined(shifts, [inside.index(name) for name in own])
     return dict.fromkeys(values, math.nan) | deviations
 
 
-def _combined(parts: list[tuple[_Source, float, float]]) -> float:
-    """Root of the variance of independent sources, each with the changes by a gain error and by a zero error of 1."""
-    variance = sum(
-        error.gain**2 * gain**2 + error.zero**2 * zero**2 + 2 * error.covariance * gain * zero
-        for (_, error), gain, zero in parts
-    )
+def _combined(shifts: list[tuple[CalibrationError, Real]], rows: list[int]) -> float:
+    """Root of the variance of the mean of estimates by independent sources, each with the changes by errors of 1."""
+    variance = 0.0
+    for error, shift in shifts:
+        gain, zero = shift[rows].mean(axis=0).tolist()
+        variance += (error.gain * gain) ** 2 + (error.zero * zero) ** 2 + 2 * error.covariance * gain * zero
     return math.sqrt(max(variance, 0.0))
 
 
@@ -352,7 +323,7 @@ def space_correlations(found: ScenarioFit, tables: Collection[str]) -> dict[tupl
     determined or lies on a bound has none.
     """
     names = list(found.estimate.values)
-    matrix = found.correlation
+    matrix = found.estimate.correlation.tolist()
     shared = [
         (names.index(each.name), each.path)
         for each in found.unknowns

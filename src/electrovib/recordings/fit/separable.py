@@ -6,16 +6,12 @@ import dataclasses
 import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.least_squares import (
-    FreeParameter,
-    LeastSquaresEstimate,
-    least_squares,
-)
+from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
 from electrovib.recordings.interval import autocovariance, covariance
 
 if TYPE_CHECKING:
@@ -165,14 +161,23 @@ class Separable:
 
     def _slopes(self, values: Mapping[str, float], amplitudes: Real, whitening: Whitening | None) -> Real:
         """Return the derivatives of the filtered model after the nonlinear parameters, shape (n, parameters)."""
-        found = [np.zeros((len(self.data), 0))]
-        for name, each in self.free.items():
-            step = _STEP * (values[name] if each.logarithmic else self.ranges[name])
-            more, less = (
-                self.columns({**values, name: values[name] + sign * step}) @ amplitudes for sign in (1, -1)
-            )
-            found.append(((more - less) / (2 * step))[:, None])
-        return _filtered(np.hstack(found), whitening)
+        steps = {
+            name: _STEP * (values[name] if each.logarithmic else self.ranges[name])
+            for name, each in self.free.items()
+        }
+        found = central_differences(lambda at: self.columns(at) @ amplitudes, values, steps)
+        return _filtered(np.column_stack([np.zeros((len(self.data), 0)), *found.values()]), whitening)
+
+
+def central_differences(
+    function: Callable[[Mapping[str, float]], Any], values: Mapping[str, float], steps: Mapping[str, float]
+) -> dict[str, Any]:
+    """Differentiate what a function gives after those of its values that have a step."""
+
+    def at(name: str, shift: float) -> Any:
+        return function({**values, name: values[name] + shift})
+
+    return {name: (at(name, step) - at(name, -step)) / (2 * step) for name, step in steps.items()}
 
 
 def resonance_parameters(window: float, step: float) -> dict[str, FreeParameter]:

@@ -1,16 +1,21 @@
-"""How a parameter differs between sessions: variance within and between them, and the interval of the mean."""
+"""Several fits: parameters between sessions and between recordings that are fitted one by one, and models compared."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
+from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
-from electrovib.recordings.interval import MISFIT, EstimatedParameter, from_noise
+from electrovib.recordings.interval import MISFIT, EstimatedParameter, Interval, from_noise
+from electrovib.scenario import Scenario
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,6 +23,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.core.quantity import Quantity
     from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
+    from electrovib.recordings.fit.result import ScenarioFit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,11 +74,9 @@ class BetweenSessions:
         )
         one = self.group
         interval = f" (95 % interval {lower} to {upper})" if math.isfinite(self.between_upper) else ""
-        return f"scatter within a {one} {within}, between {one}s {between}{interval}" + (
-            f": {ratio:.2g} times as much, so that an interval from one {one} would be too narrow"
-            if ratio > 1
-            else ""
-        )
+        narrow = f": {ratio:.2g} times as much, so that an interval from one {one} would be too narrow"
+        words = f"scatter within a {one} {within}, between {one}s {between}{interval}"
+        return words + (narrow if ratio > 1 else "")
 
 
 def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -> BetweenSessions:
@@ -82,36 +86,26 @@ def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -
     whatever the sizes, so that Student's t holds for the mean when the sessions are alike in size.
     """
     deviations = estimate.standard_deviations
-    return spread_of(
-        {session: estimate.values[name] for session, name in names.items()},
-        [deviations[name] for name in names.values()],
-    )
+    return spread_of({session: (estimate.values[name], deviations[name]) for session, name in names.items()})
 
 
-def spread_of(
-    values: Mapping[str, float], deviations: Sequence[float], *, group: str = "session"
-) -> BetweenSessions:
-    """Summarise at least two separate estimates of one parameter, with the spread between them of `random_effects`."""
-    found = np.array(list(values.values()))
+def spread_of(own: Mapping[str, tuple[float, float]], *, group: str = "session") -> BetweenSessions:
+    """Summarise at least two estimates of one parameter with their deviations, with the spread of `random_effects`."""
+    found, deviations = np.transpose(list(own.values()))
     scatter = float(np.var(found, ddof=1))
     within = float(np.sqrt(np.mean(np.square(deviations))))
-    known = [
-        (value, each) for value, each in zip(found.tolist(), deviations, strict=True) if math.isfinite(each)
-    ]
-    spread = random_effects(*zip(*known, strict=True)) if len(known) > 1 else None
+    known = np.isfinite(deviations)
+    spread = Interval(value=math.sqrt(scatter))
+    if np.count_nonzero(known) > 1:
+        spread = random_effects(found[known], deviations[known]).between
     return BetweenSessions(
-        values=dict(values),
-        mean=float(np.mean(found)),
-        within=within,
-        between=math.sqrt(scatter) if spread is None else spread.between,
-        between_lower=math.nan if spread is None else spread.between_lower,
-        between_upper=math.nan if spread is None else spread.between_upper,
-        standard_error=math.sqrt(scatter / found.size),
-        group=group,
-    )
+        values=dict(zip(own, found.tolist(), strict=True)), mean=float(np.mean(found)), within=within, between=spread.value,
+        between_lower=spread.lower, between_upper=spread.upper, standard_error=math.sqrt(scatter / found.size), group=group,
+    )  # fmt: skip
 
 
-LEVEL: Final = 0.95
+_ENDS: Final = (0.025, 0.975)
+"""Quantiles at both ends of an interval."""
 _DRAWS: Final = 2000
 _HALVINGS: Final = 45
 _ROUNDING: Final = 1e-12
@@ -122,21 +116,15 @@ _ROUNDING: Final = 1e-12
 class RandomEffects:
     """Values of several groups as a common mean, a deviation of each group, and the noise of each group.
 
-    - `mean`: of the population of groups, weighted by the spread and the noise together, with its 95 %
-      interval.
+    - `mean`: of the population of groups, weighted by the spread and the noise together.
     - `between`: standard deviation between groups beyond their noise, by the estimate of Paule and Mandel,
       with its 95 % interval, whose lower end is 0 where noise alone explains the differences.
     - `chi_squared`: sum of the squared deviations from the mean weighted by the noise alone, over the
       variances; its expectation without spread is the number of groups less 1.
     """
 
-    mean: float
-    standard_error: float
-    lower: float
-    upper: float
-    between: float
-    between_lower: float
-    between_upper: float
+    mean: Interval
+    between: Interval
     chi_squared: float
 
 
@@ -156,18 +144,13 @@ def random_effects(
     variances = np.maximum(errors, _ROUNDING * float(np.abs(found).max()) or _ROUNDING)[None, :] ** 2
     squares, drawn = _draws(variances, freedom)
     spreads = _spread(found, drawn, squares)
-    lower, upper = np.sqrt(np.quantile(spreads, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2]))
+    least, most = np.sqrt(np.quantile(spreads, _ENDS)).tolist()
     between = _spread(found, variances, np.array([found.size - 1.0]))
-    mean, error = _mean(found, variances + between[:, None])
-    means = _mean(found, drawn + spreads[:, None])
+    (mean,), (error,) = _mean(found, variances + between[:, None])
+    lower, upper = (_quantile(*_mean(found, drawn + spreads[:, None]), share) for share in _ENDS)
     return RandomEffects(
-        mean=float(mean[0]),
-        standard_error=float(error[0]),
-        lower=_quantile(*means, 0.5 - LEVEL / 2),
-        upper=_quantile(*means, 0.5 + LEVEL / 2),
-        between=math.sqrt(between[0]),
-        between_lower=float(lower),
-        between_upper=float(upper),
+        mean=Interval(value=float(mean), lower=lower, upper=upper, standard_error=float(error)),
+        between=Interval(value=math.sqrt(between[0]), lower=least, upper=most),
         chi_squared=float(_squares(found, variances)[0]),
     )
 
@@ -222,3 +205,158 @@ def _quantile(means: Real, errors: Real, share: float) -> float:
         else:
             high = middle
     return (low + high) / 2
+
+
+FAILED = "failed"
+"""Status of the parameters of a recording that could not be fitted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedFit:
+    """The fit of one recording; None in `found`, and rows with the status ``"failed"``, if there is none."""
+
+    record: str
+    found: ScenarioFit | None
+    rows: tuple[EstimatedParameter, ...]
+
+    @property
+    def reduced_chi_square(self) -> float:
+        """Weighted sum of squares over the degrees of freedom, dimensionless; NaN unless the noise of all signals is stated."""
+        if self.found is None or not self.found.estimate.noise_is_known:
+            return math.nan
+        return self.found.estimate.variance
+
+    @property
+    def problem(self) -> str:
+        """Why there is no fit; empty where there is one."""
+        return "" if self.found is not None or not self.rows else self.rows[0].note
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeparateFits:
+    """Parameters of a scenario estimated from each of several recordings alone, and their spread between these."""
+
+    scenario: Scenario
+    free: tuple[str, ...]
+    fits: tuple[RecordedFit, ...]
+    spreads: Mapping[str, BetweenSessions]
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with the parameters estimated from each recording."""
+        return tuple(
+            dict.fromkeys(
+                told for each in self.fits if each.found is not None for told in each.found.diagnostics
+            )
+        )
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Name of each recording that could not be fitted, and why."""
+        return {each.record: each.problem for each in self.fits if each.found is None}
+
+    @property
+    def misfits(self) -> dict[str, str]:
+        """Name of each recording that the model does not describe, and what its residuals show."""
+        found = {each.record: each.found.misfit for each in self.fits if each.found is not None}
+        return {record: each.sentence for record, each in found.items() if each.reasons}
+
+    @property
+    def means(self) -> tuple[EstimatedParameter, ...]:
+        """Mean of each parameter over the recordings that determine it, with its interval by Student's t.
+
+        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average
+        out.
+        """
+        found = []
+        for path, spread in self.spreads.items():
+            missed = [record for record in self.misfits if record in spread.values]
+            counted = f"{len(missed)} of the {len(spread.values)} recordings"
+            why = f"the model does not describe {counted}" if missed else ""
+            errors = [
+                row.systematic
+                for each in self.fits
+                for row in each.rows
+                if row.name == path and each.record in spread.values
+            ]
+            mean = spread.estimated(path, quantity_at(self.scenario, path), why)
+            found.append(replace(mean, systematic=statistics.fmean(errors)))
+        return tuple(found)
+
+
+def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter, ...]:
+    """Make the rows of a recording that could not be fitted."""
+    return tuple(
+        EstimatedParameter(name=path, unit=unit, value=math.nan, state=FAILED, note=why)
+        for path, unit in paths.items()
+    )
+
+
+def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
+    """Summarise how parameters differ between the recordings that determine them, at least two, which count alike."""
+    found = {}
+    for path in free:
+        own = {
+            each.record: (row.value, row.standard_error)
+            for each in fits
+            for row in each.rows
+            if row.name == path
+            and each.found is not None
+            and each.found.determined[path] in {"well", "weakly"}
+            and math.isfinite(row.standard_error)
+        }
+        if len(own) > 1:
+            found[path] = spread_of(own, group="recording")
+    return found
+
+
+CLEAR: Final = 10.0
+"""Difference of AICc from which on the worse model has essentially no support (Burnham and Anderson 2002)."""
+_SOME: Final = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitComparison:
+    """Fits of several models to the same data, the best first; `aicc` and `bic` are above those of the best by AICc."""
+
+    names: tuple[str, ...]
+    aicc: tuple[float, ...]
+    bic: tuple[float, ...]
+    sentence: str
+
+
+def compare_fits(fits: Mapping[str, ScenarioFit]) -> FitComparison:
+    """Compare models that were fitted to the same data.
+
+    A difference of AICc below 2 does not distinguish two models, one above 10 leaves the worse one without
+    support (Burnham and Anderson 2002). The criteria compare models with each other; none of them may be
+    adequate.
+    """
+    sizes = {name: each.estimate.count for name, each in fits.items()}
+    if len(set(sizes.values())) > 1:
+        told = ", ".join(f"{name} {size}" for name, size in sizes.items())
+        raise InputError(
+            f"models are compared on the same data, but these were fitted to different numbers: {told}"
+        )
+    names = sorted(fits, key=lambda name: fits[name].aicc)
+    best = fits[names[0]]
+    aicc = tuple(fits[name].aicc - best.aicc if math.isfinite(best.aicc) else math.nan for name in names)
+    bic = tuple(fits[name].bic - best.bic for name in names)
+    return FitComparison(names=tuple(names), aicc=aicc, bic=bic, sentence=_sentence(names, aicc, bic))
+
+
+def _sentence(names: list[str], aicc: tuple[float, ...], bic: tuple[float, ...]) -> str:
+    if len(names) == 1:
+        return ""
+    first, second, apart = names[0], names[1], aicc[1]
+    if not math.isfinite(apart):
+        return f"there are too few data to compare {first} with {second} by AICc"
+    if apart < _SOME:
+        text = f"the data do not distinguish {first} from {second} (AICc differs by {apart:.2g})"
+    elif apart < CLEAR:
+        text = f"the data favour {first} over {second}, but not clearly (AICc lower by {apart:.2g})"
+    else:
+        text = f"the data support {first}; {second} has an AICc higher by {apart:.3g}, which leaves it no support"
+    if min(bic) < 0:
+        text += f"; BIC prefers {names[bic.index(min(bic))]}, which has fewer parameters"
+    return text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import re
 from dataclasses import dataclass
@@ -33,9 +34,7 @@ OVER_TIME: Final = tuple(name for name, known in SIGNALS.items() if known.dims =
 """Signals that a column of samples can become."""
 
 
-def check_names(
-    option: str, names: Mapping[str, object], known: Mapping[str, object] | None = None
-) -> list[str]:
+def check_names(option: str, names: Collection[str], known: Collection[str] | None = None) -> list[str]:
     """List the names that are no signals over time, or that no column was chosen for."""
     allowed = OVER_TIME if known is None else tuple(known)
     what = "a signal over time" if known is None else "a signal that has a column"
@@ -128,12 +127,8 @@ def _by_line(
 ) -> tuple[Real, list[str]]:
     known = kind_and_factor(column.unit) if column.unit else None
     if known is None or offset is not None:
-        why = (
-            "offset is part of the calibration; omit it"
-            if known
-            else "the column needs a unit, as in 'Ch1 [V]'"
-        )
-        raise InputError(f"scale.{signal}: {why}")
+        why = "the column needs a unit, as in 'Ch1 [V]'"
+        raise InputError(f"scale.{signal}: {'offset is part of the calibration; omit it' if known else why}")
     with np.errstate(all="ignore"):  # what overflows is reported as missing
         reading = np.asarray(column.values, dtype=float) * known[1]
         values = line.value(reading)
@@ -153,12 +148,10 @@ def _sensitivity(
     if scale is None:
         return (1.0, ""), column.unit, ""
     option = f"scale.{signal} = {scale}"
-    match = _FACTOR.fullmatch(str(scale))
-    try:
-        assert match is not None
-        number = float(Fraction(match[1].replace(" ", "")) if "/" not in match[1] else _ratio(match[1]))
-    except (AssertionError, ValueError, ZeroDivisionError):
-        number = 0.0
+    match, number = _FACTOR.fullmatch(str(scale)), 0.0
+    with contextlib.suppress(TypeError, ValueError, ZeroDivisionError):
+        over, _, under = match[1].partition("/")  # type: ignore[index]  # none is refused below
+        number = float(Fraction(over.strip()) / Fraction(under.strip() or 1))
     if not number or match is None:
         raise InputError(
             f"{option}: expected a number other than 0 or a ratio, with a unit such as '4/9 N/V'"
@@ -182,11 +175,6 @@ def _sensitivity(
     return (number * known[1] / per[1], target), column.unit or under, f"{scale}"
 
 
-def _ratio(text: str) -> Fraction:
-    over, _, under = text.partition("/")
-    return Fraction(over.strip()) / Fraction(under.strip())
-
-
 def _offset(
     offset: str | float | None, own: str, target: str, signal: str, *, scaled: bool
 ) -> tuple[float, float]:
@@ -198,12 +186,7 @@ def _offset(
             value = parse_quantity(str(offset), kind)
         except ValueError:
             continue
-        if (
-            isinstance(offset, str)
-            and _FACTOR.fullmatch(offset)
-            and own != target
-            and offset.strip()[-1:].isdigit()
-        ):
+        if isinstance(offset, str) and own != target and offset.strip()[-1:].isdigit():
             break  # a plain number could be either
         return (value, 0.0) if before and scaled else (0.0, value)
     raise InputError(
@@ -212,6 +195,8 @@ def _offset(
 
 
 _MOST: Final = 60
+_ABOUT: Final = {"table": "read", "left_out": "left out", "unsure": "not sure", "omitted": "not read"}
+"""What a reader states of its file, and how that is called."""
 
 
 def list_columns(
@@ -237,14 +222,11 @@ def list_columns(
         lines.append(f"  {number}  {each.name}  [{each.unit or 'unit not stated'}]  {ends}{role}")
     if len(recorded.channels) > _MOST:
         lines.append(f"  and {len(recorded.channels) - _MOST} more")
-    if "table" in recorded.attributes:
-        lines.append(f"  read: {recorded.attributes['table']}")
-    if "left_out" in recorded.attributes:
-        lines.append(f"  left out: {recorded.attributes['left_out']}")
-    if "unsure" in recorded.attributes:
-        lines.append(f"  not sure: {recorded.attributes['unsure']}")
-    if "omitted" in recorded.attributes:
-        lines.append(f"  not read: {recorded.attributes['omitted']}; choose with --set part=NAME")
+    about = recorded.attributes
+    for name, words in _ABOUT.items():
+        if name in about:
+            chosen = "; choose with --set part=NAME" if name == "omitted" else ""
+            lines.append(f"  {words}: {about[name]}{chosen}")
     try:
         spectrum = spectrum_of(recorded, spectrum=wanted)
     except InputError as error:

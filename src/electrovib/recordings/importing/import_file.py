@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
-from electrovib.core.errors import DataFileError, InputError, gathered
+from electrovib.core.errors import DataFileError, InputError, gathered, nearest
 from electrovib.core.files import note_input
 from electrovib.core.signals import SIGNALS, make_trace
-from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.core.units import format_quantity
 from electrovib.data.faults import check_file
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import refuse_spectrum, spectrum_of, split_part
@@ -23,8 +23,8 @@ from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration, calibrate
 from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
 from electrovib.recordings.importing.notices import about_file, about_parts, about_samples
-from electrovib.recordings.importing.phase_offset import phase_offset
-from electrovib.recordings.importing.reduction import ReductionSteps, reduced
+from electrovib.recordings.importing.parallel_part import phase_offset
+from electrovib.recordings.importing.reduction import ReductionSteps, reduced, seconds
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -104,24 +104,18 @@ def import_file(
     table, spectrum = split_part(part)
     options = {"delimiter": delimiter, "decimal_comma": decimal_comma, "part": table}
     recorded = read_recorded(place, reader=reader, **options)
-    stated = {name: value for name, value in (options | {"part": part}).items() if value is not None}
+    stated: dict[str, Any] = {
+        name: value for name, value in (options | {"part": part}).items() if value is not None
+    }
+    stated |= {"columns": dict(columns or {}), "time": time, "step": step}
+    stated |= {"calibration": {name: str(each) for name, each in calibration.items()}} if calibration else {}
     origin = {
         "title": title or place.stem,
         "electrovib": version("electrovib"),
         "file": place.name,
         "file_sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
         "reader": reader or format_of(place).name,
-        "options": json.dumps(
-            stated
-            | {"columns": dict(columns or {}), "time": time, "step": step}
-            | (
-                {"calibration": {name: str(each) for name, each in calibration.items()}}
-                if calibration
-                else {}
-            )
-            | reduction,
-            default=repr,
-        ),
+        "options": json.dumps(stated | reduction, default=repr),
         "file_preamble": json.dumps(dict(recorded.attributes))[:_LONGEST_SETTINGS],
     }
     wanted = dict(columns or {})
@@ -139,18 +133,11 @@ def import_file(
 
 def _wrong_names(wanted: Mapping[str, str], steps: ReductionSteps) -> list[str]:
     """List the names that are no signals over time, or that no column was chosen for."""
+    named = {option: getattr(steps, option) for option in ("scale", "offset", "shift", "baseline")}
+    named |= {"detrend": steps.detrend, "trigger": [steps.trigger], "average": [steps.average]}
     problems = check_names("columns", wanted)
-    problems += [
-        problem
-        for option in ("scale", "offset", "shift", "baseline")
-        for problem in check_names(option, getattr(steps, option), wanted)
-    ]
-    for option, names in (
-        ("detrend", steps.detrend),
-        ("trigger", (steps.trigger,)),
-        ("average", (steps.average,)),
-    ):
-        problems += check_names(option, {name: "" for name in names if name}, wanted)
+    for option, names in named.items():
+        problems += check_names(option, [name for name in names if name], wanted)
     return problems
 
 
@@ -174,8 +161,6 @@ def is_spectrum(columns: Mapping[str, str]) -> bool:
 
 
 def _reduction(given: Mapping[str, Any]) -> ReductionSteps:
-    from electrovib.core.errors import nearest
-
     known = ReductionSteps.__dataclass_fields__
     problems = [
         f"{name}: is not an option of import_file.{nearest(name, known)}"
@@ -186,9 +171,8 @@ def _reduction(given: Mapping[str, Any]) -> ReductionSteps:
         raise InputError(problems)
     fitting = {name: value for name, value in given.items() if value is not None}
     if "detrend" in fitting:
-        fitting["detrend"] = (
-            (fitting["detrend"],) if isinstance(fitting["detrend"], str) else tuple(fitting["detrend"])
-        )
+        trends = fitting["detrend"]
+        fitting["detrend"] = (trends,) if isinstance(trends, str) else tuple(trends)
     return ReductionSteps(**fitting)
 
 
@@ -233,6 +217,7 @@ def _validity(diagnostics: list[Diagnostic]) -> str:
 
 _GAP: Final = 1.5
 """Interval, in units of the median interval, from which on samples are missing."""
+_NO_STAMPS: Final = "the file has no time stamps, so dropped samples cannot be noticed"
 STAMPS: Final = ("refuse", "keep_increasing")
 """Treatments of time stamps that do not increase."""
 
@@ -267,13 +252,8 @@ def sample_times(
     if known is None or known[0] != "s":
         raise InputError(f"time = {column.name}: '{column.unit}' is not a unit of time")
     steps = [f"time: column '{column.name}' [{column.unit or 's'}]"]
-    unsure = []
-    if not column.unit:
-        unsure = [
-            Diagnostic(
-                "unit of time", "unknown", f"the file states no unit for '{column.name}'; s were assumed"
-            )
-        ]
+    text = f"the file states no unit for '{column.name}'; s were assumed"
+    unsure = [] if column.unit else [Diagnostic("unit of time", "unknown", text)]
     with np.errstate(all="ignore"):  # time stamps of a damaged file may overflow
         found, rows, more = _increasing(np.asarray(column.values * known[1]), stamps)
         gaps = _gaps(found)
@@ -282,13 +262,8 @@ def sample_times(
 
 def _even(recorded: Recorded, step: str | float | None) -> SampleTimes:
     """Return even times from a given step or that of the file."""
-    every = recorded.step if step is None else float(step) if not isinstance(step, str) else 0.0
+    every = recorded.step if step is None else seconds("step", step)
     start = recorded.start if step is None else 0.0
-    if isinstance(step, str):
-        try:
-            every = parse_quantity(step, "s")
-        except ValueError as error:
-            raise InputError(f"step = {step}: {error}") from None
     if every is None or not np.isfinite(every) or every <= 0:
         raise InputError(
             f"step = {step if step is not None else every}: expected a time above 0, such as '10 us'"
@@ -298,24 +273,15 @@ def _even(recorded: Recorded, step: str | float | None) -> SampleTimes:
         time=np.asarray(start + every * np.arange(recorded.size), dtype=float),
         rows=np.arange(recorded.size),
         steps=(f"time: step of {format_quantity(every, 's')}, {whence}",),
-        diagnostics=(
-            Diagnostic(
-                "dropped samples",
-                "unknown",
-                "the file has no time stamps, so dropped samples cannot be noticed",
-            ),
-        ),
+        diagnostics=(Diagnostic("dropped samples", "unknown", _NO_STAMPS),),
     )
 
 
 def _increasing(time: Real, stamps: str) -> tuple[Real, np.ndarray[tuple[int], np.dtype[np.intp]], list[str]]:
     """Return increasing times with the numbers of their samples, and the steps that this took."""
     rows = np.flatnonzero(np.isfinite(time))
-    steps = (
-        [f"time: {time.size - rows.size} samples without a time stamp omitted"]
-        if rows.size < time.size
-        else []
-    )
+    lost = time.size - rows.size
+    steps = [f"time: {lost} samples without a time stamp omitted"] if lost else []
     kept = time[rows]
     if kept.size < 2:
         raise InputError("time: fewer than two samples have a time stamp")
@@ -379,22 +345,13 @@ def spectrum_trace(
         ) from None
     diagnostics = about_parts(recorded, found)
     if found.lossless:
-        diagnostics.append(
-            Diagnostic(
-                "loss",
-                "unknown",
-                "the table states a permittivity without loss; the loss was assumed to be 0",
-            )
-        )
+        text = "the table states a permittivity without loss; the loss was assumed to be 0"
+        diagnostics.append(Diagnostic("loss", "unknown", text))
     if found.impedance is not None and (offset := phase_offset(found.frequency, found.impedance)):
         text = f"{offset.sentence()}: the instrument is badly calibrated"
         diagnostics.append(Diagnostic("calibration of the instrument", "warning", text))
     history = f"{origin['file']} read by reader '{origin['reader']}'\nspectrum: {found.read_as}; sorted by frequency"
-    attributes = {
-        **origin,
-        "history": history,
-        "validity": json.dumps([each.to_dict() for each in diagnostics]),
-    }
+    attributes = {**origin, "history": history, "validity": _validity(diagnostics)}
     if found.impedance is not None:
         return make_trace(
             {"impedance": (("frequency",), found.impedance)}, {"frequency": found.frequency}, attributes

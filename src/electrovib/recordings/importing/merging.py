@@ -1,4 +1,4 @@
-"""Two records with clocks of their own as one Trace, by the edges that both hold."""
+"""Two records beside each other: on one clock by the edges that both hold, and a measurement beside a prediction."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.signals import make_trace
+from electrovib.core.signals import SIGNALS, make_trace
 from electrovib.core.units import format_quantity
-from electrovib.recordings.importing.reduction import find_edges, resampled, seconds
+from electrovib.recordings.importing.reduction import find_edges, resampled, seconds, span_words
+from electrovib.recordings.interval import student
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import xarray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Complex, Real
     from electrovib.recordings.importing.reduction import SignalEdges
 
 
@@ -112,7 +113,7 @@ def _by_edges(first: _Record, second: _Record, edges: str, stated: float | None)
         good = np.isfinite(values)
         if np.count_nonzero(good) < 2 or np.ptp(values[good]) == 0:
             raise InputError(f"edges = {edges}: '{name}' of the {what} has no edge")
-        found.append(find_edges(record.time[good], values[good]))
+        found.append(find_edges(record.time, values))
     return match_edges(found[0], found[1], steps=(first.step, second.step), near=stated)
 
 
@@ -122,8 +123,8 @@ def _merged(first: _Record, second: _Record, relation: ClockRelation) -> xarray.
     inside = (first.time >= time[0]) & (first.time <= time[-1])
     if np.count_nonzero(inside) < 2:
         raise InputError(
-            f"shift: the records do not overlap; the reference has {_span(first.time)}, the other one after alignment"
-            f" {_span(time)}"
+            f"shift: the records do not overlap; the reference has {span_words(first.time)}, the other one after alignment"
+            f" {span_words(time)}"
         )
     grid = first.time[inside]
     signals = {name: values[inside] for name, values in first.signals.items()}
@@ -137,16 +138,22 @@ def _merged(first: _Record, second: _Record, relation: ClockRelation) -> xarray.
         *_history(second.trace, prefix="second file: "),
         relation.sentence(),
         f"{', '.join(added)}: interpolated onto the {grid.size} samples of the first file that both records cover",
-        *(
-            [f"{', '.join(left)} of the second file omitted, because the first file has it too"]
-            if left
-            else []
-        ),
+        *([f"{', '.join(left)} of the second file omitted, because the first file has it too"] * bool(left)),
     ]
+    before, after = (read_diagnostics(each.trace.attrs.get("validity", "[]")) for each in (first, second))
+    diagnostics = [each.to_dict() for each in (*before, relation.diagnostic())]
+    diagnostics[-1:-1] = [each.to_dict() | {"name": f"{each.name} (second file)"} for each in after]
+    attributes = {str(name): value for name, value in first.trace.attrs.items() if name != "format"}
+    attributes |= {
+        f"second_{name}": str(second.trace.attrs[name])[:_LONGEST]
+        for name in ("file", "file_sha256", "reader", "options")
+        if name in second.trace.attrs
+    }
     merged = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": grid},
-        _attributes(first.trace, second.trace, words, relation),
+        attributes
+        | {"history": "\n".join([*_history(first.trace), *words]), "validity": json.dumps(diagnostics)},
     )
     for name in signals:  # such as the error of a calibration
         source = second if name in added else first
@@ -164,33 +171,6 @@ def _onto(time: Real, values: Real, grid: Real) -> Real:
 
 def _history(trace: xarray.Dataset, *, prefix: str = "") -> list[str]:
     return [f"{prefix}{line}" for line in str(trace.attrs.get("history", "")).split("\n") if line]
-
-
-def _attributes(
-    first: xarray.Dataset,
-    second: xarray.Dataset,
-    words: list[str],
-    relation: ClockRelation,
-) -> dict[str, str]:
-    """Return the attributes of the first Trace with the statements of the second one."""
-    diagnostics = [each.to_dict() for each in read_diagnostics(first.attrs.get("validity", "[]"))]
-    diagnostics += [
-        each.to_dict() | {"name": f"{each.name} (second file)"}
-        for each in read_diagnostics(second.attrs.get("validity", "[]"))
-    ]
-    diagnostics.append(relation.diagnostic().to_dict())
-    attributes = {str(name): value for name, value in first.attrs.items() if name != "format"}
-    for name in ("file", "file_sha256", "reader", "options"):
-        if name in second.attrs:
-            attributes[f"second_{name}"] = str(second.attrs[name])[:_LONGEST]
-    return attributes | {
-        "history": "\n".join([*_history(first), *words]),
-        "validity": json.dumps(diagnostics),
-    }
-
-
-def _span(time: Real) -> str:
-    return f"{format_quantity(float(time[0]), 's')} to {format_quantity(float(time[-1]), 's')}"
 
 
 _MOST: Final = 2000
@@ -261,30 +241,25 @@ def match_edges(
         if not 0 < count <= _MOST:
             raise InputError(f"edges: the {what} has {count} edges; expected 1 to {_MOST}")
     timing = math.hypot(*steps) / math.sqrt(12)
-    if min(times[0].size, times[1].size) == 1 or max(times[0].size, times[1].size) == 1:
+    if 1 in (times[0].size, times[1].size):
         return _single(times, kinds, timing, near)
-    fits = []
-    for lag in range(1 - times[1].size, times[0].size):
-        fit = _fitted(times, kinds, lag)
-        if fit is not None:
-            fits.append(fit)
+    lags = range(1 - times[1].size, times[0].size)
+    fits = [fit for lag in lags if (fit := _fitted(times, kinds, lag, timing)) is not None]
     if not fits:
         raise InputError(
             "edges: those of the two records do not match in order and spacing; state a shift, such as '12 ms'"
         )
     if near is not None:
-        chosen = min(fits, key=lambda fit: abs(fit[1] + (fit[2] - 1) * times[1].mean() - near))
-    else:
-        fits.sort(key=lambda fit: fit[0])
-        chosen = fits[0]
-        rivals = [fit for fit in fits[1:] if fit[0] <= _CLEARLY * max(chosen[0], timing)]
-        if rivals:
-            raise InputError(
-                f"edges: shifts of {format_quantity(chosen[1], 's', digits=5)} and"
-                f" {format_quantity(rivals[0][1], 's', digits=5)} fit alike, because the edges are periodic; state a shift near"
-                " the right one, such as shift = '12 ms'"
-            )
-    return _relation(chosen, timing)
+        middle = times[1].mean()
+        return min((fit for _, fit in fits), key=lambda fit: abs(fit.shift + (fit.ratio - 1) * middle - near))
+    (misfit, chosen), *others = sorted(fits, key=lambda fit: fit[0])
+    if others and others[0][0] <= _CLEARLY * max(misfit, timing):
+        shifts = (format_quantity(fit.shift, "s", digits=5) for fit in (chosen, others[0][1]))
+        raise InputError(
+            f"edges: shifts of {' and '.join(shifts)} fit alike, because the edges are periodic; state a shift near the right"
+            " one, such as shift = '12 ms'"
+        )
+    return chosen
 
 
 def _in_order(edges: SignalEdges) -> tuple[Real, Real]:
@@ -312,39 +287,107 @@ def _single(
 
 
 def _fitted(
-    times: tuple[Real, ...], kinds: tuple[Real, ...], lag: int
-) -> tuple[float, float, float, Real, Real] | None:
-    """Return misfit, shift, ratio and the matched edges at a lag; None if they do not fit."""
+    times: tuple[Real, ...], kinds: tuple[Real, ...], lag: int, timing: float
+) -> tuple[float, ClockRelation] | None:
+    """Return the misfit of the edges matched at a lag, and their relation; None if they do not fit."""
     begin, end = max(lag, 0), min(times[0].size, times[1].size + lag)
-    count = end - begin
+    count, free = end - begin, end - begin - 2
     if count < max(2, math.ceil(_SHARE * min(times[0].size, times[1].size))):
         return None
     one, two = times[0][begin:end], times[1][begin - lag : end - lag]
     if (kinds[0][begin:end] != kinds[1][begin - lag : end - lag]).any():
         return None
-    centre = two.mean()
-    ratio = float(np.sum((two - centre) * (one - one.mean())) / np.sum((two - centre) ** 2))
-    residual = one - one.mean() - ratio * (two - centre)
+    centred = two - two.mean()
+    ratio = float(centred @ (one - one.mean()) / (centred @ centred))
+    residual = one - one.mean() - ratio * centred
     if abs(ratio - 1) > _LARGEST_DRIFT or np.abs(residual).max() > 0.25 * float(np.diff(one).min()):
         return None
-    misfit = float(np.sqrt(np.mean(residual**2)))
-    return misfit, float(one.mean() - ratio * centre), ratio, one, two
-
-
-def _relation(fit: tuple[float, float, float, Real, Real], timing: float) -> ClockRelation:
-    from scipy.stats import t as student
-
-    misfit, shift, ratio, one, two = fit
-    count = one.size
-    free = count - 2
-    spread = float(np.sqrt(np.sum((two - two.mean()) ** 2)))
-    scatter = misfit * math.sqrt(count / free) if free else 0.0
-    factor = float(student.ppf(0.975, free)) if free and scatter > timing else 1.96
-    deviation = max(scatter, timing)
-    return ClockRelation(
-        shift=shift,
+    scatter = float(np.linalg.norm(residual)) / math.sqrt(free) if free else 0.0
+    half = max(scatter, timing) * (student(free) if free and scatter > timing else 1.96)
+    return float(np.sqrt(np.mean(residual**2))), ClockRelation(
+        shift=float(one.mean() - ratio * two.mean()),
         ratio=ratio,
         edges=count,
-        shift_half_width=factor * deviation / math.sqrt(count),
-        ratio_half_width=factor * deviation / spread,
+        shift_half_width=half / math.sqrt(count),
+        ratio_half_width=half / float(np.linalg.norm(centred)),
     )
+
+
+MEASURED_OF: Final = {f"{name}_measured": name for name in SIGNALS if f"{name}_measured" in SIGNALS}
+"""Signals of a sensor to the quantities that they measure, which are used where a prediction has no sensor."""
+_MEASURED: Final = "file_sha256"
+"""Attribute of a Trace that was imported."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalResidual:
+    """The residual of one signal at the times or frequencies of the measurement; the prediction is interpolated linearly."""
+
+    name: str
+    predicted_name: str
+    along: str
+    axis: Real
+    measured: Real | Complex
+    predicted: Real | Complex
+
+    @property
+    def residual(self) -> Real | Complex:
+        """Measured less predicted, shape (n,), in the SI unit of the signal."""
+        found: Real | Complex = np.subtract(self.measured, self.predicted)
+        return found
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residual, in the SI unit of the signal."""
+        return float(np.sqrt(np.mean(np.abs(self.residual) ** 2)))
+
+    @property
+    def mean(self) -> float:
+        """Mean of the residual, in the SI unit of the signal; of an impedance the mean of its real part."""
+        return float(np.mean(self.residual).real)
+
+    @property
+    def relative_rms(self) -> float:
+        """Root mean square of the residual over that of the measurement, dimensionless; NaN if the measurement is 0."""
+        size = float(np.sqrt(np.mean(np.abs(self.measured) ** 2)))
+        return self.rms / size if size else float("nan")
+
+
+def is_measured(trace: xarray.Dataset) -> bool:
+    """Return whether a Trace was imported from a file of an instrument."""
+    return _MEASURED in trace.attrs
+
+
+def residuals(predicted: xarray.Dataset, measured: xarray.Dataset) -> list[SignalResidual]:
+    """Compare each signal of a measurement with the same one of a prediction, where their axes overlap in two samples.
+
+    A measured force is compared with the force as the tribometer reads it, or with the force itself where
+    none is modelled.
+    """
+    found = []
+    for name in map(str, measured.data_vars):
+        other = name if name in predicted else MEASURED_OF.get(name, name)
+        if other not in predicted:
+            continue
+        along = str(measured[name].dims[-1])
+        if measured[name].dims != (along,) or predicted[other].dims != (along,):
+            continue
+        found += _of_signal(predicted[other], measured[name], name, along)
+    return found
+
+
+def _of_signal(
+    predicted: xarray.DataArray, measured: xarray.DataArray, name: str, along: str
+) -> list[SignalResidual]:
+    """Return the residual of one signal; none where the axes do not overlap."""
+    axis, grid = np.asarray(measured[along].values), np.asarray(predicted[along].values)
+    values = np.interp(axis, grid, np.asarray(predicted.values))
+    known = (axis >= grid[0]) & (axis <= grid[-1]) & np.isfinite(values) & np.isfinite(measured.values)
+    if np.count_nonzero(known) < 2:
+        return []
+    return [
+        SignalResidual(
+            name=name, predicted_name=str(predicted.name), along=along, axis=axis[known],
+            measured=np.asarray(measured.values)[known], predicted=values[known],
+        )
+    ]  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.recordings.rail import at_extreme, at_rail
+from electrovib.recordings.recording import at_extreme, at_rail
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -62,12 +62,8 @@ def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
         finite = np.isfinite(values)
         if not finite.all():
             lost = int(np.count_nonzero(~finite))
-            found.append(
-                Diagnostic(
-                    f"missing samples of {name}", "warning", f"{lost} of {values.size} samples of {name} are no numbers",
-                    float(lost), 0.0, "1",
-                )
-            )  # fmt: skip
+            text = f"{lost} of {values.size} samples of {name} are no numbers"
+            found.append(Diagnostic(f"missing samples of {name}", "warning", text, float(lost), 0.0, "1"))
         if np.count_nonzero(finite) >= _FEWEST:
             found += [_range(name, values[finite]), _aliasing(name, time[finite], values[finite])]
     return found + _repeated(readings)
@@ -81,22 +77,14 @@ def _scaled(values: Real) -> Real:
 
 
 def _range(name: str, values: Real) -> Diagnostic:
-    share = float(np.mean(at_rail(values)))
-    title = f"sensor range of {name}"
-    if not share and (share := float(np.mean(at_extreme(values)))):
-        return Diagnostic(
-            title,
-            "unknown",
-            f"{share:.2%} of the samples of {name} are exactly its highest or lowest reading: the sensor is at its rail there, or"
-            " the signal is constant within the resolution",
-        )
-    if not share:
+    title, railed = f"sensor range of {name}", float(np.mean(at_rail(values)))
+    if railed:
+        text = f"the sensor of {name} is at its rail, or in a dead band, for {railed:.2%} of the samples: these values are bounds"
+        return Diagnostic(title, "warning", text, railed, 0.0, "1")
+    if not (share := float(np.mean(at_extreme(values)))):
         return Diagnostic(title, "ok", f"no extreme reading of {name} repeats more often than others")
-    return Diagnostic(
-        title, "warning",
-        f"the sensor of {name} is at its rail, or in a dead band, for {share:.2%} of the samples: these values are bounds",
-        share, 0.0, "1",
-    )  # fmt: skip
+    text = f"{share:.2%} of the samples of {name} are exactly its highest or lowest reading: the sensor is at its rail there"
+    return Diagnostic(title, "unknown", f"{text}, or the signal is constant within the resolution")
 
 
 def _repeated(readings: Mapping[str, Real]) -> list[Diagnostic]:
@@ -107,24 +95,16 @@ def _repeated(readings: Mapping[str, Real]) -> list[Diagnostic]:
     change = np.diff(rows, axis=1)
     noisy = [_is_noisy(row) for row in change]
     if not any(noisy):
-        return [
-            Diagnostic(
-                "repeated samples",
-                "unknown",
-                "no signal has noise above its resolution, so repeated samples cannot be noticed",
-            )
-        ]
+        text = "no signal has noise above its resolution, so repeated samples cannot be noticed"
+        return [Diagnostic("repeated samples", "unknown", text)]
     share = float(np.mean((change == 0).all(axis=0)))
     chance = float(np.prod([_chance(row) for row in change]))
     text = f"{share:.2%} of the samples repeat the one before in every imported signal; noise and resolution explain {chance:.2%}"
-    if share < _REPEATED + _BEYOND_CHANCE * chance:
+    allowed = _REPEATED + _BEYOND_CHANCE * chance
+    if share < allowed:
         return [Diagnostic("repeated samples", "ok", text)]
     more = "; the sensor may be read more often than it is updated" if share > 0.2 else ""
-    return [
-        Diagnostic(
-            "repeated samples", "warning", text + more, share, _REPEATED + _BEYOND_CHANCE * chance, "1"
-        )
-    ]
+    return [Diagnostic("repeated samples", "warning", text + more, share, allowed, "1")]
 
 
 def _chance(change: Real) -> float:
@@ -160,27 +140,19 @@ def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
     high = float(power[3 * power.size // 4 :].sum()) / total
     frequency = peak / (even.size * step)
     per_period = 1 / (frequency * step)
+    beyond = f"above {nyquist} appear at wrong frequencies"
     if near > total / 4 and per_period < _FEW:
-        return Diagnostic(
-            title, "warning",
-            f"the strongest component of {name}, at {format_quantity(frequency, 'Hz', digits=4)}, has {per_period:.2g} samples a"
-            f" period: its harmonics above {nyquist} appear at wrong frequencies, and so may the component itself",
-            frequency, 1 / (_FEW * step), "Hz",
-        )  # fmt: skip
+        text = f"the strongest component of {name}, at {format_quantity(frequency, 'Hz', digits=4)}, has {per_period:.2g} samples"
+        text += f" a period: its harmonics {beyond}, and so may the component itself"
+        return Diagnostic(title, "warning", text, frequency, 1 / (_FEW * step), "Hz")
     low, top = np.quantile(values, [0.05, 0.95])
     jumps = int(np.count_nonzero(np.abs(np.diff(values)) > (top - low) / 2)) if top > low else 0
     if jumps > 2 and values.size / jumps < _EDGES and near > total / 4:
-        return Diagnostic(
-            title, "warning",
-            f"{name} changes by more than half its range between two samples, every {values.size / jumps:.3g} samples:"
-            f" components above {nyquist} appear at wrong frequencies",
-            jumps / (values.size * step), 1 / (_EDGES * step), "Hz",
-        )  # fmt: skip
+        every = f"every {values.size / jumps:.3g} samples"
+        text = f"{name} changes by more than half its range between two samples, {every}: components {beyond}"
+        return Diagnostic(title, "warning", text, jumps / (values.size * step), 1 / (_EDGES * step), "Hz")
     text = f"{high:.2g} of the power of {name} is in the upper quarter of the band below {nyquist}"
-    if high > _STRONG:
-        return Diagnostic(
-            title,
-            "unknown",
-            f"{text}: noise and components from above that frequency cannot be distinguished",
-        )
+    text += (
+        ": noise and components from above that frequency cannot be distinguished" if high > _STRONG else ""
+    )
     return Diagnostic(title, "ok" if high < _WEAK else "unknown", text)

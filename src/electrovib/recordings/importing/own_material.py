@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,19 +13,19 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.core.units import exact_text, format_quantity, parse_quantity
+from electrovib.core.units import exact_text, format_quantity
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.physics.tabulated import Tabulated
 from electrovib.recordings.importing.notices import about_parts
-from electrovib.recordings.importing.phase_offset import phase_offset
+from electrovib.recordings.importing.parallel_part import phase_offset
+from electrovib.recordings.importing.reduction import number_in
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.data.spectrum import MeasuredSpectrum
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,26 +41,30 @@ class ImportedMaterial:
         """Write the material as the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name."""
         import tomlkit
 
-        document = tomlkit.document()
-        lines = [
-            "A measured material; put these tables into a scenario in place of its layer of this name.",
-            *self.history,
-            *(f"{each.state}: {each.text}" for each in self.diagnostics),
-        ]
-        for line in lines:
-            document.add(tomlkit.comment(line))
-        stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
-        if self.thickness is not None:
-            found.add("thickness", exact_text(self.thickness, "m"))
         content = tomlkit.table()
         content.add("model", "Tabulated")
         content.add("conductivity", exact_text(self.material.conductivity, "S/m"))
         for name in ("frequency_samples", "permittivity_samples", "loss_samples"):
             content.add(name, [float(value) for value in getattr(self.material, name).values])
-        found.add("material", content)
-        stack.add(layer, found)
-        document.add("stack", stack)
-        return tomlkit.dumps(document)
+        lines = [*self.history, *(f"{each.state}: {each.text}" for each in self.diagnostics)]
+        return layer_toml("A measured material", lines, layer, self.thickness, content)
+
+
+def layer_toml(what: str, lines: Sequence[str], layer: str, thickness: float | None, material: Any) -> str:
+    """Write a material as the table of a layer of a scenario, with lines about it as comments."""
+    import tomlkit
+
+    document = tomlkit.document()
+    use = f"{what}; put these tables into a scenario in place of its layer of this name."
+    for line in (use, *lines):
+        document.add(tomlkit.comment(" ".join(line.split())))
+    stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
+    if thickness is not None:
+        found.add("thickness", exact_text(thickness, "m"))
+    found.add("material", material)
+    stack.add(layer, found)
+    document.add("stack", stack)
+    return tomlkit.dumps(document)
 
 
 def import_material(
@@ -215,18 +219,30 @@ def read_sample(
     spectrum = spectrum_of(recorded, columns=columns, spectrum=number)
     depth = None if thickness is None else _above_zero("thickness", thickness, "m")
     history = [f"spectrum of {place.name}: {spectrum.read_as}"]
-    diagnostics = about_parts(recorded, spectrum)
     resistance = number_of("series_resistance", series_resistance, "ohm")
     capacitance = number_of("parallel_capacitance", parallel_capacitance, "F")
+    per_farad = 0.0
     if spectrum.impedance is not None:
-        _refuse_bad_calibration(place, spectrum)
-        permittivity, words = _of_impedance(
-            spectrum, area, depth, resistance, capacitance + fixture_capacitance
+        if offset := phase_offset(spectrum.frequency, spectrum.impedance):
+            raise InputError(
+                f"badly calibrated: {offset.sentence()}. Calibrate the instrument with a resistor of the same size and measure"
+                " again",
+                path=place,
+            )
+        surface, depth = _dimensions(area, depth)
+        history.append(
+            f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
         )
-        history += words
+        per_farad, turns = depth / (eps0 * surface), 2j * np.pi * spectrum.frequency
+        if parallel := capacitance + fixture_capacitance:
+            history.append(f"fixture of {format_quantity(parallel, 'F', digits=4)} in parallel subtracted")
+        if resistance:
+            history.append(f"{format_quantity(resistance, 'ohm')} in series subtracted")
         if fixture_capacitance:
             source = "measured in parallel with the reference resistor (--set parallel_capacitance=... states another one)"
             history.append(f"the capacitance of the fixture was {source}")
+        sample = 1 / (1 / spectrum.impedance - turns * parallel) - resistance
+        permittivity = np.asarray(per_farad / (turns * sample))
     else:
         assert spectrum.permittivity is not None
         permittivity = spectrum.permittivity
@@ -238,33 +254,25 @@ def read_sample(
         permittivity=permittivity,
         thickness=depth,
         history=tuple(history),
-        diagnostics=tuple(diagnostics),
-        per_farad=0.0 if spectrum.impedance is None else _per_farad(area, depth),
+        diagnostics=tuple(about_parts(recorded, spectrum)),
+        per_farad=per_farad,
     )
 
 
-def _per_farad(area: str | float | None, depth: float | None) -> float:
-    """Return the permittivity of a sample whose capacitance is one farad."""
-    return (depth or 0.0) / (eps0 * _above_zero("area", area or 0.0, "m2"))
-
-
-def _refuse_bad_calibration(place: Path, spectrum: MeasuredSpectrum) -> None:
-    """Refuse the impedance of an instrument whose phase is wrong by a constant."""
-    assert spectrum.impedance is not None
-    offset = phase_offset(spectrum.frequency, spectrum.impedance)
-    if offset is not None:
+def _dimensions(area: str | float | None, depth: float | None) -> tuple[float, float]:
+    missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
+    if missing or area is None or depth is None:
         raise InputError(
-            f"badly calibrated: {offset.sentence()}. Calibrate the instrument with a resistor of the same size and measure again",
-            path=place,
+            f"{name}: an impedance becomes a permittivity by area and thickness of the sample; state it, such as"
+            f" {name} = '{'1 cm2' if name == 'area' else '200 um'}' (--{name})"
+            for name in missing
         )
+    return _above_zero("area", area, "m2"), depth
 
 
 def number_of(name: str, value: str | float, unit: str) -> float:
     """Read a number of 0 or more, as text with a unit or in SI."""
-    try:
-        found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except ValueError as error:
-        raise InputError(f"{name} = {value}: {error}") from None
+    found = number_in(unit, name, value)
     if not math.isfinite(found) or found < 0:
         raise InputError(f"{name} = {value}: expected 0 or more, in {unit}")
     return found
@@ -275,34 +283,3 @@ def _above_zero(name: str, value: str | float, unit: str) -> float:
     if not found:
         raise InputError(f"{name} = {value}: expected more than 0 {unit}")
     return found
-
-
-def _of_impedance(
-    spectrum: MeasuredSpectrum,
-    area: str | float | None,
-    depth: float | None,
-    resistance: float,
-    capacitance: float,
-) -> tuple[Complex, list[str]]:
-    missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
-    if missing or area is None or depth is None:
-        raise InputError(
-            f"{name}: an impedance becomes a permittivity by area and thickness of the sample; state it, such as"
-            f" {name} = '{'1 cm2' if name == 'area' else '200 um'}' (--{name})"
-            for name in missing
-        )
-    surface = _above_zero("area", area, "m2")
-    assert spectrum.impedance is not None
-    turns = 2j * np.pi * spectrum.frequency
-    admittance = 1 / spectrum.impedance - turns * capacitance
-    sample = 1 / admittance - resistance
-    words = [
-        f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
-    ]
-    words += (
-        [f"fixture of {format_quantity(capacitance, 'F', digits=4)} in parallel subtracted"]
-        if capacitance
-        else []
-    )
-    words += [f"{format_quantity(resistance, 'ohm')} in series subtracted"] if resistance else []
-    return np.asarray(depth / (turns * eps0 * surface * sample)), words

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from electrovib.core.units import format_quantity, parse_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
     from electrovib.recordings.calibration import SensorCalibration
@@ -29,7 +32,7 @@ class ReductionSteps:
 
     - `scale`, `offset`: sensitivity or `SensorCalibration` of a signal, and the reading that is subtracted.
     - `shift`: time that is added to the time stamps of a signal [s].
-    - `trigger`: signal whose first rise through the middle of its range becomes time 0.
+    - `trigger`: signal whose first rise through the middle of its range, as `find_edges` finds it, becomes time 0.
     - `baseline`, `detrend`: span of time whose mean, and signals whose fitted straight line, is subtracted.
     - `average`: signal whose rising edges begin the periods over which all signals are averaged.
     - `resample`: step of an even time grid [s].
@@ -50,113 +53,129 @@ def reduced(
     time: Real, signals: dict[str, Real], steps: ReductionSteps
 ) -> tuple[Real, dict[str, Real], list[str]]:
     """Apply the steps to calibrated signals, in their order, with one sentence for each step."""
-    words: list[str] = []
-    time, signals = _aligned(time, signals, steps, words)
-    time, signals = _level(time, signals, steps, words)
+    found = _Reduced(time, signals, [])
+    found.align(steps)
+    found.level(steps)
     if steps.average:
-        time, signals = _averaged(time, signals, steps.average, words)
+        found.average(steps.average)
     if steps.resample is not None:
-        time, signals, said = _on_grid(time, signals, seconds("resample", steps.resample))
-        words.append(said)
-    return time, signals, words
+        found.resample(seconds("resample", steps.resample))
+    return found.time, found.signals, found.words
 
 
-def _aligned(
-    time: Real, signals: dict[str, Real], steps: ReductionSteps, words: list[str]
-) -> tuple[Real, dict[str, Real]]:
-    for name, value in steps.shift.items():
-        shift = seconds(f"shift.{name}", value)
-        signals[name] = shifted(time, signals[name], shift)
-        words.append(f"{name}: {format_quantity(shift, 's')} added to its time stamps, interpolated linearly")
-    if steps.shift:
-        inside = np.all([np.isfinite(signals[name]) for name in steps.shift], axis=0)
-        time, signals = _kept(time, signals, inside, "shift")
-    if steps.trigger:
-        zero = trigger_time(time, signals[steps.trigger])
-        if zero is None:
-            raise InputError(f"trigger = {steps.trigger}: it does not rise through the middle of its range")
-        time = time - zero
-        words.append(
-            f"time: 0 where {steps.trigger} first rises through the middle of its range, {format_quantity(zero, 's')}"
-        )
-    return time, signals
+@dataclass
+class _Reduced:
+    """Signals over time as far as they are reduced, with what was done."""
 
+    time: Real
+    signals: dict[str, Real]
+    words: list[str]
 
-def _level(
-    time: Real, signals: dict[str, Real], steps: ReductionSteps, words: list[str]
-) -> tuple[Real, dict[str, Real]]:
-    for name, span in steps.baseline.items():
-        first, last = time_span(f"baseline.{name}", span)
-        part = signals[name][(time >= first) & (time <= last)]
-        part = part[np.isfinite(part)]
-        if not part.size:
-            raise InputError(
-                f"baseline.{name} = {span}: no sample lies in it; the record has {_span_words(time)}"
+    def align(self, steps: ReductionSteps) -> None:
+        """Shift signals, and count the time from a trigger."""
+        for name, value in steps.shift.items():
+            shift = seconds(f"shift.{name}", value)
+            self.signals[name] = shifted(self.time, self.signals[name], shift)
+            self.words.append(
+                f"{name}: {format_quantity(shift, 's')} added to its time stamps, interpolated linearly"
             )
-        signals[name] = signals[name] - part.mean()
-        words.append(f"{name}: mean {part.mean():.10g} of {part.size} samples in {span} subtracted")
-    for name in steps.detrend:
-        signals[name], slope = without_trend(time, signals[name])
-        words.append(f"{name}: fitted straight line with slope {slope:.10g} per s subtracted")
-    if steps.crop is not None:
-        first, last = time_span("crop", steps.crop)
-        time, signals = _kept(time, signals, (time >= first) & (time <= last), "crop")
-        words.append(f"time: {steps.crop} kept")
-    return time, signals
+        if steps.shift:
+            self.keep(np.all([np.isfinite(self.signals[name]) for name in steps.shift], axis=0), "shift")
+        if steps.trigger:
+            rises = find_edges(self.time, self.signals[steps.trigger]).rising
+            if not rises.size:
+                raise InputError(
+                    f"trigger = {steps.trigger}: it does not rise through the middle of its range"
+                )
+            self.time = self.time - rises[0]
+            zero = format_quantity(float(rises[0]), "s")
+            self.words.append(
+                f"time: 0 where {steps.trigger} first rises through the middle of its range, {zero}"
+            )
 
+    def level(self, steps: ReductionSteps) -> None:
+        """Subtract means and trends, and crop."""
+        time = self.time
+        for name, span in steps.baseline.items():
+            first, last = time_span(f"baseline.{name}", span)
+            part = self.signals[name][(time >= first) & (time <= last)]
+            part = part[np.isfinite(part)]
+            if not part.size:
+                raise InputError(
+                    f"baseline.{name} = {span}: no sample lies in it; the record has {span_words(time)}"
+                )
+            self.signals[name] = self.signals[name] - part.mean()
+            self.words.append(f"{name}: mean {part.mean():.10g} of {part.size} samples in {span} subtracted")
+        for name in steps.detrend:
+            values = self.signals[name]
+            finite = np.isfinite(values)
+            centred = time - time[finite].mean()
+            slope = float(np.sum(centred[finite] * values[finite]) / np.sum(centred[finite] ** 2))
+            self.signals[name] = values - values[finite].mean() - slope * centred
+            self.words.append(f"{name}: fitted straight line with slope {slope:.10g} per s subtracted")
+        if steps.crop is not None:
+            first, last = time_span("crop", steps.crop)
+            self.keep((time >= first) & (time <= last), "crop")
+            self.words.append(f"time: {steps.crop} kept")
 
-def _averaged(
-    time: Real, signals: dict[str, Real], by: str, words: list[str]
-) -> tuple[Real, dict[str, Real]]:
-    whole = average_periods(time, signals, by)
-    errors = (
-        f"{name}: rms of the standard error {np.sqrt(np.mean(each**2)):.4g}"
-        for name, each in whole.standard_errors.items()
-    )
-    words.append(
-        f"averaged over {whole.periods} periods of {by}, {format_quantity(whole.period, 's')} on average with a"
-        f" standard deviation of {format_quantity(whole.spread, 's', digits=3)}; time 0 at its rising edge; {', '.join(errors)}"
-    )
-    return whole.time, whole.means
-
-
-def _span_words(time: Real) -> str:
-    return f"{format_quantity(float(time[0]), 's')} to {format_quantity(float(time[-1]), 's')}"
-
-
-def _kept(time: Real, signals: dict[str, Real], inside: Any, option: str) -> tuple[Real, dict[str, Real]]:
-    if np.count_nonzero(inside) < 2:
-        raise InputError(f"{option}: fewer than two samples remain of {_span_words(time)}")
-    return time[inside], {name: values[inside] for name, values in signals.items()}
-
-
-def _on_grid(time: Real, signals: dict[str, Real], step: float) -> tuple[Real, dict[str, Real], str]:
-    if not 0 < step <= time[-1] - time[0]:
-        raise InputError(
-            f"resample = {step:g}: expected a step above 0 and below the length of the record, {_span_words(time)}"
+    def average(self, by: str) -> None:
+        """Average over the periods of a signal."""
+        whole = average_periods(self.time, self.signals, by)
+        errors = (
+            f"{name}: rms of the standard error {np.sqrt(np.mean(each**2)):.4g}"
+            for name, each in whole.standard_errors.items()
         )
-    count = int((time[-1] - time[0]) / step * (1 + 1e-12)) + 1
-    if count > _MOST_SAMPLES:
-        raise InputError(f"resample = {step:g}: gives {count} samples; at most {_MOST_SAMPLES} are allowed")
-    grid = time[0] + step * np.arange(count)
-    grid = grid[grid <= time[-1]] if grid[-1] > time[-1] + 1e-9 * step else grid
-    how = "means over one step" if step > np.median(np.diff(time)) * (1 + 1e-9) else "linear interpolation"
-    return (
-        grid,
-        {name: resampled(time, values, grid) for name, values in signals.items()},
-        f"resampled to a step of {format_quantity(step, 's')} by {how}",
-    )
+        self.words.append(
+            f"averaged over {whole.periods} periods of {by}, {format_quantity(whole.period, 's')} on average with a standard"
+            f" deviation of {format_quantity(whole.spread, 's', digits=3)}; time 0 at its rising edge; {', '.join(errors)}"
+        )
+        self.time, self.signals = whole.time, whole.means
+
+    def keep(self, inside: NDArray[np.bool_], option: str) -> None:
+        """Omit samples."""
+        if np.count_nonzero(inside) < 2:
+            raise InputError(f"{option}: fewer than two samples remain of {span_words(self.time)}")
+        self.time = self.time[inside]
+        self.signals = {name: values[inside] for name, values in self.signals.items()}
+
+    def resample(self, step: float) -> None:
+        """Bring all signals onto an even grid."""
+        time = self.time
+        if not 0 < step <= time[-1] - time[0]:
+            raise InputError(
+                f"resample = {step:g}: expected a step above 0 and below the length of the record, {span_words(time)}"
+            )
+        count = int((time[-1] - time[0]) / step * (1 + 1e-12)) + 1
+        if count > _MOST_SAMPLES:
+            raise InputError(
+                f"resample = {step:g}: gives {count} samples; at most {_MOST_SAMPLES} are allowed"
+            )
+        grid = time[0] + step * np.arange(count)
+        grid = grid[grid <= time[-1]] if grid[-1] > time[-1] + 1e-9 * step else grid
+        means = step > np.median(np.diff(time)) * (1 + 1e-9)
+        how = "means over one step" if means else "linear interpolation"
+        self.words.append(f"resampled to a step of {format_quantity(step, 's')} by {how}")
+        self.signals = {name: resampled(time, values, grid) for name, values in self.signals.items()}
+        self.time = grid
+
+
+def span_words(time: Real) -> str:
+    """Write the first and the last time."""
+    return f"{format_quantity(float(time[0]), 's')} to {format_quantity(float(time[-1]), 's')}"
 
 
 _SPAN: Final = re.compile(r"\s*(.*?)\s*(?:\.\.|:| to )\s*(.*?)\s*")
 
 
-def seconds(option: str, value: str | float) -> float:
-    """Return a time [s] given as a number or as text with a unit."""
+def number_in(unit: str, option: str, value: str | float) -> float:
+    """Return a number in SI, given as it is or as text with a unit."""
     try:
-        return parse_quantity(value, "s") if isinstance(value, str) else float(value)
+        return parse_quantity(value, unit) if isinstance(value, str) else float(value)
     except ValueError as error:
         raise InputError(f"{option} = {value}: {error}") from None
+
+
+seconds = functools.partial(number_in, "s")
 
 
 def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, float]:
@@ -174,33 +193,9 @@ def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, flo
     return first, last
 
 
-def trigger_time(time: Real, values: Real, level: float | None = None) -> float | None:
-    """Return the time at which a signal first rises through a level, by default the middle of its range; None if never."""
-    finite = np.isfinite(values)
-    if level is None:
-        low, high = np.quantile(values[finite], [0.05, 0.95]) if finite.any() else (0.0, 0.0)
-        if high == low:
-            low, high = (values[finite].min(), values[finite].max()) if finite.any() else (0.0, 0.0)
-        level = float(low + high) / 2
-    rises = (values[:-1] < level) & (values[1:] >= level)
-    if not rises.any():
-        return None
-    at = int(np.argmax(rises))
-    share = (level - values[at]) / (values[at + 1] - values[at])
-    return float(time[at] + share * (time[at + 1] - time[at]))
-
-
 def shifted(time: Real, values: Real, shift: float) -> Real:
     """Return a signal whose samples were taken `shift` later than their time stamps state; NaN outside of the record."""
     return np.interp(time, time + shift, values, left=np.nan, right=np.nan)
-
-
-def without_trend(time: Real, values: Real) -> tuple[Real, float]:
-    """Subtract the straight line fitted to a signal, and return its slope per second too."""
-    finite = np.isfinite(values)
-    centred = time - time[finite].mean()
-    slope = float(np.sum(centred[finite] * values[finite]) / np.sum(centred[finite] ** 2))
-    return values - values[finite].mean() - slope * centred, slope
 
 
 def resampled(time: Real, values: Real, grid: Real) -> Real:
@@ -266,6 +261,9 @@ class PeriodAverage:
 
 def find_edges(time: Real, values: Real) -> SignalEdges:
     """Find the edges at the mean of the 5 % and 95 % quantiles of a signal, with a hysteresis of 40 % of its range."""
+    time, values = time[np.isfinite(values)], values[np.isfinite(values)]
+    if not values.size:
+        return SignalEdges(rising=values, falling=values)
     low, high = np.quantile(values, [0.05, 0.95])
     if high == low:
         low, high = values.min(), values.max()
@@ -288,8 +286,7 @@ def find_edges(time: Real, values: Real) -> SignalEdges:
 
 def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
     """Average signals over the periods between rising edges of one of them, stretched to the mean period."""
-    finite = np.isfinite(signals[by])
-    edges = find_edges(time[finite], signals[by][finite]).rising if finite.any() else np.array([])
+    edges = find_edges(time, signals[by]).rising
     lengths = np.diff(edges)
     if lengths.size < 2:
         raise InputError(

@@ -1,7 +1,9 @@
-"""A material fitted to measured spectra, judged, with its origin and both of its uncertainties, ready for a scenario."""
+"""A material fitted to measured spectra, judged, with its uncertainty and the error of the instrument, ready for a scenario."""
 
 from __future__ import annotations
 
+import cmath
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -10,18 +12,20 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.units import exact_text, format_quantity
+from electrovib.core.units import format_quantity
+from electrovib.recordings.importing.own_material import layer_toml
+from electrovib.recordings.importing.parallel_part import CERTAIN, fit_parallel_part
 from electrovib.recordings.interval import NORMAL, EstimatedParameter
-from electrovib.recordings.spectra.forms import forms_of
-from electrovib.recordings.spectra.material import consistency, fit_material, slopes_of
+from electrovib.recordings.spectra.material import consistency, fit_material, forms_of, shift_of, slopes_of
 from electrovib.scenario.toml import model_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from electrovib.core.arrays import Real
+    from numpy.typing import ArrayLike
+
+    from electrovib.core.arrays import Complex, Real
     from electrovib.recordings.importing.own_material import SampleSpectrum
-    from electrovib.recordings.spectra.instrument import InstrumentError
     from electrovib.recordings.spectra.material import MaterialFit
 
 
@@ -72,24 +76,13 @@ class FittedMaterial:
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
         """Write the material as the table ``stack.<layer>`` of a scenario, with origin and errors as comments."""
-        import tomlkit
-
-        document = tomlkit.document()
         lines = [
-            "A material fitted to measured data; put these tables into a scenario in place of its layer of this name.",
             *self.history,
             *(f"{each.name}: {both_uncertainties(each)}" for each in self.parameters),
             *(f"{each.state}: {each.text}" for each in self.diagnostics),
         ]
-        for line in lines:
-            document.add(tomlkit.comment(" ".join(line.split())))
-        stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
-        if self.thickness is not None:
-            found.add("thickness", exact_text(self.thickness, "m"))
-        found.add("material", model_table(self.material))
-        stack.add(layer, found)
-        document.add("stack", stack)
-        return tomlkit.dumps(document)
+        content = model_table(self.material)
+        return layer_toml("A material fitted to measured data", lines, layer, self.thickness, content)
 
 
 def fit_samples(
@@ -111,9 +104,9 @@ def fit_samples(
     frequency = np.concatenate([each.frequency for each in samples.values()])
     permittivity = np.concatenate([each.permittivity for each in samples.values()])
     allowed = 3 * max((noise or {}).values(), default=0.0)
-    fits = acceptable_first(
-        fit_material(frequency, permittivity, forms=forms, noise=weights, loss=loss), allowed
-    )
+    found = fit_material(frequency, permittivity, forms=forms, noise=weights, loss=loss)
+    # with few rows the criterion of Akaike prefers forms of few parameters whatever they miss
+    fits = tuple(sorted(found, key=lambda each: _misses(each, allowed)))
     tested = [consistency(each.frequency, each.permittivity) for each in samples.values()]
     consistent = {
         "measured": float(np.max(tested)),
@@ -197,15 +190,6 @@ def _misses(fit: MaterialFit, allowed: float) -> bool:
     return not fit.error <= max(REFUSED_MISFIT, allowed)
 
 
-def acceptable_first(fits: Sequence[MaterialFit], allowed: float) -> tuple[MaterialFit, ...]:
-    """Put the forms that miss the data by more than is accepted behind the others.
-
-    With few rows the criterion of Akaike, by which they are sorted, prefers forms of few parameters whatever
-    they miss. The limit is at least the relative deviation `allowed`, which the stated noise explains.
-    """
-    return tuple(sorted(fits, key=lambda each: _misses(each, allowed)))
-
-
 def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
     """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it."""
     limit = max(REFUSED_INCONSISTENT, allowed)
@@ -264,10 +248,8 @@ def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, flo
     if best.loss != "unknown" and math.isnan(consistent):
         text = "too few or repeated frequencies to test the Kramers-Kronig relations"
     elif best.loss != "unknown":
-        state, text = (
-            "ok",
-            f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms",
-        )
+        state = "ok"
+        text = f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms"
         if consistent > limit:
             state = "warning"
             text += f", more than {100 * limit:.2g} %: no form of dispersion represents them exactly"
@@ -294,23 +276,19 @@ def loss_that_follows(fits: Sequence[MaterialFit], frequency: Real, allowed: flo
         or (each.estimate.aicc < fits[0].estimate.aicc + COMPARABLE and not _misses(each, allowed))
     ]
     ends = [interval for each in near for interval in _losses(each, at)]
+    losses = -fits[0].material.complex_permittivity(at).imag
     rows = (
         f"{value:.3g} ({lower:.3g} to {upper:.3g}) at {format_quantity(float(place), 'Hz', digits=3)}"
-        for value, lower, upper, place in zip(
-            -fits[0].material.complex_permittivity(at).imag,
-            np.min(ends, axis=0),
-            np.max(ends, axis=0),
-            at,
-            strict=True,
+        for value, lower, upper, place in np.transpose(
+            [losses, np.min(ends, axis=0), np.max(ends, axis=0), at]
         )
     )
-    return Diagnostic(
-        "loss",
-        "unknown",
+    text = (
         f"the loss was not measured; by the Kramers-Kronig relations the permittivity has, in this form, a loss factor of"
         f" {', '.join(rows)}, in brackets 95 % intervals of all forms that describe it ({', '.join(each.form for each in near)})."
-        " Conduction adds to it without a trace in the permittivity: it is a lower bound, and the conductivity is to be measured",
+        " Conduction adds to it without a trace in the permittivity: it is a lower bound, and the conductivity is to be measured"
     )
+    return Diagnostic("loss", "unknown", text)
 
 
 def _losses(fit: MaterialFit, at: Real) -> tuple[Real, Real]:
@@ -326,3 +304,93 @@ def _losses(fit: MaterialFit, at: Real) -> tuple[Real, Real]:
     )
     relative = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
     return value * np.exp(-relative), value * np.exp(relative)
+
+
+@dataclass(frozen=True, kw_only=True)
+class InstrumentError:
+    """The systematic error of an impedance, common to all frequencies, as standard uncertainties.
+
+    - `gain`: of the modulus over the modulus; that of area and thickness may be part of it.
+    - `phase`: of the phase [rad].
+    - `fixture_capacitance`: capacitance in parallel with the known resistor, that of fixture and leads [F]; 0
+      where it is not measured, or less than 5 standard deviations.
+    - `fixture_uncertainty`: of the capacitance of fixture and leads at the sample [F].
+    - `words`: where they are from.
+    """
+
+    gain: float = 0.0
+    phase: float = 0.0
+    fixture_capacitance: float = 0.0
+    fixture_uncertainty: float = 0.0
+    words: str = ""
+
+    def __post_init__(self) -> None:
+        problems = [
+            f"systematic {name} = {value}: expected 0 or more, and less than 1"
+            for name, value in (("gain", self.gain), ("phase", self.phase))
+            if not (math.isfinite(value) and 0 <= value < 1)
+        ]
+        if problems:
+            raise InputError(problems)
+
+    def without_fixture(self) -> InstrumentError:
+        """Return it for a sample whose fixture is known otherwise."""
+        return dataclasses.replace(self, fixture_capacitance=0.0, fixture_uncertainty=0.0)
+
+    def deviations(
+        self,
+        fit: MaterialFit,
+        frequency: Real,
+        permittivity: Complex,
+        *,
+        noise: ArrayLike | None,
+        per_farad: ArrayLike = 0.0,
+    ) -> dict[str, float]:
+        """Return the standard deviation of each parameter of a material by the error of the instrument, by its path.
+
+        It is the root of the sum of squares of those by the modulus, the phase and the fixture, each by the
+        derivative of the estimate; it does not average out with more data. `per_farad` is the permittivity
+        that one farad of the fixture makes at each row, 0 where a permittivity was measured.
+        """
+        found = dict.fromkeys(fit.estimate.values, 0.0)
+        fixture = 1 + self.fixture_uncertainty * np.asarray(per_farad) / permittivity
+        for factor in (cmath.exp(self.gain), cmath.exp(1j * self.phase), fixture):
+            if np.any(factor != 1):
+                shift = shift_of(fit, frequency, permittivity, factor=factor, noise=noise)
+                found = {path: math.hypot(value, shift[path]) for path, value in found.items()}
+        return found
+
+
+def error_by_resistor(
+    frequency: ArrayLike, impedance: ArrayLike, *, resistance: float, tolerance: float = 0.0
+) -> InstrumentError:
+    """Measure the systematic error of an instrument with a resistor of known value, at 8 or more frequencies.
+
+    The known value is equally likely everywhere within its relative `tolerance`. The error is the relative
+    deviation of the measured resistance, the phase at vanishing frequency, and the capacitance in parallel.
+    The sample lies elsewhere in the fixture, with leads of its own: that capacitance is taken as uncertain by
+    as much as itself.
+    """
+    if not (math.isfinite(resistance) and resistance > 0):
+        raise InputError(f"resistance = {resistance}: expected more than 0 ohm")
+    if not 0 <= tolerance < 1:
+        raise InputError(f"tolerance = {tolerance}: expected 0 or more, and less than 1")
+    found = fit_parallel_part(frequency, impedance)
+    own = found.estimate.standard_deviations
+    phase = abs(found.estimate.values["phase_offset"])
+    certain = found.capacitance > CERTAIN * own["capacitance"]
+    known = (
+        f" known to {100 * tolerance:.3g} %"
+        if tolerance
+        else " whose tolerance is not stated and not counted"
+    )
+    return InstrumentError(
+        gain=math.hypot(
+            found.resistance / resistance - 1, own["resistance"] / resistance, tolerance / math.sqrt(3)
+        ),
+        phase=math.hypot(phase, own["phase_offset"]),
+        fixture_capacitance=found.capacitance if certain else 0.0,
+        fixture_uncertainty=math.hypot(found.capacitance, own["capacitance"]),
+        words=f"a resistor of {resistance:.6g} ohm{known} measured as {found.resistance:.6g} ohm, with a phase offset of"
+        f" {math.degrees(phase):.2g} degrees and {found.capacitance:.3g} F in parallel",
+    )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.spans import Span, _closed, _run_length, _runs, _scatter_about_two_levels, _split
+from electrovib.recordings.recording import Span, closed, runs
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -57,7 +58,7 @@ def find_contacts(recording: Recording) -> list[Touch]:
     count = max(1, round(SHORTEST / _period(time)))
     light = force > free + _LIGHT * (loaded - free)
     heavy = force > (free + loaded) / 2
-    spans = [span for span in _runs(_closed(light, count)) if np.count_nonzero(heavy[slice(*span)]) >= count]
+    spans = [span for span in runs(closed(light, count)) if np.count_nonzero(heavy[slice(*span)]) >= count]
     if not spans:
         raise InputError(
             f"{recording.source}: no contact found that lasts {SHORTEST:g} s; the normal force reaches"
@@ -91,9 +92,11 @@ def find_slides(recording: Recording, contact: Touch) -> list[Span]:
     count = max(1, round(SHORTEST / _period(recording.time)))
     found = []
     for sign in (1, -1):
-        slides = _runs(_closed(sign * moving[first:last] > threshold, count)) if threshold else []
+        slides = runs(closed(sign * moving[first:last] > threshold, count)) if threshold else []
         found += [(first + a, first + b) for a, b in slides]
-    sizes = {span: _size(recording, span) for span in found}
+    # by the distance, or the duration if there is no position
+    along = recording.time if recording.position is None else recording.position
+    sizes = {(first, last): abs(along[last - 1] - along[first]) for first, last in found}
     longest = max(sizes.values(), default=0.0)
     return sorted(span for span, size in sizes.items() if size >= max(least, longest / 5))
 
@@ -111,12 +114,6 @@ def _rubbing(recording: Recording, contact: Touch) -> Real | None:
     size = np.abs(even[slice(*contact.span)])
     largest = float(np.quantile(size, 0.9))
     return np.clip(even, -largest, largest) if largest > CLEAR * noise else None
-
-
-def _size(recording: Recording, span: Span) -> float:
-    """Return the distance of a slide [m], or its duration [s] if there is no position."""
-    distance = travel(recording, span)
-    return distance if distance is not None else float(recording.time[span[1] - 1] - recording.time[span[0]])
 
 
 def travel(recording: Recording, span: Span) -> float | None:
@@ -173,6 +170,25 @@ def _level(time: Real, force: Real) -> Real:
     return np.asarray(force - best * (time - time.mean()) / (time[-1] - time[0]))
 
 
+def _scatter_about_two_levels(values: Real) -> float:
+    """Return the sum of squares about the means of the two groups for which it is least."""
+    level = _split(values)
+    high = values > level
+    return float(
+        sum(np.sum((part - part.mean()) ** 2) for part in (values[high], values[~high]) if len(part))
+    )
+
+
+def _split(values: Real) -> float:
+    """Find the level that splits values into two groups of least scatter (Otsu's threshold)."""
+    ordered = np.sort(values)
+    count = np.arange(1, len(ordered))
+    left = np.cumsum(ordered)[:-1]
+    right = ordered.sum() - left
+    between = count * (len(ordered) - count) * (left / count - right / (len(ordered) - count)) ** 2
+    return float(ordered[int(np.argmax(between))])
+
+
 def _with_free_sides(time: Real, force: Real, spans: list[Span], levels: tuple[float, float]) -> list[Touch]:
     """Add to each contact the samples free of load before and after it, without those in which the load changes."""
     free, loaded = levels
@@ -182,8 +198,8 @@ def _with_free_sides(time: Real, force: Real, spans: list[Span], levels: tuple[f
     found = []
     for number, (first, last) in enumerate(spans):
         start, stop = bounds[2 * number], bounds[2 * number + 3]
-        rise = _run_length(tenth[start:first][::-1])
-        fall = _run_length(tenth[last:stop])
+        rise = int(np.argmin(np.append(tenth[start:first][::-1], False)))
+        fall = int(np.argmin(np.append(tenth[last:stop], False)))
         # the load reaches a tenth later than it begins: as much again is omitted, but at most half of what there is
         lead = min(2 * rise + shortest, (first - start) // 2)
         tail = min(2 * fall + shortest, (stop - last) // 2)
@@ -195,13 +211,11 @@ def _with_free_sides(time: Real, force: Real, spans: list[Span], levels: tuple[f
 
 def _with_far_sides(contacts: list[Touch]) -> list[Touch]:
     """Where a contact follows too soon, take the samples free of load before or after its neighbours."""
-    before, after = None, None
-    befores, afters = [], []
-    for contact in contacts:
-        before = contact.before or before
-        befores.append(before)
-    for contact in reversed(contacts):
-        after = contact.after or after
-        afters.append(after)
-    sides = zip(contacts, befores, reversed(afters), strict=True)
+
+    def nearer(known: Span | None, own: Span | None) -> Span | None:
+        return own or known
+
+    befores = itertools.accumulate([each.before for each in contacts], nearer)
+    afters = itertools.accumulate([each.after for each in contacts[::-1]], nearer)
+    sides = zip(contacts, befores, reversed(list(afters)), strict=True)
     return [Touch(contact.span, before, after) for contact, before, after in sides]

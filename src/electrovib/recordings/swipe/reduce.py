@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import json
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +13,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.recordings.interval import Interval, NumberRow
-from electrovib.recordings.rail import about_rails
-from electrovib.recordings.recording import recording_of
+from electrovib.recordings.recording import at_extreme, omitted_rows, recording_of
 from electrovib.recordings.swipe.parts import (
     SHORTEST,
     find_contacts,
@@ -28,10 +29,11 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.recording import Channels, Recorded, Recording
-    from electrovib.recordings.spans import Span
+    from electrovib.recordings.recording import Channels, Recorded, Recording, Span
     from electrovib.recordings.swipe.parts import Touch
 
+_MOST = 0.5
+"""Largest fraction of a window at the end of the range with which a force is still computed."""
 _BEST_FIRST = ("interpolated", "before", "after")
 
 
@@ -123,7 +125,8 @@ def reduce_swipes(
             f"{recording.source}: no motion found during contact: {_stillness(recording, contacts)}"
         )
     return tuple(
-        _reduced(recording, contact, slide, window, len(windows)) for contact, slide, window in windows
+        _Swipe(recording=recording, contact=contact, slide=slide, window=window).reduced(len(windows))
+        for contact, slide, window in windows
     )
 
 
@@ -137,105 +140,179 @@ def _stillness(recording: Recording, contacts: list[Touch]) -> str:
     return f"the carriage moves by {distance:.3g} m while the finger presses. Are encoder.column and encoder.step right?"
 
 
-def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, swipes: int) -> SwipeResult:
-    zeros = zeros_beside(recording, contact, window)
-    railed = about_rails(recording, contact, window)
-    estimates = _estimates(recording, zeros, window)
-    if recording.position is not None:
-        direction = 1 if recording.position[slide[1] - 1] > recording.position[slide[0]] else -1
-    else:
-        zero = np.mean([zero.lateral for zero in zeros.values()])
-        direction = 1 if np.mean(recording.lateral_force[slice(*window)]) > zero else -1
-    span = (float(recording.time[contact.span[0]]), float(recording.time[contact.span[1] - 1]))
-    inside = (float(recording.time[window[0]]), float(recording.time[window[1] - 1]))
-    inner, distance = travel(recording, window), travel(recording, slide)
-    speed = recording.channels.speed if inner is None else inner / (inside[1] - inside[0])
-    words = railed + _words(recording, zeros, contact, distance, inside, swipes, estimates)
-    result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
-    trace = _trace(recording, zeros, {name: _plain(value) for name, value in result.items()}, words)
-    return SwipeResult(
-        **result,
-        direction=direction,
-        speed=speed,
-        distance=distance,
-        contact=span,
-        window=inside,
-        words=words,
-        trace=trace,
-    )
+@dataclass(frozen=True, kw_only=True)
+class _Swipe:
+    """One slide of a recording, with the contact to which it belongs and the samples over which forces are averaged."""
 
+    recording: Recording
+    contact: Touch
+    slide: Span
+    window: Span
 
-def _estimates(
-    recording: Recording, zeros: dict[str, Zero], window: Span
-) -> tuple[Interval, Interval, Interval]:
-    choices = choices_of(zeros, at=float(np.mean(recording.time[slice(*window)])))
-    at = block_means(recording.time, window)
-    normal, lateral = (
-        block_means(force, window) for force in (recording.normal_force, recording.lateral_force)
-    )
-    best = next(name for name in _BEST_FIRST if name in choices)
-    side = float(np.sign(np.mean(lateral) - choices[best][1])) or 1.0
-    pressed = {name: float(np.mean(normal) - zero[0]) for name, zero in choices.items()}
-    if min(pressed.values()) <= 0:
-        raise InputError(
-            f"{recording.source}: the zero of the normal force drifts by more than the load, {pressed[best]:.3g} N, so the"
-            " friction cannot be determined."
+    def reduced(self, swipes: int) -> SwipeResult:
+        """Reduce the swipe, one of a number of them, to forces and friction."""
+        recording, (first, last) = self.recording, self.slide
+        if recording.position is not None:
+            forwards = recording.position[last - 1] > recording.position[first]
+        else:
+            zero = np.mean([zero.level[1] for zero in self.zeros.values()])
+            forwards = np.mean(recording.lateral_force[slice(*self.window)]) > zero
+        inside, inner = recording.ends(self.window), travel(recording, self.window)
+        estimates = self.estimates()
+        words = self.words(estimates, swipes)
+        result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
+        return SwipeResult(
+            **result,
+            direction=1 if forwards else -1,
+            speed=recording.channels.speed if inner is None else inner / (inside[1] - inside[0]),
+            distance=travel(recording, self.slide),
+            contact=recording.ends(self.contact.span),
+            window=inside,
+            words=words,
+            trace=self.trace({name: _plain(value) for name, value in result.items()}, words),
         )
-    pulled = {name: side * float(np.mean(lateral) - zero[1]) for name, zero in choices.items()}
-    ratio = {name: pulled[name] / pressed[name] for name in choices}
-    # a drift is no scatter: the line between the zeros is subtracted before the parts of the window are compared
-    stamps = [zero.time for zero in zeros.values()]
-    normal = normal - np.interp(at, stamps, [zero.normal for zero in zeros.values()])
-    lateral = side * (lateral - np.interp(at, stamps, [zero.lateral for zero in zeros.values()]))
-    normal_zero = max(zero.normal_error for zero in zeros.values())
-    lateral_zero = max(zero.lateral_error for zero in zeros.values())
-    # error of the ratio of means: scatter of lateral - ratio * normal, in which common variations cancel
-    of_ratio = np.hypot(
-        standard_error(lateral - ratio[best] * normal), np.hypot(lateral_zero, ratio[best] * normal_zero)
-    )
-    return (
-        over_baselines(pressed, best, float(np.hypot(standard_error(normal), normal_zero))),
-        over_baselines(pulled, best, float(np.hypot(standard_error(lateral), lateral_zero))),
-        over_baselines(ratio, best, float(of_ratio) / min(pressed.values())),
-    )
 
+    @functools.cached_property
+    def zeros(self) -> dict[str, Zero]:
+        """Zeros before and after the contact from the nearest samples free of load."""
+        recording, contact, window = self.recording, self.contact, self.window
+        longest, sides = window[1] - window[0], {}
+        if contact.before is not None:
+            sides["before"] = (max(contact.before[0], contact.before[1] - longest), contact.before[1])
+        if contact.after is not None:
+            sides["after"] = (contact.after[0], min(contact.after[1], contact.after[0] + longest))
+        if not sides:
+            raise InputError(
+                f"{recording.source}: no section of {SHORTEST:g} s is free of load before or after the contact that begins at"
+                f" {recording.time[contact.span[0]]:.3g} s, so the zero of the sensors is unknown."
+            )
+        return {
+            name: Zero(
+                time=float(np.mean(recording.time[slice(*span)])),
+                level=np.median(recording.forces[:, slice(*span)], axis=1),
+                error=standard_error(_detrended(block_means(recording.forces, span, median=True))),
+            )
+            for name, span in sides.items()
+        }
 
-def _words(
-    recording: Recording,
-    zeros: dict[str, Zero],
-    contact: Touch,
-    distance: float | None,
-    window: tuple[float, float],
-    swipes: int,
-    estimates: tuple[Interval, Interval, Interval],
-) -> tuple[str, ...]:
-    normal, lateral, friction = estimates
-    first, last = (recording.time[place] for place in (contact.span[0], contact.span[1] - 1))
-    said = [
-        f"The finger presses from {first:.2f} to {last:.2f} s and {_slide(recording, distance)};"
-        f" the forces are averaged from {window[0]:.2f} to {window[1]:.2f} s.",
-        f"Normal force {normal.value:.3f} N, lateral force {lateral.value:.3f} N, friction {friction.value:.3f}"
-        f" ({friction.ends[0]:.3f} to {friction.ends[1]:.3f}; due to the choice of the baseline alone"
-        f" {friction.choice_ends[0]:.3f} to {friction.choice_ends[1]:.3f}).",
-    ]
-    if len(zeros) == 2:
-        drift = zeros["after"].lateral - zeros["before"].lateral
-        said.append(
-            f"The zero of the lateral force changes by {drift * 1e3:.0f} mN from before to after the contact."
+    def baseline(self, at: Real | float) -> Real:
+        """Return the straight line between the zeros of both forces, shape (2, n)."""
+        stamps, levels = zip(*((zero.time, zero.level) for zero in self.zeros.values()), strict=True)
+        return np.array([np.interp(at, stamps, each) for each in np.transpose(levels)])
+
+    def estimates(self) -> tuple[Interval, Interval, Interval]:
+        """Compute normal force, lateral force and friction."""
+        recording, window, zeros = self.recording, self.window, self.zeros
+        choices = {name: zero.level for name, zero in zeros.items()}
+        if len(zeros) == 2:
+            at = float(np.mean(recording.time[slice(*window)]))
+            choices |= {"mean": (choices["before"] + choices["after"]) / 2, "interpolated": self.baseline(at)}
+        means = block_means(recording.forces, window)
+        best = next(name for name in _BEST_FIRST if name in choices)
+        mean = means.mean(axis=1)
+        side = float(np.sign(mean[1] - choices[best][1])) or 1.0
+        pressed = {name: float(mean[0] - zero[0]) for name, zero in choices.items()}
+        if min(pressed.values()) <= 0:
+            raise InputError(
+                f"{recording.source}: the zero of the normal force drifts by more than the load, {pressed[best]:.3g} N, so the"
+                " friction cannot be determined."
+            )
+        pulled = {name: side * float(mean[1] - zero[1]) for name, zero in choices.items()}
+        ratio = {name: pulled[name] / pressed[name] for name in choices}
+        # a drift is no scatter: the line between the zeros is subtracted before the parts of the window are compared
+        normal, lateral = means - self.baseline(block_means(recording.time, window))
+        normal_zero, lateral_zero = np.max([zero.error for zero in zeros.values()], axis=0)
+        # error of the ratio of means: scatter of lateral - ratio * normal, in which common variations cancel
+        of_ratio = standard_error(side * lateral - ratio[best] * normal)
+        return (
+            over_baselines(pressed, best, math.hypot(standard_error(normal), normal_zero)),
+            over_baselines(pulled, best, math.hypot(standard_error(lateral), lateral_zero)),
+            over_baselines(
+                ratio,
+                best,
+                math.hypot(of_ratio, lateral_zero, ratio[best] * normal_zero) / min(pressed.values()),
+            ),
         )
-    else:
-        said.append(
-            f"The sensors are free of load only {next(iter(zeros))} the contact: their drift is unknown and not included"
-            " in the interval."
+
+    def rails(self) -> list[str]:
+        """Refuse forces beyond the range of a sensor for most of the window, and state where part of the samples used are."""
+        recording, contact, window, said = self.recording, self.contact, self.window, []
+        for name, railed in recording.at_rail.items():
+            places = {
+                "the window": window,
+                "the unloaded part before the contact": contact.before,
+                "the unloaded part after the contact": contact.after,
+            }
+            shares = {
+                where: np.mean(railed[slice(*span)]) for where, span in places.items() if span is not None
+            }
+            if shares["the window"] > _MOST:
+                raise InputError(
+                    f"{recording.source}: the sensor of the {name} force is at its rail (its highest or lowest reading, repeated"
+                    f" exactly) for {shares['the window']:.0%} of the time from {recording.time[window[0]]:.2f} to"
+                    f" {recording.time[window[1] - 1]:.2f} s, so the force is beyond its range and cannot be determined."
+                    f" Is {name}.column the right one? Otherwise record with a larger range."
+                )
+            still = at_extreme(getattr(recording, f"{name}_force"))[slice(*window)] & ~railed[slice(*window)]
+            if np.any(still):
+                said.append(
+                    f"Warning: the {name} force is exactly its highest or lowest reading for {np.mean(still):.1%} of the window:"
+                    " its sensor is at its rail there, or the force is constant within the resolution."
+                )
+            for where, share in shares.items():
+                if share > 0:
+                    said.append(
+                        f"Warning: the sensor of the {name} force is at its rail, or in a dead band, for {share:.1%} of"
+                        f" {where}: values derived from it have an error of unknown size."
+                    )
+        return said
+
+    def words(self, estimates: tuple[Interval, Interval, Interval], swipes: int) -> tuple[str, ...]:
+        """State what was measured, and what limits it."""
+        recording, zeros = self.recording, self.zeros
+        normal, lateral, friction = estimates
+        (first, last), window = (recording.ends(span) for span in (self.contact.span, self.window))
+        said = [
+            f"The finger presses from {first:.2f} to {last:.2f} s and {_slide(recording, travel(recording, self.slide))};"
+            f" the forces are averaged from {window[0]:.2f} to {window[1]:.2f} s.",
+            f"Normal force {normal.value:.3f} N, lateral force {lateral.value:.3f} N, friction {friction.value:.3f}"
+            f" ({friction.ends[0]:.3f} to {friction.ends[1]:.3f}; due to the choice of the baseline alone"
+            f" {friction.choice_ends[0]:.3f} to {friction.choice_ends[1]:.3f}).",
+        ]
+        if len(zeros) == 2:
+            drift = zeros["after"].level[1] - zeros["before"].level[1]
+            said.append(
+                f"The zero of the lateral force changes by {drift * 1e3:.0f} mN from before to after the contact."
+            )
+        else:
+            said.append(
+                f"The sensors are free of load only {next(iter(zeros))} the contact: their drift is unknown and not included"
+                " in the interval."
+            )
+        said += omitted_rows(recording.missing)
+        if recording.wraps:
+            said.append(f"The encoder wrapped {recording.wraps} time{'s' * (recording.wraps > 1)}.")
+        if swipes > 1:
+            said.append(f"The recording holds {swipes} swipes.")
+        return (*self.rails(), *said)
+
+    def trace(self, result: dict[str, Any], words: tuple[str, ...]) -> xarray.Dataset:
+        """Return the whole record, with the baseline of this swipe subtracted."""
+        recording = self.recording
+        names = ("normal_force_measured", "lateral_force_measured")
+        signals = dict(zip(names, recording.forces - self.baseline(recording.time), strict=True))
+        if (speed := sliding_speed(recording)) is not None:
+            signals["sliding_speed"] = speed
+        return make_trace(
+            {name: (("time",), values) for name, values in signals.items()},
+            {"time": recording.time},
+            {
+                "source": recording.source,
+                "channels": json.dumps(recording.channels.to_dict()),
+                "swipe": json.dumps(result),
+                "words": "\n".join(words),
+            },
         )
-    if recording.missing:
-        rows = "1 row that holds" if recording.missing == 1 else f"{recording.missing} rows that hold"
-        said.append(f"{rows} a NaN {'was' if recording.missing == 1 else 'were'} omitted.")
-    if recording.wraps:
-        said.append(f"The encoder wrapped {recording.wraps} time{'s' * (recording.wraps > 1)}.")
-    if swipes > 1:
-        said.append(f"The recording holds {swipes} swipes.")
-    return tuple(said)
 
 
 def _slide(recording: Recording, distance: float | None) -> str:
@@ -246,30 +323,6 @@ def _slide(recording: Recording, distance: float | None) -> str:
         "is taken to slide while the lateral force exceeds half of its largest value, because no position is recorded (the"
         " force of a finger that has stopped may stay as large); the speed is"
         f" {'unknown' if speed is None else f'the declared {speed * 1e3:.1f} mm/s'}"
-    )
-
-
-def _trace(
-    recording: Recording, zeros: dict[str, Zero], result: dict[str, Any], words: tuple[str, ...]
-) -> xarray.Dataset:
-    at = [zero.time for zero in zeros.values()]
-    normal = np.interp(recording.time, at, [zero.normal for zero in zeros.values()])
-    lateral = np.interp(recording.time, at, [zero.lateral for zero in zeros.values()])
-    signals = {
-        "normal_force_measured": recording.normal_force - normal,
-        "lateral_force_measured": recording.lateral_force - lateral,
-    }
-    if (speed := sliding_speed(recording)) is not None:
-        signals["sliding_speed"] = speed
-    return make_trace(
-        {name: (("time",), values) for name, values in signals.items()},
-        {"time": recording.time},
-        {
-            "source": recording.source,
-            "channels": json.dumps(recording.channels.to_dict()),
-            "swipe": json.dumps(result),
-            "words": "\n".join(words),
-        },
     )
 
 
@@ -329,19 +382,21 @@ def swipe_rows(swipes: Sequence[SwipeResult]) -> list[NumberRow]:
     for number, swipe in enumerate(swipes, start=1):
         group = f"swipe {number}" if len(swipes) > 1 else "swipe"
         note = "; ".join(text.removeprefix("Warning: ") for text in swipe.words if text.startswith("Warning"))
-        for name, unit, found in (
-            ("friction", "1", swipe.friction),
-            ("normal force", "N", swipe.normal_force),
-            ("lateral force", "N", swipe.lateral_force),
-        ):
-            rows.append(NumberRow(group=group, name=name, unit=unit, number=found, note=note))
-        measured = swipe.distance is not None
-        for name, unit, value in (("speed", "m/s", swipe.speed), ("distance", "m", swipe.distance)):
-            if value is not None:
-                how = "from the position" if measured else "as declared"
-                rows.append(
-                    NumberRow(group=group, name=name, unit=unit, number=Interval(value=value, method=how))
-                )
+        how = "from the position" if swipe.distance is not None else "as declared"
+        found = [
+            ("friction", "1", swipe.friction, note),
+            ("normal force", "N", swipe.normal_force, note),
+            ("lateral force", "N", swipe.lateral_force, note),
+            *(
+                (name, unit, Interval(value=value, method=how), "")
+                for name, unit, value in (("speed", "m/s", swipe.speed), ("distance", "m", swipe.distance))
+                if value is not None
+            ),
+        ]
+        rows += [
+            NumberRow(group=group, name=name, unit=unit, number=each, note=note)
+            for name, unit, each, note in found
+        ]
     return rows
 
 
@@ -366,71 +421,25 @@ def over_baselines(choices: Mapping[str, float], best: str, standard_error: floa
 
 @dataclass(frozen=True, kw_only=True)
 class Zero:
-    """Zeros of both force sensors in one section free of load: median readings, with errors without the drift."""
+    """Zeros of normal and lateral force in one section free of load: median readings, with errors without the drift."""
 
     time: float
-    normal: float
-    lateral: float
-    normal_error: float
-    lateral_error: float
-
-
-def zeros_beside(recording: Recording, contact: Touch, window: Span) -> dict[str, Zero]:
-    """Compute the zeros before and after a contact from the nearest samples free of load."""
-    longest = window[1] - window[0]
-    found = {}
-    if contact.before is not None:
-        found["before"] = _zero(
-            recording, (max(contact.before[0], contact.before[1] - longest), contact.before[1])
-        )
-    if contact.after is not None:
-        found["after"] = _zero(
-            recording, (contact.after[0], min(contact.after[1], contact.after[0] + longest))
-        )
-    if not found:
-        raise InputError(
-            f"{recording.source}: no section of {SHORTEST:g} s is free of load before or after the contact that begins at"
-            f" {recording.time[contact.span[0]]:.3g} s, so the zero of the sensors is unknown."
-        )
-    return found
-
-
-def _zero(recording: Recording, span: Span) -> Zero:
-    part = slice(*span)
-    normal, lateral = recording.normal_force[part], recording.lateral_force[part]
-    return Zero(
-        time=float(np.mean(recording.time[part])),
-        normal=float(np.median(normal)),
-        lateral=float(np.median(lateral)),
-        normal_error=standard_error(_detrended(block_means(recording.normal_force, span, median=True))),
-        lateral_error=standard_error(_detrended(block_means(recording.lateral_force, span, median=True))),
-    )
-
-
-def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, float]]:
-    """Return the zeros of normal and lateral force for each simple choice of the baseline; the line is evaluated at `at`."""
-    found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
-    if len(zeros) == 2:
-        before, after = zeros["before"], zeros["after"]
-        part = (at - before.time) / (after.time - before.time)
-        for name, weight in (("mean", 0.5), ("interpolated", part)):
-            normal = (1 - weight) * before.normal + weight * after.normal
-            found[name] = (normal, (1 - weight) * before.lateral + weight * after.lateral)
-    return found
+    level: Real
+    error: Real
 
 
 def block_means(values: Real, span: Span, *, median: bool = False) -> Real:
     """Return the means of `BLOCKS` equal parts of a section, or medians, which a brief touch changes less."""
-    blocks = np.array_split(values[slice(*span)], BLOCKS)
-    return np.array([np.median(block) if median else np.mean(block) for block in blocks])
+    blocks = np.array_split(values[..., slice(*span)], BLOCKS, axis=-1)
+    return np.stack([(np.median if median else np.mean)(block, axis=-1) for block in blocks], axis=-1)
 
 
-def standard_error(means: Real) -> float:
-    """Return the standard error of the mean of independent numbers."""
-    return float(np.std(means, ddof=1) / np.sqrt(len(means)))
+def standard_error(means: Real) -> Real:
+    """Return the standard error of the mean of independent numbers along the last axis."""
+    return np.asarray(np.std(means, axis=-1, ddof=1) / np.sqrt(means.shape[-1]))
 
 
 def _detrended(means: Real) -> Real:
     """Subtract a straight line, because a drift is covered by the choice of the baseline."""
-    place = np.arange(len(means)) - (len(means) - 1) / 2
-    return means - place * (place @ means) / (place @ place)
+    place = np.arange(BLOCKS) - (BLOCKS - 1) / 2
+    return means - np.outer(means @ place, place) / (place @ place)

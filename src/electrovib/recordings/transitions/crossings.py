@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.interval import autocovariance, line
+from electrovib.recordings.interval import autocovariance, line, through
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -56,8 +56,14 @@ def passages(
     slope.
     """
     progress = (values - levels.before) / levels.change
-    noise_share = levels.noise / abs(levels.change)
-    smooth = _smoothed(progress, noise_share, longest=_rough(progress, fractions) // 8)
+    # white noise is averaged to below 1 % of the change, but not over more than an eighth of the edge
+    middle = int(np.argmax(progress > 0.5))
+    between = np.count_nonzero(progress[:middle] > fractions[0]) + np.argmax(progress[middle:] > fractions[1])
+    count = (min(int((levels.noise / levels.change / 0.01) ** 2), int(between) // 8) - 1) // 2 * 2 + 1
+    smooth = progress
+    if count > 1:
+        padded = np.pad(progress, count // 2, mode="edge")
+        smooth = np.convolve(padded, np.full(count, 1 / count), mode="valid")
     started = np.flatnonzero((smooth > 0.5) & (time >= edge))
     if not started.size or started[0] == 0:
         raise InputError(
@@ -92,23 +98,6 @@ def passages(
     )  # fmt: skip
 
 
-def _rough(progress: Real, fractions: tuple[float, float]) -> int:
-    """Count the samples between two fractions of the change, with noise about them."""
-    middle = int(np.argmax(progress > 0.5))
-    return int(
-        np.count_nonzero(progress[:middle] > fractions[0]) + np.argmax(progress[middle:] > fractions[1])
-    )
-
-
-def _smoothed(progress: Real, noise: float, *, longest: int) -> Real:
-    """Average over as many samples as bring white noise below 1 % of the change, but not over more than `longest`."""
-    count = (min(int((noise / 0.01) ** 2), longest) - 1) // 2 * 2 + 1
-    if count <= 1:
-        return progress
-    padded = np.pad(progress, count // 2, mode="edge")
-    return np.convolve(padded, np.full(count, 1 / count), mode="valid")
-
-
 def _slope(first: float, second: float) -> float:
     """Return the slope at the centre of a section of -1 to 1, of which the parabola has the coefficients `first` and `second`.
 
@@ -134,11 +123,7 @@ class _Passage:
 
 def _weighted_error(weights: Real, alike: Real) -> float:
     """Return the standard error of a weighted sum of samples with noise of an autocovariance."""
-    from scipy.linalg import matmul_toeplitz
-
-    size = len(weights)
-    lags = np.pad(alike[:size], (0, max(0, size - len(alike))))
-    return math.sqrt(max(float(weights @ matmul_toeplitz(lags, weights)), 0.0))
+    return math.sqrt(max(float(through(weights, alike)), 0.0))
 
 
 def _passage(

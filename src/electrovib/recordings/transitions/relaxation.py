@@ -1,14 +1,18 @@
-"""Forms of relaxation fitted to one edge, compared by a criterion, with the time between levels of each."""
+"""Forms of relaxation, seen by a sensor with a resonance or not, fitted to one edge and compared by a criterion."""
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.errors import InputError
+from electrovib.core.units import parse_quantity
 from electrovib.physics.relaxation import (
     release_seen_by_sensor,
     stretched_exponential,
@@ -16,9 +20,13 @@ from electrovib.physics.relaxation import (
     time_of_progress,
 )
 from electrovib.recordings.fit.least_squares import FreeParameter
-from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
-from electrovib.recordings.interval import Interval, autocovariance, profile_interval
-from electrovib.recordings.transitions.sensor import INSTANT
+from electrovib.recordings.fit.separable import (
+    Separable,
+    Whitening,
+    central_differences,
+    resonance_parameters,
+)
+from electrovib.recordings.interval import Interval, autocovariance, profile_interval, student
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -26,7 +34,125 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
     from electrovib.recordings.transitions.edges import EdgeRecord
-    from electrovib.recordings.transitions.sensor import Sensor
+
+
+INSTANT: Final = 1e-6
+"""Fall time over the period of the sensor that stands for an instantaneous change; its effect is of this order."""
+_TEXT: Final = re.compile(r"\s*(.+?)\s*[:,]\s*(?:Q\s*=?\s*)?([0-9.eE+-]+)\s*")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor:
+    """A force sensor with one resonance, with all that it carries.
+
+    Parameters
+    ----------
+    frequency : float
+        Natural frequency [Hz], above 0.
+    quality : float
+        Quality factor, dimensionless, above 1/2.
+    frequency_error, quality_error : float
+        Standard uncertainties [Hz] and dimensionless; 0 for values taken as exact.
+
+    Raises
+    ------
+    InputError
+        If a number is outside these limits.
+    """
+
+    frequency: float
+    quality: float
+    frequency_error: float = 0.0
+    quality_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        problems = []
+        if not 0 < self.frequency < math.inf:
+            problems.append(f"sensor.frequency = {self.frequency:g}: expected a positive frequency in Hz")
+        if not 0.5 < self.quality < math.inf:
+            problems.append(
+                f"sensor.quality = {self.quality:g}: expected a quality factor above 0.5; a sensor without a resonance is"
+                " not taken out"
+            )
+        problems += [
+            f"sensor.{name} = {getattr(self, name):g}: expected a standard uncertainty of at least 0"
+            for name in ("frequency_error", "quality_error")
+            if not 0 <= getattr(self, name) < math.inf
+        ]
+        if problems:
+            raise InputError(problems)
+
+    def shortest_time(self, levels: tuple[float, float] = (0.1, 0.9)) -> float:
+        """Compute the time between two levels of the reading after an instantaneous change of the force.
+
+        Parameters
+        ----------
+        levels : tuple of float
+            Fractions of the change, between 0 and 1, increasing.
+
+        Returns
+        -------
+        time : float
+            First passage through the upper level less first passage through the lower level [s].
+
+        Notes
+        -----
+        The reading after a step is 1 - e^(-w t/(2 Q)) [cos(w_d t) + sin(w_d t) w/(2 Q w_d)], w_d = w sqrt(1 - 1/(4 Q^2)); it
+        rises monotonically to its first maximum at pi/w_d, which lies above every level below 1.
+        """
+        from scipy.optimize import brentq
+
+        first_maximum = 0.5 / (self.frequency * math.sqrt(1 - 1 / (4 * self.quality**2)))
+
+        def progress(time: float) -> float:
+            return 1.0 - float(self.release(np.array([time]), fall_time=0.0)[0])
+
+        def passage(level: float) -> float:
+            return float(
+                brentq(lambda time: progress(time) - level, 0.0, first_maximum, xtol=1e-12 * first_maximum)
+            )
+
+        return passage(levels[1]) - passage(levels[0])
+
+    def release(self, time: np.ndarray, *, fall_time: float, start: float = 0.0) -> np.ndarray:
+        """Compute the reading of a force of 1 that decays exponentially from `start` on.
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            Times [s].
+        fall_time : float
+            Time constant of the decay [s]; 0 for an instantaneous release.
+        start : float
+            Time at which the force begins to decay [s].
+
+        Returns
+        -------
+        reading : ndarray, shape (n,)
+            Over the constant force, dimensionless.
+        """
+        return release_seen_by_sensor(
+            time,
+            start=start,
+            fall_time=max(fall_time, INSTANT / self.frequency),
+            frequency=self.frequency,
+            quality=self.quality,
+        )
+
+
+def read_sensor(text: str) -> Sensor:
+    """Read a sensor written as ``FREQUENCY:QUALITY``, such as ``380 Hz:3``."""
+    match = _TEXT.fullmatch(text)
+    if match is None:
+        raise InputError(f"sensor = {text}: expected FREQUENCY:QUALITY, such as '380 Hz:3', or 'estimate'")
+    try:
+        number = match[1]
+        frequency = float(number) if re.fullmatch(r"[0-9.eE+-]+", number) else parse_quantity(number, "Hz")
+        quality = float(match[2])
+    except ValueError as error:
+        raise InputError(f"sensor = {text}: {error}") from None
+    return Sensor(frequency=frequency, quality=quality)
+
 
 _APART: Final = 1.2
 """Smallest ratio of two time constants that are counted as two."""
@@ -38,7 +164,7 @@ class FittedForm:
 
     - `estimate`: ``start`` [s], time constants [s], ``stretching``, sensor if it was estimated, and
       amplitudes.
-    - `sensor`: natural frequency [Hz] and quality factor through which it was seen.
+    - `sensor`: through which it was seen.
     - `aicc`: on residuals whose correlation was filtered out; infinite if the form was rejected.
     - `between`: time between the levels of the force, the sensor taken out.
     - `misfit`: rms of the residual after the start over the standard deviation of the noise before the edge.
@@ -46,7 +172,7 @@ class FittedForm:
 
     form: RelaxationForm
     estimate: LeastSquaresEstimate
-    sensor: tuple[float, float] | None
+    sensor: Sensor | None
     aicc: float
     rejected: str
     between: Interval
@@ -133,17 +259,10 @@ def _between(problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresE
         return Interval(value=0.0, method="an instantaneous change has no time to be estimated")
     if estimate.covariance is None:
         return Interval(value=value, method=estimate.why_no_covariance)
-    slopes = {}
-    for name in (*form.time_constants, *form.amplitudes[:-1], *(["stretching"] if form.stretched else [])):
-        step = 1e-5 * (abs(estimate.values[name]) or 1.0)
-        more, less = (
-            form.time_between(
-                {**estimate.values, name: estimate.values[name] + sign * step}, problem.edge.fractions
-            )
-            for sign in (1, -1)
-        )
-        slopes[name] = (more - less) / (2 * step)
-    found = estimate.derived(value, slopes)
+    names = (*form.time_constants, *form.amplitudes[:-1], *(["stretching"] if form.stretched else []))
+    steps = {name: 1e-5 * (abs(estimate.values[name]) or 1.0) for name in names}
+    between = functools.partial(form.time_between, fractions=problem.edge.fractions)
+    found = estimate.derived(value, central_differences(between, estimate.values, steps))
     if form is EXPONENTIAL and (found.standard_error > 0.2 * value or "time_constant" in estimate.on_bound):
         return _profile_of_time(problem, estimate, found.standard_error)
     return found
@@ -171,20 +290,22 @@ class RelaxationForm:
         changes = ("change",) if count == 1 else tuple(f"change_{number}" for number in range(1, count + 1))
         return (*changes, "after")
 
-    def columns(self, time: Real, values: Mapping[str, float], sensor: tuple[float, float] | None) -> Real:
+    def columns(self, time: Real, values: Mapping[str, float], sensor: Sensor | None) -> Real:
         """Compute what the amplitudes multiply, shape (n, k): relaxations from 1 to 0, and a column of ones."""
-        start = values["start"]
+        since = time - values["start"]
         if self.stretched:
-            shape = {"time_constant": values["time_constant"], "stretching": values["stretching"]}
+            shape = {name: values[name] for name in ("time_constant", "stretching")}
             if sensor is None:
-                found = [stretched_exponential(time - start, **shape)]
+                found = [stretched_exponential(since, **shape)]
             else:
-                found = [
-                    stretched_seen_by_sensor(time - start, frequency=sensor[0], quality=sensor[1], **shape)
-                ]
+                seen = {"frequency": sensor.frequency, "quality": sensor.quality}
+                found = [stretched_seen_by_sensor(since, **seen, **shape)]
         else:
             falls = [values[name] for name in self.time_constants] or [0.0]
-            found = [_exponential(time, start, fall, sensor) for fall in falls]
+            found = [
+                _exponential(since, fall) if sensor is None else sensor.release(since, fall_time=fall)
+                for fall in falls
+            ]
         return np.column_stack([*found, np.ones_like(time)])
 
     def time_between(self, values: Mapping[str, float], fractions: tuple[float, float]) -> float:
@@ -211,13 +332,8 @@ def forms(most: int, *, sensor: bool) -> tuple[RelaxationForm, ...]:
     return (*((INSTANTANEOUS,) if sensor else ()), EXPONENTIAL, STRETCHED, *sums)
 
 
-def _exponential(time: Real, start: float, fall: float, sensor: tuple[float, float] | None) -> Real:
-    if sensor is None:
-        return np.asarray(np.exp(-np.maximum(time - start, 0.0) / fall))
-    frequency, quality = sensor
-    return release_seen_by_sensor(
-        time, start=start, fall_time=max(fall, INSTANT / frequency), frequency=frequency, quality=quality
-    )
+def _exponential(since: Real, fall: float) -> Real:
+    return np.exp(-np.maximum(since, 0.0) / fall) if fall else np.asarray(since < 0, dtype=float)
 
 
 def _passage(progress: float, shares: Real, falls: Real) -> float:
@@ -288,11 +404,11 @@ class EdgeProblem:
             ranges={"start": self.rough},
         )
 
-    def seen_by(self, values: Mapping[str, float]) -> tuple[float, float] | None:
+    def seen_by(self, values: Mapping[str, float]) -> Sensor | None:
         """Return the sensor at some parameters."""
         if self.estimated:
-            return values["frequency"], values["quality"]
-        return (self.sensor.frequency, self.sensor.quality) if self.sensor else None
+            return Sensor(frequency=values["frequency"], quality=values["quality"])
+        return self.sensor
 
 
 def starts(
@@ -341,8 +457,6 @@ def starts(
 
 def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:
     """Find the times between levels with which an exponential fits as well; from 0 where an instantaneous change does."""
-    from scipy.stats import t
-
     separable, values = problem.separable(EXPONENTIAL), estimate.values
     factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.edge.fractions)
     best, free = values["time_constant"], separable.free["time_constant"]
@@ -361,7 +475,7 @@ def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error
         best,
         deviation=error / factor,
         bounds=(free.lower, free.upper),
-        allowed=float(t.ppf(0.975, estimate.degrees_of_freedom)) ** 2,
+        allowed=student(estimate.degrees_of_freedom) ** 2,
         logarithmic=True,
     )
     if found.open_above:

@@ -11,9 +11,16 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
-from electrovib.recordings.interval import averages, mean_of
-from electrovib.recordings.transitions.edges import Columns, columns_of, reference_times
-from electrovib.recordings.transitions.impacts import LONGER, Impact, end_of_ring, find_impacts
+from electrovib.recordings.interval import Interval, NumberRow, averages, mean_of
+from electrovib.recordings.transitions.edges import (
+    LONGER,
+    Columns,
+    Impact,
+    columns_of,
+    end_of_ring,
+    find_impacts,
+    reference_times,
+)
 from electrovib.recordings.transitions.modes import (
     CONSTANT,
     DRIFTING,
@@ -25,16 +32,14 @@ from electrovib.recordings.transitions.modes import (
     RingSection,
     fit_modes,
 )
-from electrovib.recordings.transitions.table import MISFIT, in_few
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     import xarray
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.readback import Readback
-    from electrovib.recordings.interval import Interval
 
 _FEWEST: Final = 20
 """Fewest samples of a section."""
@@ -187,36 +192,20 @@ def _measured(
     if not math.isfinite(fitted[best].bic):
         raise InputError(f"the record after {at:.6g} s holds no damped oscillation: {fitted[ONE].rejected}")
     level_change = fitted[best].level_change(since - begin)
-    sections = _sections(since, values - level_change, begin, end, fitted[ONE], rest)
-    misfit = float(np.std(fitted[best].model - values[part])) / noise if noise else math.inf
-    drift = fitted[DRIFTING].parameters()["drift"]
+    left = float(np.std(fitted[best].model - values[part]))
     return MeasuredRing(
-        signal=chosen.signal,
-        unit=chosen.unit,
-        reference=at,
-        form=best,
-        level=fitted[best].level,
-        criteria=above_lowest(criteria),
-        parameters=fitted[best].parameters(),
-        drift=drift,
-        sections=sections,
-        time=since[part],
-        values=values[part],
-        model=fitted[best].model,
-        misfit=misfit,
-        words=_words(best, fitted, sections, drift, misfit, chosen.unit),
-    )
+        signal=chosen.signal, unit=chosen.unit, reference=at, form=best, fitted=fitted, criteria=above_lowest(criteria),
+        sections=_sections(since, values - level_change, begin, end, fitted[ONE], rest),
+        time=since[part], values=values[part], misfit=left / noise if noise else math.inf,
+    )  # fmt: skip
 
 
 def _fitted(time: Real, values: Real, noise: Real) -> tuple[dict[str, FittedModes], dict[str, float], str]:
     """Return the forms about the level that fits best, the criteria of all about their best levels, and the form chosen."""
     constant = fit_modes(time, values, noise=noise)
-    by_level = {
-        level: constant
-        if level == CONSTANT
-        else fit_modes(time, values, noise=noise, level=level, fitted=constant)
-        for level in LEVELS
-    }
+    by_level = {CONSTANT: constant}
+    for level in LEVELS[1:]:
+        by_level[level] = fit_modes(time, values, noise=noise, level=level, fitted=constant)
     every = {(form, level): by_level[level][form].bic for form in constant for level in LEVELS}
     form, level = chosen_form(every)
     lowest = {each: min(every[each, one] for one in LEVELS) for each in constant}
@@ -272,55 +261,6 @@ def _check(*, start: float | None, window: float | None) -> None:
         raise InputError(problems)
 
 
-def _words(
-    best: str,
-    fitted: dict[str, FittedModes],
-    sections: tuple[RingSection, ...],
-    drift: Interval,
-    misfit: float,
-    unit: str,
-) -> tuple[str, ...]:
-    said = []
-    if misfit > MISFIT:
-        said.append(
-            f"Warning: the form '{best}' leaves a residual of {misfit:.2g} times the noise at the end of the record, so the"
-            " choice of the form is uncertain, and frequency and quality factor have an error beyond their intervals."
-        )
-    if fitted[best].level != CONSTANT:
-        said.append(_of_level(fitted[best], unit))
-    if best == TWO:
-        of = fitted[TWO].parameters()
-        which = "higher" if of["early_frequency"].value > of["frequency"].value else "lower"
-        said.append(
-            f"Two modes reproduce the record best: a {which} one of {of['early_frequency'].value:.4g} Hz that decays sooner, and"
-            f" {of['frequency'].value:.4g} Hz that remains."
-        )
-    elif best == DRIFTING:
-        said.append(
-            f"A mode whose frequency {'falls' if drift.value < 0 else 'rises'} reproduces the record best; no single linear"
-            " resonance does."
-        )
-    if len(sections) > 1:
-        first, last = sections[0], sections[-1]
-        said.append(
-            f"One mode fitted from {first.start * 1e3:.3g} ms on has {first.frequency.value:.4g} Hz and quality factor"
-            f" {first.quality.value:.3g}, from {last.start * 1e3:.3g} ms on {last.frequency.value:.4g} Hz and"
-            f" {last.quality.value:.3g}."
-        )
-    return tuple(said)
-
-
-def _of_level(found: FittedModes, unit: str) -> str:
-    values = found.estimate.values
-    if found.level == LINEAR:
-        slope = f"{values['level_slope']:.3g} {unit}/s"
-        return f"The level about which the signal oscillates changes linearly, by {slope}."
-    return (
-        f"The level about which the signal oscillates relaxes exponentially by {-values['level_change']:.3g} {unit} with a time"
-        f" constant of {values['level_time'] * 1e3:.3g} ms."
-    )
-
-
 @dataclass(frozen=True, kw_only=True)
 class MeasuredRing:
     """Resonance, quality factor and drift of a damped oscillation after an impact or a release, at the time `reference`.
@@ -342,16 +282,65 @@ class MeasuredRing:
     unit: str
     reference: float
     form: str
-    level: str
+    fitted: Mapping[str, FittedModes]
     criteria: Mapping[str, float]
-    parameters: Mapping[str, Interval]
-    drift: Interval
     sections: tuple[RingSection, ...]
     time: Real
     values: Real
-    model: Real
     misfit: float
-    words: tuple[str, ...]
+
+    level = property(lambda self: self.fitted[self.form].level)
+    model = property(lambda self: self.fitted[self.form].model)
+    drift = property(lambda self: self.fitted[DRIFTING].parameters()["drift"])
+
+    @property
+    def parameters(self) -> Mapping[str, Interval]:
+        """Parameters of the best form with their intervals."""
+        return self.fitted[self.form].parameters()
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What limits the numbers, warnings first, and how the frequency changes."""
+        said = []
+        if self.misfit > MISFIT:
+            said.append(
+                f"Warning: the form '{self.form}' leaves a residual of {self.misfit:.2g} times the noise at the end of the"
+                " record, so the choice of the form is uncertain, and frequency and quality factor have an error beyond their"
+                " intervals."
+            )
+        if self.level != CONSTANT:
+            said.append(_of_level(self.fitted[self.form], self.unit))
+        if self.form == TWO:
+            of = self.parameters
+            which = "higher" if of["early_frequency"].value > of["frequency"].value else "lower"
+            said.append(
+                f"Two modes reproduce the record best: a {which} one of {of['early_frequency'].value:.4g} Hz that decays sooner,"
+                f" and {of['frequency'].value:.4g} Hz that remains."
+            )
+        elif self.form == DRIFTING:
+            said.append(
+                f"A mode whose frequency {'falls' if self.drift.value < 0 else 'rises'} reproduces the record best; no single"
+                " linear resonance does."
+            )
+        if len(self.sections) > 1:
+            first, last = self.sections[0], self.sections[-1]
+            said.append(
+                f"One mode fitted from {first.start * 1e3:.3g} ms on has {first.frequency.value:.4g} Hz and quality factor"
+                f" {first.quality.value:.3g}, from {last.start * 1e3:.3g} ms on {last.frequency.value:.4g} Hz and"
+                f" {last.quality.value:.3g}."
+            )
+        return tuple(said)
+
+
+def _of_level(found: FittedModes, unit: str) -> str:
+    values = found.estimate.values
+    if found.level == LINEAR:
+        slope = f"{values['level_slope']:.3g} {unit}/s"
+        return f"The level about which the signal oscillates changes linearly, by {slope}."
+    return (
+        f"The level about which the signal oscillates relaxes exponentially by {-values['level_change']:.3g} {unit} with a time"
+        f" constant of {values['level_time'] * 1e3:.3g} ms."
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -385,3 +374,70 @@ class MeasuredRings:
             for text in each.words
         ]
         return (*sorted(said, key=lambda text: not text.startswith("Warning")), *in_few(self.skipped))
+
+
+UNITS: Final = {
+    "delay": "s",
+    "time constant": "s",
+    "level time constant": "s",
+    "frequency": "Hz",
+    "early frequency": "Hz",
+    "drift": "Hz/s",
+}
+"""Units of parameters; those that are absent are dimensionless."""
+MISFIT: Final = 1.5
+"""Rms residual over the noise above which a form does not reproduce what was recorded."""
+_FEW: Final = 3
+
+
+def ring_rows(rings: MeasuredRings) -> list[NumberRow]:
+    """List the numbers of measured oscillations as rows of a table."""
+    if len(rings.rings) == 1:
+        return _of_ring(rings.rings[0])
+    rows = [
+        parameter_row("ring", name, number, f"mean of {number.count} impacts", "")
+        for name, number in (("frequency", rings.frequency), ("quality", rings.quality))
+    ]
+    for ring in rings.rings:
+        rows += _parameters(f"impact at {ring.reference:.6g} s", ring)
+    return rows
+
+
+def _parameters(group: str, ring: MeasuredRing) -> list[NumberRow]:
+    note = misfit_note(ring.misfit)
+    return [parameter_row(group, name, each, ring.form, note) for name, each in ring.parameters.items()]
+
+
+def _of_ring(ring: MeasuredRing) -> list[NumberRow]:
+    rows = _parameters("ring", ring)
+    if "drift" not in ring.parameters:
+        rows.append(
+            parameter_row("ring", "drift", ring.drift, "one drifting mode", f"{ring.form} fits better")
+        )
+    for each in ring.sections:
+        start = f"one mode from {each.start * 1e3:.3g} ms on"
+        rows += [
+            parameter_row("ring", "frequency", each.frequency, start, ""),
+            parameter_row("ring", "quality", each.quality, start, ""),
+        ]
+    return rows
+
+
+def parameter_row(group: str, name: str, number: Interval, form: str, note: str) -> NumberRow:
+    """Make the row of one parameter of a fitted form."""
+    words = name.replace("_", " ")
+    unit = next((unit for key, unit in UNITS.items() if words.startswith(key)), "1")
+    return NumberRow(group=group, name=f"{words} ({form})", unit=unit, number=number, note=note)
+
+
+def misfit_note(misfit: float) -> str:
+    """Write how far a residual is beyond the noise; empty where it is not."""
+    if math.isinf(misfit):
+        return "error not known: the record has no noise without signal"
+    return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""
+
+
+def in_few(reasons: Sequence[str]) -> list[str]:
+    """Return at most three reasons, the last with the number of those left out."""
+    left = len(reasons) - _FEW
+    return [*reasons[: _FEW - 1], f"{reasons[_FEW - 1]} (and {left} more)"] if left > 0 else list(reasons)

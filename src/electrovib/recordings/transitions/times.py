@@ -1,37 +1,40 @@
-"""Rise and fall times of the edges of a recording, as recorded and with the sensor taken out."""
+"""Rise and fall times of the edges of a recording, as recorded and with the sensor taken out, and what limits them."""
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
-from electrovib.recordings.interval import Interval, from_noise, mean_of
-from electrovib.recordings.transitions.edges import (
-    EdgeRecord,
-    columns_of,
-    edge_record,
-    reference_times,
+from electrovib.recordings.interval import Interval, NumberRow, from_noise, mean_of
+from electrovib.recordings.transitions.edges import EdgeRecord, columns_of, edge_record, reference_times
+from electrovib.recordings.transitions.relaxation import (
+    EXPONENTIAL,
+    INSTANTANEOUS,
+    FittedForm,
+    Sensor,
+    fit_forms,
+    forms,
+    read_sensor,
 )
-from electrovib.recordings.transitions.relaxation import EXPONENTIAL, INSTANTANEOUS, fit_forms, forms
-from electrovib.recordings.transitions.sensor import Sensor, read_sensor
-from electrovib.recordings.transitions.table import in_few, statements
+from electrovib.recordings.transitions.ring import MISFIT, in_few, misfit_note, parameter_row
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     import xarray
 
     from electrovib.physics.drive.readback import Readback
-    from electrovib.recordings.transitions.relaxation import FittedForm
 
 SensorSource: TypeAlias = Sensor | str | None
 """A declared sensor, as an object or as text, ``"estimate"``, or none."""
+_SUPPORT: Final = 10.0
+"""Difference of the criterion above which a form has essentially no support (Burnham and Anderson 2002)."""
 
 
 def measure_times(
@@ -97,9 +100,14 @@ def measure_times(
 
     With several edges the interval is Student's t over the edges. With one it follows from the noise of this edge alone.
     """
-    given = Measurement(sensor=_sensor(sensor), estimated=sensor == "estimate", driven=by is not None)
-    fractions = _checked_levels(levels)
-    _check_numbers(exponentials=exponentials, window=window, before=before, edges=edges)
+    _check(levels, exponentials, edges, window=window, before=before)
+    declared = read_sensor(sensor) if isinstance(sensor, str) and sensor != "estimate" else sensor
+    given = Measurement(
+        sensor=declared if isinstance(declared, Sensor) else None,
+        estimated=sensor == "estimate",
+        driven=by is not None,
+    )
+    compared = forms(exponentials, sensor=sensor is not None)
     chosen = columns_of(record, signal=signal, by=by, readback=readback)
     references = reference_times(chosen.time, chosen.values, chosen.drive)
     found: list[EdgeTimes] = []
@@ -108,50 +116,43 @@ def measure_times(
         try:
             each = edge_record(
                 chosen.time, chosen.values, references, number,
-                levels=fractions, driven=given.driven, window=window, before=before,
+                levels=levels, driven=given.driven, window=window, before=before,
             )  # fmt: skip
-            measured = given.measured(each, exponentials) if edges in ("both", each.direction) else None
+            if edges in ("both", each.direction):
+                fitted = fit_forms(each, forms=compared, sensor=given.sensor, estimated=given.estimated)
+                found.append(EdgeTimes(given=given, record=each, fitted=fitted))
         except InputError as error:
             skipped += [f"The edge at {at:.6g} s was not measured: {problem}." for problem in error.problems]
-            continue
-        if measured is not None:
-            found.append(measured)
     if not found:
         raise InputError(in_few(skipped) or f"edges = {edges}: the signal {chosen.signal} has no such edge")
+    rising, falling = (
+        tuple(each for each in found if each.record.direction == direction)
+        for direction in ("rising", "falling")
+    )
     return MeasuredTimes(
         signal=chosen.signal,
         unit=chosen.unit,
-        levels=fractions,
-        rising=given.summary([each for each in found if each.record.direction == "rising"]),
-        falling=given.summary([each for each in found if each.record.direction == "falling"]),
+        levels=(float(levels[0]), float(levels[1])),
+        rising=DirectionTimes(given=given, edges=rising) if rising else None,
+        falling=DirectionTimes(given=given, edges=falling) if falling else None,
         sensor="estimated" if given.estimated else ("declared" if given.sensor else "none"),
         driven=given.driven,
         skipped=tuple(skipped),
     )
 
 
-def _checked_levels(levels: tuple[float, float]) -> tuple[float, float]:
+def _check(levels: tuple[float, float], exponentials: int, edges: str, **spans: float | None) -> None:
+    problems = []
     if len(levels) != 2 or not 0 < levels[0] < levels[1] < 1:
         shown = ", ".join(f"{each:g}" for each in levels)
-        raise InputError(
+        problems.append(
             f"levels = ({shown}): expected two increasing fractions between 0 and 1, such as (0.1, 0.9)"
         )
-    return float(levels[0]), float(levels[1])
-
-
-def _sensor(sensor: SensorSource) -> Sensor | None:
-    if sensor is None or sensor == "estimate" or isinstance(sensor, Sensor):
-        return sensor if isinstance(sensor, Sensor) else None
-    return read_sensor(sensor)
-
-
-def _check_numbers(*, exponentials: int, window: float | None, before: float | None, edges: str) -> None:
-    problems = []
     if exponentials not in (1, 2, 3, 4):
         problems.append(f"exponentials = {exponentials}: expected a number from 1 to 4")
     problems += [
         f"{name} = {value:g}: expected a positive time in seconds"
-        for name, value in (("window", window), ("before", before))
+        for name, value in spans.items()
         if value is not None and not 0 < value < math.inf
     ]
     if edges not in ("both", "rising", "falling"):
@@ -168,71 +169,128 @@ class Measurement:
     estimated: bool
     driven: bool
 
-    def measured(self, edge: EdgeRecord, exponentials: int) -> EdgeTimes:
-        """Measure one edge."""
-        compared = forms(exponentials, sensor=self.sensor is not None or self.estimated)
-        fitted = fit_forms(edge, forms=compared, sensor=self.sensor, estimated=self.estimated)
-        passed = edge.passages
-        recorded = from_noise(passed.time, passed.standard_error, freedom=passed.freedom)
-        return EdgeTimes(record=edge, recorded=recorded, fitted=fitted)
 
-    def summary(self, edges: Sequence[EdgeTimes]) -> DirectionTimes | None:
-        """Choose the form for all edges of a direction, and average over them."""
-        if not edges:
-            return None
-        names = [name for name in edges[0].fitted if all(name in each.fitted for each in edges)]
-        sums = {name: sum(each.fitted[name].aicc for each in edges) for name in names}
-        form = chosen_form(sums)
-        rejected = {
-            name: reasons[0]
-            for name in names
-            if (reasons := [each.fitted[name].rejected for each in edges if each.fitted[name].rejected])
-        }
-        found = DirectionTimes(
-            direction=edges[0].record.direction,
-            edges=tuple(edges),
-            recorded=mean_of([each.recorded for each in edges]),
-            without_sensor=self.without_sensor(edges, form),
-            form=form,
-            criteria=above_lowest(sums),
-            rejected=rejected,
-            parameters=self.parameters(edges, form),
-            exponential=self.parameters(edges, EXPONENTIAL.name),
-            sensor_limit=self.limit(edges, form),
-            misfit=max(each.fitted[form].misfit for each in edges),
-            words=(),
-        )
-        return replace(found, words=statements(found, sensor=self.sensor, estimated=self.estimated))
+@dataclass(frozen=True, kw_only=True)
+class EdgeTimes:
+    """Times of one edge: the time between the levels as recorded, and the forms of relaxation by name."""
 
-    def without_sensor(self, edges: Sequence[EdgeTimes], form: str) -> Interval:
-        """Average the time between the levels of the fitted force."""
-        if form == INSTANTANEOUS.name:
-            others = [each.fitted[EXPONENTIAL.name].between for each in edges]
-            uppers = [each.upper for each in others]
-            if not np.isfinite(uppers).all():
-                return Interval(
-                    value=0.0, method="an instantaneous change fits; an exponential has no upper end"
-                )
-            return Interval(
-                value=0.0, lower=0.0, upper=float(np.mean(uppers)), standard_error=math.nan, count=len(edges),
-                method="an instantaneous change fits best; upper end from the profile of an exponential",
-            )  # fmt: skip
-        mean = mean_of([each.fitted[form].between for each in edges])
-        return self.with_sensor_error(mean, edges, form)
+    given: Measurement
+    record: EdgeRecord
+    fitted: Mapping[str, FittedForm]
 
-    def with_sensor_error(self, mean: Interval, edges: Sequence[EdgeTimes], form: str) -> Interval:
+    @property
+    def recorded(self) -> Interval:
+        """Time between the levels as recorded."""
+        passed = self.record.passages
+        return from_noise(passed.time, passed.standard_error, freedom=passed.freedom)
+
+    def parameters(self, form: str) -> dict[str, Interval]:
+        """Return the parameters of a fitted form, each with its interval, by the names of `DirectionTimes`."""
+        fitted, found = self.fitted[form], {}
+        estimate, values = fitted.estimate, fitted.estimate.values
+        if self.given.driven:
+            error = math.hypot(estimate.standard_deviations["start"], self.record.reference_error)
+            found["delay"] = from_noise(values["start"], error, freedom=estimate.degrees_of_freedom)
+        ordered = sorted(fitted.form.time_constants, key=lambda name: values[name])
+        changes = fitted.form.amplitudes[:-1]
+        whole = sum(values[name] for name in changes)
+        for place, name in enumerate(ordered, start=1):
+            if len(ordered) == 1:
+                found["time_constant"] = _from_profile(fitted) or estimate.parameter(name)
+                continue
+            found[f"time_constant_{place}"] = estimate.parameter(name)
+            own = name.replace("time_constant", "change")
+            share = values[own] / whole
+            slopes = {each: ((each == own) - share) / whole for each in changes}
+            found[f"share_{place}"] = estimate.derived(share, slopes)
+        for name in ("stretching", *(("frequency", "quality") if self.given.estimated else ())):
+            if name in values:
+                found[name] = estimate.parameter(name)
+        return found
+
+
+def _from_profile(fitted: FittedForm) -> Interval | None:
+    """Return the interval of the time constant of an exponential whose time between levels has a profile."""
+    between, value = fitted.between, fitted.estimate.values["time_constant"]
+    if fitted.form is not EXPONENTIAL or not between.method.startswith("profile"):
+        return None
+    lower, upper, error = (
+        each * value / between.value for each in (between.lower, between.upper, between.standard_error)
+    )
+    return replace(between, value=value, lower=lower, upper=upper, standard_error=error)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionTimes:
+    """Times of all edges of one direction, ``rising`` or ``falling``."""
+
+    given: Measurement
+    edges: tuple[EdgeTimes, ...]
+
+    @property
+    def direction(self) -> str:
+        """Direction of the edges."""
+        return self.edges[0].record.direction
+
+    @functools.cached_property
+    def _sums(self) -> dict[str, float]:
+        """Criterion of each form that was fitted to all edges, summed over these."""
+        common = [name for name in self.edges[0].fitted if all(name in each.fitted for each in self.edges)]
+        return {name: sum(each.fitted[name].aicc for each in self.edges) for name in common}
+
+    @property
+    def form(self) -> str:
+        """Simplest form of relaxation whose criterion is at most 2 above the lowest."""
+        return chosen_form(self._sums)
+
+    @property
+    def criteria(self) -> Mapping[str, float]:
+        """AICc of each form over the lowest, summed over the edges; infinite for one of those in `rejected`."""
+        return above_lowest(self._sums)
+
+    @property
+    def rejected(self) -> Mapping[str, str]:
+        """Forms that are no relaxation of their kind, and why."""
+        every = [(name, each.fitted[name].rejected) for each in self.edges[::-1] for name in self._sums]
+        return {name: why for name, why in every if why}
+
+    @property
+    def misfit(self) -> float:
+        """Largest rms residual over the noise before the edge."""
+        return max(each.fitted[self.form].misfit for each in self.edges)
+
+    @property
+    def recorded(self) -> Interval:
+        """Time between the levels as recorded, as a mean over the edges."""
+        return mean_of([each.recorded for each in self.edges])
+
+    @functools.cached_property
+    def without_sensor(self) -> Interval:
+        """That of the fitted force, the sensor taken out; without a sensor, of the fitted signal."""
+        if self.form != INSTANTANEOUS.name:
+            return self._with_sensor_error(mean_of([each.fitted[self.form].between for each in self.edges]))
+        uppers = [each.fitted[EXPONENTIAL.name].between.upper for each in self.edges]
+        if not np.isfinite(uppers).all():
+            return Interval(value=0.0, method="an instantaneous change fits; an exponential has no upper end")
+        return Interval(
+            value=0.0, lower=0.0, upper=float(np.mean(uppers)), count=len(self.edges),
+            method="an instantaneous change fits best; upper end from the profile of an exponential",
+        )  # fmt: skip
+
+    def _with_sensor_error(self, mean: Interval) -> Interval:
         """Add what the uncertainty of a declared sensor contributes, which is common to all edges."""
-        sensor = self.sensor
+        sensor = self.given.sensor
         if sensor is None or not (sensor.frequency_error or sensor.quality_error):
             return mean
-        changed = [
+        moved = []
+        for other in (
             replace(sensor, frequency=sensor.frequency + sensor.frequency_error),
             replace(sensor, quality=sensor.quality + sensor.quality_error),
-        ]
-        moved = []
-        for other in changed:
-            each = [fit_forms(one.record, forms=[one.fitted[form].form], sensor=other)[form] for one in edges]
-            moved.append(float(np.mean([one.between.value for one in each])) - mean.value)
+        ):
+            each = [
+                fit_forms(one.record, forms=[one.fitted[self.form].form], sensor=other) for one in self.edges
+            ]
+            moved.append(float(np.mean([one[self.form].between.value for one in each])) - mean.value)
         half = math.hypot((mean.upper - mean.lower) / 2, 1.96 * math.hypot(*moved))
         centre = (mean.upper + mean.lower) / 2
         return replace(
@@ -240,62 +298,105 @@ class Measurement:
             standard_error=math.hypot(mean.standard_error, *moved), method=f"{mean.method}, and the declared sensor",
         )  # fmt: skip
 
-    def parameters(self, edges: Sequence[EdgeTimes], form: str) -> dict[str, Interval]:
-        """Average the parameters of the form over the edges."""
-        per_edge = [parameters_of(each, form, driven=self.driven, estimated=self.estimated) for each in edges]
+    @property
+    def parameters(self) -> Mapping[str, Interval]:
+        """Parameters of the best form as means over the edges, in SI.
+
+        ``delay`` (with a drive), ``time_constant`` or ``time_constant_1`` and ``share_1`` and so on from the shortest,
+        ``stretching``, and ``frequency`` and ``quality`` of an estimated sensor.
+        """
+        return self._parameters(self.form)
+
+    @property
+    def exponential(self) -> Mapping[str, Interval]:
+        """Parameters of the exponential, whichever form is best."""
+        return self._parameters(EXPONENTIAL.name)
+
+    def _parameters(self, form: str) -> dict[str, Interval]:
+        per_edge = [each.parameters(form) for each in self.edges]
         return {name: mean_of([each[name] for each in per_edge]) for name in per_edge[0]}
 
-    def limit(self, edges: Sequence[EdgeTimes], form: str) -> float:
-        """Compute the time that an instantaneous change would show through the sensor."""
-        seen = [(each.fitted[form].sensor, each.record.fractions) for each in edges]
-        times = [
-            Sensor(frequency=one[0], quality=one[1]).shortest_time(fractions)
-            for one, fractions in seen
-            if one is not None
-        ]
+    @property
+    def sensor_limit(self) -> float:
+        """Time between the levels that an instantaneous change would show through the sensor; NaN without a sensor."""
+        seen = [(each.fitted[self.form].sensor, each.record.fractions) for each in self.edges]
+        times = [sensor.shortest_time(fractions) for sensor, fractions in seen if sensor is not None]
         return float(np.mean(times)) if times else math.nan
 
+    @property
+    def drifts(self) -> bool:
+        """Whether the signal drifts before an edge."""
+        return any(each.record.levels.drift for each in self.edges)
 
-@dataclass(frozen=True, kw_only=True)
-class EdgeTimes:
-    """Times of one edge: the time between the levels as recorded, and the forms of relaxation by name."""
+    @property
+    def interpolated(self) -> bool:
+        """Whether a passage lies between two samples alone."""
+        return any(each.record.passages.interpolated for each in self.edges)
 
-    record: EdgeRecord
-    recorded: Interval
-    fitted: Mapping[str, FittedForm]
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What limits the times, warnings first."""
+        which = self.direction.capitalize()
+        warnings = {
+            "the record does not determine a time between the levels: its interval reaches 0. Choose the window after an edge so"
+            " that the signal reaches both levels, or measure the other edges alone.": not self.recorded.lower
+            > 0,
+            "the record has no noise before an edge, as a computed one, so no error of the fitted form"
+            f" ({self.form}) is known; the intervals state none.": math.isinf(self.misfit),
+            f"the best form ({self.form}) leaves a residual of {self.misfit:.2g} times the noise before the edge, so the time"
+            " from the fit has an error beyond its interval.": MISFIT < self.misfit < math.inf,
+            "the signal drifts before an edge; both levels are taken as constant, which shifts the times.": self.drifts,
+            "fewer than five samples lie near a level, so that the time as recorded is interpolated between two samples and may"
+            " be wrong by up to a sampling interval.": self.interpolated,
+        }
+        said = [f"Warning: {which} edges: {text}" for text, holds in warnings.items() if holds]
+        said += self._about_sensor(which)
+        close = [
+            name
+            for name, above in self.criteria.items()
+            if name != self.form and above < _SUPPORT + self.criteria[self.form]
+        ]
+        if close:
+            ranked = ", ".join(
+                f"{name} (AICc {self.criteria[name] - self.criteria[self.form]:+.1f})" for name in close
+            )
+            said.append(f"{which} edges: the record does not exclude other forms than {self.form}: {ranked}.")
+        if len(self.edges) == 1:
+            said.append(
+                f"{which} edges: there is one; its interval is due to noise alone and does not contain the scatter between edges."
+            )
+        return tuple(said)
 
-
-@dataclass(frozen=True, kw_only=True)
-class DirectionTimes:
-    """Times of all edges of one direction, ``rising`` or ``falling``.
-
-    - `recorded`: time between the levels as recorded, as a mean over the edges.
-    - `without_sensor`: that of the fitted force, the sensor taken out; without a sensor, of the fitted
-      signal.
-    - `form`: simplest form of relaxation whose criterion is at most 2 above the lowest.
-    - `criteria`: AICc of each form over the lowest, summed over the edges; infinite for one of those in
-      `rejected`.
-    - `parameters`: of the best form as means over the edges, in SI: ``delay`` (with a drive),
-      ``time_constant`` or ``time_constant_1`` and ``share_1`` and so on from the shortest, ``stretching``,
-      and ``frequency`` and ``quality`` of an estimated sensor; `exponential` has those of the exponential,
-      whichever form is best.
-    - `sensor_limit`: time between the levels that an instantaneous change would show through the sensor; NaN
-      without a sensor.
-    - `misfit`: largest rms residual over the noise before the edge.
-    """
-
-    direction: str
-    edges: tuple[EdgeTimes, ...]
-    recorded: Interval
-    without_sensor: Interval
-    form: str
-    criteria: Mapping[str, float]
-    rejected: Mapping[str, str]
-    parameters: Mapping[str, Interval]
-    exponential: Mapping[str, Interval]
-    sensor_limit: float
-    misfit: float
-    words: tuple[str, ...]
+    def _about_sensor(self, which: str) -> list[str]:
+        sensor = self.given.sensor
+        if math.isnan(self.sensor_limit):
+            return [
+                f"{which} edges: no sensor was taken out; a resonance or bandwidth of the sensor is part of these times."
+            ]
+        limit = f"an instantaneous change would show {self.sensor_limit * 1e3:.3g} ms through this sensor"
+        said = []
+        if self.form == INSTANTANEOUS.name:
+            said.append(
+                f"{which} edges: an instantaneous change through the sensor reproduces the record as well as a relaxation does"
+                f" ({limit}); only an upper end of the time is known."
+            )
+            if "delay" in self.parameters:
+                fall = self.exponential["time_constant"].upper
+                shorter = f"up to {fall * 1e3:.2g} ms earlier" if math.isfinite(fall) else "earlier"
+                said.append(
+                    f"{which} edges: the delay is that of an instantaneous change; if the force relaxes exponentially, it begins"
+                    f" to change {shorter}."
+                )
+        else:
+            said.append(f"{which} edges: {limit}.")
+        if self.given.estimated:
+            said.append(
+                f"{which} edges: the sensor was estimated from the same edges, with one resonance. Delay, time constant and"
+                " resonance then share what the record determines."
+            )
+        elif sensor is not None and not (sensor.frequency_error or sensor.quality_error):
+            said.append(f"{which} edges: the declared sensor is taken as exact.")
+        return said
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -327,37 +428,30 @@ class MeasuredTimes:
         return (*(text for each in self.directions for text in each.words), *in_few(self.skipped))
 
 
-def parameters_of(edge: EdgeTimes, form: str, *, driven: bool, estimated: bool) -> dict[str, Interval]:
-    """Return the parameters of a form fitted to one edge, each with its interval, by the names of `DirectionTimes`."""
-    fitted, found = edge.fitted[form], {}
-    estimate, values = fitted.estimate, fitted.estimate.values
-    if driven:
-        error = math.hypot(estimate.standard_deviations["start"], edge.record.reference_error)
-        found["delay"] = from_noise(values["start"], error, freedom=estimate.degrees_of_freedom)
-    ordered = sorted(fitted.form.time_constants, key=lambda name: values[name])
-    changes = fitted.form.amplitudes[:-1]
-    whole = sum(values[name] for name in changes)
-    for place, name in enumerate(ordered, start=1):
-        if len(ordered) == 1:
-            found["time_constant"] = _from_profile(fitted) or estimate.parameter(name)
-            continue
-        found[f"time_constant_{place}"] = estimate.parameter(name)
-        own = name.replace("time_constant", "change")
-        share = values[own] / whole
-        slopes = {each: ((each == own) - share) / whole for each in changes}
-        found[f"share_{place}"] = estimate.derived(share, slopes)
-    for name in ("stretching", *(("frequency", "quality") if estimated else ())):
-        if name in values:
-            found[name] = estimate.parameter(name)
-    return found
+def time_rows(found: MeasuredTimes) -> list[NumberRow]:
+    """List the numbers of measured times as rows of a table."""
+    shown = "-".join(f"{100 * each:g}" for each in found.levels)
+    without = "without the sensor" if found.sensor != "none" else "of the fitted form"
+    return [row for each in found.directions for row in _of_direction(each, f"{shown} % time", without)]
 
 
-def _from_profile(fitted: FittedForm) -> Interval | None:
-    """Return the interval of the time constant of an exponential whose time between levels has a profile."""
-    between, value = fitted.between, fitted.estimate.values["time_constant"]
-    if fitted.form is not EXPONENTIAL or not between.method.startswith("profile"):
-        return None
-    lower, upper, error = (
-        each * value / between.value for each in (between.lower, between.upper, between.standard_error)
-    )
-    return replace(between, value=value, lower=lower, upper=upper, standard_error=error)
+def _of_direction(found: DirectionTimes, what: str, without: str) -> list[NumberRow]:
+    few = "interpolated between two samples" if found.interpolated else ""
+    drifts = "the signal drifts before an edge" if found.drifts else ""
+    warning = "; ".join(filter(None, [misfit_note(found.misfit), drifts]))
+    limit = Interval(value=found.sensor_limit, method="closed form of the sensor")
+    times = [
+        (f"{what} as recorded", found.recorded, "; ".join(filter(None, [few, drifts]))),
+        (f"{what} {without} ({found.form})", found.without_sensor, warning),
+        (f"{what} of an instantaneous change through the sensor", limit, ""),
+    ]
+    rows = [
+        NumberRow(group=found.direction, name=name, unit="s", number=number, note=note)
+        for name, number, note in times
+        if number is not limit or not math.isnan(limit.value)
+    ]
+    shown = [(name, each, found.form, warning) for name, each in found.parameters.items()]
+    if found.form != "exponential":
+        better = f"{found.form} fits better"
+        shown += [(name, each, "exponential", better) for name, each in found.exponential.items()]
+    return rows + [parameter_row(found.direction, *each) for each in shown]
