@@ -102,7 +102,7 @@ def measure_times(
     """
     _check(levels, exponentials, edges, window=window, before=before)
     declared = read_sensor(sensor) if isinstance(sensor, str) and sensor != "estimate" else sensor
-    given = Measurement(
+    given = GivenEdges(
         sensor=declared if isinstance(declared, Sensor) else None,
         estimated=sensor == "estimate",
         driven=by is not None,
@@ -162,7 +162,7 @@ def _check(levels: tuple[float, float], exponentials: int, edges: str, **spans: 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measurement:
+class GivenEdges:
     """How the edges of one record are measured."""
 
     sensor: Sensor | None
@@ -174,7 +174,7 @@ class Measurement:
 class EdgeTimes:
     """Times of one edge: the time between the levels as recorded, and the forms of relaxation by name."""
 
-    given: Measurement
+    given: GivenEdges
     record: EdgeRecord
     fitted: Mapping[str, FittedForm]
 
@@ -224,7 +224,7 @@ def _from_profile(fitted: FittedForm) -> Interval | None:
 class DirectionTimes:
     """Times of all edges of one direction, ``rising`` or ``falling``."""
 
-    given: Measurement
+    given: GivenEdges
     edges: tuple[EdgeTimes, ...]
 
     @property
