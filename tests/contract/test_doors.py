@@ -114,6 +114,9 @@ DOORS = {
     "open_trace": opened,
     "perceive": ev.perceive,
     "plan_bench": ev.plan_bench,
+    "plan_experiment": lambda one: ev.plan_experiment(
+        one, LAWS, free=LOADS, space={GAP: SPACE[GAP]}, quantity=MEAN, n=4
+    ),
     "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),
     "run": ev.run,
@@ -148,6 +151,7 @@ VALUES = {
     "fit_separately": lambda found: [row.value for row in found.fits[0].rows],
     "perceive": lambda found: found.level,
     "plan_bench": lambda found: found.codes,
+    "plan_experiment": lambda found: [*found.best.log_odds, *found.own.log_odds],
     "prepare": lambda found: [*found({LOAD: 1.0}).values()],
     "run": lambda found: found[FORCE].values,
     "run_bench": lambda found: found.lateral_force.values,
@@ -169,6 +173,7 @@ NO_NUMBER = {
     " measure_rings measure_times merge_traces read_recording reduce_swipe reduce_swipes",
     "takes surfaces of its own, without a scenario": "compare_surfaces hysteresis",
     "draws what a result holds, which states its diagnostics itself": "plot",
+    "takes measurements, whose set-ups are judged in test_evidence": "Measurement evidence measurements",
     "takes a paper; its scenarios are judged in test_a_reproduction_states_the_warnings": "reproduce",
 }
 """Why these public names compute no number from a scenario that they are given."""
@@ -298,8 +303,8 @@ COMMANDS = [
     f"study s.toml {STUDY} --sensitivity --quantity '{MEAN}' -o out",
 ]
 """Calls of commands that compute numbers from a scenario."""
-WITHOUT_A_NUMBER = {"bench init", "explore", "import", "init", "list", "reproduce", "times"}
-"""Commands that compute none; the page of `explore` and `reproduce` are doors of their own."""
+WITHOUT_A_NUMBER = {"bench init", "evidence", "explore", "import", "init", "list", "reproduce", "times"}
+"""Commands that compute none from a scenario; `evidence`, the page of `explore` and `reproduce` are doors of their own."""
 INPUTS = {"s.toml", "r.nc", "space.toml", "parameters.toml", "zarr.json"}
 """Files that hold no number that was computed, but what one is computed from; a study is read by `open_study`."""
 

@@ -22,11 +22,12 @@ from electrovib.studies.evidence.quantities import magnitude, of_skin
 CITATIONS = (
     Citation(
         kind="article",
-        authors=("J. Rosell",),
-        about="impedance of gelled skin",
+        authors=("J. Rosell", "others"),
+        title="Skin impedance from 1 Hz to 1 MHz",
         journal="IEEE Trans. Biomed. Eng.",
         year=1988,
         volume="35",
+        number="8",
         pages="649",
         doi="10.1109/10.4599",
         read="abstract",

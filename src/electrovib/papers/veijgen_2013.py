@@ -22,10 +22,11 @@ CITATIONS = (
     Citation(
         kind="article",
         authors=("N. K. Veijgen", "M. A. Masen", "E. van der Heide"),
-        about="friction of skin at four body sites",
+        title="Relating friction on the human skin to the hydration and temperature of the skin",
         journal="Tribol. Lett.",
         year=2013,
         volume="49",
+        number="1",
         pages="251",
         doi="10.1007/s11249-012-0062-1",
         read="abstract",

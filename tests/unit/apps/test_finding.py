@@ -132,7 +132,7 @@ LAWS = "MaxwellStressInGap MaxwellStressInInsulator MaxwellStressInStratumCorneu
         ("init kan", KANG),
         ("init my_own", ""),
         ("init nobody_2014/f", ""),
-        ("reproduce v", "vardar_2017 vezzoli_2014"),
+        ("reproduce v", "vardar_2017 veijgen_2013 vezzoli_2014"),
         ("list Max", LAWS),
         ("design nobody/none --free drive.a", ""),
         ("design bau_2010/sine --space f", "fingers"),

@@ -33,8 +33,8 @@ def test_the_folder_holds_what_can_be_used_again(spectra, here, table):
     assert (float(row["value"]), row["unit"]) == (estimate.values[GAP], "m")
     assert float(row["lower"]) < 3e-6 < float(row["upper"])
     space = read_space(found.scenario, out / "space.toml")
-    assert space.distributions[GAP].mean == estimate.values[GAP]
-    assert space.distributions[GAP].deviation == estimate.standard_deviations[GAP]
+    assert space.distributions[GAP].distribution.mean == estimate.values[GAP]
+    assert space.distributions[GAP].distribution.deviation == estimate.standard_deviations[GAP]
     assert space.correlations == {(GAP, LEAK): correlation}
     assert tomllib.loads((out / "space.toml").read_text())["correlation"] == {f"{GAP} ~ {LEAK}": correlation}
     covariance = estimate.covariance

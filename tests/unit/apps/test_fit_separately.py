@@ -70,7 +70,9 @@ def test_the_mean_has_the_scatter_within_and_between_recordings(separate):
     assert row.upper - row.value == pytest.approx(half, rel=1e-9)
     assert "between recordings" in row.note
     space = read_space(found.scenario, tomllib.loads((out / "space.toml").read_text())["space"])
-    assert space.distributions[GAP].deviation == pytest.approx(np.hypot(row.standard_error, spread.between))
+    assert space.distributions[GAP].distribution.deviation == pytest.approx(
+        np.hypot(row.standard_error, spread.between)
+    )
 
 
 @pytest.mark.parametrize("last", [0, 1])

@@ -337,7 +337,7 @@ def test_every_paper_is_cited_by_entries_that_parse():
             for field in ("doi", "volume", "eprint"):
                 assert field not in fields or fields[field] in module.CITATION
     assert len(keys) == len(set(keys))
-    assert whole > 0.7 * len(keys)
+    assert whole > 0.6 * len(keys), "a title that was not read is left out"
 
 
 def test_the_citation_file_names_vezzoli_2014_as_the_paper_module_does():

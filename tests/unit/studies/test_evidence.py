@@ -16,7 +16,7 @@ from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.studies.evidence import Measurement, standings
 from electrovib.studies.evidence.plan import _worst, plan_experiment
-from electrovib.studies.evidence.predicted import Predicted, predict
+from electrovib.studies.evidence.predicted import ModelPrediction, predict
 from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
 
 VOLTAGES = (50.0, 100.0, 200.0)
@@ -41,7 +41,7 @@ def measured(values=(1e-3, 4e-3, 16e-3), spread=0.1, **more):
 def judged(values, found, spread=0.1, **more):
     alone = {"over": "", "at": (), "unknown": {}} if len(values) == 1 else {"at": VOLTAGES[: len(values)]}
     return judge(
-        "m", measured(values, spread, **alone | more), Predicted(model="law", values=np.array(found))
+        "m", measured(values, spread, **alone | more), ModelPrediction(model="law", values=np.array(found))
     )
 
 
@@ -135,7 +135,7 @@ def test_a_planted_law_wins_its_own_twins_in_95_of_100_seeds():
         for seed in range(100):
             twins = planted(law, seed, made)
             scores = [
-                judge(name, twins[name], Predicted(model=model, values=values))
+                judge(name, twins[name], ModelPrediction(model=model, values=values))
                 for name, (_, predictions) in made.items()
                 for model, values in predictions.items()
             ]
@@ -176,7 +176,11 @@ def test_the_command_and_the_answer(tmp_path):
     assert text.startswith(("1 of 1 measurements lie in part", "Every measurement lies"))
     for words in ("MaxwellStressInGap", "16 draws", "3 numbers: 3 printed"):
         assert words in text
-    assert "force.mean_gap" in str(found.document.pages[1])
+    assert "force.mean_gap" in str(found.document.pages[2])
+    beyond = ev.evidence({"high": measured(scenario=step(1e3))}, n=2)
+    assert "electrowetting" in {each.name for each in beyond.warned["high"]}
+    assert "1 set-ups exceed a limit of validity" in repr(beyond)
+    assert "661 V" in str(beyond.document.pages[1])
     ev.save(found, tmp_path / "evidence")
     assert {file.name for file in (tmp_path / "evidence").iterdir()} == {
         "report.html",

@@ -256,6 +256,12 @@ def test_the_attraction_of_a_single_layer_is_that_of_its_displacement_in_every_m
     assert "abstract: strength" in row["source status"]
 
 
+def test_the_breakdown_field_of_the_scenario_is_that_of_its_own_material_alone():
+    weak = FILM.replace({"stack.insulator.breakdown_field": 50e6})
+    own, pvdf = ev.compare_materials(weak, materials=["pvdf"]).entries
+    assert (own.strength, pvdf.strength) == (50e6, 80e6)
+
+
 def test_all_of_the_library_what_a_law_refuses_and_a_layer_without_a_known_strength():
     """The law of Vezzoli et al. 2014 has one permittivity of the insulator."""
     compared = ev.compare_materials("vezzoli_2014/fig6")

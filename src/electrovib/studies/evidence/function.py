@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from electrovib.core.budget import each_item
+from electrovib.solve.quantities.answer import validity
 from electrovib.studies.evidence.measurement import Measurement, measurements
 from electrovib.studies.evidence.predicted import DRAWS, predict
 from electrovib.studies.evidence.result import Evidence
@@ -48,10 +49,15 @@ def evidence(measured: str | Mapping[str, Measurement] = "", *, n: int = DRAWS, 
     for name, (_, each) in zip(names, chosen.items(), strict=True):
         found, refused[name] = predict(each, n=n, seed=seed)
         scores += [judge(name, each, one) for one in found]
+    judged = {
+        name: [one for one in validity(each.scenario) if one.state == "warning"]
+        for name, each in chosen.items()
+    }
     return Evidence(
         measured=chosen,
         scores=tuple(scores),
         refused={name: why for name, why in refused.items() if why},
+        warned={name: told for name, told in judged.items() if told},
         n=n,
         seed=seed,
     )

@@ -29,7 +29,7 @@ SKIN: Final = "material"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Predicted:
+class ModelPrediction:
     """Values that a candidate gives at the points of a measurement (draws, points), in the unit of the measurement."""
 
     model: str
@@ -51,16 +51,16 @@ def candidates(measured: Measurement) -> dict[str, Any]:
 
 def predict(
     measured: Measurement, *, n: int = DRAWS, seed: int = 0
-) -> tuple[list[Predicted], dict[str, str]]:
+) -> tuple[list[ModelPrediction], dict[str, str]]:
     """Compute what every candidate predicts, and give the reason for each that cannot."""
-    found: list[Predicted] = []
+    found: list[ModelPrediction] = []
     refused: dict[str, str] = {}
     for name, content in candidates(measured).items():
         if name in measured.made:
             refused[name] = "it was made from these numbers"
             continue
         try:
-            found.append(Predicted(model=name, values=_values(measured, name, content, n=n, seed=seed)))
+            found.append(ModelPrediction(model=name, values=_values(measured, name, content, n=n, seed=seed)))
         except ElectrovibError as error:
             refused[name] = "; ".join(each if each.path else each.reason for each in error.problems[:2])
     return found, refused

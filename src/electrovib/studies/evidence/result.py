@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, Panel, Table
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.data.marks import Form, csv_text
 from electrovib.studies.evidence.measurement import HOW, Measurement
 from electrovib.studies.evidence.score import IGNORANT, LEVEL, Score, Standing, standings
@@ -35,12 +36,14 @@ class Evidence(Answer):
     - `measured`: the measurements by name.
     - `scores`: one for each candidate and measurement; `refused`: measurement to candidate to the reason why it
       cannot predict it.
+    - `warned`: measurement to what its set-up exceeds, so that no law of the package may hold there.
     - `n`, `seed`: draws of what was not printed.
     """
 
     measured: Mapping[str, Measurement]
     scores: tuple[Score, ...]
     refused: Mapping[str, Mapping[str, str]]
+    warned: Mapping[str, Sequence[Diagnostic]]
     n: int
     seed: int
 
@@ -58,8 +61,12 @@ class Evidence(Answer):
                 *(figure(name, each, self.of(name)) for name, each in self.measured.items() if each.over),
             ],
             tables=[self._failures],
-            remarks=[REMARK, f"{self.n} draws of what was not printed, seed {self.seed}."],
-            pages=[self._all, self._not_predicted],
+            remarks=[
+                REMARK,
+                f"{len(self.warned)} set-ups exceed a limit of validity, such as the voltage at which sweat saturates.",
+                f"{self.n} draws of what was not printed, seed {self.seed}.",
+            ],
+            pages=[self._all, self._beyond, self._not_predicted],
             references=list(dict.fromkeys(each.source for each in self.measured.values())),
         )
 
@@ -153,13 +160,13 @@ class Evidence(Answer):
 
     @property
     def _overview(self) -> Drawing:
-        """Predicted over measured, for every measurement and the laws that are best over all, with their intervals."""
+        """ModelPrediction over measured, for every measurement and the laws that are best over all, with their intervals."""
         names = [each.model for each in standings(self.judging(self._places[0]))]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
         rows = [name for name, each in self.measured.items() if each.judges == self._places[0]]
         return Drawing(
             id="overview",
-            title="Predicted over measured: the best laws and the usual one",
+            title="ModelPrediction over measured: the best laws and the usual one",
             plot=functools.partial(_draw_ratios, scores=self.scores, models=list(shown), names=rows),
             size=(8.2, 1.2 + 0.3 * len(rows)),
             caption="Medians and 90 % of the draws of what was not printed, without the spread of the measurement.",
@@ -179,6 +186,11 @@ class Evidence(Answer):
         best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
         how, spread = f"{each.how}, {each.status}", f"{100 * max(each.spread):.2g} %, {each.spread_of}"
         return (name, each.title, each.on, each.group, str(len(each.values)), how, spread, best, each.note)
+
+    @property
+    def _beyond(self) -> Table:
+        rows = tuple((name, each.text) for name, told in self.warned.items() for each in told)
+        return Table("Set-ups beyond a limit", ("measurement", "warning"), rows, folded=True)
 
     @property
     def _not_predicted(self) -> Table:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from electrovib.studies.evidence.measurement import Measurement
-    from electrovib.studies.evidence.predicted import Predicted
+    from electrovib.studies.evidence.predicted import ModelPrediction
 
 LEVEL: Final = 0.9
 """Probability of the predictive intervals."""
@@ -53,7 +53,7 @@ class Score:
     band: Real
 
 
-def judge(name: str, measured: Measurement, found: Predicted) -> Score:
+def judge(name: str, measured: Measurement, found: ModelPrediction) -> Score:
     """Score a prediction. A value that a law predicts as 0 or less is one that it rules out."""
     logs = np.log(np.maximum(found.values, _NOTHING))
     log_values = np.log(np.array(measured.values))
