@@ -81,7 +81,7 @@ ANSWERS = {
     "ExperimentPlan": lambda: ev.plan_experiment(
         SINE,
         ["MaxwellStressInGap", "MaxwellStressInInsulator"],
-        free={"drive.amplitude": [10.0, 20.0]},
+        over={"drive.amplitude": [10.0, 20.0]},
         space="fingers",
         quantity=MEAN,
         n=8,

@@ -115,7 +115,7 @@ DOORS = {
     "perceive": ev.perceive,
     "plan_bench": ev.plan_bench,
     "plan_experiment": lambda one: ev.plan_experiment(
-        one, LAWS, free=LOADS, space={GAP: SPACE[GAP]}, quantity=MEAN, n=4
+        one, LAWS, over=LOADS, space={GAP: SPACE[GAP]}, quantity=MEAN, n=4
     ),
     "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),

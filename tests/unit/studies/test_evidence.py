@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -200,7 +201,7 @@ def test_the_command_and_the_answer(tmp_path):
 
 def test_the_odds_of_two_sharp_laws_grow_as_the_repeats_and_the_square_of_their_distance():
     """Of two Gaussians of one width the expected logarithm of the odds is r (a - b)^2/(2 s^2), by hand."""
-    sharp = np.stack([np.full((2, 4000), each) for each in (1e-2, 4e-2)], axis=1)
+    sharp = np.stack([np.full((2, 1500), each) for each in (1e-2, 4e-2)], axis=1)
     for repeats in (1, 4):
         expected = 2 * repeats * (3e-2) ** 2 / (2 * 0.1**2)
         assert _worst(sharp, repeats, (0.0, 0.1)) == pytest.approx(expected, rel=0.15)
@@ -245,7 +246,7 @@ def test_a_planned_experiment_needs_a_fifth_of_the_repeats_of_the_founding_pulse
         "drive.hold": [0.01, 0.1],
     }
     found = plan_experiment(
-        "vezzoli_2014/fig6_gap", laws, free=free, space={"space": space}, noise=(0.1, 20e-3)
+        "vezzoli_2014/fig6_gap", laws, over=free, space={"space": space}, noise=(0.1, 20e-3)
     )
     assert found.own.repeats >= 5 * found.best.repeats
 
@@ -253,7 +254,7 @@ def test_a_planned_experiment_needs_a_fifth_of_the_repeats_of_the_founding_pulse
 def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
     space = {"space": {"stack.gap.thickness": GAP}}
     content = {
-        "free": {"drive.high": [100.0, 300.0, 1e4]},
+        "over": {"drive.high": [100.0, 300.0, 1e4]},
         "space": space,
         "quantity": "peak electrostatic_force",
         "noise": (0.1, 1e-3),
@@ -270,11 +271,47 @@ def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
     text = repr(found)
     for words in ("Measure at drive.high", "the scenario as it stands", "odds of 20", "10 %"):
         assert words in text
+    again = plan_experiment(
+        pulse, found.laws, **content | {"over": ["drive.high=100V:300V:2"], "noise": ("10 %", "1 mN")}
+    )
+    np.testing.assert_array_equal(again.own.log_odds, found.own.log_odds)
     for wrong, words in (
+        ({"noise": ("ten", 0.0)}, "such as '10 %, 20 mN'"),
+        ({"noise": (0.0, 0.0)}, "one of them above 0"),
         ({"laws": ["MaxwellStressInGap"]}, "two different"),
         ({"laws": ["MaxwellStressInGap", "EffectiveMediums"]}, "Did you mean 'EffectiveMedium'"),
-        ({"free": {"drive.high": list(range(1, 300))}}, "299 points"),
+        ({"over": {"drive.high": list(range(1, 300))}}, "299 points"),
     ):
         asked = {"laws": ["MaxwellStressInGap", "EffectiveMedium"], **content} | wrong
         with pytest.raises(InputError, match=re.escape(words)):
             plan_experiment(pulse, **asked)
+
+
+def test_an_experiment_is_planned_at_the_command_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    space = 'space."stack.gap.thickness" = { model = "LogUniform", low = "1 um", high = "4 um" }'
+    Path("space.toml").write_text(space, encoding="utf-8")
+    call = [
+        "design",
+        "vezzoli_2014/fig6_gap",
+        "--tell",
+        "MaxwellStressInGap,MaxwellStressInStratumCorneum",
+        "--space",
+        "space.toml",
+    ]
+    few = [
+        "--over",
+        "drive.high=100V:300V:2",
+        "--noise",
+        "10 %,1 mN",
+        "--quantity",
+        "peak electrostatic_force",
+        "-n",
+        "16",
+    ]
+    shown = CliRunner().invoke(app, [*call, *few, "-o", "plan.html"])
+    assert shown.exit_code == 0, shown.output
+    assert "Measure at drive.high" in shown.stdout
+    assert "Odds for the true law" in Path("plan.html").read_text(encoding="utf-8")
+    lacking = CliRunner().invoke(app, call)
+    assert "--tell: needs --over too" in str(lacking.exception)

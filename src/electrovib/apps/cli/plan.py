@@ -22,9 +22,10 @@ _EXTREMES: Final = {"maximum": "maximise", "minimum": "minimise"}
 """Word of a wish for a plate, and the argument that has its quantity."""
 _OF_DESIGN: Final = "scenario set method carrier rate space n seed linear share limits"
 _OF_PLATE: Final = "scenario set over materials layer refine limits"
+_OF_EXPERIMENT: Final = "scenario set laws over space quantity noise limits n seed"
 _OF_TEXTURE: Final = "scenario set texture path carrier frequency rate ramp limits"
 _OF_SAMPLES: Final = "instrument largest_error full_scale gain edge amplifier_present"
-"""Parameters of `electrovib.design`, `design_plate`, `texture_drive` and `export_waveform` that are options."""
+"""Parameters of `electrovib.design`, `design_plate` and so on that are options."""
 _FORCE: Final = "electrostatic_force"
 """Signal over time that a drive is to give."""
 
@@ -49,6 +50,9 @@ scenario
 --layer
 --refine ROUNDS      Of a plate: rounds of candidates added around the best one, each at half the distance; 3 by default, 0 for
     none.
+--tell LAW,LAW,... -> laws  Force laws: which point of the grid of --over tells them apart with the fewest repeats; needs --space.
+--quantity NAME      Of --tell: what is measured; 'swing lateral_force' by default.
+--noise SHARE,VALUE  Of --tell: standard deviation of one repeat, of the value and of the sensor: '10 %,1 mN' by default.
 --texture TEXTURE    A TOML file with the table of a texture, or the table: '{ model = "Grating", period = "2 mm", ... }'.
 --path SPEED|FILE|TABLE  Of the finger on a texture: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x
     (and y).
@@ -76,7 +80,8 @@ def design(given: Arguments) -> None:
 
     With --free the values of a parameter that give a quantity, any quantity of a sweep; with --method the drive that gives a
     force over time; with --over or --material the insulator and the drive with the most force within all limits, what binds
-    there, and the Pareto set; with --texture the drive that renders a texture under a finger, with the predicted friction.
+    there, and the Pareto set; with --texture the drive that renders a texture under a finger, with the predicted friction; with
+    --tell the experiment that separates laws.
     Exit code 1 if nothing gives what is wanted within the limits.
     """
     given.read_set()
@@ -84,6 +89,16 @@ def design(given: Arguments) -> None:
     if "texture" in given:
         given.only(f"{_OF_TEXTURE} {_OF_SAMPLES} output", "the drive of a texture")
         _render_texture(given)
+    elif "laws" in given:
+        from electrovib.studies.evidence import ExperimentPlan, plan_experiment
+
+        given.only(f"{_OF_EXPERIMENT} output all", "the plan of an experiment")
+        if missing := [f"--{name}" for name in ("over", "space") if name not in given]:
+            raise InputError(f"--tell: needs {' and '.join(missing)} too")
+        if "noise" in given:
+            given["noise"] = tuple(part.strip() for part in given["noise"].split(","))
+        wanted = given.take(f"{_OF_EXPERIMENT} output force all")
+        answered(ExperimentPlan, plan_experiment, "comparing experiments", wanted)
     elif {"over", "materials"} & given.keys() or any(text.endswith(tuple(_EXTREMES)) for text in wishes):
         from electrovib.studies.design.plate import PlateDesign, design_plate
 

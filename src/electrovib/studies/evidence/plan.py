@@ -16,13 +16,15 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.mistakes import near_members
 from electrovib.core.paths import quantity_at
-from electrovib.core.units import format_quantity
+from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space.reading import read_space
 from electrovib.solve.prepare import prepare
+from electrovib.solve.quantities import read_name
 from electrovib.studies.check import check
+from electrovib.studies.sweep import parse_over
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
@@ -93,8 +95,6 @@ class ExperimentPlan(Answer):
 
     @property
     def _unit(self) -> str:
-        from electrovib.solve.quantities import read_name
-
         return read_name(self.quantity, tuple(self.scenario.stack.layers)).unit
 
     @property
@@ -173,10 +173,10 @@ def plan_experiment(
     scenario: Source,
     laws: Sequence[str],
     *,
-    free: Mapping[str, Sequence[float]],
+    over: Sequence[str] | Mapping[str, Sequence[float] | Real],
     space: SpaceSource,
     quantity: str = "swing lateral_force",
-    noise: tuple[float, float] = (0.1, 1e-3),
+    noise: tuple[float | str, float | str] = (0.1, 1e-3),
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     limits: Any = None,
     n: int = 64,
@@ -190,15 +190,16 @@ def plan_experiment(
         The set-up, as for `electrovib.load`.
     laws : sequence of str
         Names of two or more force laws.
-    free : mapping of str to sequence of float
-        Dotted path to the values that can be chosen, in SI, for instance of ``drive.frequency``; all combinations are
-        points, at most 200, and an experiment measures at one point or at two.
+    over : sequence of str, or mapping of str to sequence of float
+        ``"path=from:to:n"`` or ``"path=from:to:nlog"``, or dotted path to values in SI: what can be chosen, for instance
+        ``drive.frequency``. All combinations are points, at most 200, and an experiment measures at one point or at two.
     space : str, Path, mapping or Space
         What is not known of the finger and the plate, as for `electrovib.read_space`.
     quantity : str
         What is measured.
-    noise : (float, float)
-        Standard deviation of one repeat: relative to the value [1], and of the sensor, in the unit of the quantity.
+    noise : (float or str, float or str)
+        Standard deviation of one repeat: relative to the value [1], and of the sensor, in the unit of the quantity; or texts,
+        ``("10 %", "20 mN")``.
     set : mapping of str to value, optional
         Dotted path to value, put into the scenario.
     limits : optional
@@ -225,7 +226,8 @@ def plan_experiment(
     """
     base = read_scenario(scenario, changes=set)
     _check_laws(laws)
-    points = _grid(free)
+    points = _grid(over if isinstance(over, Mapping) else parse_over(base, over))
+    deviation = _noise(noise, unit=read_name(quantity, tuple(base.stack.layers)).unit)
     left_out: dict[str, str] = {}
     cases = [base.replace({"force": {"model": law}}) for law in laws]
     kept, values = [], []
@@ -242,17 +244,17 @@ def plan_experiment(
     if not kept or kept[0]:
         raise InputError(f"the scenario as it stands cannot be predicted: {left_out.get('the scenario', '')}")
     if len(kept) < 2:
-        raise InputError([f"free: {point}: {why}" for point, why in left_out.items()])
+        raise InputError([f"over: {point}: {why}" for point, why in left_out.items()])
     found = np.array(values)  # points, laws, draws
     sets = [(i,) for i in range(1, len(kept))] + list(itertools.combinations(range(1, len(kept)), 2))
-    experiments = sorted((_experiment(kept, found, which, noise) for which in sets), key=_rank)
+    experiments = sorted((_experiment(kept, found, which, deviation) for which in sets), key=_rank)
     return ExperimentPlan(
         scenario=base,
         laws=tuple(laws),
         quantity=quantity,
-        noise=noise,
+        noise=deviation,
         best=experiments[0],
-        own=_experiment(kept, found, (0,), noise),
+        own=_experiment(kept, found, (0,), deviation),
         others=tuple(experiments[1:6]),
         left_out=left_out,
         diagnostics=check(base, limits=limits).diagnostics,
@@ -276,15 +278,30 @@ def _check_laws(laws: Sequence[str]) -> None:
         raise InputError(problems)
 
 
-def _grid(free: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
-    """Return the scenario as it stands, and all combinations of the values."""
-    count = math.prod(len(values) for values in free.values())
-    if not 1 <= count <= MOST_POINTS:
+def _noise(given: tuple[float | str, float | str], *, unit: str) -> tuple[float, float]:
+    """Read the relative and the absolute deviation of a repeat."""
+    relative, absolute = given
+    try:
+        share = float(relative.removesuffix("%")) / 100 if isinstance(relative, str) else float(relative)
+        value = parse_quantity(absolute, unit) if isinstance(absolute, str) else float(absolute)
+    except ValueError as error:
         raise InputError(
-            f"free: {count} points; expected 1 to {MOST_POINTS}, because they are compared in pairs"
+            f"noise = {given}: expected a share and a value, such as '10 %, 20 mN': {error}"
+        ) from None
+    if not (share >= 0 and value >= 0 and share + value > 0):
+        raise InputError(f"noise = {given}: expected deviations that are not negative, one of them above 0")
+    return share, value
+
+
+def _grid(over: Mapping[str, Sequence[float] | Real]) -> list[dict[str, float]]:
+    """Return the scenario as it stands, and all combinations of the values."""
+    count = math.prod(len(values) for values in over.values())
+    if not over or not 1 <= count <= MOST_POINTS:
+        raise InputError(
+            f"over: {count} points; expected 1 to {MOST_POINTS}, because they are compared in pairs"
         )
-    combinations = itertools.product(*free.values())
-    return [{}, *(dict(zip(free, map(float, each), strict=True)) for each in combinations)]
+    combinations = itertools.product(*over.values())
+    return [{}, *(dict(zip(over, map(float, each), strict=True)) for each in combinations)]
 
 
 def _values(scenario: Scenario, space: SpaceSource, quantity: str, *, n: int, seed: int) -> Real:
