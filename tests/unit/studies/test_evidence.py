@@ -104,6 +104,14 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
     assert "Persson2018RoughGap" in {each.model for each in found}
     function = measured(quantity=lambda scenario: 1.0 / scenario.stack.layers["gap"].thickness, unit="1/m")
     assert predict(function, n=8)[0][0].values.shape == (8, 3)
+    printed = measured(values=(1.0,), unknown={}, over="", at=())  # every parameter is printed
+    (found,) = (each for each in predict(printed, n=8)[0] if each.model == "MaxwellStressInGap")
+    alone = float(ev.sweep(step(), {}, quantities=[FORCE])[FORCE])
+    np.testing.assert_allclose(found.values, np.full((8, 1), alone), rtol=1e-9)
+    ratio = replace(printed, per="peak electrostatic_force", scale=3.0, unit="1")
+    (found,) = (each for each in predict(ratio, n=2)[0] if each.model == "MaxwellStressInGap")
+    peak = float(ev.sweep(step(), {}, quantities=["peak electrostatic_force"])["peak electrostatic_force"])
+    np.testing.assert_allclose(found.values, np.full((2, 1), 3.0 * alone / peak), rtol=1e-9)
 
 
 def planted(law, seed, names):
@@ -206,6 +214,9 @@ def test_the_odds_of_two_sharp_laws_grow_as_the_repeats_and_the_square_of_their_
         expected = 2 * repeats * (3e-2) ** 2 / (2 * 0.1**2)
         assert _worst(sharp, repeats, (0.0, 0.1)) == pytest.approx(expected, rel=0.15)
     assert _worst(sharp[:, [0, 0]], 64, (0.0, 0.1)) == pytest.approx(0.0, abs=1e-3)
+    near = np.stack([np.full((1, 1500), each) for each in (2.0, 2.2)], axis=1)
+    for noise in ((0.1, 0.0), (0.1, 1e-6)):  # relative alone, or a sensor that adds nothing
+        assert _worst(near, 9, noise) == pytest.approx(9 * math.log(1.1) ** 2 / (2 * 0.1**2), rel=0.1)
     rng = np.random.default_rng(1)
     wide = np.exp(rng.normal(size=(2, 1, 400)))
     same = np.concatenate([wide, 1.3 * wide[::-1]], axis=1)[:1]
@@ -271,6 +282,8 @@ def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
     text = repr(found)
     for words in ("Measure at drive.high", "the scenario as it stands", "odds of 20", "10 %"):
         assert words in text
+    sensor_alone = plan_experiment(pulse, found.laws, **content | {"noise": (0.0, 1e-3)})
+    assert sensor_alone.own.log_odds[-1] >= found.own.log_odds[-1]
     again = plan_experiment(
         pulse, found.laws, **content | {"over": ["drive.high=100V:300V:2"], "noise": ("10 %", "1 mN")}
     )

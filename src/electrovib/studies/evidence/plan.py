@@ -335,7 +335,8 @@ def _worst(values: Real, repeats: int, noise: tuple[float, float]) -> float:
     relative, absolute = noise
     unit = absolute or float(np.min(np.abs(values[values != 0]), initial=np.inf)) * relative
     scaled = np.arcsinh(values / unit)
-    widths = np.hypot(relative * values, unit) / np.hypot(values, unit) / math.sqrt(repeats)
+    deviation = np.hypot(relative * values, absolute or relative * unit)
+    widths = deviation / np.hypot(values, unit) / math.sqrt(repeats)
     steps = np.random.default_rng(0).standard_normal((len(values), values.shape[2]))
     laws = range(values.shape[1])
     expected = []

@@ -69,8 +69,7 @@ def predict(
 def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> Real:
     """Compute the measured quantity for every draw and point (n, points)."""
     scenario, tables = _set_up(measured, name, content)
-    space = read_space(scenario, {"space": tables})
-    draws = space.draw(seed, 0, n) if space.paths else {}
+    draws = read_space(scenario, {"space": tables}).draw(seed, 0, n) if tables else {}
     at = [{measured.over: float(each)} for each in measured.points] if measured.over else [{}]
     found: Real = np.stack([_at(measured, scenario.replace(point), draws, n) for point in at], axis=1)
     if not np.all(np.isfinite(found)):
