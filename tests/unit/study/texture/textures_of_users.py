@@ -187,7 +187,7 @@ def test_a_texture_may_overwrite_its_positions_and_one_that_cannot_be_read_ends_
     after = np.concatenate([found.render(*move) for move in moves(3, RUNNING, 0.6)])
     assert found.error is None
     np.testing.assert_allclose(after, before[-1])
-    np.testing.assert_allclose(found.state["_sample_place"][:, 0], 0.6)
+    np.testing.assert_allclose(found.state.sample_place[:, 0], 0.6)
 
     class Sensor:
         def __array__(self, dtype=None, copy=None):
