@@ -37,7 +37,9 @@ SCRIPT = re.compile(
 )
 
 
-OUTSIDE = re.compile(r"https://(doi\.org|arxiv\.org|experts\.illinois\.edu|ieeexplore\.ieee\.org|github\.com)/")
+OUTSIDE = re.compile(
+    r"https://(doi\.org|arxiv\.org|experts\.illinois\.edu|ieeexplore\.ieee\.org|github\.com)/"
+)
 """Addresses of the network that a page may link to: those of publications."""
 
 
