@@ -307,7 +307,7 @@ def test_an_experiment_is_planned_at_the_command_line(tmp_path, monkeypatch):
     call = [
         "design",
         "vezzoli_2014/fig6_gap",
-        "--tell",
+        "--models",
         "MaxwellStressInGap,MaxwellStressInStratumCorneum",
         "--space",
         "space.toml",
@@ -316,7 +316,9 @@ def test_an_experiment_is_planned_at_the_command_line(tmp_path, monkeypatch):
         "--over",
         "drive.high=100V:300V:2",
         "--noise",
-        "10 %,1 mN",
+        "10 %",
+        "--noise",
+        "1 mN",
         "--quantity",
         "peak electrostatic_force",
         "-n",
@@ -327,4 +329,4 @@ def test_an_experiment_is_planned_at_the_command_line(tmp_path, monkeypatch):
     assert "Measure at drive.high" in shown.stdout
     assert "Odds for the true law" in Path("plan.html").read_text(encoding="utf-8")
     lacking = CliRunner().invoke(app, call)
-    assert "--tell: needs --over too" in str(lacking.exception)
+    assert "needs --over too" in str(lacking.exception)

@@ -53,17 +53,11 @@ def _print_static(given: Arguments) -> None:
 
 def _print_laws(given: Arguments) -> None:
     """Compare the laws that are named, or all; a Python file among the names is imported."""
-    from electrovib.core.own_models import use_models
     from electrovib.studies.compare import Comparison, compare
 
-    named = given.pop("laws", None)
-    files = [name for name in named or () if name.endswith(".py")]
-    for file in files:
-        use_models(file)
-    laws = [name for name in dict.fromkeys(named or ()) if name not in files]
+    given["models"] = given.read_laws()
     given.read_set()
     brief = not given.keys() & {"all", "output"}
-    given["models"] = laws if laws or (named is not None and not files) else None
     answered(Comparison, compare, "comparing force laws", given)
     if brief:
         say("--all explains why the laws differ, and lists where their papers contradict each other.")

@@ -55,11 +55,11 @@ class Arguments(dict[str, Any]):
         super().__init__()
         for each in context.command.params:
             name, value = str(each.name), context.params.get(str(each.name))
-            is_empty = value in (None, "", [], ()) or value is False
-            if not is_empty or (name in self.typed and each.param_type_name == "argument"):
+            is_typed = name in self.typed and each.param_type_name == "argument"  # also as an empty text
+            if not (value in (None, [], ()) or value is False or (value == "" and not is_typed)):
                 self[name] = names_of(value) if ",..." in str(each.metavar) else value
 
-    def only(self, accepted: str, of: str, always: str = "models force") -> None:
+    def only(self, accepted: str, of: str, always: str = "models laws force") -> None:
         """Refuse every option that was given and is not among the names `accepted`, because `of` does not take it."""
         if surplus := self.surplus(f"{always} {accepted}"):
             raise InputError(f"{flag}: does not belong to {of}; omit it" for flag in surplus)
@@ -73,6 +73,17 @@ class Arguments(dict[str, Any]):
         from electrovib.apps.changes import read_changes
 
         self["set"] = read_changes(self.get("set", ()))
+
+    def read_laws(self) -> list[str] | None:
+        """Import the files among the laws, and return the names; None where no name is given, which stands for all."""
+        from electrovib.core.own_models import use_models
+
+        named = self.pop("laws", None)
+        files = [name for name in named or () if name.endswith(".py")]
+        for file in files:
+            use_models(file)
+        laws = [name for name in dict.fromkeys(named or ()) if name not in files]
+        return laws if laws or (named is not None and not files) else None
 
     def put_changes(self) -> None:
         """Put the changes into the scenario, for a function that takes none."""

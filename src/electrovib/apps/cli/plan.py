@@ -50,9 +50,9 @@ scenario
 --layer
 --refine ROUNDS      Of a plate: rounds of candidates added around the best one, each at half the distance; 3 by default, 0 for
     none.
---tell LAW,LAW,... -> laws  Force laws: which point of the grid of --over tells them apart with the fewest repeats; needs --space.
---quantity NAME      Of --tell: what is measured; 'swing lateral_force' by default.
---noise SHARE,VALUE  Of --tell: standard deviation of one repeat, of the value and of the sensor: '10 %,1 mN' by default.
+--quantity NAME      Of an experiment: what is measured; 'swing lateral_force' by default.
+--noise VALUE        Of an experiment: standard deviation of one repeat, '10 %' of the value and '1 mN' of the sensor by default;
+    repeatable.
 --texture TEXTURE    A TOML file with the table of a texture, or the table: '{ model = "Grating", period = "2 mm", ... }'.
 --path SPEED|FILE|TABLE  Of the finger on a texture: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x
     (and y).
@@ -70,7 +70,8 @@ scenario
 --amplifier-present
 --all
 --set
---models
+--models A,B,...|FILE.py -> laws  Force laws: which point of the grid of --over tells them apart with the fewest repeats; needs
+    --space. Or a Python file with models of your own; repeatable.
 --force
 """,
     example="electrovib design vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high",
@@ -81,24 +82,26 @@ def design(given: Arguments) -> None:
     With --free the values of a parameter that give a quantity, any quantity of a sweep; with --method the drive that gives a
     force over time; with --over or --material the insulator and the drive with the most force within all limits, what binds
     there, and the Pareto set; with --texture the drive that renders a texture under a finger, with the predicted friction; with
-    --tell the experiment that separates laws.
+    two laws or more in --models the experiment that separates them.
     Exit code 1 if nothing gives what is wanted within the limits.
     """
+    laws = given.read_laws()
     given.read_set()
     wishes = given.get("want", [])
-    if "texture" in given:
-        given.only(f"{_OF_TEXTURE} {_OF_SAMPLES} output", "the drive of a texture")
-        _render_texture(given)
-    elif "laws" in given:
+    if laws:
         from electrovib.studies.evidence import ExperimentPlan, plan_experiment
 
         given.only(f"{_OF_EXPERIMENT} output all", "the plan of an experiment")
         if missing := [f"--{name}" for name in ("over", "space") if name not in given]:
-            raise InputError(f"--tell: needs {' and '.join(missing)} too")
+            raise InputError(f"--models {','.join(laws)}: needs {' and '.join(missing)} too")
         if "noise" in given:
-            given["noise"] = tuple(part.strip() for part in given["noise"].split(","))
-        wanted = given.take(f"{_OF_EXPERIMENT} output force all")
+            by_kind = {each.strip().endswith("%"): each.strip() for each in given["noise"]}
+            given["noise"] = by_kind.get(True, 0.0), by_kind.get(False, 0.0)
+        wanted = given.take(f"{_OF_EXPERIMENT} output force all") | {"laws": laws}
         answered(ExperimentPlan, plan_experiment, "comparing experiments", wanted)
+    elif "texture" in given:
+        given.only(f"{_OF_TEXTURE} {_OF_SAMPLES} output", "the drive of a texture")
+        _render_texture(given)
     elif {"over", "materials"} & given.keys() or any(text.endswith(tuple(_EXTREMES)) for text in wishes):
         from electrovib.studies.design.plate import PlateDesign, design_plate
 
