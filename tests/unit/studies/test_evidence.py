@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
-from electrovib.studies.evidence import Measurement, standings
+from electrovib.studies.evidence import Evidence, Measurement, standings
 from electrovib.studies.evidence.plan import _worst, plan_experiment
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
 from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
@@ -330,3 +330,13 @@ def test_an_experiment_is_planned_at_the_command_line(tmp_path, monkeypatch):
     assert "Odds for the true law" in Path("plan.html").read_text(encoding="utf-8")
     lacking = CliRunner().invoke(app, call)
     assert "needs --over too" in str(lacking.exception)
+
+
+def test_a_measurement_fails_only_if_no_candidate_covers_it():
+    """A wide law that covers is no failure of all, although a sharp one that does not cover has the better score."""
+    sharp, wide = judged([1.0], [[1.25]] * 64), judged([1.0], np.geomspace(1e-3, 1e3, 64)[:, None])
+    assert (sharp.covered, wide.covered) == (0, 1)
+    assert sharp.score > wide.score
+    content = {"measured": {"m": measured()}, "refused": {}, "warned": {}, "n": 64, "seed": 0}
+    assert Evidence(scores=(sharp, wide), **content).failures == []
+    assert Evidence(scores=(sharp,), **content).failures == [sharp]

@@ -78,9 +78,11 @@ class Evidence(Answer):
 
     @property
     def failures(self) -> list[Score]:
-        """The best candidate of each measurement that does not cover it, the worst first."""
-        best = [found[0] for name in self.measured if (found := self.of(name))]
-        return sorted((each for each in best if each.covered < 1), key=lambda each: each.score)
+        """The best candidate of each measurement that no candidate covers whole, the worst first."""
+        found = [each for name in self.measured if (each := self.of(name))]
+        return sorted(
+            (each[0] for each in found if all(one.covered < 1 for one in each)), key=lambda best: best.score
+        )
 
     @property
     def _groups(self) -> set[str]:
@@ -156,7 +158,7 @@ class Evidence(Answer):
             for each in self.failures
         )
         headings = ("measurement", "best", "within 90 %", "predicted/measured", "90 % of the draws")
-        return Table("Measurements outside the interval of the best", headings, rows)
+        return Table("Measurements that no law or model covers whole", headings, rows)
 
     @property
     def _overview(self) -> Drawing:
