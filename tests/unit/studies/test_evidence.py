@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.special import logsumexp
 from typer.testing import CliRunner
 
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.studies.evidence import Evidence, Measurement, standings
-from electrovib.studies.evidence.plan import _worst, plan_experiment
+from electrovib.studies.evidence.plan import ODDS, _values, _worst, plan_experiment
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
 from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
 
@@ -230,6 +231,68 @@ def test_the_odds_of_two_sharp_laws_grow_as_the_repeats_and_the_square_of_their_
     assert _worst(shapes, 64, (0.1, 1e-3)) > 3
 
 
+RANGES = {
+    "stack.gap.thickness": (5e-7, 1e-5),
+    "stack.gap.material.conductivity": (1e-12, 1e-8),
+    "stack.stratum_corneum.material.conductivity": (1.8e-7, 1.8e-5),
+    "friction.coefficient": (0.3, 0.6),
+}
+FINGERS = {
+    "space": {
+        path: {"model": "LogUniform", "low": low, "high": high, "choice": "a range"}
+        for path, (low, high) in RANGES.items()
+    }
+}
+PULSES = {
+    "drive.high": [500.0, 1000.0],
+    "drive.rise": [1e-4, 1e-3, 1e-2, 1e-1, 1.0],
+    "drive.hold": [0.01, 0.1],
+}
+
+
+def log_odds_of_twins(plan, experiment, repeats, *, n=192):
+    """Simulate fingers with noise in every repeat, and judge each mean by fingers that are drawn anew.
+
+    The mean of the logarithm of the odds for the true law is returned for that law for which it is smaller.
+    """
+    made, known = (
+        {
+            law: np.array(
+                [
+                    _values(
+                        plan.scenario.replace({"force": {"model": law}, **point}),
+                        FINGERS, plan.quantity, n=n, seed=seed,
+                    )
+                    for point in experiment.points
+                ]
+            )
+            for law in plan.laws
+        }
+        for seed in (7, 8)
+    )  # fmt: skip
+    (relative, absolute), rng = plan.noise, np.random.default_rng(9)
+    found = []
+    for true, other in (plan.laws, plan.laws[::-1]):
+        each = rng.standard_normal((*made[true].shape, repeats))
+        mean = made[true] + np.hypot(relative * made[true], absolute) * np.mean(each, axis=-1)
+
+        def log_density(law, mean=mean):
+            values = known[law]
+            places = np.arcsinh(values / absolute)
+            between = stats.gaussian_kde(places).covariance
+            widths = np.hypot(relative * values, absolute) / np.hypot(values, absolute) / math.sqrt(repeats)
+            logs = [
+                stats.multivariate_normal(place, between + np.diag(width**2)).logpdf(
+                    np.arcsinh(mean / absolute).T
+                )
+                for place, width in zip(places.T, widths.T, strict=True)
+            ]
+            return logsumexp(logs, axis=0)
+
+        found.append(np.mean(log_density(true) - log_density(other)))
+    return min(found)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "laws",
@@ -240,26 +303,12 @@ def test_the_odds_of_two_sharp_laws_grow_as_the_repeats_and_the_square_of_their_
     ],
 )
 def test_a_planned_experiment_needs_a_fifth_of_the_repeats_of_the_founding_pulse(laws):
-    """A friction of 0.25 N that fluctuates by 20 mN."""
-    ranges = {
-        "stack.gap.thickness": (5e-7, 1e-5),
-        "stack.gap.material.conductivity": (1e-12, 1e-8),
-        "stack.stratum_corneum.material.conductivity": (1.8e-7, 1.8e-5),
-        "friction.coefficient": (0.3, 0.6),
-    }
-    space = {
-        path: {"model": "LogUniform", "low": low, "high": high, "choice": "a range"}
-        for path, (low, high) in ranges.items()
-    }
-    free = {
-        "drive.high": [500.0, 1000.0],
-        "drive.rise": [1e-4, 1e-3, 1e-2, 1e-1, 1.0],
-        "drive.hold": [0.01, 0.1],
-    }
-    found = plan_experiment(
-        "vezzoli_2014/fig6_gap", laws, over=free, space={"space": space}, noise=(0.1, 20e-3)
-    )
+    """A friction of 0.25 N that fluctuates by 20 mN; the twins are other fingers, and judged by a second route."""
+    found = plan_experiment("vezzoli_2014/fig6_gap", laws, over=PULSES, space=FINGERS, noise=(0.1, 20e-3))
     assert found.own.repeats >= 5 * found.best.repeats
+    least = int(found.best.repeats) // len(found.best.points)
+    assert log_odds_of_twins(found, found.best, least) > 0.9 * math.log(ODDS)
+    assert log_odds_of_twins(found, found.own, 5 * int(found.best.repeats)) < math.log(ODDS) - 1
 
 
 def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
