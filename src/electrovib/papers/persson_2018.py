@@ -126,14 +126,15 @@ class Persson2018RoughGap(ForceLaw):
         layers = {name: section[name] for name in section.names}
         gaps, shares = self.gaps().rule(_near(layers), count=COUNT, reach=EXTENT)
         fields = {
-            f"gap_{index:02d}": field_in_gap(section, thickness=float(gap)) * math.sqrt(share)
-            for index, (gap, share) in enumerate(zip(gaps, shares, strict=True))
+            f"gap_{index:02d}": field_in_gap(section, thickness=gaps[..., index])
+            * np.sqrt(shares[..., index])
+            for index in range(COUNT)
         }
         phi, leak = self.gaps().contact_fraction, self.spots.leak
-        if leak is not None and phi > 0:
+        if leak is not None and np.any(phi > 0):
             touching = TOUCHING * _near(layers)
             at_spots = field_in_gap(section, thickness=touching, conductivity=leak)
-            fields["spots"] = at_spots * math.sqrt(phi)
+            fields["spots"] = at_spots * np.sqrt(phi)
         return fields
 
     def pressure(self, **E: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -166,16 +167,20 @@ def _refuse_a_gap(section: Section, replaced: tuple[str, ...]) -> None:
             )
 
 
-def _near(layers: Mapping[str, Any]) -> float:
+def _near(layers: Mapping[str, Any]) -> Any:
     """Return the electrical thickness of the layers that do not conduct [m], over which the field changes near contact."""
-    blocking = [layer for layer in layers.values() if layer.material.conductivity == 0]
-    if not blocking:
+    near = sum(
+        layer.thickness
+        / abs(layer.material.bound_permittivity(SCALE_FREQUENCY))
+        * (np.asarray(layer.material.conductivity) == 0)
+        for layer in layers.values()
+    )
+    if np.any(near == 0):
         raise InputError(
             "stack: every layer conducts, so the field of a constant voltage grows without bound where skin and plate touch;"
             " Persson2018RoughGap needs a layer whose material has conductivity 0"
         )
-    parts = [layer.thickness / abs(layer.material.bound_permittivity(SCALE_FREQUENCY)) for layer in blocking]
-    return float(sum(parts))
+    return near
 
 
 def _wavelengths(layers: Mapping[str, Layer]) -> Diagnostic:

@@ -165,25 +165,32 @@ class GaussianGaps:
     standard deviation `rms` [m].
     """
 
-    mean: float
-    rms: float
+    mean: Any
+    rms: Any
 
     def __post_init__(self) -> None:
         """Refuse a mean or an rms outside its limits."""
-        if not (math.isfinite(self.mean) and self.mean >= 0):
+        mean, rms = np.asarray(self.mean, dtype=float), np.asarray(self.rms, dtype=float)
+        if not np.all(np.isfinite(mean) & (mean >= 0)):
             raise InputError(f"mean = {self.mean}: a mean gap is finite and not below 0, for instance 5e-6 m")
-        if not (math.isfinite(self.rms) and self.rms > 0):
+        if not np.all(np.isfinite(rms) & (rms > 0)):
             raise InputError(f"rms = {self.rms}: an rms gap is finite and above 0, for instance 5e-6 m")
+        object.__setattr__(self, "mean", mean)
+        object.__setattr__(self, "rms", rms)
 
     @property
-    def contact_fraction(self) -> float:
+    def contact_fraction(self) -> NDArray[np.float64]:
         """Share phi = A_real/A0 of the area in contact [1]: the part of the Gaussian at or below 0."""
-        return 0.5 * math.erfc(self.mean / (self.rms * math.sqrt(2)))
+        from scipy.special import ndtr
+
+        share: NDArray[np.float64] = ndtr(-self.mean / self.rms)
+        return share
 
     def density(self, gap: ArrayLike) -> NDArray[np.float64]:
         """Return the probability density of the gap [1/m] at gaps [m] above 0."""
-        away = (np.asarray(gap, dtype=float) - self.mean) / self.rms
-        spread: NDArray[np.float64] = np.exp(-(away**2) / 2) / (math.sqrt(2 * math.pi) * self.rms)
+        rms = self.rms[..., None]
+        away = (np.asarray(gap, dtype=float) - self.mean[..., None]) / rms
+        spread: NDArray[np.float64] = np.exp(-(away**2) / 2) / (math.sqrt(2 * math.pi) * rms)
         return spread
 
     def rule(
@@ -196,8 +203,9 @@ class GaussianGaps:
         gaps. Gauss-Legendre in t, gap = near (e^t - 1): one rule resolves 1/(gap + near)^2 and the Gaussian.
         """
         scale = np.asarray(near, dtype=float)[..., None]
-        low = np.log1p(max(0.0, self.mean - reach * self.rms) / scale)
-        high = np.log1p((self.mean + reach * self.rms) / scale)
+        mean, rms = self.mean[..., None], self.rms[..., None]
+        low = np.log1p(np.maximum(0.0, mean - reach * rms) / scale)
+        high = np.log1p((mean + reach * rms) / scale)
         points, weights = _gauss(count)
         half = (high - low) / 2
         place = low + half * (1 + points)

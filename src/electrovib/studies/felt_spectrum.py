@@ -23,7 +23,7 @@ from electrovib.physics.perception import (
     felt_amplitude,
     strongest,
 )
-from electrovib.solve.simulate import simulate
+from electrovib.solve.expanded import Expanded
 
 if TYPE_CHECKING:
     import xarray
@@ -96,7 +96,7 @@ def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lin
     settled = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
     times = _middles(count, period / count)
     try:
-        force = simulate(settled, time=times).lateral_force.values
+        force = _force(settled, times)
     except InputError as error:
         if not any(problem.path == "time.initial_state" for problem in error.problems):
             raise
@@ -112,8 +112,14 @@ def _middles(count: int, step: float) -> Real:
     return np.asarray(step * (np.arange(count) + 0.5), dtype=float)
 
 
+def _force(scenario: Scenario, times: Real) -> Real:
+    """Return the friction force alone [N], without judging the run."""
+    _, values = Expanded(scenario, times).at(times, wanted={"lateral_force"}).signals["lateral_force"]
+    return np.asarray(values, dtype=float)
+
+
 def _lateral(scenario: Scenario, times: Real) -> Real:
-    force: Real = simulate(scenario, time=times).lateral_force.values
+    force = _force(scenario, times)
     if np.all(np.isnan(force)):
         raise InputError(
             "motion.speed: the finger rests, where its friction is not determined, so there is nothing to feel; set a speed"
@@ -137,7 +143,7 @@ def _from_rest(scenario: Scenario, window: float, samples: int) -> tuple[Lines, 
     halves = max(2, int(np.ceil(2 * scenario.drive.duration / window - 1e-9)))
     force = _lateral(start, _middles(halves * count // 2, step))
     quiet = start.replace({"drive": {"model": "Step", "level": 0.0}})
-    before = float(simulate(quiet, time=_middles(2, step)).lateral_force.values[0])
+    before = float(_force(quiet, _middles(2, step))[0])
     return _windows(force, count, step, before=before, signal="lateral_force", what="from rest")
 
 

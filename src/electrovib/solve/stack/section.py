@@ -202,7 +202,7 @@ def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: Stac
     return ModalSection(layers=states, roles=roles_of(layers), debye=debye, modes=modes)
 
 
-def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.0) -> Linear:
+def field_in_gap(section: Section, *, thickness: Column, conductivity: Column = 0.0) -> Linear:
     """Return the field in a gap in series with all layers, under the voltage of the stack.
 
     E = V/(u + h eps_u), with the thickness u, h = sum T/eps* over the layers and eps_u = 1 + conductivity/(s
@@ -218,7 +218,7 @@ def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.
     return np.asarray(section.voltage / (thickness + total_of(parts) * leaking))
 
 
-def _gap_transfer(section: ModalSection, thickness: float, conductivity: float) -> Transfer:
+def _gap_transfer(section: ModalSection, thickness: Column, conductivity: Column) -> Transfer:
     if any(np.any(layer.field.free) for layer in section.layers.values()):
         raise InputError(
             "stack: initial_charge is not supported with gaps that differ from place to place. Declare one layer 'gap' and a"

@@ -70,27 +70,30 @@ def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int
     """Compute the measured quantity for every draw and point (n, points)."""
     scenario, tables = _set_up(measured, name, content)
     draws = read_space(scenario, {"space": tables}).draw(seed, 0, n) if tables else {}
-    at = [{measured.over: float(each)} for each in measured.points] if measured.over else [{}]
-    found: Real = np.stack([_at(measured, scenario.replace(point), draws, n) for point in at], axis=1)
+    points = len(measured.values)
+    columns = {path: np.repeat(column, points) for path, column in draws.items()}
+    if measured.over:
+        columns[measured.over] = np.tile(np.array(measured.at), n)
+    elif not columns:
+        path = next(path for path, value, _ in scenario.parameters() if value is not None)
+        columns[path] = np.full(1, float(value_at(scenario, path)))
+    found = np.broadcast_to(_computed(measured, scenario, columns) * measured.scale, (n * points,))
     if not np.all(np.isfinite(found)):
         quantity = measured.title if callable(measured.quantity) else measured.quantity
         raise InputError(f"{quantity}: {name} gives no number for some of the draws")
-    return found
+    return found.reshape(n, points)
 
 
-def _at(measured: Measurement, scenario: Scenario, draws: Mapping[str, Real], n: int) -> Real:
-    """Compute the measured quantity at one point for every draw (n,), in the unit of the measurement."""
-    free = list(draws) or [next(path for path, value, _ in scenario.parameters() if value is not None)]
-    columns = draws or {free[0]: np.array([float(value_at(scenario, free[0]))])}
+def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, Real]) -> Real:
+    """Compute the measured quantity for each row of values of parameters, without its scale."""
     if callable(measured.quantity):
-        made = ParametricScenario(scenario, free)
-        rows = np.stack(list(columns.values()), axis=1)
-        found = [measured.quantity(made.scenario(row)) for row in rows.tolist()]
-        return np.broadcast_to(np.array(found, dtype=float) * measured.scale, (n,))
+        made = ParametricScenario(scenario, list(columns))
+        rows = np.stack(list(columns.values()), axis=1).tolist()
+        return np.array([measured.quantity(made.scenario(row)) for row in rows], dtype=float)
     names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
-    several = prepare(scenario, free=free, quantities=names)(columns)
-    values = several[names[0]] / (several[names[1]] if measured.per else 1.0) * measured.scale
-    return np.broadcast_to(np.asarray(values, dtype=float), (n,))
+    several = prepare(scenario, free=list(columns), quantities=names)(columns)
+    found: Real = several[names[0]] / (several[names[1]] if measured.per else 1.0)
+    return found
 
 
 def _set_up(measured: Measurement, name: str, content: Any) -> tuple[Scenario, dict[str, Any]]:

@@ -137,6 +137,13 @@ OF_A_CURRENT = ("electrostatic_force", "interface_field", "field", "stack_voltag
             f"{SKIN} drive.drives.1.amplitude",
             ("electrostatic_force", "drive_voltage"),
         ),
+        # a law of many gaps
+        (
+            "persson_2018/coating",
+            {},
+            f"force.mean_gap force.rms_gap {FILM} {SKIN} drive.amplitude",
+            ("electrostatic_force", "lateral_force"),
+        ),
         (KIM, {}, f"drive.amplitude {BETWEEN} {FILM} {SKIN}", OF_A_CURRENT),
         (KIM, CHARGED, f"{CHARGE} {BETWEEN} contact.area", ("electrostatic_force", "field", "displacement")),
     ],
@@ -352,7 +359,6 @@ DAHL = {"model": "Dahl", "steady": {"model": "Coulomb", "coefficient": 0.5}, "st
         (GAP, {"friction": DAHL}, BETWEEN, "lateral_force", "Dahl has a memory"),
         ("kaczmarek_2006/gap_positive", {}, "contact.area", "mean_force", "nonlinear branch"),
         (SINE, {}, "drive.frequency", "mean_force", "more of the drive than its amplitude"),
-        ("persson_2018/coating", {}, FILM, "mean_force", "does not run on arrays"),
     ],
 )
 def test_what_is_one_by_one_has_a_reason(scenario, changes, free, name, words):
@@ -361,6 +367,18 @@ def test_what_is_one_by_one_has_a_reason(scenario, changes, free, name, words):
     assert many.method.startswith("one by one: ")
     assert words in many.method
     assert many.kernel == "one scenario at a time"
+
+
+def test_a_formula_that_takes_no_arrays_is_computed_one_by_one(monkeypatch):
+    law = type(ev.load("persson_2018/coating").force)
+    whole = law.amplitudes
+    monkeypatch.setattr(
+        law, "amplitudes", lambda self, section: float(self.mean_gap) and whole(self, section)
+    )
+    many = population(
+        "persson_2018/coating", ["force.mean_gap"], ["electrostatic_force"], np.linspace(0, 0.02, 5)
+    )
+    assert many.method.startswith("one by one: a formula of the scenario does not run on arrays")
 
 
 @pytest.mark.slow
