@@ -13,6 +13,7 @@ from electrovib.core.own_models import family_of
 from electrovib.core.paths import value_at
 from electrovib.scenario.space.reading import read_space
 from electrovib.solve.one_by_one import ParametricScenario
+from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import prepare
 
 if TYPE_CHECKING:
@@ -91,9 +92,23 @@ def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, R
         rows = np.stack(list(columns.values()), axis=1).tolist()
         return np.array([measured.quantity(made.scenario(row)) for row in rows], dtype=float)
     names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
-    several = prepare(scenario, free=list(columns), quantities=names)(columns)
-    found: Real = several[names[0]] / (several[names[1]] if measured.per else 1.0)
-    return found
+
+    def numbers(scenario: Scenario, columns: Mapping[str, Real]) -> Real:
+        many = prepare(scenario, free=list(columns), quantities=names)
+        if measured.over in columns and len(columns) > 1 and many.method != TOGETHER:
+            return one_point_after_the_other()  # of which each may run on arrays
+        several = many(columns)
+        return np.asarray(several[names[0]] / (several[names[1]] if measured.per else 1.0))
+
+    def one_point_after_the_other() -> Real:
+        found = np.empty(len(columns[measured.over]))
+        for value in dict.fromkeys(measured.at):
+            rows = columns[measured.over] == value
+            some = {path: column[rows] for path, column in columns.items() if path != measured.over}
+            found[rows] = numbers(scenario.replace({measured.over: value}), some)
+        return found
+
+    return numbers(scenario, columns)
 
 
 def _set_up(measured: Measurement, name: str, content: Any) -> tuple[Scenario, dict[str, Any]]:
