@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, film, scenarios
+from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, film, measurements, scenarios
+from electrovib.solve.prepare import prepare
 from electrovib.solve.simulate import simulate
 
 MEASURED = {  # formula over field calculation, evaluated apart from this code, three digits
@@ -56,3 +58,26 @@ def test_slow_film_pulls_less_at_first():
     settled = clutch_force(voltage=300.0, gap=1e-6, permittivity=54.2)
     assert 0.5 * settled < early < late < settled
     assert late > 0.95 * settled
+
+
+def test_a_smaller_gap_would_give_the_measured_force_of_the_clutch():
+    """The gaps that the likely cause names: found by bisection at both ends and at the extremes in between."""
+    declared = measurements()["voltage"]
+    made = prepare(
+        declared.scenario.replace({"friction.coefficient": 0.17}),
+        free=["drive.amplitude", "stack.gap.thickness"],
+        quantities=["mean lateral_force"],
+    )
+    for times, low, high in ((1.0, 0.78e-6, 0.98e-6), (4.0, 2.03e-6, 2.45e-6)):
+        gaps = []
+        for voltage, force in zip(declared.at, declared.values, strict=True):
+
+            def over(log_gap, voltage=voltage, force=force, times=times):
+                point = {"drive.amplitude": voltage, "stack.gap.thickness": float(np.exp(log_gap))}
+                return times * made(point)["mean lateral_force"] / force - 1
+
+            gaps.append(np.exp(brentq(over, np.log(1e-7), np.log(1e-5), xtol=1e-3)))
+        assert min(gaps) == pytest.approx(low, rel=0.02)
+        assert max(gaps) == pytest.approx(high, rel=0.02)
+    assert "0.78 to 0.98 um" in declared.cause
+    assert "2.03 to 2.45 um" in declared.cause

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -194,6 +195,16 @@ _GAP = between(
     3.9e-6, 8.4e-6, "", source="gap from the capacitance without a high voltage, 0.1 to 8 N, authors' data of figure 6",
     status="full text",
 )  # fmt: skip
+_CLOSED = (
+    "Likely cause: the gap was measured without a high voltage. A gap of 0.78 to 0.98 um, nearly the same from 100 to 300 V,"
+    " gives the measured force, and one of 2.03 to 2.45 um if the whole voltage lies between each electrode and the pin. The"
+    " capacitance while the drive is on, and the voltage of each electrode, would decide."
+)
+_FLAT = (
+    "Likely cause: a pad of many square centimetres touches over part of its area, or lies further away than the 10 um that are"
+    " allowed for. The force of one pad cut to smaller areas, with its capacitance under the drive, would decide."
+)
+_OTHER = "Likely cause: another pad than the one whose film is allowed for. Its film and gap, or its capacitance, would decide."
 _FRICTION = between(
     0.154, 0.188, "", model="Uniform", source="kinetic and static coefficient of film on brass, authors' script of figure 7",
     status="full text",
@@ -250,6 +261,10 @@ _SURFACES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 """What the surfaces take for the film and the pin."""
 
+_CAUSES = dict.fromkeys(
+    ("yehya_large", "yehya_small", "liu_2000V", "liu_3000V", "digumarti_1500V", "cacucciolo_2022"), _FLAT
+)
+_CAUSES["choi_2020_100V"] = _OTHER
 _PADS: dict[str, tuple[str, float | None, dict[float, float], str]] = {
     "zhang_a": ("Zhang 2019", 0.965, {355.0: 0.946, 294.0: 0.798, 250.0: 0.580, 194.0: 0.394, 160.0: 0.290}, "Series A, brass."),
     "zhang_b": ("Zhang 2019", 0.965, {194.0: 0.437, 160.0: 0.374, 124.0: 0.406, 84.0: 0.0789}, "Series B, brass; not monotonic."),
@@ -415,6 +430,7 @@ def pads() -> dict[str, Measurement]:
     apart = f"{read}Its values at other voltages do not grow with it as a square, so they are probably other pads: scored apart."
     for name, (group, area, values) in _APART.items():
         found |= {f"{name}_{at:.0f}V": pad(group, area, {at: value}, apart) for at, value in values.items()}
+    found |= {name: replace(found[name], cause=cause) for name, cause in _CAUSES.items()}
     for name, (group, at, several) in _SEVERAL.items():
         logs = np.log(several)
         middle, wide = float(np.exp(logs.mean())), float(np.sqrt(np.expm1(np.var(logs, ddof=1))))
@@ -442,7 +458,8 @@ def pads() -> dict[str, Measurement]:
         "Amish 2024", None, {500.0: 31e4},
         "A capstan, which multiplies friction; the polymer conducts, and its thickness is not printed.",
         title="shear stress of a Johnsen-Rahbek clutch at 500 V", source="doi:10.1109/ICRA57147.2024.10611283, summary",
-        **printed,
+        cause="Likely cause: the wrap multiplies the friction, and a conducting polymer leaves a gap of nanometres. The torque"
+        " with the drive off and on, and the angle of the wrap, would decide.", **printed,
     )  # fmt: skip
     return found
 
@@ -452,7 +469,7 @@ def measurements() -> dict[str, Measurement]:
     shared: dict[str, Any] = {
         "quantity": "mean lateral_force", "unit": "N", "spread_of": "repeats", "group": "Rauf and Follmer", "on": "metal pin",
         "how": "data file", "status": "full text",
-        "unknown": {"stack.gap.thickness": _GAP, "friction.coefficient": _FRICTION},
+        "unknown": {"stack.gap.thickness": _GAP, "friction.coefficient": _FRICTION}, "cause": _CLOSED,
     }  # fmt: skip
     found = {
         "voltage": Measurement(

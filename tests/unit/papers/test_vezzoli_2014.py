@@ -13,11 +13,12 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
+import electrovib as ev
 from electrovib.core.answer import REFERENCE
 from electrovib.core.budget import items_heard
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
-from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014 import compute, measured, values
 from electrovib.papers.vezzoli_2014.figures import MEANINGS
 from electrovib.studies.reproduction import Row, verdict_over
 from electrovib.view import documents
@@ -31,7 +32,7 @@ def reproduction():
     items = []
     with items_heard(lambda *item: items.append(item)):
         found = paper("vezzoli_2014").reproduce()
-    assert [(number, total) for _, number, total in items] == [(number, 10) for number in range(1, 11)]
+    assert [(number, total) for _, number, total in items] == [(number, 13) for number in range(1, 14)]
     return found
 
 
@@ -44,7 +45,7 @@ VERDICTS = {
     "reproduced": "C_i C_sc",
     "consistent": "capacitance_ratio suspended_force_constant",
     "disagrees": "population_law_1 tau_giraud tau_giraud_force tau_giraud_measured trapezium_force_gap"
-    " trapezium_force_measured_gap trapezium_force_measured_law_1",
+    " measured_swing_gap",
     "check": "equation_2 equation_3 equation_4 equation_5 static_force_1000V suspended_force_leaky periodic_trapezium"
     " force_decay_over_tau",
 }
@@ -60,15 +61,15 @@ def test_what_each_row_says_of_the_paper(reproduction, rows):
         assert rows[name].verdict in {"open", "ours"}
         assert "100 to 400 um is a choice of ours" in rows[name].note
     assert reproduction.ordered[0].id == "own_reading"
-    assert {row.id for row in reproduction.ordered[1:8]} == found["disagrees"]
+    assert {row.id for row in reproduction.ordered[1:7]} == found["disagrees"]
     assert reproduction.findings[0].startswith("Published skins disagree with the paper")
-    assert len(reproduction.findings) == 3
+    assert len(reproduction.findings) == 4
     words = " ".join(reproduction.findings)
     for number in ("3.85 ms", "(7.7 ms if of the force)", "3.3 to 16.7 mN", "10.7 times", "36 ms"):
         assert number in words, number
     printed = [row.verdict for row in rows.values() if row.paper is not None]
     assert reproduction.count() == (
-        f"{len(printed)} numbers of the paper: 7 disagree, 2 reproduced, {printed.count('open')} open; 7 statements in words:"
+        f"{len(printed)} numbers of the paper: 6 disagree, 2 reproduced, {printed.count('open')} open; 7 statements in words:"
         " 2 consistent, 5 open; beside them 9 quantities and 8 checks of ours"
     )
 
@@ -92,8 +93,40 @@ def test_no_row_mixes_laws(rows):
     for row, law in (("law_1", "Vezzoli2014Causal"), ("gap", "MaxwellStressInGap")):
         forces = [1e3 * force for name, force in found.items() if laws[name] == law and name not in own]
         assert rows[f"trapezium_force_{row}"].ours == pytest.approx((min(forces), max(forces)), rel=1e-12)
-        lateral = rows[f"trapezium_force_measured_{row}"].ours
-        assert lateral == pytest.approx((0.3 * min(forces), 0.6 * max(forces)))
+
+
+def test_what_was_measured_is_compared_with_the_intervals_of_the_evidence(reproduction, rows):
+    """By the door of the evidence: the same draws, bands and ratios; the verdict says whether the ranges overlap."""
+    found = ev.evidence("vezzoli_2014")
+    bands = {(each.measurement.partition("/")[2], each.model): each.band[:, 0] for each in found.scores}
+    for name, size, printed in (("swing", 1e3, (2.0, 5.0)), ("decay", 1.0, (0.34, 0.4))):
+        for short, law in (("law_1", "Vezzoli2014Causal"), ("gap", "MaxwellStressInGap")):
+            row, (low, _, high) = rows[f"measured_{name}_{short}"], size * bands[name, law]
+            assert row.paper == pytest.approx(printed)
+            assert row.ours == pytest.approx((low, high))
+            assert (row.verdict == "disagrees") == (low > printed[1] or high < printed[0])
+    cells = {
+        (row[0], row[1]): row[2:]
+        for table in reproduction.tables
+        if table.id == "measured_by_law"
+        for row in table.rows
+    }
+    assert len(cells) == len(found.scores)
+    for each in found.scores:
+        cell = cells[measured.SHORT[each.measurement.partition("/")[2]], each.model]
+        assert cell[-2:] == (f"{each.ratio:.2g}", "yes" if each.covered == 1 else "no")
+    told = reproduction.findings[-1]
+    for each in found.of("vezzoli_2014/swing"):
+        assert (each.model in told.partition(". ")[0]) == (each.covered == 1)
+        assert each.covered == 1 or f"{each.model} {each.ratio:.2g}" in told
+    for panel in reproduction.panels:
+        if panel.id == "measured_swing":
+            band, *laws = panel.curves
+            assert tuple(band.x) == (2e-3, 5e-3)
+            assert {each.label for each in laws} == {model for name, model in bands if name == "swing"}
+            for each in laws:
+                assert np.interp(0.5, each.y, each.x) == pytest.approx(bands["swing", each.label][1], rel=0.2)
+                assert np.all(np.diff(each.x) >= 0)
 
 
 NUMBERS = {
@@ -181,12 +214,12 @@ def visible(page):
 
 
 def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
-    """Half of its former 3851 words, and 222 of the rows that state each law; skins are listed in a table, not in notes."""
+    """Half of its former 3851 words, 222 of the rows of each law, 200 of what was measured; skins are listed in a table."""
     empty = Figure()
     empty.subplots()
     pictures = {panel.id: empty for panel in reproduction.panels}
     page = documents.html(document_of(reproduction), pictures=pictures)
-    assert 1200 < len(visible(page).split()) <= 1925 + 222
+    assert 1200 < len(visible(page).split()) <= 1925 + 222 + 200
     for row in reproduction.rows:
         assert typeset(row.brief or row.note) in visible(page), row.id
         assert len(row.brief) < len(row.note) or not row.note, row.id
@@ -224,17 +257,21 @@ KEYWORDS = {
 
 
 def test_figures_have_five_curves_whose_colours_stand_for_one_thing_and_files_have_all(reproduction):
-    seen = set()
+    seen, laws = set(), {}
     for panel in reproduction.panels:
         drawn = [curve for curve in panel.curves if curve.drawn and curve.look != REFERENCE]
         assert len(drawn) <= 5, panel.id
         for curve in drawn:
+            if panel.id.startswith("measured_"):  # of laws, as many colours as laws
+                assert laws.setdefault(curve.label, curve.look) == curve.look
+                continue
             seen.add(MEANINGS[curve.look])
             assert any(word in curve.label for word in KEYWORDS[MEANINGS[curve.look]]), curve.label
         names = {line[0] for line in csv.reader(io.StringIO(to_csv(panel)))} - {"curve"}
         assert names == {curve.label for curve in panel.curves}
         assert all(len(curve.x) == len(curve.y) and np.isfinite(curve.y).all() for curve in panel.curves)
     assert seen == set(KEYWORDS)
+    assert len(set(laws.values())) == len(laws) == 5
     assert len(MEANINGS) <= len(PALETTE) == len(set(PALETTE))
     panels = {panel.id: panel for panel in reproduction.panels}
     skins = {skin.name for key, skin in compute.all_skins().items() if key != "vezzoli_2014/point"}

@@ -31,6 +31,11 @@ def step(voltage=100.0):
     return ev.load("vezzoli_2014/fig6_gap", changes={**changes, "time.duration": 1e-3})
 
 
+def page(found, title):
+    """The table of an answer that has this title."""
+    return next(each for each in found.document.pages if each.title == title)
+
+
 def measured(values=(1e-3, 4e-3, 16e-3), spread=0.1, **more):
     content = {
         "title": "made up", "source": "this test", "scenario": step(), "quantity": FORCE, "unit": "N", "values": values,
@@ -186,11 +191,11 @@ def test_the_command_and_the_answer(tmp_path):
     assert text.startswith(("1 of 1 measurements lie in part", "Every measurement lies"))
     for words in ("MaxwellStressInGap", "16 draws", "3 numbers: 3 printed"):
         assert words in text
-    assert "force.mean_gap" in str(found.document.pages[2])
+    assert "force.mean_gap" in str(page(found, "Cannot predict"))
     beyond = ev.evidence({"high": measured(scenario=step(1e3))}, n=2)
     assert "electrowetting" in {each.name for each in beyond.warned["high"]}
     assert "1 set-ups exceed a limit of validity" in repr(beyond)
-    assert "661 V" in str(beyond.document.pages[1])
+    assert "661 V" in str(page(beyond, "Set-ups beyond a limit"))
     ev.save(found, tmp_path / "evidence")
     assert {file.name for file in (tmp_path / "evidence").iterdir()} == {
         "report.html",
@@ -389,3 +394,26 @@ def test_a_measurement_fails_only_if_no_candidate_covers_it():
     content = {"measured": {"m": measured()}, "refused": {}, "warned": {}, "n": 64, "seed": 0}
     assert Evidence(scores=(sharp, wide), **content).failures == []
     assert Evidence(scores=(sharp,), **content).failures == [sharp]
+
+
+def test_each_group_states_its_worst_failure_with_the_likely_cause():
+    worse, bad = (
+        replace(judged([1.0], [[ratio]] * 64), measurement=name)
+        for ratio, name in ((9.0, "worse"), (4.0, "bad"))
+    )
+    other = replace(judged([1.0], [[5.0]] * 64), measurement="other")
+    content = {"refused": {}, "warned": {}, "n": 64, "seed": 0}
+    each = {
+        "bad": measured(cause="Likely cause: the gap. A smaller one would decide."),
+        "other": measured(group="another"),
+        "worse": measured(cause="Likely cause: the gap. A smaller one would decide."),
+    }
+    found = Evidence(measured=each, scores=(bad, other, worse), **content)
+    said = found.document.sentences
+    assert [text.partition(" ")[0] for text in said[1:-1]] == ["worse", "other"]
+    assert said[1].endswith("covers 0 % of its 3 values. Likely cause: the gap. A smaller one would decide.")
+    causes = page(found, "Why no law or model reaches them")
+    assert causes.rows == (
+        ("worse, bad", "the gap. A smaller one would decide."),
+        ("other", "not known"),
+    )

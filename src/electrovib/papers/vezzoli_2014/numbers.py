@@ -124,9 +124,9 @@ def _static() -> tuple[Row, ...]:
         Row("thickness_spread_law_1", f"law (1): force at {thin} um of skin over {thick} um", None, law,
             "1", "open", f"{chosen} The measured forces differ by a factor of 2.5; in law (1) the difference comes from the"
             " geometric thickness.", "skin thickness can explain the spread of 2 to 5 mN", brief="thicknesses not printed"),
-        Row("thickness_spread_gap", "the same, Maxwell stress in the gap", None, gap, "1", "ours",
-            f"{chosen} On a thick film the skin's thickness hardly changes the force in the gap: that the spread between"
-            " persons comes from thickness follows from law (1), not from the field.", brief="hardly depends on the skin"),
+        Row("thickness_spread_gap", f"Maxwell stress in the gap: force at {thin} um of skin over {thick} um", None, gap,
+            "1", "ours", f"{chosen} On a thick film the skin's thickness hardly changes the force in the gap: that the"
+            " spread between persons comes from thickness follows from law (1).", brief="hardly depends on the skin"),
     )  # fmt: skip
 
 
@@ -173,18 +173,11 @@ def _trapezium() -> tuple[Row, ...]:
 
 def _under(cases: Sequence[compute.TrapeziumForce], name: str, law: str) -> tuple[Row, ...]:
     """Return what follows for figure 6 under one law, over the skins or gaps that are known for it."""
-    slippery, rough = values.FRICTION
-    printed, measured = values.FORCE_MODEL / 1e-3, _range(each / 1e-3 for each in values.FORCE_MEASURED)
-    force = _range(case.force / 1e-3 for case in cases)
-    lateral = (slippery * force[0], rough * force[1])
+    printed, force = values.FORCE_MODEL / 1e-3, _range(case.force / 1e-3 for case in cases)
     return (
         Row(f"trapezium_force_{name}", f"peak attraction under the trapezoidal pulse, {law}", printed, force, "mN",
             verdict_over(printed, force), "The paper prints no ramp; 36 ms is taken. Each case is in the table by skin.",
             brief="ramp not printed, 36 ms taken"),
-        Row(f"trapezium_force_measured_{name}", f"peak lateral force under the pulse, measured; {law}", measured, lateral, "mN",
-            verdict_over(measured, lateral), f"Here, the attraction of {law} times a coefficient of friction of {slippery:g} to"
-            f" {rough:g}, a choice of ours; the paper prints neither ramp nor friction.",
-            brief=f"friction not printed, {slippery:g} to {rough:g} taken"),
         Row(f"trapezium_ramp_{name}", f"ramp that would give 2.5 mN of attraction, {law}", None,
             _range(case.ramp / 1e-3 for case in cases), "ms", "ours", "Not printed; each case is in the table by skin.",
             brief="not printed"),

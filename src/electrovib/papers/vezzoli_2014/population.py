@@ -305,7 +305,10 @@ def rows() -> tuple[Row, ...]:
     """Return the range of eight drawn fingers, with the part of the variance that each input holds, for both laws."""
     found = []
     measured = (values.FORCE_MEASURED[0] / 1e-3, values.FORCE_MEASURED[1] / 1e-3)
-    names = ("law_1", "eight drawn fingers, law (1)"), ("gap", "the same, Maxwell stress in a leaky gap")
+    names = (
+        ("law_1", "eight drawn fingers, law (1)"),
+        ("gap", "eight drawn fingers, Maxwell stress in a leaky gap"),
+    )
     for (name, short), each, dry in zip(names, predicted(), predicted("dry"), strict=True):
         (low, high), ours = each.central, _millinewtons(each)
         thickness, resistivity = each.shares[SKIN][0], each.shares[_GROUPS][0]

@@ -30,24 +30,27 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     `skin` is a table of one's own skin, columns frequency, permittivity and resistivity, which is drawn
     beside the others; one that is not a passive dielectric is refused.
     """
-    from electrovib.papers.vezzoli_2014 import compute, falling_edge, figures, numbers, population
+    from electrovib.papers.vezzoli_2014 import compute, falling_edge, figures, measured, numbers, population
 
     own = None if skin is None else _own_skin(skin)
     found = computed(
         [
             ("printed numbers", numbers.rows),
+            ("measured numbers", measured.rows),
             ("numbers of the falling edge", falling_edge.rows),
             ("numbers of the population", population.rows),
             ("figures of the paper", lambda: figures.panels(own)),
+            ("figures of what was measured", measured.panels),
             ("figures of the falling edge", falling_edge.panels),
             ("figures of the population", population.panels),
+            ("table of what was measured", lambda: [measured.table()]),
             ("table of decays", lambda: [compute.decay_table()]),
             ("tables by skin", lambda: compute.skin_tables(own)),
             ("table of the falling edge", lambda: [falling_edge.table()]),
             ("table of the population", lambda: [population.table()]),
         ]
     )
-    rows, panels, tables = (tuple(chain(*part)) for part in (found[:3], found[3:6], found[6:]))
+    rows, panels, tables = (tuple(chain(*part)) for part in (found[:4], found[4:8], found[8:]))
     return Reproduction(
         paper="vezzoli_2014",
         citation=CITATION,
@@ -58,7 +61,7 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         equations=EQUATIONS,
         references=tuple(sorted({each.source for each in compute.all_skins().values()} - {CITATION})),
         title="Vezzoli et al. 2014, recomputed",
-        findings=numbers.findings(rows),
+        findings=(*numbers.findings(rows), measured.finding()),
     )
 
 

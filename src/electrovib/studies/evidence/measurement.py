@@ -45,6 +45,7 @@ class Measurement:
     - `how`: one of `HOW`; `status`: how the publication was read.
     - `group`: the people who measured; their measurements are not independent of each other.
     - `on`: ``finger`` or what else was attracted; `note`: a trap, such as a contradiction with another source.
+    - `cause`: of a measurement that no candidate reaches the likely cause, and the experiment that would decide.
     """
 
     title: str
@@ -68,6 +69,7 @@ class Measurement:
     made: tuple[str, ...] = ()
     judges: str = "force"
     note: str = ""
+    cause: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a measurement that cannot be scored: all mistakes at once."""

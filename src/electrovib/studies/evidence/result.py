@@ -17,7 +17,7 @@ from electrovib.studies.evidence.measurement import HOW, Measurement
 from electrovib.studies.evidence.score import IGNORANT, LEVEL, Score, Standing, standings
 
 WORST: Final = 5
-"""Failures that are listed."""
+"""Groups of people whose worst failure is stated."""
 BEST: Final = 3
 """Laws of which a figure shows the bands."""
 USUAL: Final = "EffectiveMedium"
@@ -66,7 +66,7 @@ class Evidence(Answer):
                 f"{len(self.warned)} set-ups exceed a limit of validity, such as the voltage at which sweat saturates.",
                 f"{self.n} draws of what was not printed, seed {self.seed}.",
             ],
-            pages=[self._all, self._beyond, self._not_predicted],
+            pages=[*([self._causes] if self.failures else []), self._all, self._beyond, self._not_predicted],
             references=list(dict.fromkeys(each.source for each in self.measured.values())),
         )
 
@@ -99,7 +99,9 @@ class Evidence(Answer):
             if failed
             else "Every measurement lies in the 90 % interval of some law or model."
         ]
-        said += [self._failure(each) for each in failed[:WORST]]
+        worst = {self.measured[each.measurement].group: each for each in reversed(failed)}
+        listed = sorted(worst.values(), key=failed.index)[:WORST]
+        said += [self._failure(each) for each in listed]
         return [*said, f"{points} numbers: {counts}."]
 
     def _failure(self, each: Score) -> str:
@@ -107,6 +109,7 @@ class Evidence(Answer):
         return (
             f"{each.measurement} ({of.title}): the best, {each.model}, gives {each.ratio:.2g} of what was measured"
             f" ({each.low:.2g} to {each.high:.2g}) and covers {100 * each.covered:.0f} % of {_points(len(of.values))}."
+            f"{' ' if of.cause else ''}{of.cause}"
         )
 
     @property
@@ -159,6 +162,20 @@ class Evidence(Answer):
         )
         headings = ("measurement", "best", "within 90 %", "predicted/measured", "90 % of the draws")
         return Table("Measurements that no law or model covers whole", headings, rows)
+
+    @property
+    def _causes(self) -> Table:
+        """List the likely causes of the failures, each with its measurements."""
+        found: dict[str, list[str]] = {}
+        for each in self.failures:
+            found.setdefault(self.measured[each.measurement].cause or "not known", []).append(
+                each.measurement
+            )
+        rows = tuple(
+            (", ".join(names), cause.removeprefix("Likely cause: ")) for cause, names in found.items()
+        )
+        headings = ("measurements", "likely cause, and what would decide")
+        return Table("Why no law or model reaches them", headings, rows, looks={1: "words"})
 
     @property
     def _overview(self) -> Drawing:
