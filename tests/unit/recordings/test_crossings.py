@@ -184,3 +184,22 @@ def test_a_drift_counts_as_scatter_of_the_mean_and_without_scatter_there_is_no_e
     time, white = np.arange(128) * 1e-3, noise([1.0], 0)
     assert line(time=time, values=white + 50 * time)[1] > 3 * line(time=time, values=white)[1]
     assert line(time=np.arange(10.0), values=np.full(10, 3.0)) == pytest.approx((3, 0, 0, 0), abs=1e-12)
+
+
+def test_a_passage_between_two_samples_has_the_error_of_the_noise_over_its_slope():
+    """A ramp of five samples passes each level between two of them: too few for a parabola."""
+    time, ramp = np.arange(400) / 1e3, np.clip((np.arange(400) - 200.3) / 5, 0, 1)
+    found = []
+    for seed in range(400):
+        values = ramp + 0.01 * np.random.default_rng(seed).standard_normal(time.size)
+        (at,) = reference_times(time, values, None)
+        found.append(
+            edge_record(
+                time, values, [at], 0, levels=(0.1, 0.9), driven=False, window=None, before=None
+            ).passages
+        )
+    assert all(each.interpolated for each in found)
+    assert np.mean([each.time for each in found]) == pytest.approx(4e-3, rel=0.02)
+    assert np.mean([each.standard_error for each in found]) == pytest.approx(
+        np.std([each.time for each in found]), rel=0.25
+    )

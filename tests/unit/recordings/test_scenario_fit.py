@@ -5,8 +5,9 @@ import pytest
 from twins import FILM, FREE, FREQUENCIES, GAP, LEAK, SIGNALS, TIMES, exact, noisy, plate, truth
 
 import electrovib as ev
-from electrovib.core.errors import InputError
+from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.recordings.fit import CancelledError, MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.prediction import signals_over_frequency
 
 SKIN, INSULATOR = "stack.stratum_corneum.material.conductivity", "stack.insulator.material.permittivity"
 ELSEWHERE = {GAP: 4e-6, LEAK: 4e-9, FILM: 1.5e-6}
@@ -256,3 +257,12 @@ def test_parameters_that_differ_between_sessions(count):
     assert spread.within < 0.3 * spread.between
     assert "too narrow" in spread.in_words("m")
     assert found.scenario.stack.layers["gap"].thickness == spread.mean
+
+
+@pytest.mark.parametrize("name", ["lateral_forces", "electrostatic_force", "field_gain"])
+def test_what_is_not_predicted_over_frequency_alone_is_refused(name):
+    """No signal, one over time, and one over frequency and layer."""
+    with pytest.raises(
+        ElectrovibError, match=f"'{name}' is not predicted over frequency by this scenario. Known: "
+    ):
+        signals_over_frequency(plate(), np.array([1e2, 1e3]), [name])

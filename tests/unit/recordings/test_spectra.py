@@ -134,3 +134,12 @@ def test_an_impedance_of_passive_parts_passes_the_linear_test_and_a_turned_one_f
     assert impedance_residual(grid, impedance * np.exp(-0.2j)) > 0.1
     with pytest.raises(InputError, match="not 0"):
         impedance_residual(grid, 0 * impedance)
+
+
+def test_a_loss_that_vanishes_in_one_row_is_refused():
+    grid = np.geomspace(1e2, 1e4, 6)
+    data = np.full(6, 100.0 - 10.0j)
+    fit_material(grid, data)
+    data[3] = 100.0
+    with pytest.raises(InputError, match="both above 0"):
+        fit_material(grid, data)

@@ -249,6 +249,21 @@ def test_the_time_is_that_of_stamps_which_increase(tmp_path):
         calibrated(columns, channels(clock=kept))
 
 
+def test_a_brief_halt_does_not_end_a_slide():
+    """Of 60 ms, shorter than a pause; one of 300 ms ends it."""
+    windows = []
+    for halt in (0.0, 0.06, 0.3):
+        columns, count = made(), round(halt * 2000)
+        encoder = columns["encoder"]
+        held = np.insert(encoder, 8000, np.full(count, encoder[8000]))
+        columns["encoder"] = held[: len(encoder)]
+        begin, end = swiped(columns).window
+        windows.append(end - begin)
+    whole, brief, long = windows
+    assert brief == pytest.approx(whole, rel=0.05)
+    assert long < 0.6 * whole
+
+
 @pytest.mark.parametrize("direction", [1, -1])
 def test_without_an_encoder_the_lateral_force_tells_the_slide(direction):
     columns = made(direction=direction, drifts=(0.0, 0.01))

@@ -8,7 +8,8 @@ from twins import FILM, GAP, LEAK, exact, noisy, plate
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import CalibrationError, CancelledError, MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.of_scenario import Sampling, sample_posterior
+from electrovib.recordings.fit.least_squares import FreeParameter
+from electrovib.recordings.fit.of_scenario import Posterior, Sampling, _summary, sample_posterior
 from electrovib.recordings.fit.result import parameter_table, systematic_deviations
 
 FORCE = "electrostatic_force"
@@ -117,3 +118,37 @@ def test_it_can_be_cancelled_and_refuses_few_chains(found, monkeypatch):
     monkeypatch.setitem(sys.modules, "emcee", None)
     with pytest.raises(InputError, match=r"pip install 'electrovib\[fit\]'"):
         sample_posterior(found, Sampling(seed=1))
+
+
+def test_the_interval_of_a_posterior_lies_between_quantiles_of_its_samples():
+    numbers = {
+        "chains": {},
+        "autocorrelation_time": {},
+        "log_density": np.zeros(1),
+        "burn_in": 0,
+        "acceptance": 0.5,
+        "steps": 1,
+        "seed": 0,
+        "problems": (),
+    }
+    found = Posterior(samples={"a": np.linspace(0.0, 1.0, 1001)}, **numbers)
+    assert found.interval("a") == pytest.approx((0.025, 0.975))
+    assert found.interval("a", level=0.5) == pytest.approx((0.25, 0.75))
+
+
+@pytest.mark.parametrize(("accepted", "told"), [(0.1, True), (0.5, False), (0.9, True)])
+def test_chains_that_accept_too_few_or_too_many_proposals_are_told(accepted, told):
+    class Sampler:
+        acceptance_fraction = np.full(4, accepted)
+
+        def get_autocorr_time(self, **_):
+            return np.array([1.0])
+
+        def get_chain(self):
+            return np.zeros((400, 4, 1))
+
+        def get_log_prob(self):
+            return np.zeros((400, 4))
+
+    problems = _summary(Sampler(), {"a": FreeParameter(start=1.0)}, Sampling(seed=0, steps=400)).problems
+    assert any("of the proposals were accepted" in each for each in problems) == told

@@ -98,6 +98,14 @@ def test_recovers_debye_terms_and_their_number(law):
     assert fit.debye.high == pytest.approx(law.high, rel=1e-6)
 
 
+def test_relaxations_on_a_dense_grid_are_found_where_even_times_leave_more_terms():
+    """Even times alone end with seven terms, whose sum is as good to 1e-12."""
+    law = DebyeSum(5.0, (10.0, 300.0, 50.0, 4000.0), (2e-6, 1e-4, 3e-3, 2e-2))
+    fit = fit_debye(law.permittivity, low=0.1, high=1e6, terms=10)
+    assert fit.debye.strengths == pytest.approx(law.strengths, rel=1e-6)
+    assert fit.debye.relaxation_times == pytest.approx(law.relaxation_times, rel=1e-6)
+
+
 def test_terms_that_coincide_become_one():
     angular = np.geomspace(1, 1e6, 20)
     spectrum = Spectrum(angular=angular, target=np.full(20, 3.0 + 0j), fastest=1e-9, slowest=1e3)
