@@ -195,11 +195,11 @@ def test_a_passage_between_two_samples_has_the_error_of_the_noise_over_its_slope
         (at,) = reference_times(time, values, None)
         found.append(
             edge_record(
-                time, values, [at], 0, levels=(0.1, 0.9), driven=False, window=None, before=None
+                time, values, [at], 0, levels=(0.4, 0.9), driven=False, window=None, before=None
             ).passages
         )
     assert all(each.interpolated for each in found)
-    assert np.mean([each.time for each in found]) == pytest.approx(4e-3, rel=0.02)
+    assert np.mean([each.time for each in found]) == pytest.approx(2.5e-3, rel=0.02)
     assert np.mean([each.standard_error for each in found]) == pytest.approx(
         np.std([each.time for each in found]), rel=0.25
     )
