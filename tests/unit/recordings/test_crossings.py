@@ -169,7 +169,7 @@ def test_a_covariance_is_that_of_the_formula_and_infinite_where_samples_determin
 @pytest.mark.parametrize("recursion", [[1.0], [1, -0.7], [1, -1.7, 0.81]])
 def test_a_standard_error_holds_the_mean_and_the_slope_as_often_as_it_says(recursion):
     time, beyond = np.arange(128) * 1e-3, np.zeros(2)
-    for seed in range(400):
+    for seed in range(150):
         mean, _, slope, of_slope = line(time=time, values=noise(recursion, seed) + 3 + 5 * time)
         # a drift counts as scatter of the mean, so the mean is judged without it
         flat, of_flat, _, _ = line(time=time, values=noise(recursion, seed))
@@ -190,7 +190,7 @@ def test_a_passage_between_two_samples_has_the_error_of_the_noise_over_its_slope
     """A ramp of five samples passes each level between two of them: too few for a parabola."""
     time, ramp = np.arange(400) / 1e3, np.clip((np.arange(400) - 200.3) / 5, 0, 1)
     found = []
-    for seed in range(400):
+    for seed in range(150):
         values = ramp + 0.01 * np.random.default_rng(seed).standard_normal(time.size)
         (at,) = reference_times(time, values, None)
         found.append(
