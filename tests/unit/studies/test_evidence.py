@@ -417,3 +417,39 @@ def test_each_group_states_its_worst_failure_with_the_likely_cause():
         ("worse, bad", "the gap. A smaller one would decide."),
         ("other", "not known"),
     )
+
+
+@pytest.mark.parametrize(
+    ("over", "at"),
+    [("drive.frequency", (50.0, 200.0, 50.0)), ("stack.insulator.thickness", (2e-5, 9e-5, 5e-5))],
+)
+def test_every_point_of_a_measurement_is_what_its_scenario_gives(over, at):
+    """Where all points are computed together, and where one comes after the other because their times differ."""
+    sine = step().replace(
+        {
+            "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 100.0},
+            "time.initial_state": {"model": "PeriodicState"},
+        }
+    )
+    several = measured(
+        scenario=sine,
+        quantity="mean electrostatic_force",
+        over=over,
+        at=at,
+        values=(1.0,) * 3,
+        per="peak drive_voltage",
+        scale=3.0,
+    )
+    (found,) = (each for each in predict(several, n=33, seed=4)[0] if each.model == "MaxwellStressInGap")
+    draws = ev.read_space(sine, {"space": {"stack.gap.thickness": GAP}}).draw(4, 0, 33)["stack.gap.thickness"]
+    for place in (0, 1, 2):
+        for draw in (0, 32):
+            changes = {
+                over: at[place],
+                "stack.gap.thickness": float(draws[draw]),
+                "force": {"model": "MaxwellStressInGap"},
+            }
+            names = ["mean electrostatic_force", "peak drive_voltage"]
+            force = ev.prepare(sine.replace(changes), free=[over], quantities=names)({over: at[place]})
+            expected = 3.0 * force["mean electrostatic_force"] / force["peak drive_voltage"]
+            assert found.values[draw, place] == pytest.approx(expected, rel=1e-7)
