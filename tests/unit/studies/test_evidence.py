@@ -114,6 +114,38 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
     np.testing.assert_allclose(found.values, np.full((2, 1), 3.0 * alone / peak), rtol=1e-9)
 
 
+def quotient(scenario):
+    """Fail for one law as a wrong number does, in the middle of its draws."""
+    if type(scenario.force).__name__ == "EffectiveMedium":
+        return 1.0 / (scenario.load.normal_force - scenario.load.normal_force)
+    return 1.0 / scenario.stack.layers["gap"].thickness
+
+
+def raising(error):
+    def broken(scenario):
+        if type(scenario.force).__name__ == "EffectiveMedium":
+            raise error
+        return 1.0
+
+    return broken
+
+
+def test_a_function_that_fails_for_one_law_is_a_reason_and_an_error_of_its_author_is_not():
+    found, refused = predict(measured(quantity=quotient), n=4)
+    assert "MaxwellStressInGap" in {each.model for each in found}
+    assert refused["EffectiveMedium"] == (
+        "quotient() of 'made up' failed with ZeroDivisionError: float division by zero"
+    )
+    for error in (ValueError("no root"), FloatingPointError("underflow"), OverflowError("too large")):
+        assert str(error) in predict(measured(quantity=raising(error)), n=4)[1]["EffectiveMedium"]
+    for wrong in (TypeError("a mistake"), KeyError("gap"), AttributeError("thicknes")):
+        with pytest.raises(type(wrong)) as caught:
+            predict(measured(quantity=raising(wrong)), n=4)
+        assert caught.value.__notes__ == ["in broken() of 'made up'"]
+    own = raising(InputError("friction: has no coefficient"))
+    assert predict(measured(quantity=own), n=4)[1]["EffectiveMedium"] == "friction: has no coefficient"
+
+
 def planted(law, seed, names):
     """Return twins of the measurements: values that a law gives at one draw of what is not printed, with the spread."""
     rng, found = np.random.default_rng(seed), {}
