@@ -13,6 +13,7 @@ import papers_pages
 from sphinx.application import Sphinx
 
 FOLDER = "reference/generated"
+PARTS = (models, papers_pages, functions, commands, evidence_pages)
 LISTED = {"index", "tutorial", "architecture", "materials", "nomenclature"}
 """Pages in `docs/` that are listed elsewhere than among the guides."""
 
@@ -21,7 +22,7 @@ def write(app: Sphinx) -> None:
     """Write all pages; a page whose text is as before keeps its time, so that it is not built again."""
     folder = Path(app.srcdir) / FOLDER
     pages: dict[str, str] = {}
-    for part in (models, papers_pages, functions, commands, evidence_pages):
+    for part in PARTS:
         pages |= part.pages()
     wanted = {folder / name for name in pages}
     for old in set(folder.rglob("*.*")) - wanted:
