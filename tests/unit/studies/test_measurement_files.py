@@ -205,6 +205,15 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
         ({"scale": "big", "unit": "N"}, "scale = 'big': expected a number"),
         ({"made": "EffectiveMedium"}, "made = 'EffectiveMedium': expected a list of names"),
         ({"schema": 2}, "schema = 2: this version reads"),
+        ({"values": [[1.0], 1, 2]}, "values = [[1.0], 1, 2]: expected one list of numbers"),
+        ({"spread": [[], 1, 2]}, "spread = [[]]: expected one list of numbers"),
+        ({"made": [["a"]]}, "['a']: no model of force."),
+        ({"scenario": "a" * 300}, "is neither a file nor a paper's scenario"),
+        ({"unknown": {"stack.gap.thickness": {"model": ["a"]}}}, "unknown.stack.gap.thickness: expected a table"),
+        (
+            {"unknown": {"stack.gap.thickness": GAP | {"high": [1]}}},
+            "unknown.stack.gap.thickness: expected numbers, not lists",
+        ),
     ],
 )  # fmt: skip
 def test_each_mistake_is_one_sentence(changes, words):

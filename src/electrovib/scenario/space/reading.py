@@ -348,7 +348,12 @@ def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Pa
         found = _built(kind, numbers, names)
     except TypeError:
         missing = [name for name in names if name not in numbers]
-        raise InputError(f"{path}.{missing[0]}: missing parameter of {kind.__name__}") from None
+        why = (
+            f".{missing[0]}: missing parameter of {kind.__name__}"
+            if missing
+            else ": expected numbers, not lists"
+        )
+        raise InputError(f"{path}{why}") from None
     except InputError as error:
         raise InputError(f"{path}: {problem}" for problem in error.problems) from None
     return _within(path, found, quantity)
@@ -356,7 +361,7 @@ def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Pa
 
 def _kind(path: str, content: Any) -> type[Distribution]:
     name = content.get("model") if isinstance(content, Mapping) else content
-    if not isinstance(content, Mapping) or name not in _KINDS:
+    if not isinstance(content, Mapping) or str(name) not in _KINDS:
         raise InputError(
             f"{path}: expected a table with the model of a distribution.{nearest(str(name), _KINDS)}"
         )

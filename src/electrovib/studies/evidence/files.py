@@ -174,11 +174,11 @@ def _measurement(stated: Mapping[str, Any]) -> Measurement:
     scenario, unit, of_over = _set_up(stated)
     problems: list[str] = []
     with gathered(problems):
-        values = read_number("values", _listed(stated["values"]), unit)
+        values = _numbers("values", stated["values"], unit)
         given = stated["spread"] if isinstance(stated["spread"], list) else [stated["spread"]] * len(values)
         spread = tuple(_relative(*each, unit) for each in zip(given, values, strict=False))
     with gathered(problems):
-        at = read_number("at", _listed(stated["at"]), of_over) if stated["over"] else ()
+        at = _numbers("at", stated["at"], of_over) if stated["over"] else ()
         for each in at:
             scenario.replace({stated["over"]: each})
     unknown = flattened(stated["unknown"])
@@ -199,7 +199,7 @@ def _measurement(stated: Mapping[str, Any]) -> Measurement:
     found = Measurement(
         **{name: stated[name] for name in texts.split()},
         scale=stated["scale"],
-        made=tuple(stated["made"]),
+        made=tuple(map(str, stated["made"])),
         scenario=scenario,
         unit=unit,
         values=values,
@@ -209,8 +209,15 @@ def _measurement(stated: Mapping[str, Any]) -> Measurement:
         of_model=of_model,
     )
     known = candidates(found)
-    if wrong := [name for name in (*of_model, *stated["made"]) if name not in known]:
+    if wrong := [name for name in (*of_model, *found.made) if name not in known]:
         raise InputError(f"{name}: no model of {found.judges}.{nearest(name, known)}" for name in wrong)
+    return found
+
+
+def _numbers(name: str, given: Any, unit: str) -> tuple[float, ...]:
+    found: tuple[float, ...] = read_number(name, _listed(given), unit)
+    if any(isinstance(each, tuple) for each in found):
+        raise InputError(f"{name} = {shown(given)}: expected one list of numbers")
     return found
 
 
@@ -219,9 +226,8 @@ def _relative(given: Any, value: float, unit: str) -> float:
     if isinstance(given, str):
         with suppress(ValueError):
             return parse_quantity(given, "1")
-        found: float = read_number("spread", given, unit)
-        return found / value if value else math.nan
-    return float(read_number("spread", given, "1"))
+        return _numbers("spread", given, unit)[0] / value if value else math.nan
+    return _numbers("spread", [given], "1")[0]
 
 
 @dataclass(frozen=True, kw_only=True)
