@@ -56,11 +56,8 @@ def import_(given: Arguments) -> None:
         return say(*format_lines())
     if given["kind"] not in ("trace", "material", "measurement"):
         raise InputError(f"--as {given['kind']}: expected trace, material or measurement")
-    if given["kind"] == "measurement":
-        return _as_measurement(given, output, force=force)
-    if given["kind"] == "material":
-        entries = recipe_of(given, only=(*OF_SAMPLE, "conductivity"), of="a material")
-        return _as_material(file, output, given.get("layer", ""), entries, force=force)
+    if given["kind"] != "trace":
+        return _into_toml(given)
     entries = recipe_of(given, only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
     if output is None and "columns" not in entries:
         return say(*list_columns(file, **{name: entries[name] for name in READING if name in entries}))
@@ -94,41 +91,36 @@ def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: 
         say(*(f"written: {path}" for path in save(trace, output, force=force)))
 
 
-def _as_material(file: str, output: str | None, layer: str, entries: dict[str, Any], *, force: bool) -> None:
-    """Import a material, write it, and print its history and diagnostics."""
+def _into_toml(given: Arguments) -> None:
+    """Import a material or a measurement, print what is known of it, and write it."""
     from electrovib.data.atomic import check_writable, writing
-    from electrovib.recordings.importing import import_material
-
-    target = None if output is None else Path(output)
-    if target is not None:
-        if target.suffix.lower() != ".toml":
-            raise InputError(f"a material is written as .toml, not as '{target.suffix}'", path=target)
-        check_writable({target: None}, inputs=[Path(file)], force=force)
-    found = import_material(file, **entries)
-    say(*found.history, *(f"{each.state}: {each.text}" for each in found.diagnostics))
-    if target is not None:
-        with writing({target: None}, force=force) as temporaries:
-            temporaries[target].write_text(found.to_toml(layer or "stratum_corneum"), encoding="utf-8")
-        say(f"written: {target}")
-
-
-def _as_measurement(given: Arguments, output: str | None, *, force: bool) -> None:
-    """Import a measurement, write it, and print its points."""
-    from electrovib.data.atomic import check_writable, write_text
     from electrovib.data.marks import Form
+    from electrovib.recordings.importing import import_material
     from electrovib.studies.evidence.files import ENTRIES, TABLES, import_measurement
 
-    entries = recipe_of(given, only=(*READING, *ENTRIES), of="a measurement", tables=("columns", *TABLES))
-    target = None if output is None else Path(output)
-    if target is not None:
+    kind, file, force = given["kind"], given["file"], "force" in given
+    form = Form.MEASUREMENT if kind == "measurement" else None
+    targets = {Path(given["output"]): form} if "output" in given else {}
+    for target in targets:
         if target.suffix.lower() != ".toml":
-            raise InputError(f"a measurement is written as .toml, not as '{target.suffix}'", path=target)
-        check_writable({target: Form.MEASUREMENT}, inputs=[Path(given["file"])], force=force)
-    folder = "" if target is None else target.parent
-    found = import_measurement(given["file"], entries.pop("columns", {}), folder=folder, **entries)
-    say(*found.lines)
-    if target is not None:
-        write_text(target, found.to_toml(), Form.MEASUREMENT, force=force)
+            raise InputError(f"a {kind} is written as .toml, not as '{target.suffix}'", path=target)
+    check_writable(targets, inputs=[Path(file)], force=force)
+    if kind == "material":
+        material = import_material(
+            file, **recipe_of(given, only=(*OF_SAMPLE, "conductivity"), of="a material")
+        )
+        lines = [*material.history, *(f"{each.state}: {each.text}" for each in material.diagnostics)]
+        text = material.to_toml(given.get("layer", "stratum_corneum"))
+    else:
+        only, tables = (*READING, *ENTRIES), ("columns", *TABLES)
+        entries = recipe_of(given, only=only, of="a measurement", tables=tables)
+        folder = next((target.parent for target in targets), Path())
+        points = import_measurement(file, entries.pop("columns", {}), folder=folder, **entries)
+        lines, text = points.lines, points.to_toml()
+    say(*lines)
+    for target in targets:
+        with writing(targets, force=force) as temporaries:
+            temporaries[target].write_text(text, encoding="utf-8")
         say(f"written: {target}")
 
 

@@ -415,6 +415,7 @@ def _within(path: str, found: Distribution, quantity: Quantity) -> Distribution:
 
 
 def read_number(path: str, value: Any, unit: str) -> Any:
+    """Read a finite number in SI or as a text with a unit, or a list of them as a tuple."""
     if isinstance(value, (list, tuple)):
         return tuple(read_number(path, each, unit) for each in value)
     if isinstance(value, str):

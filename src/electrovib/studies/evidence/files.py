@@ -98,16 +98,12 @@ def _stated(
     content: Mapping[str, Any], folder: Path, columns: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
     """Read the entries of a file, or those beside the columns of a table; all that is missing is listed at once."""
-    has = {name for name, each in content.items() if each not in ("", [])} | {
-        COLUMNS[each] for each in columns or ()
-    }
+    has = {name for name, each in content.items() if each not in ("", [])}
+    has |= {COLUMNS[each] for each in columns or ()}
     several = {"over", "at"} & has or columns is not None or len(_listed(content.get("values"))) > 1
     examples = _NEEDED if columns is None else _NEEDED | _OF_TABLE
-    problems = [
-        f"{name}: no entry of a measurement.{nearest(name, ENTRIES)}"
-        for name in content
-        if name not in ENTRIES
-    ]
+    unknown = [name for name in content if name not in ENTRIES]
+    problems = [f"{name}: no entry of a measurement.{nearest(name, ENTRIES)}" for name in unknown]
     problems += [
         f"{name}: missing, for instance {example}"
         for name, example in examples.items()
@@ -128,15 +124,10 @@ def _stated(
 def _with_files(content: Mapping[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
     """Return entries with every name of a file in them moved to another folder, that of the scenario included."""
 
-    def moved(item: Any) -> Any:
-        if not isinstance(item, Mapping):
-            return item
-        return {
-            key: move(each)
-            if isinstance(each, str) and str(key).rpartition(".")[2] == "file"
-            else moved(each)
-            for key, each in item.items()
-        }
+    def moved(item: Any, key: str = "") -> Any:
+        if isinstance(item, Mapping):
+            return {name: moved(each, str(name)) for name, each in item.items()}
+        return move(item) if isinstance(item, str) and key.rpartition(".")[2] == "file" else item
 
     found, scenario = moved(content), content.get("scenario")
     if isinstance(scenario, str) and not paper_of_preset(scenario):
@@ -195,19 +186,12 @@ def _measurement(stated: Mapping[str, Any]) -> Measurement:
                 f"of_model.{path}: expected MODEL.PATH with a table, or false for a layer that it replaces"
             )
         of_model.setdefault(model, {})[inner] = table or None
-    texts = "title source group quantity spread_of how status per over judges on note"
-    found = Measurement(
-        **{name: stated[name] for name in texts.split()},
-        scale=stated["scale"],
-        made=tuple(map(str, stated["made"])),
-        scenario=scenario,
-        unit=unit,
-        values=values,
-        spread=spread,
-        at=at,
-        unknown=unknown,
-        of_model=of_model,
-    )
+    kept = {name: each for name, each in stated.items() if name not in {"schema", "changes"}}
+    made = {
+        "scenario": scenario, "unit": unit, "values": values, "spread": spread, "at": at, "unknown": unknown,
+        "of_model": of_model, "made": tuple(map(str, stated["made"])),
+    }  # fmt: skip
+    found = Measurement(**kept | made)
     known = candidates(found)
     if wrong := [name for name in (*of_model, *found.made) if name not in known]:
         raise InputError(f"{name}: no model of {found.judges}.{nearest(name, known)}" for name in wrong)
