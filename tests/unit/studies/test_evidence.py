@@ -104,6 +104,8 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
     assert "Persson2018RoughGap" in {each.model for each in found}
     function = measured(quantity=lambda scenario: 1.0 / scenario.stack.layers["gap"].thickness, unit="1/m")
     assert predict(function, n=8)[0][0].values.shape == (8, 3)
+    thrice = predict(replace(function, scale=3.0), n=8)[0][0].values
+    np.testing.assert_allclose(thrice, 3.0 * predict(function, n=8)[0][0].values, rtol=1e-12)
     printed = measured(values=(1.0,), unknown={}, over="", at=())  # every parameter is printed
     (found,) = (each for each in predict(printed, n=8)[0] if each.model == "MaxwellStressInGap")
     alone = float(ev.sweep(step(), {}, quantities=[FORCE])[FORCE])

@@ -60,6 +60,7 @@ def test_a_file_is_the_measurement_that_it_says():
     alone = read(values="3 mN", at=None, over=None)
     assert (alone.values, alone.over, alone.at) == ((3e-3,), "", ())
     stress = read(scale=1e4, unit="Pa", values=["11 Pa", "42 Pa", "96 Pa"])
+    assert read(scale="1e4", unit="Pa", values=[1, 2, 3]).scale == 1e4  # as --set gives it
     assert (stress.scale, stress.unit, stress.values) == (1e4, "Pa", (11.0, 42.0, 96.0))
 
 
@@ -133,6 +134,7 @@ def test_points_become_a_file_that_reads_back_to_the_same_numbers(tmp_path):
         (TABLE.replace("force (mN)", "force"), "no unit; write it behind the name: 'force [N]'"),
         (TABLE.replace("(mN)", "(mV)"), "is in 'mV', but a force is needed"),
         (TABLE.replace("(mN)", "(foo)"), "'foo' is not a known unit"),
+        (TABLE.replace("4.2", "0"), "1 of 3 values are not above 0, the first is 0 N"),
         (TABLE.replace("4.2", "-4.2"), "1 of 3 values are not above 0, the first is -4.2 mN"),
         (TABLE.replace("4.2", ""), "A column with empty cells or words is not read"),
         (TABLE.replace(",840", ",0"), "values and spread are positive numbers, unlike 0"),
@@ -173,6 +175,7 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
         ({"over": "drive.levl"}, "over = drive.levl: no physical parameter has this path. Did you mean 'drive.level'?"),
         ({"over": None}, 'over: missing, for instance over = "drive.high"'),
         ({"at": None}, "at: missing"),
+        ({"scale": [2], "unit": "N"}, "scale = [[2]]: expected one list of numbers"),
         ({"at": ["50 V", "100 V"]}, "one number for each point; they have 3, 3 and 2"),
         ({"at": ["50 N", 1, 2]}, "at = 50 N: expected a voltage"),
         ({"at": ["1 GV", 1, 2]}, "drive.level = 1000000000.0"),
@@ -202,7 +205,7 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
         ({"status": "derived"}, "neither derived nor cited from memory"),
         ({"titel": "x"}, "titel: no entry of a measurement. Did you mean 'title'?"),
         ({"title": 3}, "title = 3: expected a text"),
-        ({"scale": "big", "unit": "N"}, "scale = 'big': expected a number"),
+        ({"scale": "big", "unit": "N"}, "scale = big: expected a plain number"),
         ({"made": "EffectiveMedium"}, "made = 'EffectiveMedium': expected a list of names"),
         ({"schema": 2}, "schema = 2: this version reads"),
         ({"values": [[1.0], 1, 2]}, "values = [[1.0], 1, 2]: expected one list of numbers"),
@@ -220,6 +223,12 @@ def test_each_mistake_is_one_sentence(changes, words):
     with pytest.raises(InputError, match=re.escape(words)) as caught:
         read(**changes)
     assert len(caught.value.problems) == 1
+
+
+def test_two_values_need_what_was_varied():
+    with pytest.raises(InputError) as caught:
+        read(values=["1 mN", "2 mN"], over=None, at=None)
+    assert [each.path for each in caught.value.problems] == ["over", "at"]
 
 
 def test_mistakes_of_several_parts_are_told_together():

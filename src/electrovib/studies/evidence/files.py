@@ -55,7 +55,7 @@ _ELSE: Final[dict[str, Any]] = {
 """What it may state beside that, as in `Measurement`; `changes` are those of the scenario, by dotted path."""
 ENTRIES: Final = ("schema", *_NEEDED, *_ELSE)
 TABLES: Final = tuple(name for name, usual in _ELSE.items() if isinstance(usual, dict))
-_WORDS: Final = {str: "a text", dict: "a table", float: "a number", list: "a list of names"}
+_WORDS: Final[dict[type, str]] = {str: "a text", dict: "a table", list: "a list of names"}
 COLUMNS: Final = {"value": "values", "at": "at", "spread": "spread"}
 """Columns of a table of points, to the entries that they become."""
 
@@ -109,16 +109,23 @@ def _stated(
         for name, example in examples.items()
         if name not in has and (several or name not in {"over", "at"})
     ]
-    if content.get("scale", 1.0) != 1 and "unit" not in has:
+    scale = 1.0
+    with gathered(problems):
+        (scale,) = _numbers("scale", [content.get("scale", scale)], "1")
+    if scale != 1 and "unit" not in has:
         problems.append('unit: missing beside scale, for instance unit = "Pa"')
-    kinds = {name: type(_ELSE.get(name, "")) for name in content if name not in {"schema", *COLUMNS.values()}}
-    for name, kind in kinds.items():
-        given = content[name]
-        if not isinstance(given, (int, float) if kind is float else kind) or isinstance(given, bool):
+    for name, given in content.items():
+        kind = type(_ELSE.get(name, ""))
+        if name not in {"schema", "scale", *COLUMNS.values()} and not isinstance(given, kind):
             problems.append(f"{name} = {shown(given)}: expected {_WORDS[kind]}")
     if problems:
         raise InputError(problems)
-    return _ELSE | {"over": "", "at": ()} | _with_files(content, lambda name: str(folder / name))
+    return (
+        _ELSE
+        | {"over": "", "at": ()}
+        | _with_files(content, lambda name: str(folder / name))
+        | {"scale": scale}
+    )
 
 
 def _with_files(content: Mapping[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
