@@ -70,6 +70,7 @@ def test_a_quotient_has_the_unit_of_both():
     for over, unit in (("peak electrostatic_force", "1"), ("rms drive_voltage", "N/V")):
         assert unit_of("mean lateral_force", over, found.scenario) == unit
     assert unit_of("peak drive_voltage", "peak current", found.scenario) == "ohm"
+    assert unit_of("mean lateral_force", "mean sliding_speed", found.scenario) == "N s/m"
     assert unit_of("mean electrostatic_force", "mean gross_contact_area", found.scenario) == "Pa"
     with pytest.raises(InputError, match="no unit for N over C/m2"):
         read(per="peak displacement in gap")
