@@ -19,6 +19,7 @@ from PIL import Image
 
 import electrovib as ev
 from electrovib.studies.catalogue.items import everything, paper_items, scenario_items
+from electrovib.studies.evidence import standings
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("*.ipynb")]
@@ -240,6 +241,26 @@ def test_the_pages_of_papers_and_commands_have_what_these_declare(part):
     (text,) = part("commands").pages().values()
     for shown in ("electrovib bench run\n", "``SCENARIO``", "``--series-resistor``", "``--output, -o``"):
         assert shown in text
+
+
+def test_the_page_of_the_evidence_has_the_failures_the_laws_and_every_measurement(part):
+    pages = part("evidence_pages").pages("rauf_2025/voltage", n=4, seed=3)
+    found = ev.evidence("rauf_2025/voltage", n=4, seed=3)
+    plain, laws = part("rst").plain, pages["evidence.rst"]
+    parts = [
+        plain(found.document.sentences[0]),
+        "Force laws, the best first\n---",
+        "Measurements that no law or model covers whole\n---",
+    ]
+    places = [laws.index(each) for each in parts]
+    assert places == sorted(places)
+    for standing in standings(found.scores):
+        assert f"* - {standing.model}\n     - {standing.groups}\n     - {standing.points}\n" in laws
+    assert ":doc:`evidence_measurements`" in laws
+    whole = pages["evidence_measurements.rst"]
+    assert plain(found.measured["rauf_2025/voltage"].note) in whole
+    assert "Cannot predict\n---" in whole
+    assert set(part("reference").PARTS) >= {part("evidence_pages"), part("models")}
 
 
 def test_a_text_is_shown_as_it_is(part):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from rst import markdown
 
 from electrovib.core.citation import STATUSES
 from electrovib.core.constants import VACUUM_PERMITTIVITY
@@ -48,7 +49,7 @@ _FREQUENCY = 1e3
 
 def as_markdown() -> str:
     """Write the page: a table of all materials, then for each the values with their sources."""
-    glance = _table(_GLANCE, [_glance(each) for each in materials()])
+    glance = markdown(_GLANCE, [_glance(each) for each in materials()])
     return INTRODUCTION + glance + "".join(_section(each) for each in materials())
 
 
@@ -83,7 +84,7 @@ def _section(substance: Substance) -> str:
         rows.append((value, "; ".join(filter(None, (each.measured_at, conditions))), status, source))
     return (
         f"\n## {substance.name}\n\n{substance.meaning[0].upper()}{substance.meaning[1:]}. Also: {names}.\n\n"
-        + _table(_VALUES, rows)
+        + markdown(_VALUES, rows)
     )
 
 
@@ -98,11 +99,6 @@ def _number(value: object) -> str:
     if isinstance(value, list):
         return "; ".join(", ".join(f"{key} {_number(item)}" for key, item in each.items()) for each in value)
     return str(value)
-
-
-def _table(headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    lines = [headings, tuple("---" for _ in headings), *rows]
-    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines) + "\n"
 
 
 if __name__ == "__main__":

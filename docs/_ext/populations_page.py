@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from rst import markdown
+
 from electrovib.core.citation import STATUSES_EXPLAINED
 from electrovib.scenario.space.shipped import shipped_names
 from electrovib.studies.catalogue.found import HEADINGS, caption_of, entries_of, title_of
@@ -63,10 +65,9 @@ def as_markdown() -> str:
 
 def _section(name: str) -> str:
     entries = list(entries_of(name))
-    lines = [HEADINGS, tuple("---" for _ in HEADINGS), *(each.row for each in entries)]
-    table = "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
+    table = markdown(HEADINGS, [each.row for each in entries])
     title = title_of(name)
-    return f"\n## {name}\n\n{title[0].upper()}{title[1:]}. {caption_of(entries)}\n\n{table}\n"
+    return f"\n## {name}\n\n{title[0].upper()}{title[1:]}. {caption_of(entries)}\n\n{table}"
 
 
 if __name__ == "__main__":

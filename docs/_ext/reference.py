@@ -1,4 +1,4 @@
-"""The reference, written from the declarations before the pages are read: models, papers, functions, commands."""
+"""The reference, written before the pages are read: models, papers, functions, commands, and the laws against measurements."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import shutil
 from pathlib import Path
 
 import commands
+import evidence_pages
 import functions
 import models
 import papers_pages
 from sphinx.application import Sphinx
 
 FOLDER = "reference/generated"
+PARTS = (models, papers_pages, functions, commands, evidence_pages)
 LISTED = {"index", "tutorial", "architecture", "materials", "nomenclature"}
 """Pages in `docs/` that are listed elsewhere than among the guides."""
 
@@ -20,7 +22,7 @@ def write(app: Sphinx) -> None:
     """Write all pages; a page whose text is as before keeps its time, so that it is not built again."""
     folder = Path(app.srcdir) / FOLDER
     pages: dict[str, str] = {}
-    for part in (models, papers_pages, functions, commands):
+    for part in PARTS:
         pages |= part.pages()
     wanted = {folder / name for name in pages}
     for old in set(folder.rglob("*.*")) - wanted:

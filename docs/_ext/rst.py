@@ -1,4 +1,4 @@
-"""Parts of reStructuredText: titles, tables, lists, plain text."""
+"""Parts of reStructuredText: titles, tables, lists, plain text; and tables of Markdown."""
 
 from __future__ import annotations
 
@@ -55,6 +55,12 @@ def grid(headings: Sequence[str], rows: Iterable[Sequence[str]], widths: str = "
     for row in (headings, *rows):
         lines += [f"   {'* -' if place == 0 else '  -'} {cell}".rstrip() for place, cell in enumerate(row)]
     return "\n".join(lines)
+
+
+def markdown(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of Markdown, for the pages that are also read in the repository."""
+    lines = [headings, ["---"] * len(headings), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines) + "\n"
 
 
 def shown(table: Table) -> str:

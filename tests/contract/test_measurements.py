@@ -10,6 +10,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.core.units import KINDS
 from electrovib.scenario.space.reading import read_space
 from electrovib.studies.evidence import measurements
+from electrovib.studies.evidence.measurement import unit_of
 from electrovib.studies.evidence.predicted import candidates, predict
 
 MEASURED = measurements()
@@ -24,6 +25,8 @@ def test_a_measurement_can_be_predicted_and_says_where_it_is_from(name):
     assert each.unit in KINDS
     if not callable(each.quantity) and not each.per and each.scale == 1:
         assert SIGNALS[each.quantity.partition(" ")[2].partition(" in ")[0]].unit == each.unit
+    if not callable(each.quantity) and each.per and each.scale == 1:
+        assert unit_of(each.quantity, each.per, each.scenario) == each.unit
     for path, table in each.unknown.items():
         assert table.get("source") or table.get("choice"), (
             f"{path}: a range has a source, or is called a choice"
@@ -37,6 +40,7 @@ def test_a_measurement_can_be_predicted_and_says_where_it_is_from(name):
     found, refused = predict(each, n=2)
     assert found, f"no candidate predicts it: {refused}"
     assert len(found) + len(refused) == len(candidates(each))
+    assert not [why for why in refused.values() if "() of '" in why], "a function of ours fails"
     for one in found:
         assert one.values.shape == (2, len(each.values))
         assert np.isfinite(one.values).all()

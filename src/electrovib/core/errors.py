@@ -109,12 +109,15 @@ class NotCausalError(ElectrovibError):
 
 
 @contextmanager
-def gathered(problems: list[str]) -> Iterator[None]:
-    """Add the InputError that ends a block to a list and continue, so that the rest of the input is checked too."""
+def gathered(problems: list[str], *, within: str = "") -> Iterator[None]:
+    """Add the InputError that ends a block to a list and continue, so that the rest of the input is checked too.
+
+    `within` is the part of the input that the block reads.
+    """
     try:
         yield
     except InputError as error:
-        problems += error.problems
+        problems += [each.within(within) if within else each for each in error.problems]
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -102,8 +102,8 @@ def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
             )
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
-    except OSError as error:
-        raise InputError(f"{error.strerror or error}. {advice}", path=path) from None
+    except (OSError, ValueError) as error:  # a name with a zero byte is no OSError
+        raise InputError(f"{getattr(error, 'strerror', '') or error}. {advice}", path=path) from None
     if len(content) > _LARGEST:
         raise InputError(f"is larger than {megabytes(_LARGEST)}, the most that {kind} may take", path=path)
     try:

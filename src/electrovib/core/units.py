@@ -52,6 +52,7 @@ KINDS: Final = {
     "kg s/m": ("a mass per speed", "32 g s/m"),
     "N s/m2": ("a stiffness per speed", "4 kN s/m2"),
     "N/V": ("a sensitivity", "0.31 N/V"),
+    "N/A": ("a force per current", "41 N/A"),
     "Pa/m": ("a stiffness per area", "10 MPa/m"),
     "Pa s/m": ("a damping per area", "1 kPa s/m"),
     "J/m2": ("an energy per area", "0.17 J/m2"),
@@ -59,7 +60,7 @@ KINDS: Final = {
     "S/m2": ("a conductance per area", "20 mS/m2"),
     "rad": ("an angle", "0.5 rad"),
 }
-"""Every unit of a parameter or a signal: name of the quantity, and an example."""
+"""Every unit of a parameter, a signal or a measurement: name of the quantity, and an example."""
 
 _STEM: Final = {"kg": ("g", -3)}
 """Units whose SI form has a prefix: the stem that takes prefixes, and the power of ten of the SI form."""

@@ -35,6 +35,7 @@ class Form(StrEnum):
     DESIGN = "design as JSON"
     WAVEFORM = "waveform"
     STUDY = "study"
+    MEASUREMENT = "measurement"
 
 
 WRITTEN_BY: Final = "written_by"

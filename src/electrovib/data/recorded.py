@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import re
 from collections import defaultdict
@@ -13,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
-from electrovib.core.errors import DataFileError, NoColumnError, suggestion
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, suggestion
 from electrovib.core.units import KINDS
 from electrovib.data.faults import packed
-from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit
+from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -154,6 +155,35 @@ def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -
     listed = ", ".join([name[:60] for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
     why = f"there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
     raise NoColumnError(why, path=path, column=column)
+
+
+def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
+    """Find a column by its heading, with or without its unit, or by its number from 0: ``"Ch2"``, ``"Ch2 (N)"``, ``"2"``."""
+    by_name = {each.name: each for each in recorded.channels}
+    if stated in by_name:
+        return by_name[stated]
+    name, unit = name_and_unit(stated)
+    if name not in by_name:
+        whole = [each for each in recorded.channels if f"{each.name} ({each.unit})" == stated]
+        if name.isdigit() and int(name) < len(recorded.channels):
+            whole = [recorded.channels[int(name)]]
+        if not whole:
+            listed = ", ".join(f"'{each}'" for each in list(by_name)[:20])
+            is_there = any(name in text for text in recorded.attributes.values())
+            raise InputError(
+                f"{option} = {stated}: the file has no such column.{suggestion(name, by_name)} It has {listed}."
+                + (" A column with empty cells or words is not read." if is_there else "")
+            )
+        name = whole[0].name
+    found = by_name[name]
+    if not unit or not found.unit:
+        return dataclasses.replace(found, unit=found.unit or unit)
+    if kind_and_factor(unit) != kind_and_factor(found.unit):
+        raise InputError(
+            f"{option} = {stated}: the file states the unit '{found.unit}' for '{found.name}', not '{unit}'; for a sensor state"
+            f" its sensitivity with scale, such as '1.5 {unit}/{found.unit}'."
+        )
+    return found
 
 
 def check_declared(path: Path, count: int) -> None:

@@ -92,17 +92,16 @@ def measurements() -> dict[str, Measurement]:
 def over_load() -> Measurement:
     """Return the friction per current over the load."""
     return Measurement(
-        title="friction that each milliampere adds, over load",
+        title="friction per current, over load",
         source="Grigorii 2020, plot label in the authors' public code",
         scenario=shultz_2018.scenarios()["sliding"].replace(
             {"drive": {"model": "CurrentSine", "amplitude": 1e-3, "frequency": 2e4}}
         ),
         quantity=friction_per_current,
-        scale=1e-3,
-        unit="N",
+        unit="N/A",
         over="load.normal_force",
         at=LOADS,
-        values=tuple(1e-3 * per_current(each) for each in LOADS),
+        values=tuple(per_current(each) for each in LOADS),
         spread=(0.3,) * len(LOADS),
         spread_of="a choice",
         group=GROUP,

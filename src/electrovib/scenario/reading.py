@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -142,8 +143,11 @@ def _near_file(name: str) -> str:
 def paper_of_preset(source: object) -> str:
     """Return the paper, ``author_year``, of a ready-made scenario; empty for a scenario of the user."""
     path = Path(source) if isinstance(source, (str, Path)) else None
-    if path is None or path.suffix == ".toml" or is_trace_file(path) or path.exists():
+    if path is None or path.suffix == ".toml" or is_trace_file(path):
         return ""
+    with suppress(OSError):  # a name that is too long for a file
+        if path.exists():
+            return ""
     return str(source).partition("/")[0]
 
 

@@ -130,6 +130,44 @@ def test_a_part_of_a_file_becomes_a_material(here, said, refused):
         assert f"conductivity: {conductivity}" in out
 
 
+POINTS = "voltage (kV),force (mN),sd (%)\n0.05,1.1,10\n0.1,4.2,20\n"
+SETTINGS = {
+    "title": "made up", "source": "this test", "group": "nobody", "scenario": "vezzoli_2014/fig6_gap", "over": "drive.level",
+    "changes.drive": '{ model = "Step", level = "100 V" }', "changes.time.duration": "1 ms", "spread_of": "repeats",
+    "quantity": "final electrostatic_force",
+    "unknown.stack.gap.thickness": '{ model = "LogUniform", low = "1 um", high = "4 um", choice = "of this test" }',
+}  # fmt: skip
+
+
+def test_a_measurement_is_written_and_judged(here, said, refused):
+    (here / "points.csv").write_text(POINTS, encoding="utf-8")
+    given = " ".join(f"--set '{key}={value}'" for key, value in SETTINGS.items())
+    line = f"import points.csv --as measurement --column value=force --column at=voltage --column spread=sd {given}"
+    out = said(line)
+    assert "drive.level = 100 V: 4.2 mN, spread 20 %" in out
+    assert "written" not in out
+    assert said(f"{line} -o mine.toml").endswith("written: mine.toml\n")
+    (found,) = ev.measurements("mine.toml").values()
+    assert (found.values, found.at, found.spread) == ((0.0011, 0.0042), (50.0, 100.0), (0.1, 0.2))
+    assert found.unknown["stack.gap.thickness"]["high"] == "4 um"
+    said(f"{line} -o mine.toml")  # it is ours
+    out = said("evidence mine.toml -n 4 -o mine.html")
+    assert "MaxwellStressInGap" in out
+    assert "made up" in (here / "mine.html").read_text(encoding="utf-8")
+    assert "rauf_2025/voltage" in said("evidence mine.toml rauf_2025/voltage -n 4")
+    second = "import points.csv --as measurement --recipe mine.toml --column value=force --column at=voltage --column spread=sd"
+    said(f"{second} --set group=us -o second.toml")
+    assert ev.measurements("second.toml")["second"].group == "us"
+    (here / "other.toml").write_text("schema = 1\n", encoding="utf-8")
+    assert "other.toml: exists already and is no measurement" in refused(f"{line} -o other.toml")
+    said(f"{line} -o other.toml --force")
+    assert "a measurement is written as .toml" in refused(f"{line} -o other.nc")
+    assert refused("import points.csv --as measurement").count("missing, for instance") == 10
+    assert "changes: expected changes.PATH=VALUE" in refused(f"{line} --set changes=1")
+    assert "Did you mean 'quantity'?" in refused(f"{line} --set quantiti=1")
+    assert "expected trace, material or measurement" in refused("import points.csv --as measured")
+
+
 GAP, FORCE = "stack.gap.thickness", "electrostatic_force"
 PLATE = {
     "drive": {"model": "Trapezium", "high": "100 V", "rise": "10 us", "hold": "20 ms", "fall": "10 us"},

@@ -7,8 +7,10 @@ import xarray
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+from electrovib.data.atomic import write_text
 from electrovib.data.marks import Form, is_ours
 from electrovib.exports.scenario import write_design
+from electrovib.studies.evidence import import_measurement
 from electrovib.studies.population.files import write_group
 from electrovib.view import report
 
@@ -132,7 +134,20 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(files):
     Path("study").mkdir()
     write_group(Path("study"), {})
     ev.init("b.toml", output="t.toml")
+    Path("points.csv").write_text("u [V],f [N]\n1,1\n2,4\n", encoding="utf-8")
+    said = {
+        "title": "t",
+        "source": "s",
+        "group": "g",
+        "scenario": "b.toml",
+        "quantity": "peak electrostatic_force",
+    }
+    points = import_measurement(
+        "points.csv", {"value": "f", "at": "u"}, **said, over="drive.high", spread=0.1, spread_of="repeats"
+    )
+    write_text(Path("m.toml"), points.to_toml(), Form.MEASUREMENT)
     written = {
+        Form.MEASUREMENT: "m.toml",
         Form.NETCDF: "t.nc",
         Form.CSV: "t.csv",
         Form.CSV_PART: "t.frequency.csv",

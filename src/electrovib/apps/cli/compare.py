@@ -73,7 +73,8 @@ def _print_materials(given: Arguments) -> None:
 
 @takes(
     """
-[measured]         Part of the name, title or group of measurements; all if absent.
+[measured]...       Part of the name, title or group of measurements, all if absent; or a file of a measurement of your own
+    (.toml), which is judged alone unless others are named beside it.
 --all
 -n N               Draws of what a publication does not print. [default: 64]
 --seed N           Of the draws. [default: 0]

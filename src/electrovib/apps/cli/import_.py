@@ -11,6 +11,17 @@ from electrovib.apps.cli.options import Arguments, names_of, takes
 from electrovib.apps.cli.terminal import say, warned
 from electrovib.core.errors import InputError
 
+READING: Final = ("columns", "reader", "delimiter", "decimal_comma", "part")
+_OF_SIGNALS: Final = ("columns", "scale", "offset", "shift", "baseline", "calibration")
+OF_TRACE: Final = (
+    *READING, "time", "step", "stamps", "scale", "offset", "shift", "trigger", "baseline", "detrend", "crop", "average",
+    "resample", "calibration",
+)  # fmt: skip
+OF_SAMPLE: Final = (*READING, "area", "thickness", "series_resistance", "parallel_capacitance")
+OF_CLOCKS: Final = ("with", "edges", "clock_shift")
+_KEYS: Final = tuple(dict.fromkeys([*OF_TRACE, *OF_SAMPLE, "conductivity", *OF_CLOCKS]))
+"""Keys, named as the parameters of `electrovib.import_file`, `import_material` and `merge_traces`."""
+
 
 @takes("""
 [file]              Any file that a reader takes; without one, list the readers.
@@ -21,11 +32,15 @@ from electrovib.core.errors import InputError
     and known values, trigger=SIGNAL whose first rise is time 0, detrend=SIGNAL,..., average=SIGNAL over whose periods,
     crop='0.1 s..0.5 s', resample='100 us'. Of an earlier Trace onto whose clock and samples they are put: with=TRACE,
     edges=SIGNAL or A=B that both hold, clock_shift='2 ms'. Of a material: area='1 cm2', thickness='200 um',
-    series_resistance, parallel_capacitance, conductivity; repeatable.
+    series_resistance, parallel_capacitance, conductivity. Of a measurement, whose columns are value, at and spread: title,
+    source, group, scenario, changes.PATH, quantity, over=PATH of what was varied, spread='10 %', spread_of=repeats,
+    unknown.PATH='{ model = ... }' of what is not known, and the other entries of its file; repeatable.
 --recipe
---as trace|material -> kind  What the file becomes: trace, or material (of a spectrum, written as .toml). [default: trace]
+--as trace|material|measurement -> kind  What the file becomes: trace; material (of a spectrum, written as .toml); or
+    measurement (of points, written as .toml), by which 'electrovib evidence' judges laws. [default: trace]
 --layer
--o, --output FILE   Write the Trace (.nc, .csv, .mat), the material (.toml), or the recipe by which the Trace is made (.toml).
+-o, --output FILE   Write the Trace (.nc, .csv, .mat), the material or measurement (.toml), or the recipe by which the Trace is
+    made (.toml).
 --force
 """)
 def import_(given: Arguments) -> None:
@@ -39,11 +54,10 @@ def import_(given: Arguments) -> None:
     file, output, force = given.get("file"), given.get("output"), "force" in given
     if not file:
         return say(*format_lines())
-    if given["kind"] not in ("trace", "material"):
-        raise InputError(f"--as {given['kind']}: expected trace or material")
-    if given["kind"] == "material":
-        entries = recipe_of(given, only=(*OF_SAMPLE, "conductivity"), of="a material")
-        return _as_material(file, output, given.get("layer", ""), entries, force=force)
+    if given["kind"] not in ("trace", "material", "measurement"):
+        raise InputError(f"--as {given['kind']}: expected trace, material or measurement")
+    if given["kind"] != "trace":
+        return _into_toml(given)
     entries = recipe_of(given, only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
     if output is None and "columns" not in entries:
         return say(*list_columns(file, **{name: entries[name] for name in READING if name in entries}))
@@ -77,38 +91,46 @@ def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: 
         say(*(f"written: {path}" for path in save(trace, output, force=force)))
 
 
-def _as_material(file: str, output: str | None, layer: str, entries: dict[str, Any], *, force: bool) -> None:
-    """Import a material, write it, and print its history and diagnostics."""
+def _into_toml(given: Arguments) -> None:
+    """Import a material or a measurement, print what is known of it, and write it."""
     from electrovib.data.atomic import check_writable, writing
+    from electrovib.data.marks import Form
     from electrovib.recordings.importing import import_material
+    from electrovib.studies.evidence.files import ENTRIES, TABLES, import_measurement
 
-    target = None if output is None else Path(output)
-    if target is not None:
+    kind, file, force = given["kind"], given["file"], "force" in given
+    form = Form.MEASUREMENT if kind == "measurement" else None
+    targets = {Path(given["output"]): form} if "output" in given else {}
+    for target in targets:
         if target.suffix.lower() != ".toml":
-            raise InputError(f"a material is written as .toml, not as '{target.suffix}'", path=target)
-        check_writable({target: None}, inputs=[Path(file)], force=force)
-    found = import_material(file, **entries)
-    say(*found.history, *(f"{each.state}: {each.text}" for each in found.diagnostics))
-    if target is not None:
-        with writing({target: None}, force=force) as temporaries:
-            temporaries[target].write_text(found.to_toml(layer or "stratum_corneum"), encoding="utf-8")
+            raise InputError(f"a {kind} is written as .toml, not as '{target.suffix}'", path=target)
+    check_writable(targets, inputs=[Path(file)], force=force)
+    if kind == "material":
+        material = import_material(
+            file, **recipe_of(given, only=(*OF_SAMPLE, "conductivity"), of="a material")
+        )
+        lines = [*material.history, *(f"{each.state}: {each.text}" for each in material.diagnostics)]
+        text = material.to_toml(given.get("layer", "stratum_corneum"))
+    else:
+        only, tables = (*READING, *ENTRIES), ("columns", *TABLES)
+        entries = recipe_of(given, only=only, of="a measurement", tables=tables)
+        folder = next((target.parent for target in targets), Path())
+        points = import_measurement(file, entries.pop("columns", {}), folder=folder, **entries)
+        lines, text = points.lines, points.to_toml()
+    say(*lines)
+    for target in targets:
+        with writing(targets, force=force) as temporaries:
+            temporaries[target].write_text(text, encoding="utf-8")
         say(f"written: {target}")
 
 
-READING: Final = ("columns", "reader", "delimiter", "decimal_comma", "part")
-_OF_SIGNALS: Final = ("columns", "scale", "offset", "shift", "baseline", "calibration")
-OF_TRACE: Final = (
-    *READING, "time", "step", "stamps", "scale", "offset", "shift", "trigger", "baseline", "detrend", "crop", "average",
-    "resample", "calibration",
-)  # fmt: skip
-OF_SAMPLE: Final = (*READING, "area", "thickness", "series_resistance", "parallel_capacitance")
-OF_CLOCKS: Final = ("with", "edges", "clock_shift")
-_KEYS: Final = tuple(dict.fromkeys([*OF_TRACE, *OF_SAMPLE, "conductivity", *OF_CLOCKS]))
-"""Keys, named as the parameters of `electrovib.import_file`, `import_material` and `merge_traces`."""
+def recipe_of(
+    given: Arguments, *, only: tuple[str, ...], of: str, tables: tuple[str, ...] = _OF_SIGNALS
+) -> dict[str, Any]:
+    """Read a recipe, then what ``--set`` and ``--column`` add to it.
 
-
-def recipe_of(given: Arguments, *, only: tuple[str, ...], of: str) -> dict[str, Any]:
-    """Read a recipe, then what ``--set`` and ``--column`` add to it; `only` are the keys of what is made, named by `of`."""
+    `only` are the keys of what is made, which `of` names; those of `tables` have an entry for each signal or path.
+    """
     from electrovib.apps.changes import read_changes
     from electrovib.core.parsing import read_toml_file
 
@@ -125,23 +147,25 @@ def recipe_of(given: Arguments, *, only: tuple[str, ...], of: str) -> dict[str, 
             found[key] = {"true": True, "false": False}.get(value, value) if isinstance(value, str) else value
     if "columns" in given:
         found["columns"] = {**found.get("columns", {}), **_columns(given["columns"])}
-    if problems := [why for key, value in found.items() if (why := _wrong(key, value, only, of))]:
+    if problems := [why for key, value in found.items() if (why := _wrong(key, value, only, of, tables))]:
         raise InputError(problems)
     if isinstance(found.get("detrend"), str):
         found["detrend"] = names_of([found["detrend"]])
     return found
 
 
-def _wrong(key: str, value: object, only: tuple[str, ...], of: str) -> str:
+def _wrong(key: str, value: object, only: tuple[str, ...], of: str, tables: tuple[str, ...]) -> str:
     """Say what is wrong with an entry of a recipe; empty if nothing is."""
     from electrovib.core.errors import nearest
 
-    if key not in _KEYS:
-        return f"{key}: no entry of a recipe.{nearest(key, _KEYS)}"
+    known = only if of == "a measurement" else _KEYS
+    if key not in known:
+        return f"{key}: no entry of a recipe.{nearest(key, known)}"
     if key not in only:
         return f"{key}: does not belong to {of}; omit it"
-    if (key in _OF_SIGNALS) != isinstance(value, dict):
-        return f"{key}: expected {key}.SIGNAL=VALUE" if key in _OF_SIGNALS else f"{key}: expected {key}=VALUE"
+    if (key in tables) != isinstance(value, dict):
+        each = "SIGNAL" if tables is _OF_SIGNALS else "PATH"
+        return f"{key}: expected {key}.{each}=VALUE" if key in tables else f"{key}: expected {key}=VALUE"
     return ""
 
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from electrovib.core.errors import InputError, gathered
 from electrovib.data.marks import csv_text
+from electrovib.data.recorded import column_of
 from electrovib.data.registry import read_recorded
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.fit.sessions import RandomEffects, random_effects
-from electrovib.recordings.importing.choice import column_of
 from electrovib.recordings.interval import Interval, from_noise
 
 if TYPE_CHECKING:

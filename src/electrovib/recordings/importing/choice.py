@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import re
 from dataclasses import dataclass
 from fractions import Fraction
@@ -12,12 +11,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, Problem, nearest, suggestion
+from electrovib.core.errors import InputError, Problem, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import KINDS, format_quantity, parse_quantity
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
-from electrovib.data.unit_words import kind_and_factor, name_and_unit
+from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration
 
 if TYPE_CHECKING:
@@ -50,33 +49,6 @@ def _remedy(name: str, allowed: Collection[str]) -> str:
     if name == "time":
         return ' The column of the time is chosen with --set time="COLUMN [s]" (time= in Python).'
     return nearest(name, allowed)
-
-
-def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
-    """Find a column by its heading, with or without its unit, or by its number from 0: ``"Ch2"``, ``"Ch2 (N)"``, ``"2"``."""
-    by_name = {each.name: each for each in recorded.channels}
-    if stated in by_name:
-        return by_name[stated]
-    name, unit = name_and_unit(stated)
-    if name not in by_name:
-        whole = [each for each in recorded.channels if f"{each.name} ({each.unit})" == stated]
-        if name.isdigit() and int(name) < len(recorded.channels):
-            whole = [recorded.channels[int(name)]]
-        if not whole:
-            listed = ", ".join(f"'{each}'" for each in list(by_name)[:20])
-            raise InputError(
-                f"{option} = {stated}: the file has no such column.{suggestion(name, by_name)} It has {listed}."
-            )
-        name = whole[0].name
-    found = by_name[name]
-    if not unit or not found.unit:
-        return dataclasses.replace(found, unit=found.unit or unit)
-    if kind_and_factor(unit) != kind_and_factor(found.unit):
-        raise InputError(
-            f"{option} = {stated}: the file states the unit '{found.unit}' for '{found.name}', not '{unit}'; for a sensor state"
-            f" its sensitivity with scale, such as '1.5 {unit}/{found.unit}'."
-        )
-    return found
 
 
 def calibrated_column(

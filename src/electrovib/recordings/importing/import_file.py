@@ -17,11 +17,12 @@ from electrovib.core.files import note_input
 from electrovib.core.signals import SIGNALS, make_trace
 from electrovib.core.units import format_quantity
 from electrovib.data.faults import check_file
+from electrovib.data.recorded import column_of
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import refuse_spectrum, spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration, calibrate
-from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
+from electrovib.recordings.importing.choice import calibrated_column, check_names
 from electrovib.recordings.importing.notices import about_file, about_parts, about_samples
 from electrovib.recordings.importing.parallel_part import phase_offset
 from electrovib.recordings.importing.reduction import ReductionSteps, reduced, seconds

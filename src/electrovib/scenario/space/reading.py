@@ -139,7 +139,7 @@ class _Reading:
     def _entries(self, table: Any, where: str) -> dict[str, Distribution]:
         """Read the distributions of one table; where is the group, with a full stop at its end, or empty."""
         found = {}
-        for path, content in _flattened(table).items():
+        for path, content in flattened(table).items():
             origin = Origin()
             with gathered(self.problems):
                 origin = read_origin(f"{where}{path}", content) if isinstance(content, Mapping) else origin
@@ -228,13 +228,13 @@ def _named(where: str, groups: dict[str, Group]) -> Grouping:
         raise InputError(f"{where}: {problem}" for problem in error.problems) from None
 
 
-def _flattened(table: Any, start: str = "") -> dict[str, Any]:
-    """Return tables of distributions by dotted path, whether the path is one key or nested tables."""
+def flattened(table: Any, start: str = "") -> dict[str, Any]:
+    """Return tables of distributions, or false for none, by dotted path, whether the path is one key or nested tables."""
     found: dict[str, Any] = {}
     for key, content in table.items():
         nested = isinstance(content, Mapping) and "model" not in content and content
-        if nested and all(isinstance(each, Mapping) for each in content.values()):
-            found |= _flattened(content, f"{start}{key}.")
+        if nested and all(isinstance(each, Mapping) or each is False for each in content.values()):
+            found |= flattened(content, f"{start}{key}.")
         else:
             found[f"{start}{key}"] = content
     return found
@@ -341,14 +341,19 @@ def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Pa
     if "file" in given:
         given = _with_measured(path, given, quantity, folder)
     numbers = {
-        name: _number(f"{path}.{name}", value, "1" if name in WITHOUT_UNIT else quantity.unit)
+        name: read_number(f"{path}.{name}", value, "1" if name in WITHOUT_UNIT else quantity.unit)
         for name, value in given.items()
     }
     try:
         found = _built(kind, numbers, names)
     except TypeError:
         missing = [name for name in names if name not in numbers]
-        raise InputError(f"{path}.{missing[0]}: missing parameter of {kind.__name__}") from None
+        why = (
+            f".{missing[0]}: missing parameter of {kind.__name__}"
+            if missing
+            else ": expected numbers, not lists"
+        )
+        raise InputError(f"{path}{why}") from None
     except InputError as error:
         raise InputError(f"{path}: {problem}" for problem in error.problems) from None
     return _within(path, found, quantity)
@@ -356,7 +361,7 @@ def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Pa
 
 def _kind(path: str, content: Any) -> type[Distribution]:
     name = content.get("model") if isinstance(content, Mapping) else content
-    if not isinstance(content, Mapping) or name not in _KINDS:
+    if not isinstance(content, Mapping) or str(name) not in _KINDS:
         raise InputError(
             f"{path}: expected a table with the model of a distribution.{nearest(str(name), _KINDS)}"
         )
@@ -409,9 +414,10 @@ def _within(path: str, found: Distribution, quantity: Quantity) -> Distribution:
     )
 
 
-def _number(path: str, value: Any, unit: str) -> Any:
+def read_number(path: str, value: Any, unit: str) -> Any:
+    """Read a finite number in SI or as a text with a unit, or a list of them as a tuple."""
     if isinstance(value, (list, tuple)):
-        return tuple(_number(path, each, unit) for each in value)
+        return tuple(read_number(path, each, unit) for each in value)
     if isinstance(value, str):
         try:
             return parse_quantity(value, unit)

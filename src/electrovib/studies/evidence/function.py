@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from electrovib.core.budget import each_item
+from electrovib.core.errors import InputError
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.evidence.measurement import Measurement, measurements
+from electrovib.studies.evidence.files import measurements
+from electrovib.studies.evidence.measurement import Measurement
 from electrovib.studies.evidence.predicted import DRAWS, predict
-from electrovib.studies.evidence.result import Evidence
+from electrovib.studies.evidence.result import Evidence, nobody
 from electrovib.studies.evidence.score import judge
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Sequence
 
 
-def evidence(measured: str | Mapping[str, Measurement] = "", *, n: int = DRAWS, seed: int = 0) -> Evidence:
+def evidence(
+    measured: str | Sequence[str] | Mapping[str, Measurement] = "", *, n: int = DRAWS, seed: int = 0
+) -> Evidence:
     """Compare every law with what was measured: the distribution that it predicts, and the measured value in it.
 
     Parameters
     ----------
-    measured : str or mapping of str to Measurement
-        Part of a name, a title or a group of the declared measurements, all by default; or measurements of your own.
+    measured : str, sequence of str or mapping of str to Measurement
+        Part of a name, a title or a group of the declared measurements, all by default; the file of a measurement of your
+        own; several of these; or measurements by name.
     n : int
         Draws of what was not printed, for each measurement, >= 2.
     seed : int
@@ -35,7 +41,7 @@ def evidence(measured: str | Mapping[str, Measurement] = "", *, n: int = DRAWS, 
     Raises
     ------
     InputError
-        If no measurement is called so.
+        If no measurement is called so, or no law or model can predict any of them.
 
     Notes
     -----
@@ -43,12 +49,18 @@ def evidence(measured: str | Mapping[str, Measurement] = "", *, n: int = DRAWS, 
     measured value, each group counting once; a law without the parameters that a set-up needs cannot predict it, which
     is not a score. The best scores say which law to believe in these set-ups, not which one is true.
     """
-    chosen = measurements(measured) if isinstance(measured, str) else dict(measured)
+    if isinstance(measured, Mapping):
+        chosen = dict(measured)
+    else:
+        words = [measured] if isinstance(measured, str) else measured or [""]
+        chosen = {name: each for word in words for name, each in measurements(word).items()}
     scores, refused = [], {}
     names = each_item(list(chosen))
     for name, (_, each) in zip(names, chosen.items(), strict=True):
         found, refused[name] = predict(each, n=n, seed=seed)
         scores += [judge(name, each, one) for one in found]
+    if not scores:
+        raise InputError(f"{name}: {nobody(why)}" for name, why in refused.items())
     judged = {
         name: [one for one in validity(each.scenario) if one.state == "warning"]
         for name, each in chosen.items()

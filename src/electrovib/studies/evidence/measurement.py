@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.citation import STATUSES, UNVERIFIED
-from electrovib.core.discovery import offers
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, gathered, nearest
 from electrovib.core.paths import quantity_at
+from electrovib.core.units import KINDS
+from electrovib.data.unit_words import kind_and_factor
 from electrovib.scenario import Scenario
+from electrovib.solve.quantities.names import read_name
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -22,6 +24,36 @@ HOW: Final = (PRINTED, DATA, FIGURE, QUOTED)
 """How a number came here, from best to worst."""
 SPREADS: Final = ("people", "repeats", "devices", "digits", "a choice")
 """What a spread is: between people, between repeats on one rig, between devices, the printed digits; or assumed here."""
+
+
+def unit_of(quantity: str, per: str, scenario: Scenario) -> str:
+    """Return the SI unit of a quantity of a scenario, by its name, or of its quotient with a second one."""
+    own, *under = (read_name(each, tuple(scenario.stack.layers)).unit for each in (quantity, per) if each)
+    if not under:
+        return own
+    found = kind_and_factor(f"{own}/{under[0].replace('/', '*')}")
+    if found is None and own not in under:
+        raise InputError(f"per = '{per}': there is no unit for {own} over {under[0]}")
+    return found[0] if found else "1"
+
+
+def check_unit(unit: str, quantity: str, per: str, scale: float, scenario: Scenario) -> None:
+    """Refuse the name of a quantity that does not exist, and a unit that is not its own where no scale converts it."""
+    own = unit_of(quantity, per, scenario)
+    if unit not in KINDS:
+        known = kind_and_factor(unit)
+        in_si = (
+            f"'{known[0]}', because numbers without a unit are in SI"
+            if known
+            else f"a unit.{nearest(unit, KINDS)}"
+        )
+        raise InputError(f"unit = '{unit}': expected {in_si}")
+    if scale == 1 and unit != own:
+        over = f" over {per}" if per else ""
+        raise InputError(
+            f"unit = '{unit}': {quantity}{over} is in {own}; give the values in it, or scale, the factor between the two, such"
+            " as 1 over an area"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,13 +105,22 @@ class Measurement:
 
     def __post_init__(self) -> None:
         """Refuse a measurement that cannot be scored: all mistakes at once."""
-        counts = {len(self.values), len(self.spread), len(self.at) if self.over else 1}
+        counts = [len(self.values), len(self.spread), len(self.at) if self.over else 1]
         numbers = np.array([*self.values, *self.spread])
+        wrong_numbers = numbers[~((numbers > 0) & np.isfinite(numbers))]
         problems = [
             message
             for wrong, message in (
-                (len(counts) != 1 or not self.values, "values, spread and at need one number for each point"),
-                (not np.all((numbers > 0) & np.isfinite(numbers)), "values and spread are positive numbers"),
+                (
+                    len(set(counts)) != 1 or not self.values,
+                    "values, spread and at need one number for each point; they have {}, {} and {}".format(
+                        *counts
+                    ),
+                ),
+                (
+                    wrong_numbers.size,
+                    f"values and spread are positive numbers, unlike {[*wrong_numbers, 0][0]:g}",
+                ),
                 (self.how not in HOW, f"how = '{self.how}': one of {', '.join(HOW)}"),
                 (
                     self.spread_of not in SPREADS,
@@ -92,6 +133,9 @@ class Measurement:
             )
             if wrong
         ]
+        with gathered(problems):
+            if not callable(self.quantity):
+                check_unit(self.unit, self.quantity, self.per, self.scale, self.scenario)
         if problems:
             raise InputError(f"measurement '{self.title}': {each}" for each in problems)
 
@@ -104,33 +148,3 @@ class Measurement:
     def axis(self) -> tuple[str, str]:
         """Name and SI unit of the parameter that was varied."""
         return (self.over, quantity_at(self.scenario, self.over).unit) if self.over else ("", "1")
-
-
-def measurements(word: str = "") -> dict[str, Measurement]:
-    """Collect what the papers, ours and those of other packages, declare as measured.
-
-    Parameters
-    ----------
-    word : str
-        Part of a name ``author_year/name``, a title or a group; all if empty.
-
-    Returns
-    -------
-    dict of str to Measurement
-        By ``author_year/name``.
-
-    Raises
-    ------
-    InputError
-        If no measurement has the word; the groups are listed.
-    """
-    known: dict[str, Measurement] = offers(("measurements",))
-    found = {
-        name: each
-        for name, each in known.items()
-        if word.casefold() in f"{name} {each.title} {each.group} {each.on}".casefold()
-    }
-    if not found:
-        groups = ", ".join(sorted({each.group for each in known.values()}))
-        raise InputError(f"no measurement is called '{word}'. Groups that measured: {groups}")
-    return found

@@ -9,6 +9,7 @@ import numpy as np
 
 from electrovib.core.discovery import find_members, offers
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.model import Model
 from electrovib.core.own_models import family_of
 from electrovib.core.paths import value_at
 from electrovib.scenario.space.reading import read_space
@@ -42,8 +43,15 @@ def candidates(measured: Measurement) -> dict[str, Any]:
     if measured.judges.rpartition(".")[2] == SKIN:
         return {name: skin.material for name, skin in offers(("skins",)).items() if skin.reproduces_force}
     own: Any = measured.scenario
-    for part in measured.judges.split("."):
-        own = own[int(part)] if isinstance(own, tuple) else getattr(own, part)
+    try:
+        for part in measured.judges.split("."):
+            own = own[int(part)] if isinstance(own, tuple) else getattr(own, part)
+    except (AttributeError, LookupError, ValueError):
+        own = None
+    if not isinstance(own, Model):
+        raise InputError(
+            f"judges = '{measured.judges}': the set-up has no model there, as at force, contact or friction"
+        )
     found: dict[str, Any] = {}
     for name in find_members(family_of(type(own))):
         found[name] = own if name == type(own).__name__ else {"model": name}
@@ -90,7 +98,7 @@ def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, R
     if callable(measured.quantity):
         made = ParametricScenario(scenario, list(columns))
         rows = np.stack(list(columns.values()), axis=1).tolist()
-        return np.array([measured.quantity(made.scenario(row)) for row in rows], dtype=float)
+        return np.array([_of_function(measured, made.scenario(row)) for row in rows])
     names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
 
     def numbers(scenario: Scenario, columns: Mapping[str, Real]) -> Real:
@@ -109,6 +117,20 @@ def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, R
         return found
 
     return numbers(scenario, columns)
+
+
+def _of_function(measured: Measurement, scenario: Scenario) -> float:
+    """Call the function of a measurement; a number that it cannot compute is a reason, any other error names it."""
+    called = f"{getattr(measured.quantity, '__name__', 'quantity')}() of '{measured.title}'"
+    try:
+        return float(measured.quantity(scenario))  # type: ignore[operator]  # the caller has asked
+    except (ValueError, ArithmeticError) as error:
+        raise InputError(f"{called} failed with {type(error).__name__}: {error}") from error
+    except ElectrovibError:
+        raise
+    except Exception as error:
+        error.add_note(f"in {called}")
+        raise
 
 
 def _set_up(measured: Measurement, name: str, content: Any) -> tuple[Scenario, dict[str, Any]]:

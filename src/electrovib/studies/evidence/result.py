@@ -94,15 +94,16 @@ class Evidence(Answer):
         of = {how: sum(len(each.values) for each in self.measured.values() if each.how == how) for how in HOW}
         counts = ", ".join(f"{count} {how}" for how, count in of.items() if count)
         failed = self.failures
+        unpredicted = [f"{name}: {nobody(why)}" for name, why in self.refused.items() if not self.of(name)]
         said = [
             f"{len(failed)} of {len(self.measured)} measurements lie in part outside the 90 % interval of every law or model."
             if failed
-            else "Every measurement lies in the 90 % interval of some law or model."
+            else f"Every {'other ' * bool(unpredicted)}measurement lies in the 90 % interval of some law or model."
         ]
         worst = {self.measured[each.measurement].group: each for each in reversed(failed)}
         listed = sorted(worst.values(), key=failed.index)[:WORST]
         said += [self._failure(each) for each in listed]
-        return [*said, f"{points} numbers: {counts}."]
+        return [*unpredicted, *said, f"{points} numbers: {counts}."]
 
     def _failure(self, each: Score) -> str:
         of = self.measured[each.measurement]
@@ -250,6 +251,14 @@ def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], nam
     ax.invert_yaxis()
     ax.set_xlabel("predicted over measured")
     ax.legend(loc="best")
+
+
+def nobody(refused: Mapping[str, str]) -> str:
+    """Say that no candidate predicts a measurement, with the reason that most of them have."""
+    reasons = list(refused.values())
+    return (
+        f"no law or model can predict it: {max(reasons, key=reasons.count) if reasons else 'there is none'}"
+    )
 
 
 def _quantity(measured: Measurement) -> str:

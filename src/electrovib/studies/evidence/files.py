@@ -1,0 +1,360 @@
+"""Measurements by name: those that papers declare, and those of files, which a table of points becomes."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.discovery import offers
+from electrovib.core.errors import InputError, Problem, gathered, nearest
+from electrovib.core.mistakes import shown
+from electrovib.core.parsing import read_toml_file
+from electrovib.core.paths import quantity_at
+from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.data.marks import Form, unsigned
+from electrovib.data.recorded import DataColumn, column_of
+from electrovib.data.registry import read_recorded
+from electrovib.scenario import Scenario, read_scenario
+from electrovib.scenario.reading import paper_of_preset, without_schema
+from electrovib.scenario.space.reading import flattened, read_number, read_space
+from electrovib.scenario.toml import SCHEMA
+from electrovib.studies.evidence.measurement import DATA, SPREADS, Measurement, check_unit, unit_of
+from electrovib.studies.evidence.predicted import candidates
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+
+_NEEDED: Final = {
+    "title": 'title = "attraction over voltage, one finger"',
+    "source": 'source = "our tribometer, March 2026"',
+    "group": 'group = "our laboratory"',
+    "scenario": 'scenario = "vezzoli_2014/fig6_gap", or a .toml file',
+    "quantity": 'quantity = "peak electrostatic_force"',
+    "values": 'values = ["1.1 mN", "4.2 mN"]',
+    "spread": 'spread = "10 %"',
+    "spread_of": f'spread_of = "{SPREADS[1]}"',
+    "over": 'over = "drive.high"',
+    "at": 'at = ["500 V", "1 kV"]',
+}
+"""What the file of a measurement states, the last two where it has several points, with an example of each."""
+_OF_TABLE: Final = {
+    "values": '--column value="force [mN]"',
+    "spread": '--column spread="deviation [mN]", or --set spread="10 %"',
+    "at": '--column at="voltage [V]"',
+}
+"""How these are stated where a measurement is made of a table of points."""
+_ELSE: Final[dict[str, Any]] = {
+    "how": DATA, "status": "full text", "changes": {}, "per": "", "scale": 1.0, "unit": "", "unknown": {}, "of_model": {},
+    "made": [], "judges": "force", "on": "finger", "note": "",
+}  # fmt: skip
+"""What it may state beside that, as in `Measurement`; `changes` are those of the scenario, by dotted path."""
+ENTRIES: Final = ("schema", *_NEEDED, *_ELSE)
+TABLES: Final = tuple(name for name, usual in _ELSE.items() if isinstance(usual, dict))
+_WORDS: Final[dict[type, str]] = {str: "a text", dict: "a table", list: "a list of names"}
+COLUMNS: Final = {"value": "values", "at": "at", "spread": "spread"}
+"""Columns of a table of points, to the entries that they become."""
+
+
+def measurements(word: str = "") -> dict[str, Measurement]:
+    """Collect what the papers, ours and those of other packages, declare as measured; or read a measurement of your own.
+
+    Parameters
+    ----------
+    word : str
+        Part of a name ``author_year/name``, a title or a group; all if empty; or a file (``.toml``) with one measurement.
+
+    Returns
+    -------
+    dict of str to Measurement
+        By ``author_year/name``, or by the name of the file without its suffix.
+
+    Raises
+    ------
+    InputError
+        If no measurement has the word; the groups are listed. Of a file: every mistake at once.
+    """
+    if (path := Path(word)).suffix.lower() == ".toml":
+        advice = "'electrovib import points.csv --as measurement -o mine.toml' writes one"
+        content = read_toml_file(path, kind="a measurement", advice=advice)
+        return {path.with_suffix("").as_posix(): _measurement(_stated(without_schema(content), path.parent))}
+    known: dict[str, Measurement] = offers(("measurements",))
+    found = {
+        name: each
+        for name, each in known.items()
+        if word.casefold() in f"{name} {each.title} {each.group} {each.on}".casefold()
+    }
+    if not found:
+        groups = ", ".join(sorted({each.group for each in known.values()}))
+        raise InputError(f"no measurement is called '{word}'. Groups that measured: {groups}")
+    return found
+
+
+def _stated(
+    content: Mapping[str, Any], folder: Path, columns: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """Read the entries of a file, or those beside the columns of a table; all that is missing is listed at once."""
+    has = {name for name, each in content.items() if each not in ("", [])}
+    has |= {COLUMNS[each] for each in columns or ()}
+    several = {"over", "at"} & has or columns is not None or len(_listed(content.get("values"))) > 1
+    examples = _NEEDED if columns is None else _NEEDED | _OF_TABLE
+    unknown = [name for name in content if name not in ENTRIES]
+    problems = [f"{name}: no entry of a measurement.{nearest(name, ENTRIES)}" for name in unknown]
+    problems += [
+        f"{name}: missing, for instance {example}"
+        for name, example in examples.items()
+        if name not in has and (several or name not in {"over", "at"})
+    ]
+    scale = 1.0
+    with gathered(problems):
+        (scale,) = _numbers("scale", [content.get("scale", scale)], "1")
+    if scale != 1 and "unit" not in has:
+        problems.append('unit: missing beside scale, for instance unit = "Pa"')
+    for name, given in content.items():
+        kind = type(_ELSE.get(name, ""))
+        if name not in {"schema", "scale", *COLUMNS.values()} and not isinstance(given, kind):
+            problems.append(f"{name} = {shown(given)}: expected {_WORDS[kind]}")
+    if problems:
+        raise InputError(problems)
+    return (
+        _ELSE
+        | {"over": "", "at": ()}
+        | _with_files(content, lambda name: str(folder / name))
+        | {"scale": scale}
+    )
+
+
+def _with_files(content: Mapping[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
+    """Return entries with every name of a file in them moved to another folder, that of the scenario included."""
+
+    def moved(item: Any, key: str = "") -> Any:
+        if isinstance(item, Mapping):
+            return {name: moved(each, str(name)) for name, each in item.items()}
+        return move(item) if isinstance(item, str) and key.rpartition(".")[2] == "file" else item
+
+    found, scenario = moved(content), content.get("scenario")
+    if isinstance(scenario, str) and not paper_of_preset(scenario):
+        found["scenario"] = move(scenario)
+    return dict(found)
+
+
+def _listed(given: Any) -> list[Any]:
+    return list(given) if isinstance(given, (list, tuple)) else [given]
+
+
+def _set_up(stated: Mapping[str, Any]) -> tuple[Scenario, str, str]:
+    """Return the set-up, the unit of the values, and that of the parameter that was varied."""
+    scenario = read_scenario(stated["scenario"])
+    problems: list[str] = []
+    with gathered(problems, within="changes"):
+        scenario = scenario.replace(stated["changes"])
+    if problems:
+        raise InputError(problems)
+    unit, of_over = stated["unit"], "1"
+    with gathered(problems):
+        unit = unit or (unit_of(stated["quantity"], stated["per"], scenario) if stated["scale"] == 1 else "")
+        check_unit(unit, stated["quantity"], stated["per"], stated["scale"], scenario)
+    try:
+        of_over = quantity_at(scenario, stated["over"]).unit if stated["over"] else "1"
+    except InputError as error:
+        problems += [Problem(each.reason, path="over", value=stated["over"]) for each in error.problems]
+    if problems:
+        raise InputError(problems)
+    return scenario, unit, of_over
+
+
+def _measurement(stated: Mapping[str, Any]) -> Measurement:
+    """Build the measurement; mistakes in its parts are refused together."""
+    scenario, unit, of_over = _set_up(stated)
+    problems: list[str] = []
+    with gathered(problems):
+        values = _numbers("values", stated["values"], unit)
+        given = stated["spread"] if isinstance(stated["spread"], list) else [stated["spread"]] * len(values)
+        spread = tuple(_relative(*each, unit) for each in zip(given, values, strict=False))
+    with gathered(problems):
+        at = _numbers("at", stated["at"], of_over) if stated["over"] else ()
+        for each in at:
+            scenario.replace({stated["over"]: each})
+    unknown = flattened(stated["unknown"])
+    with gathered(problems, within="unknown"):
+        if unknown:
+            read_space(scenario, {"space": unknown})
+    if problems:
+        raise InputError(problems)
+    of_model: dict[str, dict[str, Any]] = {}
+    for path, table in flattened(stated["of_model"]).items():
+        model, _, inner = path.partition(".")
+        if not inner or not (table is False or isinstance(table, Mapping)):
+            raise InputError(
+                f"of_model.{path}: expected MODEL.PATH with a table, or false for a layer that it replaces"
+            )
+        of_model.setdefault(model, {})[inner] = table or None
+    kept = {name: each for name, each in stated.items() if name not in {"schema", "changes"}}
+    made = {
+        "scenario": scenario, "unit": unit, "values": values, "spread": spread, "at": at, "unknown": unknown,
+        "of_model": of_model, "made": tuple(map(str, stated["made"])),
+    }  # fmt: skip
+    found = Measurement(**kept | made)
+    known = candidates(found)
+    if wrong := [name for name in (*of_model, *found.made) if name not in known]:
+        raise InputError(f"{name}: no model of {found.judges}.{nearest(name, known)}" for name in wrong)
+    return found
+
+
+def _numbers(name: str, given: Any, unit: str) -> tuple[float, ...]:
+    found: tuple[float, ...] = read_number(name, _listed(given), unit)
+    if any(isinstance(each, tuple) for each in found):
+        raise InputError(f"{name} = {shown(given)}: expected one list of numbers")
+    return found
+
+
+def _relative(given: Any, value: float, unit: str) -> float:
+    """Read a spread: a share of the value, also in per cent, or a text in the unit of the value."""
+    if isinstance(given, str):
+        with suppress(ValueError):
+            return parse_quantity(given, "1")
+        return _numbers("spread", given, unit)[0] / value if value else math.nan
+    return _numbers("spread", [given], "1")[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportedMeasurement:
+    """A measurement made of a table of points, with its entries as they are written and a sentence about its origin."""
+
+    measurement: Measurement
+    entries: Mapping[str, Any]
+    history: str
+
+    def to_toml(self) -> str:
+        """Write the file that `measurements` and `electrovib.evidence` read."""
+        import tomlkit
+
+        ordered = sorted(self.entries.items(), key=lambda each: isinstance(each[1], Mapping))
+        head = [unsigned(Form.MEASUREMENT), " ".join(self.history.split())]
+        return "".join(f"# {line}\n" for line in head) + tomlkit.dumps({"schema": SCHEMA, **dict(ordered)})
+
+    @property
+    def lines(self) -> list[str]:
+        """Title, origin, and each point with its spread."""
+        each = self.measurement
+        of_over = quantity_at(each.scenario, each.over).unit
+        points = zip(each.at, each.values, each.spread, strict=True)
+        return [
+            f"{each.title}: {_name(each)}",
+            self.history,
+            *(
+                f"{each.over} = {format_quantity(at, of_over)}: {format_quantity(value, each.unit)}, spread"
+                f" {100 * spread:.3g} %"
+                for at, value, spread in points
+            ),
+        ]
+
+
+def _name(each: Measurement) -> str:
+    return f"{each.quantity} / {each.per}" if each.per else str(each.quantity)
+
+
+def import_measurement(
+    path: str | Path,
+    columns: Mapping[str, str],
+    *,
+    folder: str | Path = "",
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    part: str | None = None,
+    **entries: Any,
+) -> ImportedMeasurement:
+    """Import a table of measured points as a measurement, by which laws are judged.
+
+    Parameters
+    ----------
+    path : str or Path
+        Any file that a reader takes, with a row for each point.
+    columns : mapping of str to str
+        ``value``, ``at`` and ``spread`` to the heading of a column, with a unit where the file states none. A spread in per
+        cent is one over the value; the entry `spread` takes its place where it is the same for all.
+    folder : str or Path
+        Folder of the file that is written, to which the names of files in it become relative.
+    reader, delimiter, decimal_comma, part
+        As for `electrovib.import_file`.
+    **entries
+        What else the file of a measurement holds, as `Measurement` describes it; the names of files are relative to the
+        working folder.
+
+    Returns
+    -------
+    ImportedMeasurement
+        The measurement, and its text as TOML.
+
+    Raises
+    ------
+    InputError
+        If something is missing or does not fit, all mistakes of a kind at once.
+    """
+    place = Path(path)
+    if wrong := [name for name in columns if name not in COLUMNS]:
+        raise InputError(
+            f"columns.{name}: no column of a measurement.{nearest(name, COLUMNS)}" for name in wrong
+        )
+    content = {name: each for name, each in entries.items() if name != "schema"}
+    stated = _stated(content, Path(), columns)
+    _, unit, of_over = _set_up(stated)
+    recorded = read_recorded(
+        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
+    )
+    chosen = {name: column_of(recorded, each, option=f"columns.{name}") for name, each in columns.items()}
+    values = _positive(chosen["value"], place, unit)
+    content["values"] = _written(values, unit)
+    content["at"] = _written(_in_si(chosen["at"], place, of_over, "at"), of_over)
+    if "spread" in chosen:
+        content["spread"] = _written(_spread(chosen["spread"], place, unit, values), "1")
+    origin = ", ".join(f"{COLUMNS[name]} from '{each.name}' [{each.unit}]" for name, each in chosen.items())
+    return ImportedMeasurement(
+        measurement=_measurement(_stated(content, Path())),
+        entries=_with_files(content, lambda name: os.path.relpath(name, folder or ".")),
+        history=f"{len(values)} points of {place.name}: {origin}",
+    )
+
+
+def _written(numbers: Real, unit: str) -> list[str] | list[float]:
+    """Write numbers with their unit in twelve digits, which is more than is measured."""
+    if unit == "1":
+        return [float(f"{each:.12g}") for each in numbers.tolist()]
+    return [format_quantity(each, unit, digits=12) for each in numbers.tolist()]
+
+
+def _in_si(column: DataColumn, path: Path, unit: str, name: str) -> Real:
+    if not column.unit and unit != "1":
+        raise InputError(
+            f"columns.{name} = {column.name}: the file states no unit; write it behind the name: '{column.name} [{unit}]'"
+        )
+    return column.in_si(path, unit)
+
+
+def _positive(column: DataColumn, path: Path, unit: str) -> Real:
+    found = _in_si(column, path, unit, "value")
+    bad = found[found <= 0]
+    if bad.size:
+        raise InputError(
+            f"columns.value = {column.name}: {bad.size} of {found.size} values are not above 0, the first is"
+            f" {format_quantity(float(bad[0]), unit)}; a law is judged by the logarithm of the value: leave such points out, or"
+            " take a quantity that is positive, such as a swing or a peak"
+        )
+    return found
+
+
+def _spread(column: DataColumn, path: Path, unit: str, values: Real) -> Real:
+    """Return a spread over the value: of a column in per cent or in the unit of the value."""
+    if not column.unit:
+        raise InputError(
+            f"columns.spread = {column.name}: the file states no unit; write '{column.name} [%]' for one over the value, or"
+            f" '{column.name} [{unit}]'"
+        )
+    if column.unit == "%":
+        return column.in_si(path, "1")
+    return column.in_si(path, unit) / values
