@@ -24,14 +24,13 @@ from electrovib.scenario.space.reading import read_space
 from electrovib.solve.prepare import prepare
 from electrovib.solve.quantities import read_name
 from electrovib.studies.check import check
+from electrovib.studies.evidence.score import ODDS
 from electrovib.studies.sweep import parse_over
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario.space.reading import SpaceSource
 
-ODDS: Final = 20.0
-"""Odds for the true law at which two laws count as told apart."""
 REPEATS: Final = tuple(2**power for power in range(13))
 """Numbers of repeats at each point that are tried, up to 4096."""
 MOST_POINTS: Final = 200

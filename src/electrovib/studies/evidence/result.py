@@ -14,7 +14,7 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.data.marks import Form, csv_text
 from electrovib.studies.evidence.measurement import HOW, Measurement
-from electrovib.studies.evidence.score import IGNORANT, LEVEL, Score, Standing, standings
+from electrovib.studies.evidence.score import IGNORANT, LEVEL, ODDS, Score, Standing, standings
 
 WORST: Final = 5
 """Groups of people whose worst failure is stated."""
@@ -25,7 +25,9 @@ USUAL: Final = "EffectiveMedium"
 REMARK: Final = (
     "The score is the mean logarithm of the predictive density of the logarithm of a value; a prediction that knows nothing"
     f" within twelve decades has {IGNORANT:.1f}, and a higher score is better. The shape is scored with one common factor left"
-    " free in each measurement. Every group of people who measured counts once."
+    " free in each measurement. The odds are those against each rival on the measurements that both predict, at most"
+    f" {ODDS:g} to 1, their geometric mean; beaten by counts the rivals with these odds against it. Every group of people who"
+    " measured counts once."
 )
 
 
@@ -132,7 +134,8 @@ class Evidence(Answer):
                 f"{100 * each.covered:.0f} %",
                 f"{each.ratio:.2g}",
                 f"{each.off:.3g}",
-                _number(each.behind),
+                f"{each.odds:.2g}",
+                f"{len(each.beaten_by)}",
                 _number(each.score),
                 _number(each.shape),
             )
@@ -140,7 +143,7 @@ class Evidence(Answer):
         )
         headings: tuple[str, ...] = (
             *("law or model", "groups", "numbers", f"within {100 * LEVEL:.0f} %", "predicted/measured"),
-            *("typical factor", "behind the best", "score", "shape"),
+            *("typical factor", "odds", "beaten by", "score", "shape"),
         )
         return Table(
             "Force laws, the best first" if place == "force" else f"Models of {place}, the best first",
@@ -226,12 +229,15 @@ class Evidence(Answer):
         own = ["covered", "ratio", "score", "shape"]
         if name == "laws.csv":
             found = [each for place in self._places for each in standings(self.judging(place))]
-            return _csv(["model", "groups", "points", "off", "behind", *own], found)
+            return _csv(["model", "groups", "points", "off", "odds", "beaten_by", *own], found)
         return _csv(["measurement", "group", "model", "low", "high", *own], self.scores)
 
 
 def _csv(names: list[str], records: Sequence[Standing | Score]) -> str:
-    return csv_text(names, [[getattr(each, name) for name in names] for each in records])
+    def cell(value: Any) -> Any:
+        return ", ".join(value) if isinstance(value, tuple) else value
+
+    return csv_text(names, [[cell(getattr(each, name)) for name in names] for each in records])
 
 
 def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], names: list[str]) -> None:

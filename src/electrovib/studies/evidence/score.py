@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
 
     from electrovib.studies.evidence.measurement import Measurement
     from electrovib.studies.evidence.predicted import ModelPrediction
@@ -101,13 +101,18 @@ def _log_score(off: Real, widths: Real) -> float:
     return float(np.mean(np.log(np.mean((1 - SURPRISE) * densities + SURPRISE * tails, axis=0))))
 
 
+ODDS: Final = 20.0
+"""Odds at which one law counts as told apart from another; further evidence against the same rival adds nothing."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Standing:
     """A candidate over all measurements that it can predict: every group counts once, whatever it has published.
 
     `groups` and `points` are their numbers; `ratio` is the geometric mean of the median ratios, `off` the typical factor
-    by which a group's ratio deviates from 1; `behind` is the mean distance of its score from the best one of the same
-    measurement, which alone is comparable between candidates that predict different measurements.
+    by which a group's ratio deviates from 1. `odds` is the geometric mean of the odds for it against each rival, at least
+    1/`ODDS` and at most `ODDS`, on the measurements that both predict, and `beaten_by` names the rivals with the odds
+    `ODDS` against it: both are comparable between candidates that predict different measurements.
     """
 
     model: str
@@ -116,40 +121,56 @@ class Standing:
     ratio: float
     off: float
     covered: float
-    behind: float
+    odds: float
+    beaten_by: tuple[str, ...]
     score: float
     shape: float
 
 
 def standings(scores: Iterable[Score]) -> list[Standing]:
-    """Average the scores of every candidate over its groups; the one least behind the best of each measurement first."""
-    listed = list(scores)
-    best: dict[str, float] = {}
-    by_model: dict[str, dict[str, list[Score]]] = {}
-    for each in listed:
-        best[each.measurement] = max(each.score, best.get(each.measurement, -math.inf))
-        by_model.setdefault(each.model, {}).setdefault(each.group, []).append(each)
-    found = [_standing(model, list(groups.values()), best) for model, groups in by_model.items()]
-    return sorted(found, key=lambda each: (each.behind, -each.groups, each.model))
+    """Average the scores of every candidate over its groups; the one with the best odds against its rivals first."""
+    by_model: dict[str, dict[str, Score]] = {}
+    for each in scores:
+        by_model.setdefault(each.model, {})[each.measurement] = each
+    found = [_standing(model, by_model) for model in by_model]
+    return sorted(found, key=lambda each: (-each.odds, -each.groups, each.model))
 
 
-def _standing(model: str, groups: Sequence[Sequence[Score]], best: Mapping[str, float]) -> Standing:
+def log_odds(one: Mapping[str, Score], other: Mapping[str, Score]) -> float:
+    """Return the logarithm of the odds for one candidate: the score differences of groups, each a mean, in all."""
+    of_group: dict[str, list[float]] = {}
+    for name in one.keys() & other.keys():
+        of_group.setdefault(one[name].group, []).append(one[name].score - other[name].score)
+    return math.fsum(math.fsum(each) / len(each) for each in of_group.values())
+
+
+def _standing(model: str, by_model: Mapping[str, Mapping[str, Score]]) -> Standing:
+    own, most = by_model[model], math.log(ODDS)
+    groups: dict[str, list[Score]] = {}
+    for each in own.values():
+        groups.setdefault(each.group, []).append(each)
+
     def over_groups(number: Callable[[Score], float]) -> float:
-        known = [[value for each in group if math.isfinite(value := number(each))] for group in groups]
+        known = [
+            [value for each in group if math.isfinite(value := number(each))] for group in groups.values()
+        ]
         means = [math.fsum(values) / len(values) for values in known if values]
         return math.fsum(means) / len(means) if means else math.nan
 
     def log_ratio(each: Score) -> float:
         return math.log(max(each.ratio, _NOTHING))
 
+    against = {rival: log_odds(own, scores) for rival, scores in by_model.items() if rival != model}
+    held = [min(max(each, -most), most) for each in against.values()]
     return Standing(
         model=model,
         groups=len(groups),
-        points=sum(each.band.shape[1] for group in groups for each in group),
+        points=sum(each.band.shape[1] for each in own.values()),
         ratio=math.exp(over_groups(log_ratio)),
         off=math.exp(over_groups(lambda each: abs(log_ratio(each)))),
         covered=over_groups(lambda each: each.covered),
-        behind=over_groups(lambda each: best[each.measurement] - each.score),
+        odds=math.exp(math.fsum(held) / len(held)) if held else 1.0,
+        beaten_by=tuple(sorted(rival for rival, each in against.items() if each <= -most)),
         score=over_groups(lambda each: each.score),
         shape=over_groups(lambda each: each.shape),
     )
