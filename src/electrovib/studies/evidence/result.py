@@ -55,7 +55,7 @@ class Evidence(Answer):
     def document(self) -> Document:
         """Failures, laws, measurements, and a figure for each."""
         return Document(
-            title=f"Evidence: {len(self.measured)} measurements of {len(self._groups)} groups",
+            title=f"Evidence: {_several(len(self.measured), 'measurement')} of {_several(len(self._groups), 'group')}",
             sentences=self._sentences,
             numbers=[self._standings(place) for place in self._places],
             figures=[
@@ -183,13 +183,13 @@ class Evidence(Answer):
 
     @property
     def _overview(self) -> Drawing:
-        """ModelPrediction over measured, for every measurement and the laws that are best over all, with their intervals."""
+        """Prediction over measured, for every measurement and the laws that are best over all, with their intervals."""
         names = [each.model for each in standings(self.judging(self._places[0]))]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
         rows = [name for name, each in self.measured.items() if each.judges == self._places[0]]
         return Drawing(
             id="overview",
-            title="ModelPrediction over measured: the best laws and the usual one",
+            title="Prediction over measured: the best laws and the usual one",
             plot=functools.partial(_draw_ratios, scores=self.scores, models=list(shown), names=rows),
             size=(8.2, 1.2 + 0.3 * len(rows)),
             caption="Medians and 90 % of the draws of what was not printed, without the spread of the measurement.",
@@ -254,7 +254,7 @@ def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], nam
     ax.axvline(1.0, color="0.5", linewidth=0.8)
     ax.set_xscale("log")
     ax.set_yticks(range(len(names)), names)
-    ax.invert_yaxis()
+    ax.set_ylim(len(names) - 0.5, -0.5)
     ax.set_xlabel("predicted over measured")
     ax.legend(loc="best")
 
@@ -271,6 +271,10 @@ def _quantity(measured: Measurement) -> str:
     if callable(measured.quantity):
         return "value"
     return f"{measured.quantity} / {measured.per}" if measured.per else measured.quantity
+
+
+def _several(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count != 1 else ''}"
 
 
 def _points(count: int) -> str:
