@@ -213,22 +213,13 @@ _LINES = {150.0: (0.191, 0.014, 0.016, 0.017), 200.0: (0.317, 0.018, 0.118, 0.02
           300.0: (0.790, 0.024, 0.583, 0.033)}  # fmt: skip
 """Electric part of the shear force at 1 kHz over the load: value at load 0 and slope, each with its standard error [N, 1]."""
 _PRELOAD = between(
-    0.108,
-    0.237,
-    "",
-    model="Uniform",
-    source="loads of the runs over width, authors' data of figure 8b",
-    status="full text",
-)
+    0.108, 0.237, "", model="Uniform", source="loads of the runs over width, authors' data of figure 8b", status="full text",
+)  # fmt: skip
 _LOADS = (0.1, 0.5, 1.0, 1.5)
 _WIDTHS = {
-    2e-3: (0.835, 0.148),
-    2.5e-3: (0.681, 0.0),
-    3e-3: (0.867, 0.146),
-    4e-3: (0.717, 0.0),
-    5e-3: (0.885, 0.040),
+    2e-3: (0.835, 0.148), 2.5e-3: (0.681, 0.0), 3e-3: (0.867, 0.146), 4e-3: (0.717, 0.0), 5e-3: (0.885, 0.040),
     6e-3: (1.003, 0.056),
-}
+}  # fmt: skip
 """Largest shear force over the width of the pin at 300 V and 1 kHz, and its standard deviation [N]; one run where that is 0."""
 _CAPACITANCES = {
     2e-3: ((0.1, 0.5, 1.0, 2.0, 5.0, 8.0), (22.52, 26.84, 31.06, 34.15, 38.18, 41.18),
