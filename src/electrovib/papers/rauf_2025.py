@@ -403,13 +403,8 @@ def pad(group: str, area: float | None, values: dict[float, float], note: str, *
             "friction.coefficient": between(0.15, 0.6, "not stated", model="Uniform"),
         },
     }  # fmt: skip
-    numbers: dict[str, Any] = {
-        "scenario": scenario,
-        "group": group,
-        "values": tuple(values.values()),
-        "note": note,
-    }
-    return Measurement(**numbers | several | known | more)
+    values_of: dict[str, Any] = {"values": tuple(values.values()), "note": note}
+    return Measurement(scenario=scenario, group=group, **values_of | several | known | more)
 
 
 def pads() -> dict[str, Measurement]:
@@ -426,7 +421,7 @@ def pads() -> dict[str, Measurement]:
         logs = np.log(several)
         middle, wide = float(np.exp(logs.mean())), float(np.sqrt(np.expm1(np.var(logs, ddof=1))))
         said = (
-            f"{read}Geometric mean and deviation of {len(several)} stresses, probably on as many substrates."
+            f"{read}Geometric mean and deviation of {len(several)} stresses on as many substrates, probably."
         )
         found[name] = pad(group, None, {at: middle}, said, spread=(wide,), spread_of="devices")
     finger = shultz_2018.scenarios()["sliding"].replace({"drive.amplitude": 250.0, "load.normal_force": 0.0})
