@@ -403,8 +403,10 @@ def pad(group: str, area: float | None, values: dict[float, float], note: str, *
             "friction.coefficient": between(0.15, 0.6, "not stated", model="Uniform"),
         },
     }  # fmt: skip
-    values_of: dict[str, Any] = {"values": tuple(values.values()), "note": note}
-    return Measurement(scenario=scenario, group=group, **values_of | several | known | more)
+    numbers: dict[str, Any] = {
+        "scenario": scenario, "group": group, "values": tuple(values.values()), "note": note,
+    }  # fmt: skip
+    return Measurement(**numbers | several | known | more)
 
 
 def pads() -> dict[str, Measurement]:
