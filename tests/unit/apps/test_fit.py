@@ -44,15 +44,17 @@ def test_the_folder_holds_what_can_be_used_again(spectra, here, table):
     for words in ("Correlation of the estimates", "95 % interval", "Residuals", "leaves it no support"):
         assert words in page
     assert "src=" not in page
-    assert found.comparison.names[0] == "plate.toml"
+    assert found.comparison.candidates[0].name == "plate.toml"
 
 
 def test_the_best_model_comes_first_even_if_it_was_not_asked_for(spectra):
     models = [spectra / "plate.toml"]
     found = ev.fit(spectra / "thick.toml", spectra / "a.nc", free=[GAP, LEAK], compare_with=models)
-    assert found.comparison.names == ("plate.toml", "thick.toml")
-    assert found.comparison.aicc[0] == 0
-    assert found.comparison.aicc[1] > 10
+    first, second = found.comparison.candidates
+    assert (first.name, second.name) == ("plate.toml", "thick.toml")
+    assert (first.aicc, second.aicc > 10) == (0, True)
+    assert "no noise" in second.against
+    assert not found.comparison.is_weighed
     assert found.scenario.stack.layers["insulator"].thickness == 2e-6
 
 
