@@ -27,7 +27,12 @@ from electrovib.recordings.fit.sessions import (
     failed_rows,
     spreads_of,
 )
-from electrovib.recordings.fit.weighing import Case, cases_of, compare_fits, require_dynesty, weigh
+from electrovib.recordings.fit.weighing import (
+    LawCase,
+    cases_of,
+    compare_fits,
+    weigh,
+)
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.documents import check_answer, save_answer
 from electrovib.view.fitted import CHAINS, FitResult
@@ -120,18 +125,16 @@ def fit(
     require_lmfit()
     if posterior is not None:
         require_emcee()
-    if laws is not None:
-        require_dynesty()
     problems: list[str] = []
     base: Scenario | None = None
     measured: list[MeasuredTrace] = []
-    cases: dict[str, Case] = {}
+    cases: dict[str, LawCase] = {}
     refused: dict[str, str] = {}
     others: dict[str, Scenario] = {}
     with inputs_noted() as inputs:
         with gathered(problems):
             base = read_scenario(scenario)
-            cases, refused = cases_of(base, laws) if laws is not None else ({}, {})
+            cases, refused = cases_of(base, laws)
         for other in compare_with:
             with gathered(problems):
                 others[_named(other, len(others) + 2)] = read_scenario(other)
@@ -149,34 +152,39 @@ def fit(
             check_answer(FitResult, output, more=CHAINS if posterior else {}, inputs=inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
-    asked: dict[str, Any] = {
-        "recordings": measured, "free": free, "varying": varying, "signals": signals, "start": start or {},
-        "keep": keep, "progress": progress,
-    }  # fmt: skip
-    best = _fitted(base, **asked)
+    result = _compared(
+        _named(scenario, 1), base, others, posterior, cases, refused, seed, recordings=measured, free=free,
+        varying=varying, signals=signals, start=start or {}, keep=keep, progress=progress,
+    )  # fmt: skip
+    if output is not None:
+        save_answer(result, output, force=force)
+    return result
+
+
+def _compared(
+    name: str, scenario: Scenario, others: Mapping[str, Scenario], posterior: Sampling | None,
+    cases: Mapping[str, LawCase], refused: dict[str, str], seed: int, **asked: Any,
+) -> FitResult:  # fmt: skip
+    """Fit the scenario, the other models and the cases, and compare them; another model counts as a law of its own."""
+    best = _fitted(scenario, **asked)
     fits = {other: _fitted(each, f"compare_with = {other}", **asked) for other, each in others.items()}
-    comparison = None
+    fits |= _tried(cases, refused, **asked)
+    named = {next(iter(cases), name): best} | fits
+    comparison = compare_fits(named) if fits else None
     if cases:
-        fits |= _tried(cases, refused, **asked)
-        named = {next(iter(cases)): best} | fits
-        laws_of = {each: cases[each].law if each in cases else each for each in named}
-        comparison = weigh(named, laws_of, base, seed=seed, refused=refused)
-    elif fits:
-        comparison = compare_fits({_named(scenario, 1): best} | fits)
-    result = FitResult(
+        laws = {each: cases[each].law if each in cases else each for each in named}
+        comparison = weigh(named, laws, scenario, seed=seed, refused=refused)
+    return FitResult(
         best=best,
         rows=parameter_table(best),
         others=fits,
         comparison=comparison,
         posterior=None if posterior is None else sample_posterior(best, posterior),
     )
-    if output is not None:
-        save_answer(result, output, force=force)
-    return result
 
 
 def _tried(
-    cases: Mapping[str, Case], refused: dict[str, str], *, free: Sequence[str], **shared: Any
+    cases: Mapping[str, LawCase], refused: dict[str, str], *, free: Sequence[str], **shared: Any
 ) -> dict[str, ScenarioFit]:
     """Fit all cases but the first, which is the scenario, and add to `refused` why others cannot be fitted."""
     found = {}
@@ -187,7 +195,8 @@ def _tried(
         except CancelledError:
             raise
         except ElectrovibError as error:
-            refused[name] = "; ".join(error.problems)
+            why = "; ".join(error.problems).removeprefix(f"{name}: ")
+            refused |= {name: why} if refused.get(case.law) != why else {}
     return found
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.fit import ScenarioFit
     from electrovib.recordings.fit.of_scenario import Posterior
     from electrovib.recordings.fit.prediction import Residuals
-    from electrovib.recordings.fit.weighing import Evidence, FitComparison
+    from electrovib.recordings.fit.weighing import FitComparison, MarginalLikelihood
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario
 
@@ -199,8 +199,8 @@ def _compared(comparison: FitComparison) -> list[Table]:
     candidates, words = comparison.candidates, comparison.sentence
     columns = {
         "Model": [each.name for each in candidates],
-        "AICc above the best": [f"{each.aicc:.3g}" for each in candidates],
-        "BIC above the best by AICc": [f"{each.bic:.3g}" for each in candidates],
+        "AICc above the best": [f"{each.aicc:.4g}" for each in candidates],
+        "BIC above the best by AICc": [f"{each.bic:.4g}" for each in candidates],
     }
     if comparison.is_weighed:
         known = [each.evidence for each in candidates if each.evidence]
@@ -214,14 +214,18 @@ def _compared(comparison: FitComparison) -> list[Table]:
     return found
 
 
-def _evidence(each: Evidence, highest: float) -> str:
-    error = f" +- {each.error:.1g}" if each.error else ""
-    return f"{highest - each.log:.3g}{error} ({each.method})"
+def _evidence(each: MarginalLikelihood, highest: float) -> str:
+    below = (
+        f"{highest - each.log:.3f}"[:5].rstrip(".")
+        if each.log > -math.inf
+        else f"> {highest - each.peak:.3g}"
+    )
+    return f"{below}{f' +- {each.error:.1g}' if each.error else ''} ({each.method})"
 
 
 def per_cent(probability: float) -> str:
     """Write a probability; very small ones are not told apart."""
-    return f"{100 * probability:.2g} %" if probability >= 1e-4 else "< 0.01 %"
+    return f"{100 * probability:.3g} %" if probability >= 1e-4 else "< 0.01 %"
 
 
 def _correlations(found: ScenarioFit) -> Table:

@@ -52,7 +52,7 @@ _NEVER: Final = -1e300
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class LawCase:
     """A set-up with one force law, `scenario`, whose conductivities `zero` were set to 0; the variants of a `law` are alike."""
 
     law: str
@@ -60,12 +60,17 @@ class Case:
     zero: tuple[str, ...] = ()
 
 
-def cases_of(scenario: Scenario, laws: str | Sequence[str]) -> tuple[dict[str, Case], dict[str, str]]:
+def cases_of(
+    scenario: Scenario, laws: str | Sequence[str] | None
+) -> tuple[dict[str, LawCase], dict[str, str]]:
     """Return the set-up with each law, and without gap and leaks where it has them, by name, and why others cannot be.
 
-    The law of the scenario comes first. A law replaces the layers that it stands for. Leaks are those of the
-    plate and the gap; the skin keeps its conductivity.
+    There are none where none are asked for. The law of the scenario comes first. A law replaces the layers that
+    it stands for. Leaks are those of the plate and the gap; the skin keeps its conductivity.
     """
+    if laws is None:
+        return {}, {}
+    require_dynesty()
     known, own = find_members(ForceLaw), type(scenario.force).__name__
     asked = list(known) if laws == ALL else [laws] if isinstance(laws, str) else list(laws)
     asked = [each for name in asked for each in (known if name == ALL else [name])]
@@ -76,7 +81,7 @@ def cases_of(scenario: Scenario, laws: str | Sequence[str]) -> tuple[dict[str, C
     ]
     if wrong or not asked:
         raise InputError(wrong or f"laws: names no force law. Known: {', '.join(sorted(known))}.")
-    found: dict[str, Case] = {}
+    found: dict[str, LawCase] = {}
     refused: dict[str, str] = {}
     for law in dict.fromkeys([own, *asked]):
         made: list[Scenario] = []
@@ -91,7 +96,7 @@ def cases_of(scenario: Scenario, laws: str | Sequence[str]) -> tuple[dict[str, C
             if case not in made:
                 made.append(case)
                 zero = tuple(path for path, value in changes.items() if value == 0.0)
-                found[law + words] = Case(law=law, scenario=case, zero=zero)
+                found[law + words] = LawCase(law=law, scenario=case, zero=zero)
     return found, refused
 
 
@@ -119,10 +124,11 @@ def _variants(scenario: Scenario, replaced: Sequence[str]) -> dict[str, dict[str
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evidence:
+class MarginalLikelihood:
     """Logarithm of the likelihood averaged over the prior, up to a constant of the data, and its standard error.
 
-    `method` is ``"Laplace"`` or ``"nested sampling"``. `peak` is the logarithm of the largest likelihood;
+    `method` is ``"Laplace"`` or ``"nested sampling"``. `peak` is the logarithm of the largest likelihood, which
+    no evidence exceeds;
     `holds` is false where Laplace's approximation may be off, because the data do not determine a parameter
     or its estimate is not within the prior.
     """
@@ -150,6 +156,8 @@ class Likelihood:
             [each.coordinate(each.lower), each.coordinate(each.upper)] for each in self.parameters.values()
         ]
         self.low, self.high = np.array(ends).T
+        best = [each.coordinate(found.estimate.values[name]) for name, each in self.parameters.items()]
+        self.best: Real = (np.array(best) - self.low) / (self.high - self.low)
         weights, self.constant = self.problem.weights, 0.0
         self.pieces: list[tuple[slice, float | None, float]] = []
         for (_, _, column, rows), noise in zip(
@@ -159,6 +167,13 @@ class Likelihood:
             self.constant += float(np.sum(np.log(weights[rows] * (1.0 if is_stated else noise))))
             least = column.size * least_noise(column) ** 2
             self.pieces.append((rows, None if is_stated else noise, least))
+
+    @property
+    def beyond(self) -> str:
+        """State which estimates are beyond their prior; empty where none is."""
+        off = np.abs(self.best - 0.5) > 0.5 + 1e-9
+        names = [name for name, is_beyond in zip(self.parameters, off, strict=True) if is_beyond]
+        return f"the estimate of {', '.join(names)} is beyond the prior" if names else ""
 
     def values(self, place: Real) -> dict[str, float]:
         """Return the values of the unknowns, in their units, at a place of the unit cube."""
@@ -185,22 +200,20 @@ class Likelihood:
         places = np.random.default_rng(0).random((3, self.low.size))
         return tuple(self.parameters), *(f"{self(place):.9g}" for place in places)
 
-    def laplace(self) -> Evidence:
+    def laplace(self) -> MarginalLikelihood:
         """Integrate the quadratic function that has value, slope and curvature of the logarithm at the estimate.
 
         The curvature is that of Gauss and Newton. The integral is over the unit cube alone.
         """
         from scipy.stats import multivariate_normal
 
-        estimate, width = self.found.estimate, self.high - self.low
-        best = np.array([each.coordinate(estimate.values[name]) for name, each in self.parameters.items()])
-        inside = np.clip((best - self.low) / width, 0, 1)
+        width, inside = self.high - self.low, np.clip(self.best, 0, 1)
         values = self.values(inside)
         scale = [values[name] if each.logarithmic else 1.0 for name, each in self.parameters.items()]
         slopes, left = self.problem.derivatives(values) * scale * width, self.problem.residual(values)
-        peak = self._of(left)
-        if not (np.isfinite(slopes).all() and peak > _NEVER):
-            return Evidence(log=-math.inf, peak=peak, holds=False)
+        top, peak = self._of(left), self._of(self.problem.residual(self.found.estimate.values))
+        if not (np.isfinite(slopes).all() and top > _NEVER):
+            return MarginalLikelihood(log=-math.inf, peak=peak, holds=False)
         factors = np.ones(left.size)
         for rows, noise, least in self.pieces:
             if noise is not None:
@@ -212,14 +225,12 @@ class Likelihood:
         share = multivariate_normal(centre, covariance, allow_singular=True, seed=0, abseps=1e-9, releps=1e-4)
         within = float(share.cdf(np.ones(width.size), lower_limit=np.zeros(width.size)))
         volume = 0.5 * (width.size * math.log(2 * math.pi) - float(np.linalg.slogdet(curvature)[1]))
-        height = peak + 0.5 * float(slope @ covariance @ slope)
+        height = top + 0.5 * float(slope @ covariance @ slope)
         log = height + volume + (math.log(within) if within > 0 else -math.inf)
-        holds = bool((np.abs(best - self.low - inside * width) <= 1e-9 * width).all()) and not (
-            {"not"} & set(self.found.determined.values())
-        )
-        return Evidence(log=log, peak=peak, holds=holds and math.isfinite(log))
+        holds = not self.beyond and "not" not in self.found.determined.values() and math.isfinite(log)
+        return MarginalLikelihood(log=log, peak=peak, holds=holds)
 
-    def sampled(self, *, seed: int, live: int = LIVE) -> Evidence:
+    def sampled(self, *, seed: int, live: int = LIVE) -> MarginalLikelihood:
         """Average the likelihood over the prior by nested sampling, with its standard error."""
         sampler = require_dynesty().NestedSampler(
             self, _as_it_is, self.low.size, nlive=live, rstate=np.random.default_rng(seed), bound="single",
@@ -227,7 +238,7 @@ class Likelihood:
         )  # fmt: skip
         sampler.run_nested(dlogz=_ENDS, print_progress=False)
         found = sampler.results
-        return Evidence(
+        return MarginalLikelihood(
             log=float(found["logz"][-1]),
             error=float(found["logzerr"][-1]),
             peak=float(np.max(found["logl"])),
@@ -264,7 +275,7 @@ def _prior(found: ScenarioFit, unknown: Unknown, reference: Scenario) -> FreePar
 
 
 @dataclass(frozen=True, kw_only=True)
-class Candidate:
+class ComparedFit:
     """One of the models that are compared; `aicc` and `bic` are above those of the best.
 
     `against` is the clearest of what the residuals show; `evidence` is None, and `probability` NaN, where they were not asked
@@ -275,7 +286,7 @@ class Candidate:
     aicc: float
     bic: float
     against: str
-    evidence: Evidence | None = None
+    evidence: MarginalLikelihood | None = None
     probability: float = math.nan
 
 
@@ -283,7 +294,7 @@ class Candidate:
 class FitComparison:
     """Models fitted to the same data, the most probable or that of the lowest AICc first, and why others are not `refused`."""
 
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[ComparedFit, ...]
     sentence: str
     refused: Mapping[str, str] = field(default_factory=dict)
 
@@ -309,7 +320,7 @@ def compare_fits(fits: Mapping[str, ScenarioFit]) -> FitComparison:
     names = sorted(fits, key=lambda name: (fits[name].aicc, name))
     best = fits[names[0]]
     found = tuple(
-        Candidate(
+        ComparedFit(
             name=name,
             aicc=fits[name].aicc - best.aicc if math.isfinite(best.aicc) else math.nan,
             bic=fits[name].bic - best.bic,
@@ -344,7 +355,7 @@ def weigh(
         for name, each in evidence.items()
         if (each.log if each.holds else each.peak) > best - math.log(CLOSE)
     ]
-    sampled: dict[tuple[Any, ...], Evidence] = {}
+    sampled: dict[tuple[Any, ...], MarginalLikelihood] = {}
     for name in close if len(close) > 1 else ():
         key = likelihoods[name].alike()
         if key not in sampled:
@@ -357,7 +368,9 @@ def weigh(
             each,
             evidence=evidence[each.name],
             probability=odds[each.name],
-            against=each.against or _less_likely(evidence[top].peak - evidence[each.name].peak, top),
+            against=each.against
+            or likelihoods[each.name].beyond
+            or _less_likely(evidence[top].peak - evidence[each.name].peak, top),
         )
         for each in compared.candidates
     ]
@@ -384,7 +397,7 @@ def _times(log: float) -> str:
     return f"{math.exp(log):.3g}" if log < math.log(1e6) else "more than a million"
 
 
-def _by_odds(found: Sequence[Candidate], fits: Mapping[str, ScenarioFit]) -> str:
+def _by_odds(found: Sequence[ComparedFit], fits: Mapping[str, ScenarioFit]) -> str:
     these = next(iter(fits.values())).misfit.recordings
     this = "these recordings" if these > 1 else "this recording"
     likely = [each.name for each in found if each.probability > LIKELY]
@@ -400,7 +413,7 @@ def _by_odds(found: Sequence[Candidate], fits: Mapping[str, ScenarioFit]) -> str
     return text
 
 
-def _by_criteria(found: Sequence[Candidate]) -> str:
+def _by_criteria(found: Sequence[ComparedFit]) -> str:
     if len(found) == 1:
         return ""
     first, second, apart = found[0].name, found[1].name, found[1].aicc
