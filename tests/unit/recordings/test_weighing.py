@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.paths import value_at
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.prediction import Unknown
-from electrovib.recordings.fit.weighing import MarginalLikelihood, Likelihood, cases_of, probabilities, weigh
+from electrovib.recordings.fit.weighing import Likelihood, MarginalLikelihood, cases_of, probabilities, weigh
 
 SKIN = "stack.stratum_corneum.material.conductivity"
 
@@ -319,3 +319,36 @@ def test_the_sentence_says_by_how_much_and_names_all_above_5_percent(monkeypatch
     told = said(A=0.0, B=-5.0)
     assert told.candidates[1].against == "its best fit is 148 times less likely than that of A"
     assert told.candidates[0].against == ""
+
+
+@pytest.fixture(scope="module")
+def twins():
+    """Recordings of a drawn law and drawn parameters, weighed: each candidate's probability, and whether it is the true one."""
+    grid, free = np.geomspace(1, 1e4, 8), "contact.area"
+    base = leaky()
+    cases, _ = cases_of(base, ["EffectiveMedium", "MaxwellStressInInsulator"])
+    cases = {
+        name: cases[name] for name in ("MaxwellStressInGap", "EffectiveMedium", "MaxwellStressInInsulator")
+    }
+    laws = {name: each.law for name, each in cases.items()}
+    rng, found = np.random.default_rng(11), []
+    for number in range(120):
+        true = list(cases)[rng.integers(3)]
+        area = value_at(base, free) * 100 ** rng.uniform(-1, 1)
+        trace = exact(cases[true].scenario.replace({free: area}), "sweep", frequencies=grid)
+        trace["mean_force"].values[:] += 0.03 * rng.normal(size=grid.size)
+        recorded = MeasuredTrace(trace=trace, name="twin", noise={"mean_force": 0.03} if number % 2 else {})
+        fits = {name: fit_scenario(each.scenario, recorded, free=[free]) for name, each in cases.items()}
+        told = weigh(fits, laws, base, seed=number, live=25)
+        found += [(each.probability, each.name == true) for each in told.candidates]
+    return np.array(found, dtype=float)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.02), (0.02, 0.3), (0.3, 0.4), (0.4, 0.9), (0.9, 1.01)])
+def test_of_what_has_a_probability_that_share_is_true(twins, low, high):
+    """Within three counting errors; benchmarks/laws.py does the same with 500 twins and two free parameters."""
+    stated, seen = twins[(low <= twins[:, 0]) & (twins[:, 0] < high)].T
+    error = math.sqrt(np.sum(stated * (1 - stated))) / stated.size
+    assert stated.size > 10
+    assert abs(np.mean(seen) - np.mean(stated)) < 3 * error + 0.005
