@@ -142,11 +142,9 @@ def confusion(found):
     return counts
 
 
-def main() -> None:
-    """Weigh the twins, and write the page."""
-    begin, count = process_time(), int(sys.argv[1]) if sys.argv[1:] else TWINS
-    found = weighed(count)
-    spent, counts, columns = process_time() - begin, confusion(found), [*CASES, "not told apart"]
+def report(found, spent):
+    """Write the page of twins that took the processor time `spent` [s]."""
+    count, counts, columns = len(found), confusion(found), [*CASES, "not told apart"]
     kept = [
         any(each.name == true and each.probability > LIKELY for each in told.candidates)
         for true, told in found
@@ -176,6 +174,13 @@ def main() -> None:
         ],
         tables,
     )
+
+
+def main() -> None:
+    """Weigh the twins, and write the page."""
+    begin, count = process_time(), int(sys.argv[1]) if sys.argv[1:] else TWINS
+    found = weighed(count)
+    report(found, process_time() - begin)
 
 
 if __name__ == "__main__":

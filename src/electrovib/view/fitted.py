@@ -215,11 +215,7 @@ def _compared(comparison: FitComparison) -> list[Table]:
 
 
 def _evidence(each: MarginalLikelihood, highest: float) -> str:
-    below = (
-        f"{highest - each.log:.3f}"[:5].rstrip(".")
-        if each.log > -math.inf
-        else f"> {highest - each.peak:.3g}"
-    )
+    below = f"{highest - each.log:.4g}" if each.log > -math.inf else f"> {highest - each.peak:.3g}"
     return f"{below}{f' +- {each.error:.1g}' if each.error else ''} ({each.method})"
 
 
