@@ -222,7 +222,8 @@ class Likelihood:
         covariance = np.linalg.inv(curvature)
         slope = -(slopes.T * factors) @ left
         centre = inside + covariance @ slope
-        share = multivariate_normal(centre, covariance, allow_singular=True, seed=0, abseps=1e-9, releps=1e-4)
+        share = multivariate_normal(centre, covariance, allow_singular=True, seed=0)
+        share.abseps, share.releps = 1e-9, 1e-4
         within = float(share.cdf(np.ones(width.size), lower_limit=np.zeros(width.size)))
         volume = 0.5 * (width.size * math.log(2 * math.pi) - float(np.linalg.slogdet(curvature)[1]))
         height = top + 0.5 * float(slope @ covariance @ slope)
