@@ -4,6 +4,7 @@ from benchmarks import (
     door,
     fit,
     full_chain,
+    laws,
     leak_behind_amplifier,
     one_finger,
     population,
@@ -17,6 +18,7 @@ if __name__ == "__main__":
     start_up.main()
     door.main()
     fit.main()
+    laws.main()
     leak_behind_amplifier.main()
     population.main()
     texture_stream.main()

@@ -11,7 +11,7 @@ import pytest
 from source import SOURCE, tree_of
 
 NAMES = (
-    "scipy xarray matplotlib numba pandas pint jinja2 h5py h5netcdf tomlkit lmfit emcee sympy mpmath dask zarr nicegui"
+    "scipy xarray matplotlib numba pandas pint jinja2 h5py h5netcdf tomlkit lmfit emcee dynesty sympy mpmath dask zarr nicegui"
     " plotly pyvisa serial nptdms soundfile control jax"
 )
 HEAVY = tuple(NAMES.split())

@@ -24,9 +24,14 @@ from electrovib.recordings.fit.result import parameter_table
 from electrovib.recordings.fit.sessions import (
     RecordedFit,
     SeparateFits,
-    compare_fits,
     failed_rows,
     spreads_of,
+)
+from electrovib.recordings.fit.weighing import (
+    LawCase,
+    cases_of,
+    compare_fits,
+    weigh,
 )
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.documents import check_answer, save_answer
@@ -53,6 +58,8 @@ def fit(
     calibration: Mapping[str, float | CalibrationError] | None = None,
     sessions: Mapping[str, str] | None = None,
     compare_with: Sequence[Source] = (),
+    laws: str | Sequence[str] | None = None,
+    seed: int = 0,
     posterior: Sampling | None = None,
     output: str | Path | None = None,
     force: bool = False,
@@ -90,6 +97,11 @@ def fit(
         parameters vary.
     compare_with : sequence
         Other scenarios of the same experiment, fitted with those of the free parameters that they have.
+    laws : str or sequence of str, optional
+        Names of force laws, or ``"all"``: which one made the recordings, each with and without the gap and the leaks of the
+        scenario, by their evidence. They are weighed together with the scenario and with `compare_with`.
+    seed : int
+        Of the nested sampling of the evidence.
     posterior : Sampling, optional
         Sample the posterior distribution of the parameters with this seed and number of steps.
     output : str or Path, optional
@@ -116,10 +128,13 @@ def fit(
     problems: list[str] = []
     base: Scenario | None = None
     measured: list[MeasuredTrace] = []
+    cases: dict[str, LawCase] = {}
+    refused: dict[str, str] = {}
     others: dict[str, Scenario] = {}
     with inputs_noted() as inputs:
         with gathered(problems):
             base = read_scenario(scenario)
+            cases, refused = cases_of(base, laws)
         for other in compare_with:
             with gathered(problems):
                 others[_named(other, len(others) + 2)] = read_scenario(other)
@@ -138,8 +153,8 @@ def fit(
     if problems or base is None:
         raise InputError(problems)
     result = _compared(
-        _named(scenario, 1), base, others, posterior, recordings=measured, free=free, varying=varying,
-        signals=signals, start=start or {}, keep=keep, progress=progress,
+        _named(scenario, 1), base, others, posterior, cases, refused, seed, recordings=measured, free=free,
+        varying=varying, signals=signals, start=start or {}, keep=keep, progress=progress,
     )  # fmt: skip
     if output is not None:
         save_answer(result, output, force=force)
@@ -147,18 +162,42 @@ def fit(
 
 
 def _compared(
-    name: str, scenario: Scenario, others: Mapping[str, Scenario], posterior: Sampling | None, **asked: Any
-) -> FitResult:
-    """Fit the scenario and the other models, and compare them."""
+    name: str, scenario: Scenario, others: Mapping[str, Scenario], posterior: Sampling | None,
+    cases: Mapping[str, LawCase], refused: dict[str, str], seed: int, **asked: Any,
+) -> FitResult:  # fmt: skip
+    """Fit the scenario, the other models and the cases, and compare them; another model counts as a law of its own."""
     best = _fitted(scenario, **asked)
-    fits = {other: _fitted(each, other, **asked) for other, each in others.items()}
+    fits = {other: _fitted(each, f"compare_with = {other}", **asked) for other, each in others.items()}
+    fits |= _tried(cases, refused, **asked)
+    named = {next(iter(cases), name): best} | fits
+    comparison = compare_fits(named) if fits else None
+    if cases:
+        laws = {each: cases[each].law if each in cases else each for each in named}
+        comparison = weigh(named, laws, scenario, seed=seed, refused=refused)
     return FitResult(
         best=best,
         rows=parameter_table(best),
         others=fits,
-        comparison=compare_fits({name: best} | fits) if others else None,
+        comparison=comparison,
         posterior=None if posterior is None else sample_posterior(best, posterior),
     )
+
+
+def _tried(
+    cases: Mapping[str, LawCase], refused: dict[str, str], *, free: Sequence[str], **shared: Any
+) -> dict[str, ScenarioFit]:
+    """Fit all cases but the first, which is the scenario, and add to `refused` why others cannot be fitted."""
+    found = {}
+    for name, case in [*cases.items()][1:]:
+        own = [path for path in free if path not in case.zero]
+        try:
+            found[name] = _fitted(case.scenario, name, free=own, **shared)
+        except CancelledError:
+            raise
+        except ElectrovibError as error:
+            why = "; ".join(error.problems).removeprefix(f"{name}: ")
+            refused |= {name: why} if refused.get(case.law) != why else {}
+    return found
 
 
 def _fitted(
@@ -199,7 +238,7 @@ def _paths_of(scenario: Scenario, free: Sequence[str], name: str) -> list[str]:
             continue
         found.append(path)
     if not found:
-        raise InputError(f"compare_with = {name}: has none of the free parameters {', '.join(free)}")
+        raise InputError(f"{name}: has none of the free parameters {', '.join(free)}")
     return found
 
 

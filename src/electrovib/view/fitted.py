@@ -13,6 +13,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.data.marks import WRITTEN_BY, Form, csv_text, unsigned
 from electrovib.recordings.fit.misfit import LEVEL
 from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
+from electrovib.recordings.fit.weighing import PRIOR
 from electrovib.recordings.interval import MISFIT
 from electrovib.view.units import pretty_quantity
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.fit import ScenarioFit
     from electrovib.recordings.fit.of_scenario import Posterior
     from electrovib.recordings.fit.prediction import Residuals
-    from electrovib.recordings.fit.sessions import FitComparison
+    from electrovib.recordings.fit.weighing import FitComparison, MarginalLikelihood
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario
 
@@ -93,16 +94,30 @@ class FitResult(Answer):
         """What the data determine, data with model, residuals, and every table."""
         found, rows, posterior, comparison = self.best, self.rows, self.posterior, self.comparison
         sampled = [] if posterior is None else [posterior_table(posterior, rows)]
-        compared = [] if comparison is None else [_compared(comparison)]
+        compared = [] if comparison is None else _compared(comparison)
         others = [_correlations(found), _residuals(found.residuals)]
         cited = [*cited_of(found.scenario), *REFERENCES, *([EMCEE] if posterior is not None else [])]
+        is_weighed = comparison is not None and comparison.is_weighed
         return Document(
             title=f"Fit: {found.scenario.title or 'a scenario'}",
             sentences=[fit_answer(found, rows, comparison=comparison)],
             diagnostics=found.diagnostics,
-            figures=fit_panels(found.residuals),
-            tables=[_estimates(rows), *sampled, *compared, *others],
-            references=cited,
+            figures=[
+                *fit_panels(found.residuals),
+                *(
+                    model_panels(comparison, self.others, found)
+                    if comparison and comparison.is_weighed
+                    else []
+                ),
+            ],
+            tables=[
+                *(compared if is_weighed else []),
+                _estimates(rows),
+                *sampled,
+                *([] if is_weighed else compared),
+                *others,
+            ],
+            references=[*cited, *([DYNESTY] if is_weighed else [])],
         )
 
     def content(self, name: str) -> str | bytes:
@@ -125,14 +140,15 @@ def fit_answer(
     known = [row for row in rows if row.method and row.state in {"well", "weakly", MISFIT}]
     parts = [f"{row.name} = {with_interval(row)}" for row in known[:6]]
     told = found.misfit.sentence
-    text = f"{told[0].upper()}{told[1:]}. " if told else ""
+    weighed = comparison.sentence if comparison is not None and comparison.is_weighed else ""
+    text = "".join(f"{each[0].upper()}{each[1:]}. " for each in (weighed, told) if each)
     text += f"Fitted to {counted} numbers: {'; '.join(parts) or 'no parameter is determined'}."
     text += "".join(f" {each}." for each in found.prescribed)
     for each in found.undetermined:
         text += f" {each.sentence[0].upper()}{each.sentence[1:]}."
     if found.rounding is not None:
         text += f" {found.rounding.sentence[0].upper()}{found.rounding.sentence[1:]}."
-    if comparison is not None and comparison.sentence:
+    if comparison is not None and comparison.sentence and not weighed:
         text += f" {comparison.sentence[0].upper()}{comparison.sentence[1:]}."
     if found.estimate.stalled:
         text += " The search was ended there, because further steps made the estimate no more likely."
@@ -178,17 +194,34 @@ def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     return Table("Parameters", headings, tuple(shown), caption=caption)
 
 
-def _compared(comparison: FitComparison) -> Table:
-    rows = tuple(
-        (name, f"{aicc:.4g}", f"{bic:.4g}")
-        for name, aicc, bic in zip(comparison.names, comparison.aicc, comparison.bic, strict=True)
-    )
-    return Table(
-        "Models",
-        ("Model", "AICc above the best", "BIC above the best by AICc"),
-        rows,
-        caption=comparison.sentence,
-    )
+def _compared(comparison: FitComparison) -> list[Table]:
+    """Make the table of the models, and that of those that could not be fitted."""
+    candidates, words = comparison.candidates, comparison.sentence
+    columns = {
+        "Model": [each.name for each in candidates],
+        "AICc above the best": [f"{each.aicc:.4g}" for each in candidates],
+        "BIC above the best by AICc": [f"{each.bic:.4g}" for each in candidates],
+    }
+    if comparison.is_weighed:
+        known = [each.evidence for each in candidates if each.evidence]
+        highest, words = max(each.log for each in known), f"{words}. {PRIOR}"
+        columns["ln evidence below the best"] = [_evidence(each, highest) for each in known]
+        columns["Probability"] = [per_cent(each.probability) for each in candidates]
+    columns["What speaks against it"] = [each.against or "nothing" for each in candidates]
+    found = [Table("Models", tuple(columns), tuple(zip(*columns.values(), strict=True)), caption=words)]
+    if comparison.refused:
+        found.append(Table("Models not fitted", ("Model", "Why"), tuple(comparison.refused.items())))
+    return found
+
+
+def _evidence(each: MarginalLikelihood, highest: float) -> str:
+    below = f"{highest - each.log:.4g}" if each.log > -math.inf else f"> {highest - each.peak:.3g}"
+    return f"{below}{f' +- {each.error:.1g}' if each.error else ''} ({each.method})"
+
+
+def per_cent(probability: float) -> str:
+    """Write a probability; very small ones are not told apart."""
+    return f"{100 * probability:.3g} %" if probability >= 1e-4 else "< 0.01 %"
 
 
 def _correlations(found: ScenarioFit) -> Table:
@@ -273,6 +306,8 @@ def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
     return "".join(f"# {line}\n" for line in lines) + tomlkit.dumps(content)
 
 
+_MOST_MODELS: Final = 5
+"""Models whose residuals a figure shows."""
 _MOST_POINTS: Final = 600
 """Samples of a recording that a figure shows."""
 _BOTH: Final = "Points: data. Lines: model with the estimated parameters."
@@ -334,6 +369,41 @@ def _of_signal(signal: str, own: Sequence[Residuals]) -> list[Panel]:
     return found
 
 
+def model_panels(
+    comparison: FitComparison, others: Mapping[str, ScenarioFit], best: ScenarioFit
+) -> list[Panel]:
+    """Make a figure for each signal of what the first models leave of it, over the noise of the most probable one."""
+    names = [each.name for each in comparison.candidates[:_MOST_MODELS]]
+    left = [others.get(name, best).residuals for name in names]
+    panels = []
+    for signal in dict.fromkeys(each.observed.signal for each in best.residuals):
+        of_signal = [[each for each in own if each.observed.signal == signal] for own in left]
+        noises, axis = (
+            [each.noise * each.observed.scale for each in of_signal[0]],
+            of_signal[0][0].observed.axis,
+        )
+        rows = [
+            [np.real(each.values / noise)[_few(each)] for each, noise in zip(own, noises, strict=True)]
+            for own in of_signal
+        ]
+        x = np.concatenate([each.observed.x[_few(each)] for each in of_signal[0]])
+        panels.append(
+            Panel(
+                id=f"models-{signal}",
+                title=f"Residuals of the {signal.replace('_', ' ')} by each model",
+                caption=f"Data less model over the noise of {names[0]}; of complex data the real part.",
+                x=(axis, SIGNALS[axis].unit),
+                y=("residual over noise", "1"),
+                curves=tuple(
+                    Curve(label=name, x=x, y=np.concatenate(row), kind="points")
+                    for name, row in zip(names, rows, strict=True)
+                ),
+                log_x=axis == "frequency",
+            )
+        )
+    return panels
+
+
 def _both(own: Sequence[Residuals], part: Callable[..., NDArray[np.float64]]) -> tuple[Curve, ...]:
     curves = []
     for at, each in enumerate(own):
@@ -353,6 +423,10 @@ def _few(each: Residuals) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, size - 1, min(size, _MOST_POINTS)).astype(np.int64))
 
 
+DYNESTY: Final = (
+    "J. S. Speagle, dynesty: a dynamic nested sampling package for estimating Bayesian posteriors and evidences,"
+    " Mon. Not. R. Astron. Soc. 493, 3132 (2020)"
+)
 EMCEE: Final = (
     "D. Foreman-Mackey, D. W. Hogg, D. Lang, J. Goodman, emcee: The MCMC Hammer,"
     " Publ. Astron. Soc. Pac. 125, 306 (2013)"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.apps import fit as fit_module
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import CancelledError
@@ -44,15 +45,17 @@ def test_the_folder_holds_what_can_be_used_again(spectra, here, table):
     for words in ("Correlation of the estimates", "95 % interval", "Residuals", "leaves it no support"):
         assert words in page
     assert "src=" not in page
-    assert found.comparison.names[0] == "plate.toml"
+    assert found.comparison.candidates[0].name == "plate.toml"
 
 
 def test_the_best_model_comes_first_even_if_it_was_not_asked_for(spectra):
     models = [spectra / "plate.toml"]
     found = ev.fit(spectra / "thick.toml", spectra / "a.nc", free=[GAP, LEAK], compare_with=models)
-    assert found.comparison.names == ("plate.toml", "thick.toml")
-    assert found.comparison.aicc[0] == 0
-    assert found.comparison.aicc[1] > 10
+    first, second = found.comparison.candidates
+    assert (first.name, second.name) == ("plate.toml", "thick.toml")
+    assert (first.aicc, second.aicc > 10) == (0, True)
+    assert "no noise" in second.against
+    assert not found.comparison.is_weighed
     assert found.scenario.stack.layers["insulator"].thickness == 2e-6
 
 
@@ -176,6 +179,63 @@ def test_a_voltage_that_differs_is_stated_with_both_numbers_and_refused_where_it
     code, out, _ = cli(f"{changed} --keep drive")
     assert code in {0, 3}
     assert f"{GAP}: 1" in out  # um, three times as wide and more
+
+
+def test_laws_are_weighed_and_what_cannot_be_fitted_says_why(recorded, cli):
+    free = f"--free {GAP},{LEAK}"
+    code, out, _ = cli(f"fit right.toml a.nc {free} --models EffectiveMedium --all -o out")
+    assert code == 0
+    first, *lines = out.splitlines()
+    assert first.startswith("MaxwellStressInGap is more than a million times as probable as the next, ")
+    assert lines[0] == "  MaxwellStressInGap: 100 %"
+    assert any(
+        line.startswith("  EffectiveMedium: < 0.01 %; electrostatic_force of a.nc: ") for line in lines
+    )
+    assert any(line.startswith("  EffectiveMedium without leak: < 0.01 %; ") for line in lines)
+    page = (recorded / "out" / "report.html").read_text()
+    for words in (
+        "ln evidence below the best",
+        "What speaks against it",
+        "a factor of 100 from the value",
+        "dynesty",
+    ):
+        assert words in page, words
+    assert page.count("<figure>") == 3  # with that of the residuals by each model
+    few = cli(f"fit right.toml a.nc {free} --models EffectiveMedium")[1].splitlines()
+    assert few[0] == first
+    told = cli(f"fit right.toml a.nc --free {GAP} --models all --all")[1]
+    assert "  EffectiveMedium without gap: not fitted: has none of the free" in told
+    assert "  Persson2018RoughGap: not fitted: force.mean_gap" in told
+    assert "  Vezzoli2014PerFrequency: not fitted: " in told
+
+
+def test_laws_belong_to_a_joint_fit_and_need_dynesty(recorded, refused, monkeypatch):
+    for command in (f"--free {GAP} --separately", "--layer gap"):
+        assert "--models: laws are weighed by a joint fit" in refused(
+            f"fit right.toml a.nc {command} --models all"
+        )
+    assert "EffectiveMedium" in refused(f"fit right.toml a.nc --free {GAP} --models EffectiveMediu")
+    monkeypatch.setitem(sys.modules, "dynesty", None)
+    with pytest.raises(InputError, match=r"dynesty.*pip install 'electrovib\[fit\]'"):
+        ev.fit("right.toml", "a.nc", free=[GAP], laws="all")
+
+
+def test_the_seed_of_the_evidence_is_that_of_the_command_and_a_cancelled_fit_ends(recorded, monkeypatch):
+    seeds = []
+    kept = fit_module.weigh
+    monkeypatch.setattr(fit_module, "weigh", lambda *a, **k: seeds.append(k["seed"]) or kept(*a, **k))
+    laws = {"free": [GAP], "laws": ["EffectiveMedium"]}
+    ev.fit("right.toml", "a.nc", seed=3, **laws)
+    ev.fit("right.toml", "a.nc", **laws)
+    assert seeds == [3, 0]
+    counted = []
+
+    def at_second(count, _):
+        counted.append(count)
+        return counted.count(1) == 2  # of the second model
+
+    with pytest.raises(CancelledError):
+        ev.fit("right.toml", "a.nc", progress=at_second, **laws)
 
 
 @pytest.fixture(scope="module")

@@ -50,7 +50,7 @@ files... [SCENARIO] FILE...  A scenario, and Trace files from which its paramete
 --separately               Fit each recording alone; one table and one figure for all, with the scatter within and between
     recordings.
 --posterior                Sample the posterior distribution too, with emcee; needs --seed.
---seed N                   Seed of the random numbers of --posterior.
+--seed N                   Seed of the random numbers of --posterior, and of --models, there 0 by default.
 -n N -> steps              Length of each chain of --posterior. [default: 2000]
 --form FORM                Of a material: auto (by AICc), constant, constant-phase, debye, cole-cole, cole-cole-2,
     havriliak-negami, prony-4, gabriel ... [default: auto]
@@ -68,7 +68,8 @@ files... [SCENARIO] FILE...  A scenario, and Trace files from which its paramete
 -o, --output PLACE         Folder for report.html, parameters.csv, parameters.toml and space.toml; or the material, or the
     scenario with it in --layer, as .toml; or the table of a power law as .csv.
 --all
---models
+--models A,B,...|FILE.py -> laws  Force laws, or all: which of them made the recordings, each with and without the gap and the
+    leaks of the scenario, by their evidence. Or a Python file with models of your own; repeatable.
 --force
 """,
     example="electrovib fit my.toml a.nc b.nc --free friction.coefficient --noise 'lateral_force=5 mN' -o fit",
@@ -81,12 +82,14 @@ def fit(given: Arguments) -> None:
     systematic error; with the columns x and y, a power law such as that of force over voltage, with the scatter of its
     exponent between sessions.
     """
-    files = given["files"]
+    files, laws = given["files"], given.read_laws()
+    if laws is not None and ("free" not in given or "separately" in given):
+        raise InputError("laws are weighed by a joint fit of a scenario, with --free", path="--models")
     scenario = files[0] if "free" in given or _is_scenario(files[0]) else None
     recorded = files if scenario is None else files[1:]
     columns = {text.partition("=")[0].strip() for text in given.get("columns", [])}
     if "free" in given:
-        _fit_scenario(files[0], recorded, given)
+        _fit_scenario(files[0], recorded, given, laws)
     elif scenario is None and columns & {"x", "y"}:  # which no spectrum has
         given.only(_OF_LAW, "the fit of a power law")
         entries = recipe_of(given, only=READING, of="the fit of a power law")
@@ -106,7 +109,7 @@ def _is_scenario(first: str) -> bool:
     return first.lower().endswith(".toml") or not (Path(first).suffix or Path(first).is_file())
 
 
-def _fit_scenario(scenario: str, recorded: list[str], given: Arguments) -> None:
+def _fit_scenario(scenario: str, recorded: list[str], given: Arguments, laws: list[str] | None) -> None:
     """Fit all recordings together, or each alone."""
     from electrovib.apps.changes import read_changes
     from electrovib.recordings.fit.measured import PRESCRIBING
@@ -116,6 +119,7 @@ def _fit_scenario(scenario: str, recorded: list[str], given: Arguments) -> None:
     else:
         given.only(f"{_OF_EACH} {_OF_ALL}", "the fit of a scenario")
     wanted = given.take("free signals keep offsets output force")
+    wanted |= {} if laws is None else {"laws": laws, "seed": given.get("seed", 0)}
     wanted["noise"] = noises_of(given.get("noise", []))
     wanted["calibration"] = calibrations_of(given.get("gain_error", []), given.get("zero_error", []))
     stated = read_changes(given.get("set", []))
@@ -352,15 +356,29 @@ def row_lines(row: EstimatedParameter) -> list[str]:
 
 def verdict(found: FitResult) -> list[str]:
     """State whether the model describes the data, which one they support, and each estimate with its interval."""
-    lines = _warnings(found)
-    if found.comparison is not None:
-        lines.append(found.comparison.sentence)
+    lines = _compared(found) + _warnings(found)
     means = [row for row in found.rows if row.method == "sessions"]
     lines += [line for row in means for line in row_lines(row)]
     lines += posterior_lines(found)
     for row in found.rows:
         if row not in means:  # a note that two estimates share is stated once
             lines += [line for line in row_lines(row) if line not in lines]
+    return lines
+
+
+def _compared(found: FitResult, *, each: bool = False) -> list[str]:
+    """State which model the data support, and of `each` that was weighed its probability and what speaks against it."""
+    from electrovib.view.fitted import per_cent
+
+    if found.comparison is None:
+        return []
+    lines = [found.comparison.sentence] if found.comparison.sentence else []
+    if each and found.comparison.is_weighed:
+        lines += [
+            f"  {one.name}: {per_cent(one.probability)}{f'; {one.against}' if one.against else ''}"
+            for one in found.comparison.candidates
+        ]
+        lines += [f"  {name}: not fitted: {why}" for name, why in found.comparison.refused.items()]
     return lines
 
 
@@ -374,16 +392,17 @@ def _warnings(found: FitResult) -> list[str]:
 
 def summary(found: FitResult) -> list[str]:
     """Report each estimate with its interval, what is not determined, and which model the data support."""
-    lines = _warnings(found) + [line for row in found.rows for line in row_lines(row)]
+    lines = (
+        _compared(found, each=True)
+        + _warnings(found)
+        + [line for row in found.rows for line in row_lines(row)]
+    )
     lines += [
         f"{each.recording}, {each.observed.signal}: {each.observed.x.size} samples, residual"
         f" {_spread(each.root_mean_square, each.observed.signal, relative=each.observed.relative)} rms"
         for each in found.best.residuals
     ]
-    lines += posterior_lines(found)
-    if found.comparison is not None:
-        lines.append(found.comparison.sentence)
-    return lines
+    return lines + posterior_lines(found)
 
 
 def _spread(value: float, signal: str, *, relative: bool) -> str:

@@ -322,7 +322,7 @@ def weighted(
         left = [each.root_mean_square for each in residuals_of(prediction, estimate.values, noise)]
         scatter = [float(rms / np.sqrt(max(1 - taken, 1e-3))) for rms in left]
         after = [
-            max(found, _least_noise(column)) if each is None else each
+            max(found, least_noise(column)) if each is None else each
             for each, found, column in zip(stated, scatter, columns, strict=True)
         ]
         if alone or None not in stated:
@@ -341,10 +341,10 @@ def first_noise(column: Observed) -> float:
     """Return the noise of a signal over its scale [1], stated or from its third differences, in which a smooth course cancels."""
     if column.noise is not None:
         return column.noise
-    least, found = _least_noise(column), rough_noise(column.y / column.scale)
+    least, found = least_noise(column), rough_noise(column.y / column.scale)
     return found if found > least else 1e6 * least
 
 
-def _least_noise(column: Observed) -> float:
+def least_noise(column: Observed) -> float:
     """Noise over the scale of a signal below which its residuals are those of rounding."""
     return _LEAST_NOISE * float(np.max(np.abs(column.y / column.scale))) or 1.0
