@@ -145,9 +145,9 @@ def served(arguments, folder):
 def test_every_block_is_run_by_one_of_these_tests():
     scenarios, tables = (
         {"my.toml", "screen.toml", "sliding.toml"},
-        {"skin.csv", "drive.csv", "force.csv", "press.csv"},
+        {"skin.csv", "drive.csv", "force.csv", "press.csv", "points.csv"},
     )
-    others = {"law.py", "record.py", "bench.toml", "example_2099.py", "pyproject.toml"}
+    others = {"law.py", "record.py", "bench.toml", "points.toml", "example_2099.py", "pyproject.toml"}
     assert set(FILES) == scenarios | tables | others
     counted = 0
     for page, text in TEXTS.items():
