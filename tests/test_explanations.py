@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.core.discovery import papers
 from electrovib.papers.vezzoli_2014.compute import causality_residual
 from electrovib.studies.evidence import standings
 
@@ -204,3 +205,31 @@ def test_what_is_not_known_quotes_the_evidence(judged):
         assert surfaces[name].shape > 0 > surfaces["LinearSpring"].shape
     (pen,) = judged.of("israr_2006/pen_slope")
     assert 13 * pen.ratio == pytest.approx(one(r"falls by ([\d.]+) dB per octave", text), abs=0.05)
+
+
+PAPER = FOLDER.parent.parent / "paper" / "paper.md"
+
+
+def test_the_paper_counts_what_there_is():
+    """At most 1000 words, as its journal asks."""
+    _, _, text = PAPER.read_text(encoding="utf-8").split("---\n", 2)
+    assert len(text.split()) <= 1000
+    known, words = ev.measurements(), " ".join(text.split())
+    assert one(r"(\d+) published measurements", words) == len(known)
+    assert one(r"measurements, (\d+) numbers", words) == sum(len(each.values) for each in known.values())
+    assert one(r"numbers of (\d+) groups", words) == len({each.group for each in known.values()})
+    assert one(r"experiments of (\d+) publications", words) == len(papers())
+    cited = set(re.findall(r"@(\w+)", text))
+    assert cited == set(
+        re.findall(r"^@\w+\{(\w+),", PAPER.with_suffix(".bib").read_text(encoding="utf-8"), re.MULTILINE)
+    )
+    assert all(PAPER.with_name(name).is_file() for name in re.findall(r"\]\((\w+\.png)\)", text))
+
+
+@pytest.mark.slow
+def test_the_paper_states_what_the_evidence_says(judged):
+    words = " ".join(PAPER.read_text(encoding="utf-8").split())
+    assert one(r"rivals\. (\d+) measurements lie in part outside", words) == len(judged.failures)
+    laws = {each.model: each for each in standings(judged.judging("force"))}
+    assert min(each.off for each in laws.values()) == pytest.approx(4, abs=0.2)
+    assert len(laws["EffectiveMedium"].beaten_by) == 5

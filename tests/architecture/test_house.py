@@ -117,6 +117,26 @@ def test_names_that_a_benchmark_imports_exist(path):
                     importlib.import_module(f"{node.module}.{alias.name}")
 
 
+def test_version_and_requirements_are_the_same_in_every_file_that_states_them():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation, recipe = (
+        (ROOT / name).read_text(encoding="utf-8") for name in ("CITATION.cff", "conda/recipe.yaml")
+    )
+    assert re.findall(r"^version: (.*)$", citation, re.MULTILINE) == [project["version"]]
+    assert re.findall(r'^  version: "(.*)"$', recipe, re.MULTILINE) == [project["version"]]
+    listed = recipe.partition("  run:\n")[2].partition("\n\n")[0].replace("matplotlib-base", "matplotlib")
+    needed = ["python" + project["requires-python"], *project["dependencies"]]
+    assert [line.strip("- ").replace(" ", "") for line in listed.splitlines()] == needed
+
+
+def test_the_extra_all_is_every_extra_of_a_user():
+    optional = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+        "optional-dependencies"
+    ]
+    (extras,) = re.findall(r"^extras=(.*)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), re.MULTILINE)
+    assert optional["all"] == [f"electrovib[{extras}]"]
+
+
 def test_the_job_with_the_lowest_versions_installs_what_is_stated_for_every_extra_of_a_user():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     optional = project["optional-dependencies"]
