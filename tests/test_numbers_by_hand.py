@@ -1,4 +1,4 @@
-"""Numbers of the README, of guides and of explanations against formulas written here, without the solvers of the toolkit.
+"""Numbers of guides and of explanations against formulas written here, without the solvers of the toolkit.
 
 Film, skin and body of the examples are a capacitor C_i, a leaky capacitor C_s with the conductance G, and the body to
 ground. Under straight pieces of voltage the voltage of the skin follows in closed form, piece by piece.
@@ -39,13 +39,13 @@ def document(name, *marks):
 
 
 def blocks(language):
-    """Return the blocks of one language in the README."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    """Return the blocks of one language on the page of every command."""
+    text = (ROOT / "docs" / "how_to" / "commands.md").read_text(encoding="utf-8")
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
 
 
 def my_toml():
-    """Return `my.toml` of the README."""
+    """Return `my.toml` of that page."""
     found = read_toml(blocks("toml")[0])
     assert found["stack"]["stratum_corneum"]["material"]["conductivity"] == "1.79 uS/m"
     return found
@@ -89,7 +89,7 @@ def in_gap(voltage, *, film=FILM, permittivity=PERMITTIVITY, gap=0.0, of_skin=OF
     return EPS0 * AREA * voltage**2 / (2 * (thickness + gap) ** 2)
 
 
-def test_six_lines_and_the_scenario_of_the_readme():
+def test_six_lines_and_the_scenario_of_the_commands():
     changes = {"drive.high": "500 V", "stack.insulator.thickness": "50 um"}
     assert str(changes).replace("'", '"') in blocks("python")[0]
     trace = ev.simulate(ev.load("vezzoli_2014/fig6").replace(changes))
@@ -106,19 +106,21 @@ def test_six_lines_and_the_scenario_of_the_readme():
     assert {name: float(found[name][0]) for name in expected} == pytest.approx(expected, rel=1e-4)
 
 
-def test_the_voltage_that_the_readme_designs_for_1_mn():
+def test_the_voltage_that_an_example_designs_for_1_mn():
     """The force is a square of the voltage: 1 kV times the root of 1 mN over the peak at 1 kV."""
     shown = 'design my.toml --want "peak electrostatic_force = 1 mN" --free drive.high'
-    assert shown in document("README.md")
+    assert shown in document("docs/how_to/commands.md")
     found = ev.design(my_toml(), want="peak electrostatic_force = 1 mN", free="drive.high")
     _, force = attraction(TRAPEZIUM, conductivity=1.79e-6)
     value = 1000 * math.sqrt(1e-3 / force.max())
     assert sorted(each.value for each in found.solutions) == pytest.approx([-value, value], rel=1e-4)
 
 
-def test_the_series_resistor_and_the_peak_current_of_the_readme():
+def test_the_series_resistor_and_the_peak_current_of_an_example():
     """V/I, V^2/R, R C and C V^2/2 of the film under the contact; C_i (dV/dt - dV_s/dt) at the end of the rise, 915.437 nA."""
-    assert 'check my.toml --set limits.body_current="250 uA" --series-resistor' in document("README.md")
+    assert 'check my.toml --set limits.body_current="250 uA" --series-resistor' in document(
+        "docs/how_to/commands.md"
+    )
     found = ev.series_resistor(my_toml(), set={"limits.body_current": "250 uA"})
     film, skin = EPS0 * PERMITTIVITY * AREA / FILM, EPS0 * OF_SKIN * AREA / SKIN
     expected = {"voltage": 1000, "current": 250e-6, "resistance": 4e6, "power": 0.25, "capacitance": film}

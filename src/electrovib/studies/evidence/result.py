@@ -256,7 +256,7 @@ def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], nam
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.set_xlabel("predicted over measured")
-    ax.legend(loc="best")
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=len(models), frameon=False, fontsize="small")
 
 
 def nobody(refused: Mapping[str, str]) -> str:
