@@ -45,3 +45,12 @@ def test_the_numbers_of_the_tour():
     assert f"{friction:g} ({load:g} N + " in text
     skin = scenario.stack.layers["stratum_corneum"].material
     assert f"of {1e3 * 8.854e-12 * skin.permittivity / skin.conductivity:.1f} ms" in text
+
+
+def test_the_files_to_copy_and_the_tests_that_find_them_exist():
+    text, folder = TOUR.with_name("parts.md").read_text(encoding="utf-8"), ""
+    named = re.findall(r"`((?:src|tests)/[\w/.]+|test_\w+\.py)`", text)
+    assert len(named) > 12
+    for name in named:
+        folder = name.rpartition("/")[0] or folder
+        assert (TOUR.parents[2] / folder / name.rpartition("/")[2]).is_file(), name
