@@ -144,6 +144,15 @@ def test_the_closed_form_gives_the_signals_of_the_validated_path(changes, monkey
     agree(expected)
 
 
+def test_a_law_of_many_amplitudes_has_no_products_of_different_ones():
+    scenario = ev.load("persson_2018/coating").replace(
+        {"drive": PULSE, "time": {"model": "TimeGrid", "duration": "10 ms"}}
+    )
+    names, free = ("electrostatic_force",), ("force.mean_gap", "contact.area")
+    assert closed_form.offers(scenario, names)
+    agree(differences(scenario, points_of(scenario, free, seed=3), names, np.linspace(0, 10e-3, 9)))
+
+
 def test_over_another_band_the_materials_are_reduced_again():
     skin = papers()["palmar_1995"].skins()["dry_men"].material.to_dict()
     scenario = ev.load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material": skin})

@@ -333,6 +333,23 @@ def test_cases_of_one_stack_answer_as_each_alone(preset, changes, over, alone, m
     assert len(asked_alone) <= alone if over is LOUD or changes is TABLE else len(asked_alone) == alone
 
 
+def test_cases_with_other_numbers_of_tones_are_apart():
+    """One sine, two sines, and a drive that is no sum of tones: those of one form are computed together."""
+    scenario = settled(BAU, {})
+    sines = [{"model": "Sine", "amplitude": 30.0, "frequency": each} for each in (100.0, 200.0, 300.0)]
+    drives = [
+        sines[0],
+        {"model": "Sum", "drives": [sines[0], sines[2]]},
+        {"model": "Square", "high": 30.0, "low": -30.0, "frequency": 100.0},
+        sines[1],
+    ]
+    names = [read_name(text, tuple(scenario.stack.layers)) for text in ASKED]
+    members = [scenario.replace({"drive": each}) for each in drives]
+    found = Together(members, names)
+    for place, member in enumerate(members):
+        assert_same(found.answer(place), answer(solved(member), names))
+
+
 def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
     scenario = settled(FIG6, SKIN)
     one, other = (sweep(scenario, dict(each), quantities=ASKED) for each in (OVER, reversed(OVER.items())))
