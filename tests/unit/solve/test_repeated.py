@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.core.constants import eps0
 from electrovib.core.discovery import find_members, papers
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at
@@ -144,13 +145,23 @@ def test_the_closed_form_gives_the_signals_of_the_validated_path(changes, monkey
     agree(expected)
 
 
-def test_a_law_of_many_amplitudes_has_no_products_of_different_ones():
-    scenario = ev.load("persson_2018/coating").replace(
-        {"drive": PULSE, "time": {"model": "TimeGrid", "duration": "10 ms"}}
+def test_a_law_of_two_amplitudes_has_no_product_of_both(monkeypatch):
+    law = type(chain().force)
+    both = {"gap": 1.0, "insulator": 3.0}
+    monkeypatch.setattr(law, "amplitudes", lambda _, section: {name: section[name].field for name in both})
+    monkeypatch.setattr(
+        law, "pressure", lambda _, **E: eps0 / 2 * sum(both[name] * each**2 for name, each in E.items())
     )
-    names, free = ("electrostatic_force",), ("force.mean_gap", "contact.area")
-    assert closed_form.offers(scenario, names)
-    agree(differences(scenario, points_of(scenario, free, seed=3), names, np.linspace(0, 10e-3, 9)))
+    names, free, times = (
+        ("electrostatic_force", closed_form.READING),
+        ("contact.area", "stack.gap.thickness"),
+        np.linspace(0, 10e-3, 9),
+    )
+    points = points_of(chain(), free, seed=3)
+    expected = differences(chain(), points, names, times)
+    monkeypatch.setattr(Expanded, "at", None)  # nothing else is called
+    Repeated(Prepared(chain(), free=free), names, times).signals(points[0])
+    agree(expected)
 
 
 def test_over_another_band_the_materials_are_reduced_again():
