@@ -210,7 +210,7 @@ study my.toml -n 4 --seed 1 => --space: not given; for instance --space fingers
 {FINGERS} -o a --workers many => --workers = many: expected a number, or the address
 # imports
 import a.csv --column 'drive_voltage=u' --column drive_voltage=t => is given twice
-import a.csv --as picture => expected trace or material
+import a.csv --as picture => expected trace, material or measurement
 import a.csv --set reader=txt => Did you mean 'text'
 import a.csv --as material -o x.csv => written as .toml
 import a.csv --set part=2 => the file does not consist of parts with names; omit it
