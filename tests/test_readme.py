@@ -229,7 +229,7 @@ def test_what_installs_and_tests_is_run_as_written_before_a_change_lands():
 @pytest.mark.slow
 def test_the_commands_of_the_readme_run_one_after_the_other(folder):
     said = {command: electrovib(command, folder) for command in commands(TEXTS["README.md"])}
-    assert len(said) > 3
+    assert len(said) >= 3
 
 
 def install(folder):
