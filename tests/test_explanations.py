@@ -219,6 +219,11 @@ def test_the_paper_counts_what_there_is():
     assert one(r"measurements, (\d+) numbers", words) == sum(len(each.values) for each in known.values())
     assert one(r"numbers of (\d+) groups", words) == len({each.group for each in known.values()})
     assert one(r"experiments of (\d+) publications", words) == len(papers())
+    readme = PAPER.parent.parent.joinpath("README.md").read_text(encoding="utf-8")
+    counts = re.search(r"(\d+) published measurements \((\d+) numbers of (\d+) groups\)", readme).groups()
+    assert counts == re.search(r"(\d+) published measurements, (\d+) numbers of (\d+) groups", words).groups()
+    missed = one(r"(\d+) measurements lie in part outside", words)
+    assert one(r"\. (\d+) of the \d+ are reached whole by no law", readme) == missed
     cited = set(re.findall(r"@(\w+)", text))
     assert cited == set(
         re.findall(r"^@\w+\{(\w+),", PAPER.with_suffix(".bib").read_text(encoding="utf-8"), re.MULTILINE)
