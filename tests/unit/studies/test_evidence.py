@@ -19,6 +19,7 @@ from electrovib.core.errors import InputError
 from electrovib.studies.evidence import Evidence, Measurement, standings
 from electrovib.studies.evidence.plan import ODDS, _values, _worst, plan_experiment
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
+from electrovib.studies.evidence.result import _rounded
 from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
 
 VOLTAGES = (50.0, 100.0, 200.0)
@@ -546,3 +547,8 @@ def test_every_point_of_a_measurement_is_what_its_scenario_gives(over, at):
             force = ev.prepare(sine.replace(changes), free=[over], quantities=names)({over: at[place]})
             expected = 3.0 * force["mean electrostatic_force"] / force["peak drive_voltage"]
             assert found.values[draw, place] == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize(("value", "shown"), [(163.2, "160"), (0.0423, "0.042"), (26.0, "26"), (1.0, "1")])
+def test_ratios_are_written_without_powers_of_ten(value, shown):
+    assert _rounded(value) == shown

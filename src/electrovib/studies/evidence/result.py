@@ -110,8 +110,9 @@ class Evidence(Answer):
     def _failure(self, each: Score) -> str:
         of = self.measured[each.measurement]
         return (
-            f"{each.measurement} ({of.title}): the best, {each.model}, gives {each.ratio:.2g} of what was measured"
-            f" ({each.low:.2g} to {each.high:.2g}) and covers {100 * each.covered:.0f} % of {_points(len(of.values))}."
+            f"{each.measurement} ({of.title}): the best, {each.model}, gives {_rounded(each.ratio)} of what was measured"
+            f" ({_rounded(each.low)} to {_rounded(each.high)}) and covers {100 * each.covered:.0f} %"
+            f" of {_points(len(of.values))}."
             f"{' ' if of.cause else ''}{of.cause}"
         )
 
@@ -132,9 +133,9 @@ class Evidence(Answer):
                 f"{each.groups}",
                 f"{each.points}",
                 f"{100 * each.covered:.0f} %",
-                f"{each.ratio:.2g}",
-                f"{each.off:.3g}",
-                f"{each.odds:.2g}",
+                _rounded(each.ratio),
+                _rounded(each.off, digits=3),
+                _rounded(each.odds),
                 f"{len(each.beaten_by)}",
                 _number(each.score),
                 _number(each.shape),
@@ -159,8 +160,8 @@ class Evidence(Answer):
                 each.measurement,
                 each.model,
                 f"{100 * each.covered:.0f} %",
-                f"{each.ratio:.2g}",
-                f"{each.low:.2g} to {each.high:.2g}",
+                _rounded(each.ratio),
+                f"{_rounded(each.low)} to {_rounded(each.high)}",
             )
             for each in self.failures
         )
@@ -271,6 +272,11 @@ def _quantity(measured: Measurement) -> str:
     if callable(measured.quantity):
         return "value"
     return f"{measured.quantity} / {measured.per}" if measured.per else measured.quantity
+
+
+def _rounded(value: float, *, digits: int = 2) -> str:
+    """Write 160 and not 1.6e+02."""
+    return f"{float(f'{value:.{digits}g}'):g}"
 
 
 def _several(count: int, what: str) -> str:
