@@ -86,7 +86,7 @@ def felt(percept: Percept) -> KeyFigure:
     if middle is None or spread is None:
         return KeyFigure("unknown", "no threshold is known")
     whose = "published thresholds" if percept.left else "the threshold"
-    ends = f"{_level(middle - spread)} to {_level(middle + spread)} dB re {whose}"
+    ends = f"{_level(middle - spread)} to {_level(middle + spread)} dB relative to {whose}"
     return KeyFigure(f"{_VERDICTS[percept.verdict]}, {_level(middle)} dB", ends)
 
 
@@ -102,4 +102,4 @@ def limit(row: CheckRow | None) -> KeyFigure:
     if row.state == FAIL:
         return KeyFigure("exceeded", f"{row.quantity}: {sizes}", "warning")
     doubt = ", not judged" if row.state == UNKNOWN else ""
-    return KeyFigure(f"{100 * row.value / row.limit:.2g} % of it", f"{row.quantity}: {sizes}{doubt}")
+    return KeyFigure(f"{100 * row.value / row.limit:.2g} % reached", f"{row.quantity}: {sizes}{doubt}")

@@ -141,7 +141,7 @@ def _lines(
         look = {"color": curve.colour, "dash": curve.dash, "width": curve.width, "simplify": False}
         how: dict[str, Any] = {"hovertemplate": _hover(unit, curve.name)}
         if curve.is_faint:
-            how = {"opacity": _FAINT, "hoverinfo": "skip"}
+            how = {"opacity": _FAINT, "hoverinfo": "skip", "zorder": -1}
         return [line(*thinned(x, y), line=look, **how)]
     red, green, blue = bytes.fromhex(curve.colour[1:])
     edge: dict[str, Any] = {"line": {"width": 0}, "hoverinfo": "skip"}
@@ -347,7 +347,7 @@ def _signals(
             each.values(x.words), _real(each.values(signal)), f"{words}{which}", colour, dash,
             in_legend=not which, is_faint=which == _BEFORE,
         )
-        for each, dash, which in [*before, (shown, "solid", ""), *kept]
+        for each, dash, which in [(shown, "solid", ""), *kept, *before]
         for colour, (signal, words) in zip(COLOURS, names.items(), strict=False)
         if _is_known(each, signal, x)
     ]  # fmt: skip
@@ -393,7 +393,7 @@ def _layers(
             each.values(x.words), values, name.replace("_", " ") + (notes or {}).get(name, ""), *looks[name],
             in_legend=each is shown, is_faint=each is not shown,
         )
-        for each in (former, shown)
+        for each in (shown, former)
         if each is not None
         for name, values in values_of(each).items()
         if name in looks

@@ -27,7 +27,7 @@ R = TypeVar("R")
 REST: Final = 0.1
 """Time for which no slider moves before the key figures that take longer are computed [s]: a moving one is not held up."""
 GESTURE: Final = 1.0
-"""Time between two positions of a slider from which the second begins another change [s]."""
+"""Pause of a slider from which its next position begins another change [s]."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Session:
         self.shown: PageState | None = None
         self._presence = Presence()
         self._reported = self._is_reading = False
-        self._changing: tuple[set[str], float] = (set(), 0.0)
+        self._moved, self._last = set[str](), 0.0
 
     @property
     def is_idle(self) -> bool:
@@ -92,10 +92,10 @@ class Session:
         moved = {each for each in {*before, *after} if before.get(each) != after.get(each)}
         if not moved:
             return
-        (last, at), now = self._changing, monotonic()
-        self._changing = moved, now
-        if moved != last or now - at > GESTURE:
+        now = monotonic()
+        if moved != self._moved or now - self._last > GESTURE:
             self.former = self.computed
+        self._moved, self._last = moved, now
 
     def open(self, tab: str) -> None:
         """Show another tab, and compute what it needs beside the Trace."""
@@ -202,7 +202,7 @@ class Session:
             self._display(state, await without_turn())
 
     def _display(self, state: PageState, found: Computed) -> None:
-        self.computed, self.shown = found, state
+        self.computed, self.shown, self._last = found, state, monotonic()
         self.further = Further(band=self.further.band, drawn=self.further.drawn)
         self._report("")
         self.show(found, self.further)
