@@ -115,11 +115,11 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict
     }  # fmt: skip
 
 
-def thinned(x: NDArray[Any], y: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Keep the lowest and the highest point of each stretch of a curve, `SHOWN_SAMPLES` at most, and both ends."""
-    if len(x) <= SHOWN_SAMPLES:
+def thinned(x: NDArray[Any], y: NDArray[Any], most: int = SHOWN_SAMPLES) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Keep the lowest and the highest point of each stretch of a curve, some points at most, and both ends."""
+    if len(x) <= most:
         return x, y
-    size = -(-len(y) // (SHOWN_SAMPLES // 2 - 1))
+    size = -(-len(y) // (most // 2 - 1))
     rows = np.concatenate([y, np.full(-len(y) % size, y[-1])]).reshape(-1, size)
     start = np.arange(len(rows)) * size
     ends = np.sort([start + np.argmin(rows, axis=1), start + np.argmax(rows, axis=1)], axis=0)
@@ -139,10 +139,10 @@ def _lines(
     x, y = np.asarray(curve.x, dtype=float), np.asarray(curve.y, dtype=float)
     if curve.fill_from is None:
         look = {"color": curve.colour, "dash": curve.dash, "width": curve.width, "simplify": False}
-        how: dict[str, Any] = {"hovertemplate": _hover(unit, curve.name)}
         if curve.is_faint:
-            how = {"opacity": _FAINT, "hoverinfo": "skip", "zorder": -1}
-        return [line(*thinned(x, y), line=look, **how)]
+            behind = {"opacity": _FAINT, "hoverinfo": "skip", "zorder": -1}
+            return [line(*thinned(x, y, SHOWN_SAMPLES // 2), line=look, **behind)]
+        return [line(*thinned(x, y), line=look, hovertemplate=_hover(unit, curve.name))]
     red, green, blue = bytes.fromhex(curve.colour[1:])
     edge: dict[str, Any] = {"line": {"width": 0}, "hoverinfo": "skip"}
     lower = line(x, np.asarray(curve.fill_from, dtype=float), **edge)
