@@ -36,4 +36,4 @@ class Former:
 
 
 FORMER: Final[dict[str, Former]] = {}
-"""Former names of `electrovib`, such as ``"simulate_scenario": Former("simulate", since="1.1.0", goes="1.3.0")``."""
+"""Former names of `electrovib`, such as ``"simulate_scenario": Former("simulate", since="1.1.0", goes="2.0.0")``."""

@@ -19,11 +19,11 @@ GAP = "vezzoli_2014/fig6_gap"
 
 
 def former(now):
-    return Former(now, since="1.1.0", goes="1.3.0")
+    return Former(now, since="1.1.0", goes="2.0.0")
 
 
 def warns(name, now):
-    text = f"{name} is deprecated since electrovib 1.1.0 and goes in 1.3.0: use {now}"
+    text = f"{name} is deprecated since electrovib 1.1.0 and goes in 2.0.0: use {now}"
     return pytest.warns(DeprecationWarning, match=f"^{re.escape(text)}$")
 
 
