@@ -1,6 +1,6 @@
 """The page in the browser: time from a slider to the plots, the work of the server, and its memory.
 
-Run from the root of the repository with ``python -m benchmarks.explorer``; it needs the extra ``test`` and chromium.
+Run from the root of the repository with ``python -m benchmarks.explorer``; it needs the extra ``dev`` and chromium.
 """
 
 import asyncio
