@@ -36,7 +36,7 @@ _POWERS: Final = np.array([float(f"1e{power}") for power in range(301)])
 """Powers of ten, exact where a number can be, so that few digits are written."""
 _LEGEND: Final = 520.0
 """Width of a row of the legend, in points; a letter takes about 6.2, a line 48."""
-_FAINT: Final = 0.35
+_FAINT: Final = 0.45
 """Opacity of the curves before the last change."""
 _FEW_DECADES: Final = 3.0
 """Decades up to which a logarithmic axis has plain numbers in a prefixed unit, and above which it has powers of ten."""
