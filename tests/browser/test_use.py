@@ -171,7 +171,7 @@ def test_the_keyboard_reaches_the_results_past_the_parameters(opened):
 
 def test_pointer_and_keyboard(opened):
     page = opened(f"?preset={GAP}")
-    slider = page.locator(".q-slider__track-container").nth(1)
+    slider = page.locator(".q-slider__track-container").first
     slider.hover()
     tip = page.locator(".q-tooltip")
     tip.wait_for()

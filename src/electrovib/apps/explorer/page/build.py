@@ -155,7 +155,7 @@ def _unread(error: InputError) -> str:
 
 
 _SKIP: Final = "() => document.querySelector('[role=tab][aria-selected=true]').focus()"
-"""Past the parameters, which are some sixty stops of the keyboard."""
+"""Past the parameters, which are some thirty stops of the keyboard."""
 _IS_DARK: Final = "window.matchMedia('(prefers-color-scheme: dark)').matches"
 
 
