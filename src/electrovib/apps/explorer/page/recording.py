@@ -46,9 +46,11 @@ class RecordingPanel:
         self._uploaded: reading.Uploaded | None = None
         self._running: reading.RunningFit | None = None
         self._example: Example | None = None
-        ui.button("Load an example recording (simulated)", on_click=self._load_example).props(
-            "no-caps"
-        ).tooltip("Simulate the scenario shown with one value changed and noise; a fit has to find the value")
+        with ui.row().classes("items-center gap-x-4 gap-y-1"):
+            ui.button("Load an example recording (simulated)", on_click=self._load_example).props("no-caps")
+            ui.label(
+                "The scenario shown, with one value changed and noise: a fit has to find the value."
+            ).classes("text-sm")
         ui.label(
             "Drop a recording (CSV of an oscilloscope, MATLAB, netCDF, ISF, TDMS, ...) to compare and fit it, or a"
             " scenario (TOML) to show it. It stays in the memory of this page."
