@@ -304,6 +304,10 @@ def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]
     return _with_curves(plots)
 
 
+EXAMPLE: Final = "example (simulated"
+"""How the title of a recording begins that nobody has measured."""
+
+
 def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
     """Plot each signal of a recording with the same signal of the page; the modulus of complex ones."""
     plots = []
@@ -312,7 +316,9 @@ def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
         if name not in SIGNALS or dims not in (("time",), ("frequency",)):
             continue
         x = TIME if dims == ("time",) else FREQUENCY
-        cases = [("recorded", measured, NEUTRAL, 4.0), ("computed", shown.trace, COLOURS[0], 1.8)]
+        is_example = str(measured.attrs.get("title", "")).startswith(EXAMPLE)
+        words = f"{EXAMPLE})" if is_example else "recorded"
+        cases = [(words, measured, NEUTRAL, 4.0), ("computed", shown.trace, COLOURS[0], 1.8)]
         curves = [
             PlottedCurve(each[x.words].values, _real(each[name].values), words, colour, width=width)
             for words, each, colour, width in cases
