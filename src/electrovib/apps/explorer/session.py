@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
 from electrovib.apps.explorer import limits
-from electrovib.apps.explorer.computed import TABS, Computed, Further, Slice, compute, slices
+from electrovib.apps.explorer.computed import Computed, Further, Slice, compute, slices
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Presence, Workers, apart
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.budget import BudgetError, budget
@@ -47,7 +47,6 @@ class Session:
     show: Callable[[Computed, Further], None]
     complain: Callable[[str], None]
     busy: Callable[[bool], object] = bool
-    tab: str = TABS[0]
     computed: Computed | None = None
     further: Further = field(default_factory=Further)
     pinned: list[Pinned] = field(default_factory=list)
@@ -70,12 +69,6 @@ class Session:
         self.state = state
         if not self._presence.has_left:
             self._updates.ask(state)
-
-    def open(self, tab: str) -> None:
-        """Show another tab, and compute what it needs beside the Trace."""
-        self.tab = tab
-        self.further = Further()
-        self.ask(self.state)
 
     def pin(self) -> None:
         """Keep the present result for comparison; the oldest one is dropped beyond `MOST_PINNED`."""
@@ -137,7 +130,9 @@ class Session:
         self._reported = bool(sentence)
 
     async def _update(self, state: PageState) -> None:
-        if state != self.shown or self.computed is None:
+        if self.shown is None or state.tab != self.shown.tab:
+            self.further = Further()
+        if self.shown is None or self.computed is None or not state.has_scenario_of(self.shown):
             try:
                 await self._simulate(state)
             except InterruptedWorkError:
@@ -146,6 +141,7 @@ class Session:
                 self._report(str(error))
                 return
         else:
+            self.shown = state
             self.show(self.computed, self.further)
         if self.computed is not None:
             await self._compute_further(self.computed)
@@ -182,7 +178,7 @@ class Session:
 
     async def _compute_further(self, found: Computed) -> None:
         """Compute what the open tab needs, a slice at a time; stop as soon as something newer waits."""
-        for each in slices(self.tab, found):
+        for each in slices(self.state.tab, found):
             if self._updates.is_stale:
                 return
             known = self.further

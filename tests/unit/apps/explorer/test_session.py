@@ -4,6 +4,7 @@ import asyncio
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
 
@@ -135,7 +136,7 @@ def test_slices_of_long_work_end_when_something_newer_waits(monkeypatch):
 
     async def actions(visit):
         one = visit.session()
-        one.open(LAWS)
+        one.ask(replace(one.state, tab=LAWS))
         await until(lambda: begun)
         one.ask(at(5))
         return one
@@ -276,7 +277,7 @@ def test_what_a_tab_computes_is_limited_as_a_run_is(monkeypatch):
 
     async def actions(visit):
         one = visit.session()
-        one.open(SAFETY)
+        one.ask(replace(one.state, tab=SAFETY))
         await until(lambda: one.is_idle)
         await one.work(lambda: seen.append((allowed().time, allowed().memory)))
 
