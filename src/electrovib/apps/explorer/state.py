@@ -11,7 +11,7 @@ from urllib.parse import parse_qsl, urlencode
 from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer.computed import TABS
 from electrovib.apps.explorer.limits import LONGEST_LINK, LONGEST_VALUE, MOST_CHANGES, MOST_SAMPLES
-from electrovib.apps.explorer.stories import STEPS, Step
+from electrovib.apps.explorer.stories import STEPS, StoryStep
 from electrovib.core.errors import InputError, nearest
 from electrovib.scenario import Scenario, read_scenario
 from electrovib.studies.catalogue import scenarios
@@ -34,7 +34,7 @@ class PageState:
     story: str = ""
 
     @classmethod
-    def of_step(cls, step: Step) -> PageState:
+    def of_step(cls, step: StoryStep) -> PageState:
         """Return what a step of a story shows."""
         return cls(step.preset, step.changes, step.tab, step.name)
 

@@ -162,6 +162,7 @@ def researcher_1():
     surfaces = [each.scenario.force.evaluation_surface for each in (low, high)]
     assert len(cases) == 5
     assert surfaces[0] != surfaces[1]
+    assert len({each.scenario.force.evaluation_surface for each in cases}) >= 3
     return [top(low), top(high)]
 
 
@@ -266,3 +267,14 @@ def test_what_is_shown_of_a_scenario_is_no_other_scenario():
     assert state.has_scenario_of(replace(state, tab=LAWS, story="student.1"))
     assert not state.has_scenario_of(state.reset())
     assert not state.has_scenario_of(replace(state, preset="kang_2017/sine"))
+
+
+@pytest.mark.parametrize("name", ["student.5", "engineer.4"])
+def test_the_bar_of_a_vibration_and_the_curve_below_it_are_both_in_sight(name):
+    (plot,) = content("Felt", computed(name), further(name)).figures
+    bars, curve = plot["data"]
+    low, high = plot["layout"]["yaxis"]["range"]
+    assert low < np.log10(np.nanmin(curve["y"])) < np.log10(max(bars["y"])) < high
+    assert 20 * np.log10(max(bars["y"]) / np.nanmin(curve["y"])) == pytest.approx(
+        further(name).percept.sensation, abs=1.5
+    )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from nicegui import ui
 
 from electrovib.apps.explorer.state import PageState
-from electrovib.apps.explorer.stories import STEPS, STORIES, Step
+from electrovib.apps.explorer.stories import STEPS, STORIES, StoryStep
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.page.build import VisitorPage
@@ -99,14 +99,14 @@ def _unbroken(sentence: str) -> str:
     return re.sub(r"(?<=\d) ", "\N{NO-BREAK SPACE}", sentence)
 
 
-def _link(words: str, step: Step | None = None) -> ui.link:
+def _link(words: str, step: StoryStep | None = None) -> ui.link:
     found = ui.link(words).classes("ev-link")
     if step is not None:
         _lead(found, step)
     return found
 
 
-def _lead(link: ui.link, step: Step) -> None:
+def _lead(link: ui.link, step: StoryStep) -> None:
     """Let a link lead to a step of a story."""
     link.props["href"] = f"/?{PageState.of_step(step).to_query()}"
     link.update()
