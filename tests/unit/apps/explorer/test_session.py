@@ -99,6 +99,23 @@ def test_the_latest_value_wins_and_no_queue_grows():
     assert len(visit.shown) < 60
 
 
+def test_another_tab_of_the_same_scenario_is_not_simulated_again_and_forgets_what_the_former_computed():
+    async def actions(visit):
+        one = visit.session()
+        one.ask(replace(one.state, tab=LAWS))
+        await until(lambda: one.is_idle)
+        found = one.computed
+        assert one.further.laws
+        one.ask(replace(one.state, tab=SAFETY))
+        await until(lambda: one.is_idle)
+        assert one.computed is found
+        assert one.shown == one.state
+        assert one.further.check is not None
+        assert one.further.laws == {}
+
+    Visit(actions)
+
+
 def test_a_mistake_of_the_program_is_reported_and_the_page_goes_on(monkeypatch, caplog):
     real, calls = computed.Expanded, []
 
