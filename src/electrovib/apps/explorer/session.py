@@ -10,7 +10,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from electrovib.apps.explorer import limits
-from electrovib.apps.explorer.computed import TABS, Computed, Further, Slice, compute, slices, with_answers
+from electrovib.apps.explorer.computed import Computed, Further, Slice, compute, slices, with_answers
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Presence, Workers, apart
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.budget import BudgetError, budget
@@ -56,7 +56,6 @@ class Session:
     complain: Callable[[str], None]
     busy: Callable[[bool], object] = bool
     tell: Callable[[Further], object] = bool
-    tab: str = TABS[0]
     computed: Computed | None = None
     further: Further = field(default_factory=Further)
     pinned: list[Pinned] = field(default_factory=list)
@@ -96,12 +95,6 @@ class Session:
         if moved != self._moved or now - self._last > GESTURE:
             self.former = self.computed
         self._moved, self._last = moved, now
-
-    def open(self, tab: str) -> None:
-        """Show another tab, and compute what it needs beside the Trace."""
-        self.tab = tab
-        self.further = Further()
-        self.ask(self.state)
 
     def pin(self) -> None:
         """Keep the present result for comparison; the oldest one is dropped beyond `MOST_PINNED`."""
@@ -164,7 +157,9 @@ class Session:
         self._reported = bool(sentence)
 
     async def _update(self, state: PageState) -> None:
-        if state != self.shown or self.computed is None:
+        if self.shown is None or state.tab != self.shown.tab:
+            self.further = Further()
+        if self.shown is None or self.computed is None or not state.has_scenario_of(self.shown):
             try:
                 await self._simulate(state)
             except InterruptedWorkError:
@@ -173,6 +168,7 @@ class Session:
                 self._report(str(error))
                 return
         else:
+            self.shown = state
             self.show(self.computed, self.further)
         if self.computed is not None:
             await self._compute_further(self.computed)
@@ -209,7 +205,7 @@ class Session:
 
     async def _compute_further(self, found: Computed) -> None:
         """Compute what the open tab needs, a slice at a time, and the key figures; stop as soon as something newer waits."""
-        for each in slices(self.tab, found):
+        for each in slices(self.state.tab, found):
             if not await self._compute_slice(each, self.workers.patient):
                 return
             self.show(found, self.further)

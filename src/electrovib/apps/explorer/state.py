@@ -1,15 +1,17 @@
-"""What a page shows: a scenario by name, the parameters that were changed, and its form in an address."""
+"""What a page shows: a scenario by name, what was changed in it, the open tab, and their form in an address."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 from urllib.parse import parse_qsl, urlencode
 
 from electrovib.apps.changes import read_changes
+from electrovib.apps.explorer.computed import TABS
 from electrovib.apps.explorer.limits import LONGEST_LINK, LONGEST_VALUE, MOST_CHANGES, MOST_SAMPLES
+from electrovib.apps.explorer.stories import STEPS, StoryStep
 from electrovib.core.errors import InputError, nearest
 from electrovib.scenario import Scenario, read_scenario
 from electrovib.studies.catalogue import scenarios
@@ -20,17 +22,31 @@ FILES: Final = frozenset({"file"})
 
 @dataclass(frozen=True)
 class PageState:
-    """A scenario by its name and what was changed in it.
+    """A scenario by its name, what was changed in it, and how it is shown.
 
-    `changes` is dotted path to value as a person writes it, with its unit.
+    `changes` is dotted path to value as a person writes it, with its unit; `tab` is the open one, and `story` the name
+    of the step of a story that is told beside it, empty for none.
     """
 
     preset: str
     changes: Mapping[str, str] = field(default_factory=dict)
+    tab: str = TABS[0]
+    story: str = ""
+
+    @classmethod
+    def of_step(cls, step: StoryStep) -> PageState:
+        """Return what a step of a story shows."""
+        return cls(step.preset, step.changes, step.tab, step.name)
 
     def to_query(self) -> str:
-        """Write the state as the part of an address behind the question mark."""
-        return urlencode([("preset", self.preset), *(("set", f"{p}={v}") for p, v in self.changes.items())])
+        """Write the state as the part of an address behind the question mark; the first tab is not written."""
+        items = [("preset", self.preset), *(("set", f"{p}={v}") for p, v in self.changes.items())]
+        shown = {"tab": self.tab if self.tab != TABS[0] else "", "story": self.story}
+        return urlencode([*items, *((name, value) for name, value in shown.items() if value)])
+
+    def has_scenario_of(self, other: PageState) -> bool:
+        """Return whether another state has the same scenario, whatever is shown of it."""
+        return (self.preset, self.changes) == (other.preset, other.changes)
 
     def changed(self, path: str, value: str) -> PageState:
         """Return the state with one more parameter changed; a part that is replaced loses the changes inside it."""
@@ -55,8 +71,8 @@ def _shipped() -> tuple[str, ...]:
 def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> PageState:
     """Read a state, whose scenario can be built, from the part of the address behind the question mark.
 
-    An address is refused that is too long, names an unknown scenario, parameter or file, or holds a value
-    that does not fit.
+    An address is refused that is too long, names an unknown scenario, parameter, tab, story or file, or holds a
+    value that does not fit.
     """
     if len(query) > LONGEST_LINK:
         raise InputError(f"The link has {len(query)} letters; at most {LONGEST_LINK} are read.")
@@ -64,18 +80,25 @@ def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> Page
         items = parse_qsl(query, keep_blank_values=True, max_num_fields=MOST_CHANGES + 10)
     except ValueError:
         raise InputError(f"The link changes more than {MOST_CHANGES} parameters.") from None
-    preset, changes = default, {}
-    for name, value in items:
-        if name == "preset":
-            preset = value
-        elif name == "set":
-            path, equals, text = value.partition("=")
-            if not equals:
-                raise InputError(f"The link has 'set={_short(value)}'; it has to be 'set=path=value'.")
-            changes[path.strip()] = text
-    state = PageState(preset, changes)
+    changes = {}
+    for value in [text for name, text in items if name == "set"]:
+        path, equals, text = value.partition("=")
+        if not equals:
+            raise InputError(f"The link has 'set={_short(value)}'; it has to be 'set=path=value'.")
+        changes[path.strip()] = text
+    named = {"preset": default, "tab": TABS[0], "story": ""} | dict(items)
+    state = PageState(
+        named["preset"], changes, _known(named, "tab", TABS), _known(named, "story", ["", *STEPS])
+    )
     scenario_of(state, own=own)
     return state
+
+
+def _known(named: Mapping[str, str], name: str, known: Collection[str]) -> str:
+    """Return one part of a link that has to be a known name."""
+    if (found := named[name]) in known:
+        return found
+    raise InputError(f"{name}: no {name} is called '{_short(found)}'.{nearest(found, known)}")
 
 
 def scenario_of(state: PageState, *, own: Mapping[str, Scenario]) -> Scenario:

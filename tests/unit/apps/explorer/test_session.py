@@ -4,6 +4,7 @@ import asyncio
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
 
@@ -98,6 +99,23 @@ def test_the_latest_value_wins_and_no_queue_grows():
     assert len(visit.shown) < 60
 
 
+def test_another_tab_of_the_same_scenario_is_not_simulated_again_and_forgets_what_the_former_computed():
+    async def actions(visit):
+        one = visit.session()
+        one.ask(replace(one.state, tab=LAWS))
+        await until(lambda: one.is_idle)
+        found = one.computed
+        assert one.further.laws
+        one.ask(replace(one.state, tab=SAFETY))
+        await until(lambda: one.is_idle)
+        assert one.computed is found
+        assert one.shown == one.state
+        assert one.further.check is not None
+        assert one.further.laws == {}
+
+    Visit(actions)
+
+
 def test_a_mistake_of_the_program_is_reported_and_the_page_goes_on(monkeypatch, caplog):
     real, calls = computed.Expanded, []
 
@@ -135,7 +153,7 @@ def test_slices_of_long_work_end_when_something_newer_waits(monkeypatch):
 
     async def actions(visit):
         one = visit.session()
-        one.open(LAWS)
+        one.ask(replace(one.state, tab=LAWS))
         await until(lambda: begun)
         one.ask(at(5))
         return one
@@ -276,7 +294,7 @@ def test_what_a_tab_computes_is_limited_as_a_run_is(monkeypatch):
 
     async def actions(visit):
         one = visit.session()
-        one.open(SAFETY)
+        one.ask(replace(one.state, tab=SAFETY))
         await until(lambda: one.is_idle)
         await one.work(lambda: seen.append((allowed().time, allowed().memory)))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -14,6 +15,7 @@ from nicegui import app, events, ui
 
 from electrovib.apps.explorer.downloads import DOWNLOADS, Download
 from electrovib.apps.explorer.key_figures import answers
+from electrovib.apps.explorer.page.guide import FOLLOW, Guide
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
 from electrovib.apps.explorer.page.recording import RecordingPanel
@@ -76,12 +78,14 @@ class VisitorPage:
         self.bar, self.knobs = Bar(self), Knobs(self)
         with ui.column().classes("w-full gap-2"):
             self.message = ui.label(mistake).props("role=alert").classes("text-negative whitespace-pre-line")
+            self.guide = Guide(self, is_first=not query)
             self.plots = Plots(self)
             with self.plots.place:
                 self.recording = RecordingPanel(self)
         self.client.on_delete(self._leave)
-        ui.on("explorer_back", self._went_back)
-        ui.timer(0.01, lambda: ui.run_javascript(_BACK), once=True)
+        ui.on("explorer_back", self._went)
+        ui.on("explorer_link", lambda event: self._went(event, is_link=True))
+        ui.timer(0.01, lambda: ui.run_javascript(_BACK + FOLLOW), once=True)
         ui.timer(0.01, lambda: self.session.ask(self.session.state), once=True)
 
     def ask(self, state: PageState, *, is_step: bool = True) -> None:
@@ -97,13 +101,16 @@ class VisitorPage:
     def take(self, scenario: Scenario) -> None:
         """Show a scenario that was dropped on the page."""
         self.session.own = {**self.session.own, DROPPED: scenario}
-        self.session.state, self.session.shown = (
-            PageState(DROPPED),
-            None,
-        )  # shown may be another one of that name
+        state = PageState(DROPPED, tab=self.session.state.tab)
+        self.session.state, self.session.shown = state, None  # shown may be another one of that name
         self.bar.offer(DROPPED)
-        self.ask(PageState(DROPPED))
+        self.ask(state)
         self.knobs.rebuild()
+
+    def open(self, tab: str) -> None:
+        """Show another tab, which becomes part of the address."""
+        if tab != self.session.state.tab:
+            self.ask(replace(self.session.state, tab=tab))
 
     def reset(self) -> None:
         """Take all changes back, with the models and materials that replaced others."""
@@ -122,19 +129,23 @@ class VisitorPage:
 
     def _change(self, state: PageState, *, is_other: bool) -> None:
         self.session.ask(state)
+        self.guide.tell(state)
         self.message.set_text("")
         if is_other:
             self.knobs.rebuild()
 
-    def _went_back(self, event: events.GenericEventArguments) -> None:
-        """Show the state of an address to which the visitor went back or forward."""
+    def _went(self, event: events.GenericEventArguments, *, is_link: bool = False) -> None:
+        """Show the state of an address to which the visitor went, back or forward or by a link of the page."""
         try:
             state = read_query(str(event.args).removeprefix("?"), own=self.session.own, default=self.first)
         except InputError as error:
             self.complain(_unread(error))
             return
         self.session.state = state
+        if is_link:
+            ui.navigate.history.push(f"/?{state.to_query()}")
         self.bar.show(state.preset)
+        self.plots.open(state.tab)
         self._change(state, is_other=True)
 
     def _leave(self) -> None:
@@ -191,6 +202,8 @@ class Bar:
                 .props("dense dark options-dense use-input hide-selected fill-input input-debounce=0")
                 .classes("ev-scenario")
             )
+            explained = "What to see first: five steps for each kind of visitor"
+            _button("Stories", lambda: page.guide.choose(), explained)  # noqa: PLW0108 - made later
             _button("Reset", page.reset, "Take all changes back")
             _button("Keep curve", self._pin, "Keep the present curves, dashed, beside the next ones")
             _button("Drop curves", self._unpin, "Remove the curves that were kept")
@@ -218,7 +231,7 @@ class Bar:
 
     def _choose(self, name: str) -> None:
         if name in self._names and name != self._session.state.preset:
-            self._page.ask(PageState(name))
+            self._page.ask(PageState(name, tab=self._session.state.tab))
 
     def _pin(self) -> None:
         self._session.pin()
@@ -250,7 +263,7 @@ class Bar:
 
     def _about(self) -> None:
         """Show what the page is about."""
-        with ui.dialog(value=True) as dialog, ui.card().classes("ev-about"):
+        with ui.dialog(value=True).props("aria-label=About") as dialog, ui.card().classes("ev-about"):
             ui.label("Electrovibration").classes("text-lg font-bold").props("role=heading aria-level=2")
             ui.html("".join(f"<p>{escape(each)}</p>" for each in ABOUT), sanitize=False)
             ui.button("Close", on_click=dialog.close).props("no-caps")

@@ -62,11 +62,13 @@ class Plots:
             with ui.column().classes("gap-1"):
                 ui.label("Validity").classes("text-base font-bold").props("role=heading aria-level=2")
                 self._judged = _html("text-sm").props("aria-live=polite")
-        tabs = ui.tabs(on_change=lambda e: page.session.open(e.value))
-        with tabs.props('dense no-caps outside-arrows align=left aria-label="Results"').classes("w-full"):
+        self._tabs = ui.tabs(on_change=lambda e: page.open(e.value))
+        with self._tabs.props('dense no-caps outside-arrows align=left aria-label="Results"').classes(
+            "w-full"
+        ):
             for name in TABS:
                 ui.tab(name)
-        tabs.set_value(TABS[0])
+        self.open(page.session.state.tab)
         self.place = ui.column().classes("w-full gap-2")
         with ui.element("div").classes("w-full relative"):
             # which is read out, unlike the panel
@@ -84,7 +86,7 @@ class Plots:
         session = self._session
         self.figures.show(found.forces | answers(further))
         beside: dict[str, Any] = {"former": session.former, "measured": session.measured}
-        shown = content(session.tab, found, further, pinned=session.pinned, **beside)
+        shown = content(session.state.tab, found, further, pinned=session.pinned, **beside)
         for element, text in (
             (self._stack, drawing(found)),
             (self._judged, judged_words(found.diagnostics)),
@@ -93,7 +95,7 @@ class Plots:
         ):
             if element.content != text:  # what has not changed is not sent
                 element.set_content(text)
-        self.place.set_visibility(session.tab == RECORDING)
+        self.place.set_visibility(session.state.tab == RECORDING)
         self._make_room(len(shown.figures))
         for plot, figure in zip(self._plots, shown.figures, strict=False):
             if plot.figure != (themed := self._themed(figure)):
@@ -101,6 +103,10 @@ class Plots:
                 if plot.props.get("aria-label") != title:
                     plot.props(f'role=img aria-label="{title}"')
                 plot.update_figure(themed)
+
+    def open(self, tab: str) -> None:
+        """Mark the open tab."""
+        self._tabs.set_value(tab)
 
     def busy(self, is_busy: bool) -> None:
         """Show whether the open tab is being computed."""
