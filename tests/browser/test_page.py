@@ -220,6 +220,7 @@ def test_every_download_has_the_right_content(opened, tmp_path):
 
 TABS = {
     "Over time": "Electrostatic force",
+    "Why it fades": "A sign stands for",
     "Over frequency": "5 to 95 % of fingers",
     "Force laws": "relative to this law",
     "Felt": "relative to published detection thresholds",

@@ -2,6 +2,7 @@
 
 import asyncio
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -96,7 +97,7 @@ def test_the_answers_follow_once_no_slider_has_moved_for_a_moment():
         await until(lambda: one.is_idle)
         assert len(told) == 1
         assert told[0].check.scenario.drive.high == 300
-        one.open(SAFETY)
+        one.ask(replace(one.state, tab=SAFETY))
         await until(lambda: one.is_idle)
         assert told[1].check is one.further.check
         return one
