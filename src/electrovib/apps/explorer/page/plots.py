@@ -24,6 +24,7 @@ from electrovib.apps.explorer.computed import (
 )
 from electrovib.apps.explorer.drawing import drawing
 from electrovib.apps.explorer.fading import animation, why_not
+from electrovib.apps.explorer.felt_picture import felt
 from electrovib.apps.explorer.key_figures import KeyFigure, answers
 from electrovib.apps.explorer.page.pulse_player import PulsePlayer
 from electrovib.core.diagnostics import STATES, Diagnostic
@@ -234,7 +235,7 @@ def content(
     elif tab == LAWS:
         shown = Content(pictures.laws(found, further.laws), above, law_words(found, further))
     elif tab == FELT and (percept := further.percept) is not None:
-        figures = pictures.felt(percept, found.scenario)
+        figures = felt(percept, found.scenario)
         shown = Content(figures, above + verdict_words(percept), felt_words(percept))
     elif tab == SAFETY and further.check is not None:
         shown = Content([], above, safety_words(further.check))
