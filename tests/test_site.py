@@ -18,6 +18,7 @@ import pytest
 from PIL import Image
 
 import electrovib as ev
+from electrovib.core.citation import counted
 from electrovib.studies.catalogue.items import everything, paper_items, scenario_items
 from electrovib.studies.evidence import standings
 
@@ -235,6 +236,17 @@ def test_the_pages_of_papers_and_commands_have_what_these_declare(part):
             assert shown in pages["bibliography.rst"]
             assert shown in page
         assert page.count("\n- ") >= len(getattr(item.thing, "CHECKS", ()))
+        told = counted(item.thing.CHECKS)
+        assert f":doc:`papers/{item.name}`, checks: {told})" in pages["bibliography.rst"]
+        assert told in pages["papers/index.rst"]
+    listed = [item.thing for item in paper_items(own=True)]
+    total = counted(check for paper in listed for check in paper.CHECKS)
+    for name in ("bibliography.rst", "papers/index.rst"):
+        assert total in pages[name]
+        assert (
+            f"Of {len(listed)} papers: {sum(paper.STATUS == 'full text' for paper in listed)} full text, "
+            in pages[name]
+        )
     for item in scenario_items():
         assert f"``{item.name}``" in pages["scenarios.rst"]
     assert ":doc:`../models/force_law/Vezzoli2014Causal`" in pages["papers/vezzoli_2014.rst"]
