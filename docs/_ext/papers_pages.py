@@ -52,9 +52,9 @@ def held(item: Listed) -> tuple[Check, ...]:
 
 
 def how_read(found: list[Listed]) -> str:
-    """State how many papers were read in which way, and how many checks there are of each status."""
+    """State how many papers have each source status, and how many checks."""
     papers = Counter(item.status for item in found)
-    ways = ", ".join(f"{papers[each]} {status_text(each)}" for each in STATUSES if papers[each])
+    ways = "; ".join(f"{papers[each]} {status_text(each)}" for each in STATUSES if papers[each])
     checks = [check for item in found for check in held(item)]
     return plain(f"Of {len(found)} papers: {ways}. Of their {len(checks)} checks: {counted(checks)}.")
 
