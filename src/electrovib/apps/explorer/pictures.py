@@ -147,6 +147,7 @@ def _lines(
 
 
 def hover(unit: str, name: str) -> str:
+    """Return what a curve says under the pointer: its value with unit, and its name."""
     return f"%{{y:.4~g}} {unit}<extra>{name}</extra>"
 
 
