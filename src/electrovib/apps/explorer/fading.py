@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.apps.explorer.fading_words import answer, sentences
+from electrovib.physics.material import Constant
 from electrovib.view.plots.layers import drawn_heights
 from electrovib.view.style import layer_colours
 from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
@@ -211,15 +212,17 @@ def animation(found: Computed) -> dict[str, Any]:
             "drive": _axis("voltage", pulse.drive, "V"),
             "force": _axis("force", pulse.force, "N"),
         },
-        "caption": f"{pulse.caption}. {_legend(sign)}",
+        "caption": f"{pulse.caption}. {_legend(sign, found.scenario)}",
     }
 
 
-def _legend(sign: float) -> str:
+def _legend(sign: float, scenario: Scenario) -> str:
+    """Explain signs and lines; a layer that polarises slowly can have a field without a line."""
+    at_once = all(isinstance(layer.material, Constant) for layer in scenario.stack.layers.values())
+    without = ": a layer that no line crosses has hardly any field" if at_once else ""
     return (
-        f"A sign stands for {pretty_quantity(sign, 'C/m2', digits=3)}, and the lines of the electric displacement join + and −:"
-        " a layer that no line crosses has no field. Layers are drawn enlarged where they are thin. The animation runs slower"
-        " where more changes."
+        f"A sign stands for {pretty_quantity(sign, 'C/m2', digits=3)}, and the lines of the electric displacement join + and"
+        f" −{without}. Layers are drawn enlarged where they are thin. The animation runs slower where more changes."
     )
 
 

@@ -186,6 +186,12 @@ def test_a_scenario_without_animation_says_why():
     assert "no layer is charged" in why_not(still)
 
 
+def test_a_layer_without_lines_is_without_field_unless_it_polarises_slowly():
+    words = "a layer that no line crosses has hardly any field"
+    assert words in animation(compute(ev.load(FIG6)))["caption"]
+    assert words not in animation(compute(ev.load("vardar_2017/sine")))["caption"]
+
+
 # sentences
 
 
