@@ -1,6 +1,6 @@
 """The page in the browser: time from a slider to the plots, the work of the server, and its memory.
 
-Run from the root of the repository with ``python -m benchmarks.explorer``; it needs the extra ``test`` and chromium.
+Run from the root of the repository with ``python -m benchmarks.explorer``; it needs the extra ``dev`` and chromium.
 """
 
 import asyncio
@@ -19,6 +19,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 from benchmarks.explorer_visitor import MovingVisitor
 from benchmarks.table import surroundings, write
@@ -31,6 +32,8 @@ FLOOD, FLOODED = 20.0, 10.0
 UPDATES, WARM = 10_000, 1_000
 """Updates between which memory is compared, and those before, while caches fill."""
 PRESSES = 80
+OPENED = 12
+"""Times that the page is opened."""
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ARGUMENTS = (
     "--no-sandbox",
@@ -40,12 +43,18 @@ ARGUMENTS = (
     "--no-first-run",
 )
 COUNT_PLOTS = """() => {
-  window.moved = {begin: 0, last: 0}
-  document.addEventListener('keydown', () => { window.moved.begin = window.moved.last = performance.now() }, true)
+  window.moved = {begin: 0, last: 0, figures: 0}
+  document.addEventListener('keydown', () => {
+    window.moved = {begin: performance.now(), last: performance.now(), figures: 0}
+  }, true)
+  const line = document.querySelector('.ev-key')
+  if (line) new MutationObserver(() => { window.moved.figures ||= performance.now() }).observe(
+    line, {subtree: true, childList: true, characterData: true})
   for (const plot of document.querySelectorAll('.js-plotly-plot'))
     plot.on('plotly_afterplot', () => { if (plot.offsetParent !== null) window.moved.last = performance.now() })
 }"""
-"""Note the time of a key, and that at which the last visible plot has been drawn after it."""
+"""Note the time of a key, and those at which the last visible plot has been drawn and the first key figure changed after it."""
+CURVE = ".js-plotly-plot .scatterlayer path.js-line"
 
 
 class Server:
@@ -137,6 +146,12 @@ def pressed(server: Server) -> list[list[str]]:
     rows = []
     with sync_playwright() as running:
         browser = running.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        opened = [first_curve(browser, server) for _ in range(OPENED)]
+        rows.append(
+            in_milliseconds(
+                "one visitor, from a click on the link to the first curve: median, 95 %", opened[2:]
+            )
+        )
         for tab in ("Over time", "Over frequency"):
             page = browser.new_page(viewport={"width": 1500, "height": 1000})
             page.goto(server.address)
@@ -145,22 +160,35 @@ def pressed(server: Server) -> list[list[str]]:
             time.sleep(4)
             page.evaluate(COUNT_PLOTS)
             page.locator(".q-slider__track-container").nth(1).focus()
-            times = []
+            moved = []
             for _ in range(PRESSES):
                 page.keyboard.press("ArrowRight")
                 time.sleep(0.5)
-                times.append(page.evaluate("() => window.moved.last - window.moved.begin"))
+                moved.append(page.evaluate("() => window.moved"))
             page.close()
-            row = f"one visitor, slider to the last visible plot in the browser, tab '{tab}': median, 95 %"
-            rows.append(
-                [
-                    row,
-                    f"{median(times[5:]):.0f} ms, {share(times[5:], 0.95):.0f} ms",
-                    "120 ms, 250 ms",
-                ]
-            )
+            for end, words, target in (
+                ("last", "the last visible plot in the browser", "120 ms, 250 ms"),
+                ("figures", "a changed key figure", ""),
+            ):
+                times = [1e-3 * (each[end] - each["begin"]) for each in moved[5:] if each[end]]
+                row = f"one visitor, slider to {words}, tab '{tab}': median, 95 %"
+                rows.append(in_milliseconds(row, times, target))
         browser.close()
     return rows
+
+
+def first_curve(browser: Any, server: Server) -> float:
+    """Return the time from the request of the page until its first curve is drawn, in a new window [s]."""
+    with browser.new_context(viewport={"width": 1500, "height": 1000}) as context:
+        page, begin = context.new_page(), time.perf_counter()
+        page.goto(server.address)
+        page.wait_for_selector(CURVE, state="attached")
+        return time.perf_counter() - begin
+
+
+def in_milliseconds(row: str, times: list[float], target: str = "") -> list[str]:
+    """Return a row of the table with median and 95 % of times [s]."""
+    return [row, f"{1e3 * median(times):.0f} ms, {1e3 * share(times, 0.95):.0f} ms" if times else "", target]
 
 
 def visited(server: Server) -> list[list[str]]:

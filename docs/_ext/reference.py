@@ -14,7 +14,7 @@ from sphinx.application import Sphinx
 
 FOLDER = "reference/generated"
 PARTS = (models, papers_pages, functions, commands, evidence_pages)
-LISTED = {"index", "tutorial", "architecture", "materials", "nomenclature"}
+LISTED = {"index", "api", "tutorial", "architecture", "materials", "nomenclature"}
 """Pages in `docs/` that are listed elsewhere than among the guides."""
 
 

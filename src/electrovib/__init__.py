@@ -23,7 +23,11 @@ def __getattr__(name: str) -> Any:
 
         return version("electrovib")
     if name not in _PLACES:
-        raise AttributeError(f"module 'electrovib' has no attribute '{name}'")
+        from electrovib.core.deprecation import FORMER
+
+        if name not in FORMER:
+            raise AttributeError(f"module 'electrovib' has no attribute '{name}'")
+        name = FORMER[name].warn(f"electrovib.{name}")
     module, own = _PLACES[name]
     if name == "plot":
         return importlib.import_module(f"{module}.{own}")

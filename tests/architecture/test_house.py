@@ -12,6 +12,7 @@ from collections import Counter
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.version import Version
 from source import ROOT, SOURCE, nodes_of
 
 from electrovib.solve.choice import SOLVERS
@@ -117,13 +118,19 @@ def test_names_that_a_benchmark_imports_exist(path):
                     importlib.import_module(f"{node.module}.{alias.name}")
 
 
-def test_version_and_requirements_are_the_same_in_every_file_that_states_them():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    citation, recipe = (
-        (ROOT / name).read_text(encoding="utf-8") for name in ("CITATION.cff", "conda/recipe.yaml")
-    )
-    assert re.findall(r"^version: (.*)$", citation, re.MULTILINE) == [project["version"]]
-    assert re.findall(r'^  version: "(.*)"$', recipe, re.MULTILINE) == [project["version"]]
+def test_version_addresses_and_requirements_are_the_same_in_every_file_that_states_them():
+    """The build reads the version from `CITATION.cff`, where its date stands; the recipe and the changelog repeat it."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    project, source = settings["project"], settings["tool"]["hatch"]["version"]
+    names = (source["path"], "conda/recipe.yaml", "CHANGELOG.md")
+    citation, recipe, changes = ((ROOT / name).read_text(encoding="utf-8") for name in names)
+    (version,) = re.findall(source["pattern"], citation, re.MULTILINE)
+    (date,) = re.findall(r"^date-released: (.*)$", citation, re.MULTILINE)
+    assert str(Version(version)) == version, "as the names of the built files have it"
+    assert re.findall(r'^  version: "(.*)"$', recipe, re.MULTILINE) == [version]
+    assert re.findall(r"^## (\[\d.*)$", changes, re.MULTILINE)[0] == f"[{version}] - {date}"
+    assert project["dynamic"] == ["version"]
+    assert all(f'url: "{address}"' in citation for address in project["urls"].values())
     listed = recipe.partition("  run:\n")[2].partition("\n\n")[0].replace("matplotlib-base", "matplotlib")
     needed = ["python" + project["requires-python"], *project["dependencies"]]
     assert [line.strip("- ").replace(" ", "") for line in listed.splitlines()] == needed
@@ -141,7 +148,7 @@ def test_the_job_with_the_lowest_versions_installs_what_is_stated_for_every_extr
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     optional = project["optional-dependencies"]
     (extras,) = re.findall(r"^extras=(.*)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), re.MULTILINE)
-    assert set(extras.split(",")) == set(optional) - {"all", "benchmarks", "docs", "test"}
+    assert set(extras.split(",")) == set(optional) - {"all", "benchmarks", "docs", "dev"}
     command = [sys.executable, ROOT / ".ci" / "lowest_versions.py", extras]
     printed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout
     required = [*project["dependencies"], *(each for extra in extras.split(",") for each in optional[extra])]

@@ -14,6 +14,7 @@ import pytest
 from tests.browser.conftest import started
 
 import electrovib as ev
+from electrovib.core.units import parse_quantity
 
 pytestmark = pytest.mark.slow
 
@@ -77,6 +78,29 @@ def test_a_slider_changes_the_numbers_to_those_of_the_library_and_the_link_gives
     own = (f"http://127.0.0.1:{server.port}/", "data:", "blob:")
     assert loaded
     assert all(name.startswith(own) for name in loaded)  # no request leaves this machine
+
+
+KEY = """name => [...document.querySelectorAll('.ev-key-figure')].find(
+  e => e.querySelector('dt').textContent === name).querySelector('dd').textContent"""
+FAINT = """() => [...document.querySelectorAll('.js-plotly-plot')].find(
+  e => e.layout?.title?.text === 'Electrostatic force').data.filter(e => e.opacity).map(e => Math.max(...e.y))"""
+
+
+def test_key_figures_follow_a_value_and_the_curve_before_it_stays_faintly(opened):
+    page = opened("?preset=bau_2010/sine")
+    base = ev.load("bau_2010/sine")
+    shown(page, peak(base))
+    page.wait_for_function(f"() => ({KEY})('Felt?').startsWith('yes')")
+    assert page.evaluate(FAINT) == []
+    field = page.get_by_label("Drive: amplitude, value")
+    field.fill("50 mV")
+    field.press("Enter")
+    weak = base.replace({"drive.amplitude": "50 mV"})
+    shown(page, peak(weak))
+    assert parse_quantity(page.evaluate(KEY, "Peak attraction"), "N") == pytest.approx(peak(weak), rel=6e-3)
+    page.wait_for_function(f"() => ({KEY})('Felt?').startsWith('no')")
+    unit = 1e-6 if "µN" in page.evaluate(FORCE) else 1e-3
+    assert unit * page.evaluate(FAINT)[0] == pytest.approx(peak(base), rel=2e-3)
 
 
 def test_mistakes_are_sentences(opened):

@@ -33,7 +33,8 @@ def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, 
 
 
 def find_member(family: type[M], name: str) -> type[M] | None:
-    """Return the final class of a family with a name; None if there is none."""
+    """Return the final class of a family with a name, which may be a former one; None if there is none."""
+    name = family.present(name)
     return find_members(family, wanted=name).get(name)
 
 

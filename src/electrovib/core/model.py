@@ -7,7 +7,7 @@ import hashlib
 import inspect
 import json
 from collections.abc import Collection, Iterator, Mapping
-from typing import Any, ClassVar, Final, NoReturn, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NoReturn, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -20,6 +20,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from electrovib.core.deprecation import Former
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import DeclaresFile
@@ -167,6 +168,8 @@ class Model(Immutable, DeclaresFile, Written):
     """Parameters without a default, for tests and documents."""
     derived: ClassVar[Mapping[str, Quantity]] = {}
     """Parameters that can be given in place of stored ones, and are read as attributes."""
+    former: ClassVar[Mapping[str, Former]] = {}
+    """Former names: of a family those of its members, of a member those of its parameters."""
     derived_note: ClassVar[str] = ""
     """How stored and derived parameters go together, for the list of models."""
     offered_by: ClassVar[tuple[str, ...]] = ()
@@ -194,11 +197,23 @@ class Model(Immutable, DeclaresFile, Written):
         content = dict(value)
         name = content.pop("model", None)
         if cls.is_family:
-            return cls._member(name).model_validate(dict(value))  # with its name, for messages
+            member = cls._member(name)
+            return member.model_validate({**value, "model": member.__name__})  # its name is for messages
         if name not in (None, cls.__name__):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
         return cls._build(content, handler)
+
+    if not TYPE_CHECKING:  # a checker would take every attribute for known
+
+        def __getattr__(self, name: str) -> Any:
+            """Read a parameter by its former name."""
+            return getattr(self, self.present(name)) if name in self.former else super().__getattr__(name)
+
+    @classmethod
+    def present(cls, name: str) -> str:
+        """Give the present name of a parameter or of a member; a former name warns."""
+        return cls.former[name].warn(f"{cls.__name__}.{name}") if name in cls.former else name
 
     @field_validator("*", mode="before")
     @classmethod
@@ -240,6 +255,9 @@ class Model(Immutable, DeclaresFile, Written):
         if missing := ", ".join(sorted(getattr(cls, "__abstractmethods__", ()))):
             why = f"the class {cls.__name__} does not define {missing}, which {cls.__mro__[1].__name__} asks of its members"
             raise PydanticCustomError("unfinished", "{why}", {"why": why})
+        for name in cls.former.keys() & content.keys():
+            if cls.former[name].now not in content:  # else it is an unknown parameter
+                content[cls.present(name)] = content.pop(name)
         try:
             return handler(cls.complete(content))
         except ValidationError as error:

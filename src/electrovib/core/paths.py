@@ -16,6 +16,7 @@ from electrovib.core.tables import (
     meant,
     number_at,
     place_of,
+    present_path,
     stored_changes,
     unknown,
 )
@@ -38,6 +39,8 @@ def value_at(model: Model, path: str) -> Any:
             table = table[key]
         elif isinstance(table, list) and (place := place_of(table, key)) is not None:
             table = table[place]
+        elif (present := present_path(model, path)) != path:
+            return value_at(model, present)
         else:
             if how := type(model).how_to_add(model.to_dict(), path):
                 raise InputError(how, path=path)
@@ -52,6 +55,8 @@ def quantity_at(model: Model, path: str) -> Quantity:
         quantity: Quantity = owner.derived[name]
         return quantity
     declared = {where: quantity for where, _, quantity in model.parameters()}
+    if path not in declared and (present := present_path(model, path)) != path:
+        return quantity_at(model, present)
     if path not in declared:
         how = type(model).how_to_add(model.to_dict(), path)
         asked = meant(model, path) or nearest(path, declared)

@@ -144,6 +144,8 @@ def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[s
     along with it keeps its names, because the table has no stored values yet.
     """
     problems: list[Problem] = []
+    present = {path: present_path(model, path) for path in changes}
+    changes = {path if present[path] in changes else present[path]: changes[path] for path in changes}
     fresh = {path.removesuffix(".model") for path, value in changes.items() if _is_fresh(model, path, value)}
     found: dict[str, Any] = {}
     together: dict[str, dict[str, Any]] = {}
@@ -163,6 +165,15 @@ def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[s
             kept = {name: value for name, value in given.items() if name not in type(owner).derived}
         found |= {f"{start}{name}": value for name, value in kept.items()}
     return found, problems
+
+
+def present_path(model: Any, path: str) -> str:
+    """Return a dotted path with the present names of the parameters in it; former ones warn."""
+    owner, keys = model, list[str]()
+    for key in path.split("."):
+        keys.append(type(owner).present(key) if hasattr(owner, "present") else key)
+        owner = _descended(owner, keys[-1:])
+    return ".".join(keys)
 
 
 def derived_at(model: BaseModel, path: str) -> tuple[Any, str] | None:

@@ -197,9 +197,6 @@ FORMATS: Final[dict[str, Callable[[Path], xarray.Dataset]]] = {
 }
 """Maps a suffix to its reader."""
 
-_FORMER: Final = "lamps"
-"""Attribute of Traces that commits up to 74849e5d could read; their models and parameters have other names since."""
-
 
 Source = TypeVar("Source")
 
@@ -225,7 +222,7 @@ def open_trace(path: str | Path) -> xarray.Dataset:
     Returns
     -------
     xarray.Dataset
-        Trace in memory, identical to the one that was saved, with attributes by their present names.
+        Trace in memory, identical to the one that was saved.
 
     Raises
     ------
@@ -243,11 +240,4 @@ def open_trace(path: str | Path) -> xarray.Dataset:
             " scenario, which electrovib.load reads",
             path=place,
         )
-    trace = reader(place)
-    if _FORMER in trace.attrs:
-        raise DataFileError(
-            "was written when models and parameters had other names, and is read by electrovib up to commit 74849e5d; compute"
-            " it again from its scenario, or read its numbers with xarray",
-            path=place,
-        )
-    return trace
+    return reader(place)

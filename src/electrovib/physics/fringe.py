@@ -1,8 +1,10 @@
 """Fringe field at the edge of a finite contact: its addition to the attraction of the Maxwell stress in the gap.
 
 The laws of a stack in series give a pressure, and the force is this pressure times the contact area. At the rim the field
-extends beyond the edge of the finger and adds to the attraction. Status: derived, with one fit to a field solution where no
-closed form is known (`examples/field_solution.py`, `tests/reference/test_field_solution.py`).
+extends beyond the edge of the finger and adds to the attraction: on the film of Vezzoli et al. 2014, with a gap of 5 um and
+an edge of 0.2 mm radius, 10.4 % for a strip of 2 mm, 4.2 % at 5 mm, 2.1 % at 10 mm, 1.0 % at 20 mm, and 4.2 % for a disc of
+10 mm. No law applies it by default. Status: derived, with one fit to a field solution where no closed form is known
+(`examples/field_solution.py`, `tests/reference/test_field_solution.py`).
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""An experiment as one frozen tree of models, and how it is read."""
+"""An experiment as one frozen tree of models, and how it is read.
+
+`read_scenario` alone makes a Scenario of what a user has: a name, a file, tables, a Trace. Names of materials and stacks are
+resolved there, once, so that a Trace holds the values and their sources and no longer depends on a library.
+"""
 
 from electrovib.scenario.experiment import Scenario as Scenario
 from electrovib.scenario.files import read_part as read_part

@@ -1,1 +1,1 @@
-"""Many scenarios: sweeps, populations, comparisons, inverse questions, what is felt."""
+"""Questions to many scenarios: sweeps, studies, comparisons, designs, limits, sensitivity, evidence."""

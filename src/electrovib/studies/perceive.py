@@ -82,14 +82,19 @@ def perceive(
     person = _changed(person, {path: value for path, value in (set or {}).items() if _personal(path)})
     given = person.compliance or getattr(scenario, "finger", None)
     if scenario is not None:
-        found, error = _converged(scenario, person, given)
-        return _percept(found, title=scenario.title, error=error, diagnostics=validity(scenario))
+        return perceived(scenario, person, diagnostics=validity(scenario))
     windows = felt_spectrum.measured_lines(trace, window=person.window)
     if windows[0].signal == "skin_displacement":
         given = None
     found = felt_spectrum.loudest(windows, person, given)
     title = str(trace.attrs.get("title", ""))
     return _percept(found, title=title, error=math.nan, diagnostics=tuple(diagnostics_of(trace)))
+
+
+def perceived(scenario: Scenario, person: Perception, *, diagnostics: tuple[Diagnostic, ...]) -> Percept:
+    """Compute what a person feels of a scenario that has been judged already."""
+    found, error = _converged(scenario, person, person.compliance or scenario.finger)
+    return _percept(found, title=scenario.title, error=error, diagnostics=diagnostics)
 
 
 def _personal(path: str) -> bool:

@@ -16,7 +16,7 @@ from electrovib.core.signals import FORMAT, make_trace
 from electrovib.data import trace_csv as comma_separated
 from electrovib.data.registry import read_columns
 from electrovib.data.trace_csv import load_csv, save_csv
-from electrovib.data.traces import load_nc, open_trace, save_mat, save_nc
+from electrovib.data.traces import load_nc, save_mat, save_nc
 
 
 @pytest.mark.parametrize(
@@ -241,15 +241,6 @@ def test_csv_cut_short(tmp_path, kept, words):
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:kept]))
     with pytest.raises(DataFileError, match=f"holds {words}"):
         load_csv(path)
-
-
-def test_a_trace_with_the_words_of_earlier_versions_says_what_reads_it(tmp_path):
-    path = tmp_path / "old.nc"
-    old = small()
-    old.attrs["lamps"] = "{}"
-    save_nc(old, path)
-    with pytest.raises(DataFileError, match="is read by electrovib up to commit 74849e5d"):
-        open_trace(path)
 
 
 def test_parts_of_a_csv_belong_together(tmp_path):

@@ -357,7 +357,7 @@ CASES = {
     ("width", "round_contact", "percent"),
     [(2e-3, False, 10.4), (5e-3, False, 4.2), (10e-3, False, 2.1), (20e-3, False, 1.0), (10e-3, True, 4.2)],
 )
-def test_the_numbers_of_the_document(width, round_contact, percent):
+def test_the_numbers_of_the_docstring(width, round_contact, percent):
     thickness = 90e-6 / 3.35 + 5e-6 + 200e-6 / 1560
     given = COVERED | {"electrical_thickness": thickness, "edge_radius": 0.2e-3}
     factor = fringe_factor(width=width, round_contact=round_contact, **given)

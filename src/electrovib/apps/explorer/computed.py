@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.limits import FINGERS, LARGEST_RUN, LONGEST_RUN
-from electrovib.core.budget import budget
+from electrovib.apps.explorer import key_figures
+from electrovib.apps.explorer.limits import FINGERS, LARGEST_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
+from electrovib.core.budget import BudgetError, budget
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.parsing import read_toml
 from electrovib.physics.force import ForceLaw
+from electrovib.physics.perception import Perception
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.meter import measured
 from electrovib.solve.simulate import Simulated, provenance
@@ -40,6 +42,11 @@ class Computed:
     def trace(self) -> xarray.Dataset:
         """What `electrovib.simulate` returns for the scenario; made when it is first asked for."""
         return self.found.trace(provenance(self.scenario))
+
+    @functools.cached_property
+    def forces(self) -> dict[str, key_figures.KeyFigure]:
+        """Key figures of the forces."""
+        return key_figures.forces(self)
 
     @property
     def diagnostics(self) -> list[Diagnostic]:
@@ -72,7 +79,9 @@ def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
     `longest` is the largest computing time [s].
     """
     with budget(time=longest, memory=LARGEST_RUN), measured():
-        return Computed(scenario, Simulated.of(Expanded(scenario)))
+        found = Computed(scenario, Simulated.of(Expanded(scenario)))
+        found.forces  # noqa: B018 - here, in the thread that computes
+        return found
 
 
 TIME, FREQUENCY, LAWS, FELT, SAFETY, RECORDING = TABS = (
@@ -95,7 +104,8 @@ class Further:
     `band` has ``frequency`` [Hz], ``low``, ``middle`` and ``high`` [N], each (n,): 5, 50 and 95 % of the
     fingers of a population; `drawn` says what differs between these fingers, and what does not. `laws` are
     other force laws on the same finger and plate, and `left_out` those that cannot run here, with the reason.
-    `percept` is what is felt, `check` the comparison with limits, `problems` says what could not be computed.
+    `percept` is what is felt, `check` the comparison with limits; `unanswered` is the name of a key figure to the
+    reason why it is not known, and `problems` says what could not be computed for the open tab.
     """
 
     band: Mapping[str, NDArray[Any]] | None = None
@@ -104,6 +114,7 @@ class Further:
     left_out: Mapping[str, str] = field(default_factory=dict)
     percept: Percept | None = None
     check: CheckResult | None = None
+    unanswered: Mapping[str, str] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
 
 
@@ -116,20 +127,48 @@ def slices(tab: str, found: Computed) -> Iterator[Slice]:
     Each takes what is known so far and returns it with one more result. A mistake becomes a sentence in
     `problems`.
     """
-    from electrovib.studies.check import check
-    from electrovib.studies.perceive import perceive
-
-    scenario = found.scenario
     if tab == FREQUENCY:
         yield _guarded(lambda known: _with_band(known, found), "The band of fingers")
     elif tab == LAWS:
         for name in find_members(ForceLaw):
-            if name != type(scenario.force).__name__:
+            if name != type(found.scenario.force).__name__:
                 yield functools.partial(_with_law, found=found, name=name)
     elif tab == FELT:
-        yield _guarded(lambda known: replace(known, percept=perceive(scenario)), "What is felt")
+        yield _guarded(lambda known: _with_percept(known, found), "What is felt")
     elif tab == SAFETY:
-        yield _guarded(lambda known: replace(known, check=check(scenario)), "The comparison with limits")
+        yield _guarded(lambda known: _with_check(known, found), "The comparison with limits")
+
+
+def with_answers(known: Further, found: Computed) -> Further:
+    """Add what the key figures state beside the run, where it is short and not known yet."""
+    for name, tab, work in (
+        (key_figures.FELT, FELT, _with_percept),
+        (key_figures.LIMIT, SAFETY, _with_check),
+    ):
+        if name in key_figures.answers(known):
+            continue
+        try:
+            with budget(time=LONGEST_SHORT_RUN, memory=LARGEST_RUN):
+                known = work(known, found)
+        except BudgetError:
+            why = f"takes longer: open the tab '{tab}'"
+            known = replace(known, unanswered={**known.unanswered, name: why})
+        except ElectrovibError as error:
+            known = replace(known, unanswered={**known.unanswered, name: str(error)})
+    return known
+
+
+def _with_percept(known: Further, found: Computed) -> Further:
+    from electrovib.studies.perceive import perceived
+
+    person = found.scenario.perception or Perception()
+    return replace(known, percept=perceived(found.scenario, person, diagnostics=tuple(found.diagnostics)))
+
+
+def _with_check(known: Further, found: Computed) -> Further:
+    from electrovib.studies.check import check
+
+    return replace(known, check=check(found.scenario))
 
 
 def _guarded(slice_: Slice, what: str) -> Slice:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -35,6 +36,8 @@ _POWERS: Final = np.array([float(f"1e{power}") for power in range(301)])
 """Powers of ten, exact where a number can be, so that few digits are written."""
 _LEGEND: Final = 520.0
 """Width of a row of the legend, in points; a letter takes about 6.2, a line 48."""
+_FAINT: Final = 0.45
+"""Opacity of the curves before the last change."""
 _FEW_DECADES: Final = 3.0
 """Decades up to which a logarithmic axis has plain numbers in a prefixed unit, and above which it has powers of ten."""
 
@@ -64,7 +67,7 @@ class PlottedCurve:
 
     Curves of the same `name` share an entry of the legend; the text on hover always has it. `colour` is
     ``#rrggbb``, `dash` as Plotly calls it. `fill_from` (n,) is the lower edge of a band whose upper edge is
-    `y`; the band is filled and has no line.
+    `y`; the band is filled and has no line. A `is_faint` line lies behind and says nothing on hover.
     """
 
     x: ArrayLike
@@ -75,6 +78,7 @@ class PlottedCurve:
     fill_from: ArrayLike | None = None
     width: float = 1.8
     in_legend: bool = True
+    is_faint: bool = False
 
 
 def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict[str, Any]:
@@ -111,11 +115,11 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict
     }  # fmt: skip
 
 
-def thinned(x: NDArray[Any], y: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Keep the lowest and the highest point of each stretch of a curve, `SHOWN_SAMPLES` at most, and both ends."""
-    if len(x) <= SHOWN_SAMPLES:
+def thinned(x: NDArray[Any], y: NDArray[Any], most: int = SHOWN_SAMPLES) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Keep the lowest and the highest point of each stretch of a curve, some points at most, and both ends."""
+    if len(x) <= most:
         return x, y
-    size = -(-len(y) // (SHOWN_SAMPLES // 2 - 1))
+    size = -(-len(y) // (most // 2 - 1))
     rows = np.concatenate([y, np.full(-len(y) % size, y[-1])]).reshape(-1, size)
     start = np.arange(len(rows)) * size
     ends = np.sort([start + np.argmin(rows, axis=1), start + np.argmax(rows, axis=1)], axis=0)
@@ -135,6 +139,9 @@ def _lines(
     x, y = np.asarray(curve.x, dtype=float), np.asarray(curve.y, dtype=float)
     if curve.fill_from is None:
         look = {"color": curve.colour, "dash": curve.dash, "width": curve.width, "simplify": False}
+        if curve.is_faint:
+            behind = {"opacity": _FAINT, "hoverinfo": "skip", "zorder": -1}
+            return [line(*thinned(x, y, SHOWN_SAMPLES // 2), line=look, **behind)]
         return [line(*thinned(x, y), line=look, hovertemplate=_hover(unit, curve.name))]
     red, green, blue = bytes.fromhex(curve.colour[1:])
     edge: dict[str, Any] = {"line": {"width": 0}, "hoverinfo": "skip"}
@@ -228,14 +235,21 @@ _OVER_TIME: Final = (
     ),
 )
 """Title, axis and signals of each plot over time."""
+_BEFORE: Final = ", before"
+"""What the names of curves before the last change end with."""
 _COMPARABLE: Final = 20.0
 """Ratio of the largest voltages of two layers up to which both can be read on one axis."""
 
 
-def over_time(shown: Computed, pinned: Sequence[Computed] = ()) -> list[dict[str, Any]]:
-    """Plot voltages, attraction, friction and fields over time; results that are pinned have dashed curves."""
-    plots = [_signals(title, TIME, y, names, shown, pinned) for title, y, names in _OVER_TIME]
-    return _with_curves([*plots, _layer_voltages(shown)])[:4]
+def over_time(
+    shown: Computed, pinned: Sequence[Computed] = (), former: Computed | None = None
+) -> list[dict[str, Any]]:
+    """Plot voltages, attraction, friction and fields over time.
+
+    Results that are pinned have dashed curves, the `former` one faint ones.
+    """
+    plots = [_signals(title, TIME, y, names, shown, pinned, former) for title, y, names in _OVER_TIME]
+    return _with_curves([*plots, _layer_voltages(shown, former)])[:4]
 
 
 def unknown_signals(shown: Computed) -> list[str]:
@@ -245,26 +259,30 @@ def unknown_signals(shown: Computed) -> list[str]:
 
 
 def over_frequency(
-    shown: Computed, pinned: Sequence[Computed] = (), *, band: Mapping[str, NDArray[Any]] | None = None
+    shown: Computed,
+    pinned: Sequence[Computed] = (),
+    former: Computed | None = None,
+    *,
+    band: Mapping[str, NDArray[Any]] | None = None,
 ) -> list[dict[str, Any]]:
     """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance.
 
-    Results that are pinned have dashed curves. `band` has ``frequency`` [Hz], ``low`` and ``high`` [N] of a
-    population of fingers, each of shape (n,).
+    Curves as in `over_time`. `band` has ``frequency`` [Hz], ``low`` and ``high`` [N] of fingers, each of shape (n,).
     """
     fingers = []
     if band is not None and shown.has("mean_force"):
         name, colour = "5 to 95 % of fingers", COLOURS[5]
         fingers = [PlottedCurve(band["frequency"], band["high"], name, colour, fill_from=band["low"])]
-    force = {"mean_force": "mean force of the scenario"}
-    impedance = Axis("impedance", "ohm", is_logarithmic=True, lowest=1e-12)
-    share = Axis("share", "1", is_logarithmic=True)
-    gains = _of_layers(shown, "field_gain")
+    force, magnitude = {"mean_force": "mean force of the scenario"}, {"impedance": "magnitude"}
+    ohms = Axis("impedance", "ohm", is_logarithmic=True, lowest=1e-12)
+    share, seconds = (Axis(*each, is_logarithmic=True) for each in (("share", "1"), ("time constant", "s")))
+    times, shares = _TIME_CONSTANTS, "Share of the voltage across each layer"
+    gains = functools.partial(_of_layers, signal="field_gain")
     return _with_curves([
-        _signals("Mean force under a sine", FREQUENCY, _LOGARITHMIC_FORCE, force, shown, pinned, fingers),
-        _time_constants(shown),
-        _layers("Share of the voltage across each layer", FREQUENCY, share, shown, gains),
-        _signals("Magnitude of the impedance", FREQUENCY, impedance, {"impedance": "magnitude"}, shown, pinned),
+        _signals("Mean force under a sine", FREQUENCY, _LOGARITHMIC_FORCE, force, shown, pinned, former, fingers),
+        _layers(times, FREQUENCY, seconds, shown, former, _time_constants),
+        _layers(shares, FREQUENCY, share, shown, former, gains),
+        _signals("Magnitude of the impedance", FREQUENCY, ohms, magnitude, shown, pinned, former),
     ])  # fmt: skip
 
 
@@ -317,24 +335,24 @@ def _signals(
     names: Mapping[str, str],
     shown: Computed,
     pinned: Sequence[Computed],
+    former: Computed | None,
     first: Sequence[PlottedCurve] = (),
 ) -> dict[str, Any]:
-    """Plot signals, the modulus of complex ones, of the present result and, dashed, of those that are kept."""
-    kept = [
-        (each, dash, f", kept {place}")
-        for place, (each, dash) in enumerate(zip(pinned, PINNED, strict=False), 1)
-    ]
+    """Plot signals, the modulus of complex ones, of the present result and of those before it."""
+    before = [] if former is None else [(former, "solid", _BEFORE)]
+    places = enumerate(zip(pinned, PINNED, strict=False), 1)
+    kept = [(each, dash, f", kept {place}") for place, (each, dash) in places]
     curves = [
         PlottedCurve(
             each.values(x.words), _real(each.values(signal)), f"{words}{which}", colour, dash,
-            in_legend=not which,
+            in_legend=not which, is_faint=which == _BEFORE,
         )
-        for each, dash, which in [(shown, "solid", ""), *kept]
+        for each, dash, which in [(shown, "solid", ""), *kept, *before]
         for colour, (signal, words) in zip(COLOURS, names.items(), strict=False)
         if _is_known(each, signal, x)
     ]  # fmt: skip
     present = [words for signal, words in names.items() if _is_known(shown, signal, x)]
-    if len(names) > 1 and len(present) == 1:  # the legend, which would name the only curve, is omitted
+    if len(names) > 1 == len(present):  # the legend, which would name the only curve, is omitted
         title = f"{title}: {present[0]}"
     return figure(title, x, y, [*first, *curves])
 
@@ -361,46 +379,61 @@ def _layers(
     x: Axis,
     y: Axis,
     shown: Computed,
-    values: Mapping[str, NDArray[Any]],
+    former: Computed | None,
+    values_of: Callable[[Computed], Mapping[str, NDArray[Any]]],
     notes: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Plot a curve for each layer that has values, in its colour."""
     layers = list(shown.scenario.stack.layers)
-    looks = zip(layer_colours(layers).values(), itertools.cycle(_LAYER_DASHES), strict=False)
+    looks = dict(
+        zip(layers, zip(layer_colours(layers).values(), itertools.cycle(_LAYER_DASHES)), strict=False)
+    )
     curves = [
         PlottedCurve(
-            shown.values(x.words), values[name], name.replace("_", " ") + (notes or {}).get(name, ""), *look
+            each.values(x.words), values, name.replace("_", " ") + (notes or {}).get(name, ""), *looks[name],
+            in_legend=each is shown, is_faint=each is not shown,
         )
-        for name, look in zip(layers, looks, strict=True)
-        if name in values
-    ]
+        for each in (shown, former)
+        if each is not None
+        for name, values in values_of(each).items()
+        if name in looks
+    ]  # fmt: skip
     return figure(title, x, y, curves)
 
 
-def _layer_voltages(shown: Computed) -> dict[str, Any]:
+def _layer_voltages(shown: Computed, former: Computed | None = None) -> dict[str, Any]:
     """Plot the voltage across each layer, its field times its thickness; relative ones where they differ by much."""
-    layers = shown.scenario.stack.layers
-    voltages = {name: field * layers[name].thickness for name, field in _of_layers(shown, "field").items()}
-    largest = {name: float(np.nanmax(np.abs(each), initial=0.0)) for name, each in voltages.items()}
+
+    def voltages(each: Computed) -> dict[str, NDArray[Any]]:
+        layers = each.scenario.stack.layers
+        return {name: field * layers[name].thickness for name, field in _of_layers(each, "field").items()}
+
+    largest = {name: float(np.nanmax(each, initial=0.0)) for name, each in voltages(shown).items()}
     sizes = [each for each in largest.values() if each > 0]
     title = "Voltage across each layer"
     if not sizes or max(sizes) <= _COMPARABLE * min(sizes):
-        return _layers(title, TIME, _VOLTAGE, shown, voltages)
-    relative = {name: each / (largest[name] or 1.0) for name, each in voltages.items()}
+        return _layers(title, TIME, _VOLTAGE, shown, former, voltages)
+
+    def relative(each: Computed) -> dict[str, NDArray[Any]]:
+        return {name: value / (largest.get(name) or 1.0) for name, value in voltages(each).items()}
+
     notes = {name: f" (1 is {pretty_quantity(each, 'V', digits=3)})" for name, each in largest.items()}
-    return _layers(f"{title} over its largest", TIME, Axis("voltage / largest", "1"), shown, relative, notes)
+    axis = Axis("voltage / largest", "1")
+    return _layers(f"{title} over its largest", TIME, axis, shown, former, relative, notes)
 
 
-def _time_constants(shown: Computed) -> dict[str, Any]:
-    """Plot permittivity over conductivity, the time in which a layer loses its charge."""
+_TIME_CONSTANTS: Final = "Time constant of each layer: permittivity / conductivity"
+
+
+def _time_constants(shown: Computed) -> dict[str, NDArray[Any]]:
+    """Return permittivity over conductivity, the time in which a layer loses its charge [s]."""
     found = {}
     for name in shown.scenario.stack.layers:
         value = shown.values("permittivity", layer=name)
         loss = -value.imag * 2 * np.pi * shown.values("frequency")
         if np.any(loss > 0):
             found[name] = np.divide(value.real, loss, out=np.full(loss.shape, np.nan), where=loss > 0)
-    title = "Time constant of each layer: permittivity / conductivity"
-    return _layers(title, FREQUENCY, Axis("time constant", "s", is_logarithmic=True), shown, found)
+    return found
 
 
 LOWEST, HIGHEST = 1.0, 2000.0
@@ -435,9 +468,8 @@ def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
     }  # fmt: skip
     plot["data"].insert(0, bars)
     layout = plot["layout"]
-    least = float(np.nanmin(level))
-    lowest = max(min(float(amplitude.min()), least), 1e-4 * top)
-    highest = max(top, min(least, 100 * top))
+    lowest = max(float(np.nanmin([*level, amplitude.min()])), 1e-4 * top)
+    highest = max(top, min(float(np.nanmin(level)), 100 * top))
     layout["xaxis"]["range"] = [math.log10(LOWEST), math.log10(HIGHEST)]
     layout["yaxis"]["range"] = [math.log10(lowest / scale) - 0.2, math.log10(highest / scale) + 0.3]
     layout["showlegend"], layout["margin"]["b"] = True, 62

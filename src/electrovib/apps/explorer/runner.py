@@ -6,7 +6,7 @@ import asyncio
 import threading
 from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Final, Generic, TypeVar
 
@@ -110,12 +110,14 @@ class LatestOnly(Generic[W]):
     ) -> None:
         self._task, self._failed, self._busy = task, failed, busy
         self._waiting: list[W] = []
+        self._news = asyncio.Event()
         self._is_noticed = False
         self._running: asyncio.Task[None] | None = None
 
     def ask(self, value: W) -> None:
         """Let the task run for a value as soon as it is free; a value that waits already is forgotten."""
         self._waiting = [value]
+        self._news.set()
         if self._running is None or self._running.done():
             self._running = asyncio.get_running_loop().create_task(self._work())
 
@@ -123,6 +125,12 @@ class LatestOnly(Generic[W]):
     def is_stale(self) -> bool:
         """Whether a newer value waits than the one for which the task runs."""
         return bool(self._waiting)
+
+    async def rests(self, seconds: float) -> bool:
+        """Wait, and return whether no newer value has come in the meantime; return at once when one comes."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._news.wait(), seconds)
+        return not self.is_stale
 
     @property
     def is_idle(self) -> bool:
@@ -138,6 +146,7 @@ class LatestOnly(Generic[W]):
     async def _work(self) -> None:
         while self._waiting:
             notice = asyncio.get_running_loop().call_later(NOTICED, self._tell, True)
+            self._news.clear()
             try:
                 await self._task(self._waiting.pop())
             except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the page

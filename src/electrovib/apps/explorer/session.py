@@ -6,21 +6,28 @@ import functools
 import logging
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar
+from time import monotonic
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from electrovib.apps.explorer import limits
-from electrovib.apps.explorer.computed import Computed, Further, Slice, compute, slices
+from electrovib.apps.explorer.computed import Computed, Further, Slice, compute, slices, with_answers
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Presence, Workers, apart
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import ElectrovibError, InputError
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     import xarray
 
     from electrovib.scenario import Scenario
 
 R = TypeVar("R")
+REST: Final = 0.25
+"""Time for which no slider moves before the key figures that take longer are computed [s]: a moving one is not held up."""
+GESTURE: Final = 1.0
+"""Pause of a slider from which its next position begins another change [s]."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,8 @@ class Session:
     `own` are the scenarios that the page was started with. `show` is called with every new result, and again
     when more is known beside it; `complain` with a sentence when a scenario cannot be computed, empty when it
     can again; `busy` with True when a computation takes longer than a moment, and with False when it has
-    ended.
+    ended; `tell` with the key figures that follow a result. `former` is the result before the last change,
+    which begins with another parameter, or after a pause.
     """
 
     own: Mapping[str, Scenario]
@@ -47,9 +55,11 @@ class Session:
     show: Callable[[Computed, Further], None]
     complain: Callable[[str], None]
     busy: Callable[[bool], object] = bool
+    tell: Callable[[Further], object] = bool
     computed: Computed | None = None
     further: Further = field(default_factory=Further)
     pinned: list[Pinned] = field(default_factory=list)
+    former: Computed | None = None
     measured: xarray.Dataset | None = None
 
     def __post_init__(self) -> None:
@@ -58,6 +68,7 @@ class Session:
         self.shown: PageState | None = None
         self._presence = Presence()
         self._reported = self._is_reading = False
+        self._moved, self._last = set[str](), 0.0
 
     @property
     def is_idle(self) -> bool:
@@ -66,9 +77,24 @@ class Session:
 
     def ask(self, state: PageState) -> None:
         """Show another state as soon as it is computed; states that arrive faster replace each other."""
+        self._keep_former(state)
         self.state = state
         if not self._presence.has_left:
             self._updates.ask(state)
+
+    def _keep_former(self, state: PageState) -> None:
+        """Keep the present result beside the next ones where a change begins; that of another scenario is forgotten."""
+        if state.preset != self.state.preset:
+            self.former = None
+            return
+        before, after = self.state.changes, state.changes
+        moved = {each for each in {*before, *after} if before.get(each) != after.get(each)}
+        if not moved:
+            return
+        now = monotonic()
+        if moved != self._moved or now - self._last > GESTURE:
+            self.former = self.computed
+        self._moved, self._last = moved, now
 
     def pin(self) -> None:
         """Keep the present result for comparison; the oldest one is dropped beyond `MOST_PINNED`."""
@@ -85,7 +111,8 @@ class Session:
         """Cancel what runs, when the visitor has left, and forget what was kept."""
         self._presence.leave()
         self._updates.stop()
-        self.computed, self.measured, self.pinned, self.further = None, None, [], Further()
+        self.computed = self.former = self.measured = None
+        self.pinned, self.further = [], Further()
 
     async def work(self, work: Callable[[], R]) -> R:
         """Run work of many seconds in a thread, outside of the event loop, and return what it returns.
@@ -171,23 +198,32 @@ class Session:
             self._display(state, await without_turn())
 
     def _display(self, state: PageState, found: Computed) -> None:
-        self.computed, self.shown = found, state
+        self.computed, self.shown, self._last = found, state, monotonic()
         self.further = Further(band=self.further.band, drawn=self.further.drawn)
         self._report("")
         self.show(found, self.further)
 
     async def _compute_further(self, found: Computed) -> None:
-        """Compute what the open tab needs, a slice at a time; stop as soon as something newer waits."""
+        """Compute what the open tab needs, a slice at a time, and the key figures; stop as soon as something newer waits."""
         for each in slices(self.state.tab, found):
-            if self._updates.is_stale:
+            if not await self._compute_slice(each, self.workers.patient):
                 return
-            known = self.further
-            try:
-                self.further = await apart(self.workers.patient, functools.partial(self._slice, each, known))
-            except InterruptedWorkError:
-                return
-            if not self._updates.is_stale:
-                self.show(found, self.further)
+            self.show(found, self.further)
+        if await self._updates.rests(REST):
+            async with self.workers.turn:
+                answer = functools.partial(with_answers, found=found)
+                if await self._compute_slice(answer, self.workers.quick):
+                    self.tell(self.further)
+
+    async def _compute_slice(self, work: Slice, executor: Executor) -> bool:
+        """Compute something more beside the result, and return whether it is still wanted."""
+        if self._updates.is_stale:
+            return False
+        try:
+            self.further = await apart(executor, functools.partial(self._slice, work, self.further))
+        except InterruptedWorkError:
+            return False
+        return not self._updates.is_stale
 
     def _slice(self, work: Slice, known: Further) -> Further:
         within = budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN)

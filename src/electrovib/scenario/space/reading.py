@@ -313,9 +313,10 @@ def _lacking(mapping: Mapping[str, Any], names: Collection[str]) -> dict[str, An
 
 LARGEST_OUTSIDE: Final = 1e-12
 """Probability of values outside the range of a parameter that is allowed; a study has fewer draws."""
-_KINDS: Final[dict[str, type[Distribution]]] = {
+KINDS: Final[dict[str, type[Distribution]]] = {
     kind.__name__: kind for kind in Distribution.__subclasses__() if kind is not Truncated
 }
+"""Distributions, by the name that a file gives them."""
 _ENDS: Final = ("low", "high")
 _FILE: Final = ("file", "column")
 
@@ -361,11 +362,11 @@ def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Pa
 
 def _kind(path: str, content: Any) -> type[Distribution]:
     name = content.get("model") if isinstance(content, Mapping) else content
-    if not isinstance(content, Mapping) or str(name) not in _KINDS:
+    if not isinstance(content, Mapping) or str(name) not in KINDS:
         raise InputError(
-            f"{path}: expected a table with the model of a distribution.{nearest(str(name), _KINDS)}"
+            f"{path}: expected a table with the model of a distribution.{nearest(str(name), KINDS)}"
         )
-    return _KINDS[str(name)]
+    return KINDS[str(name)]
 
 
 def _built(kind: type[Distribution], numbers: dict[str, Any], names: list[str]) -> Distribution:

@@ -1,4 +1,9 @@
-"""Check of a drive against limits, before it is written or played."""
+"""Check of a drive against limits, before it is written or played.
+
+What leaves as a file to be played, or for a bench, has passed `cleared_for_output` or `cleared_as_played`, which refuse a
+drive without a declared largest voltage and current, and one that exceeds a limit or cannot be compared with it. Nothing is
+clipped. Limits declared in several places count by the strictest.
+"""
 
 from electrovib.studies.check.function import check as check
 from electrovib.studies.check.function import checked as checked

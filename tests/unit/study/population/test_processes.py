@@ -154,7 +154,7 @@ def test_a_worker_sends_no_signals_beyond_the_memory_and_one_of_other_versions_n
         if key not in {"pages", "bins"}:
             np.testing.assert_allclose(arrays[key], values, rtol=1e-12)
     np.testing.assert_array_equal(*(each.histogram.quantiles([0.5]) for each in (found, expected)))
-    refused = tile_on_worker(text, 0, 4, {"electrovib": "0.1.0", "numpy": "1.0"})
+    refused = tile_on_worker(text, 0, 4, computing_versions() | {"numpy": "1.0"})
     assert "instead of 1.0" in refused.problems[0]
 
 

@@ -15,6 +15,7 @@ from electrovib.data import atomic
 from electrovib.data.atomic import HeldError, held
 from electrovib.scenario import load
 from electrovib.studies.population import StudyCancelledError, open_study, study
+from electrovib.studies.population.result import computing_versions
 
 
 @pytest.fixture
@@ -108,7 +109,7 @@ def test_an_incomplete_study_is_not_opened_and_continued_by_another_kernel_alone
         with pytest.raises(InputError, match=r"begun with method 'in closed form', here 'another method'"):
             quick(n=5000, output=path)
     with monkeypatch.context() as patched:
-        versions = {"electrovib": "0.1.0", "numpy": "1.0"}
+        versions = computing_versions() | {"numpy": "1.0"}
         patched.setattr("electrovib.studies.population.result.computing_versions", lambda: versions)
         with pytest.raises(InputError, match=r"begun with numpy '.*', here '1.0'"):
             quick(n=5000, output=path)

@@ -14,6 +14,7 @@ from fastapi import Request
 from nicegui import app, events, ui
 
 from electrovib.apps.explorer.downloads import DOWNLOADS, Download
+from electrovib.apps.explorer.key_figures import answers
 from electrovib.apps.explorer.page.guide import FOLLOW, Guide
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
@@ -70,7 +71,7 @@ class VisitorPage:
             state = read_query(query, own=own, default=first)
         except InputError as error:
             mistake = _unread(error)
-        self.session = Session(own, state, workers, self._show, self.complain, self._busy)
+        self.session = Session(own, state, workers, self._show, self.complain, self._busy, self._tell)
         self.client, self.first = ui.context.client, first
         ui.add_css(_STYLE)
         ui.colors(primary=_PRIMARY)
@@ -140,12 +141,11 @@ class VisitorPage:
         except InputError as error:
             self.complain(_unread(error))
             return
-        self.session.state = state
         if is_link:
             ui.navigate.history.push(f"/?{state.to_query()}")
+        self._change(state, is_other=True)
         self.bar.show(state.preset)
         self.plots.open(state.tab)
-        self._change(state, is_other=True)
 
     def _leave(self) -> None:
         self.session.stop()
@@ -155,6 +155,11 @@ class VisitorPage:
         with self.client:
             self.knobs.show(found)
             self.plots.show(found, further)
+
+    def _tell(self, further: Further) -> None:
+        assert self.session.computed is not None
+        with self.client:
+            self.plots.figures.show(self.session.computed.forces | answers(further))
 
     def _busy(self, is_busy: bool) -> None:
         with self.client:

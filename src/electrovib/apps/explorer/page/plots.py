@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any, Final
@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from nicegui import ui
 
-from electrovib.apps.explorer import pictures
+from electrovib.apps.explorer import key_figures, pictures
 from electrovib.apps.explorer.computed import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
 from electrovib.apps.explorer.drawing import drawing
+from electrovib.apps.explorer.key_figures import KeyFigure, answers
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity, typeset
@@ -55,6 +56,7 @@ class Plots:
 
     def __init__(self, page: VisitorPage) -> None:
         self._page, self._session = page, page.session
+        self.figures = KeyLine()
         with ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 gap-4"):
             self._stack = _html("w-full max-w-md")
             with ui.column().classes("gap-1"):
@@ -82,7 +84,9 @@ class Plots:
     def show(self, found: Computed, further: Further) -> None:
         """Show a result, and what is known beside it."""
         session = self._session
-        shown = content(session.state.tab, found, further, pinned=session.pinned, measured=session.measured)
+        self.figures.show(found.forces | answers(further))
+        beside: dict[str, Any] = {"former": session.former, "measured": session.measured}
+        shown = content(session.state.tab, found, further, pinned=session.pinned, **beside)
         for element, text in (
             (self._stack, drawing(found)),
             (self._judged, judged_words(found.diagnostics)),
@@ -137,6 +141,32 @@ class Plots:
         return figure
 
 
+class KeyLine:
+    """The key figures in a line; one that is not known yet keeps its former value, greyed."""
+
+    def __init__(self) -> None:
+        with ui.element("dl").classes("ev-key w-full").props('aria-label="Key figures"'):
+            names = (*key_figures.FORCES.values(), key_figures.FELT, key_figures.LIMIT)
+            self._places = {name: _html("ev-key-figure") for name in names}
+        self.show({})
+
+    def show(self, known: Mapping[str, KeyFigure]) -> None:
+        """Show what is known of a result."""
+        for name, place in self._places.items():
+            if (figure := known.get(name)) is None and place.content:
+                place.classes("ev-stale")
+                continue
+            place.classes(remove="ev-stale")
+            text = _key_figure(name, figure or KeyFigure("…"))
+            if place.content != text:
+                place.set_content(text)
+
+
+def _key_figure(name: str, figure: KeyFigure) -> str:
+    value = f'<dd class="{CLASSES.get(figure.state, "")}">{escape(figure.value)}</dd>'
+    return f"<dt>{escape(name)}</dt>{value}<dd class=ev-note>{escape(figure.note)}</dd>"
+
+
 def _html(classes: str) -> ui.html:
     return ui.html("", sanitize=False).classes(classes)
 
@@ -164,6 +194,7 @@ def content(
     further: Further,
     *,
     pinned: Sequence[Pinned] = (),
+    former: Computed | None = None,
     measured: xarray.Dataset | None = None,
 ) -> Content:
     """Return what a tab shows.
@@ -178,9 +209,11 @@ def content(
             f"The {each} is not shown: it has no value in this scenario."
             for each in pictures.unknown_signals(found)
         ]
-        shown = Content(pictures.over_time(found, kept), above + _paragraphs(lacking) + kept_words(pinned))
+        shown = Content(
+            pictures.over_time(found, kept, former), above + _paragraphs(lacking) + kept_words(pinned)
+        )
     elif tab == FREQUENCY:
-        figures = pictures.over_frequency(found, kept, band=further.band)
+        figures = pictures.over_frequency(found, kept, former, band=further.band)
         shown = Content(figures, above + kept_words(pinned), _paragraphs([further.drawn]))
     elif tab == LAWS:
         shown = Content(pictures.laws(found, further.laws), above, law_words(found, further))

@@ -1,0 +1,105 @@
+"""The key figures of a page: forces, whether they are felt, and the nearest limit, each in one line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.studies.check.result import FAIL, UNKNOWN, nearest_limit
+from electrovib.view.summary import quantities_of_scenario
+from electrovib.view.units import pretty_quantity
+
+if TYPE_CHECKING:
+    from electrovib.apps.explorer.computed import Computed, Further
+    from electrovib.studies.check.result import CheckRow
+    from electrovib.studies.perceive import Percept
+
+FORCES: Final = {
+    "peak electrostatic_force": "Peak attraction",
+    "mean electrostatic_force": "Mean attraction",
+    "peak lateral_force": "Peak lateral force",
+}
+"""Quantities of a run, and what the page calls them."""
+FELT: Final = "Felt?"
+LIMIT: Final = "Nearest limit"
+
+
+@dataclass(frozen=True)
+class KeyFigure:
+    """A value in words, and a line about it; `state` is ``"warning"`` where a limit is exceeded."""
+
+    value: str
+    note: str = ""
+    state: str = ""
+
+
+def forces(found: Computed) -> dict[str, KeyFigure]:
+    """Return the forces of a run; at the output times alone for a solver that advances in steps."""
+    known = quantities_of_scenario(found.scenario, tuple(FORCES), quick=True)
+    figures = {}
+    for quantity, name in FORCES.items():
+        how, signal = quantity.split()
+        if not found.has(signal):
+            figures[name] = KeyFigure("–", "not part of this scenario")
+        elif quantity in known and np.isfinite(known[quantity]):
+            figures[name] = KeyFigure(pretty_quantity(known[quantity], "N", digits=3))
+        else:
+            figures[name] = _sampled(found, how, signal)
+    return figures
+
+
+def _sampled(found: Computed, how: str, signal: str) -> KeyFigure:
+    """Return the largest or mean value of a signal at the output times."""
+    values = np.asarray(found.values(signal), dtype=float)
+    kept = np.isfinite(values)
+    if not kept.any():
+        return KeyFigure("–", "the finger rests")
+    if how == "peak":
+        value = float(np.abs(values[kept]).max())
+    else:
+        times = np.asarray(found.values("time"), dtype=float)[kept]
+        span = float(times[-1] - times[0])
+        value = float(np.trapezoid(values[kept], times) / span) if span else float(values[kept][0])
+    return KeyFigure(pretty_quantity(value, "N", digits=3), "at the output times")
+
+
+def answers(further: Further) -> dict[str, KeyFigure]:
+    """Return what is felt and the nearest limit, as far as they are known."""
+    found = {name: KeyFigure("–", why) for name, why in further.unanswered.items()}
+    if further.percept is not None:
+        found[FELT] = felt(further.percept)
+    if further.check is not None:
+        found[LIMIT] = limit(nearest_limit(further.check.rows))
+    return found
+
+
+_VERDICTS: Final = {"detectable": "yes", "not detectable": "no", "within the uncertainty": "undecided"}
+
+
+def felt(percept: Percept) -> KeyFigure:
+    """State whether a drive is felt, and by how many decibels it is above the threshold."""
+    if not percept.loudest:
+        return KeyFigure("no", "nothing moves the skin")
+    middle, spread = percept.sensation, percept.uncertainty
+    if middle is None or spread is None:
+        return KeyFigure("unknown", "no threshold is known")
+    whose = "published thresholds" if percept.left else "the threshold"
+    ends = f"{_level(middle - spread)} to {_level(middle + spread)} dB relative to {whose}"
+    return KeyFigure(f"{_VERDICTS[percept.verdict]}, {_level(middle)} dB", ends)
+
+
+def _level(value: float) -> str:
+    return f"{value:+.0f}".replace("-", "\N{MINUS SIGN}").replace("+0", "0")
+
+
+def limit(row: CheckRow | None) -> KeyFigure:
+    """State how much of the nearest limit is reached."""
+    if row is None or row.value is None or row.limit is None:
+        return KeyFigure("none", "no limit is declared or known")
+    sizes = " of ".join(pretty_quantity(each, row.unit, digits=3) for each in (row.value, row.limit))
+    if row.state == FAIL:
+        return KeyFigure("exceeded", f"{row.quantity}: {sizes}", "warning")
+    doubt = ", not judged" if row.state == UNKNOWN else ""
+    return KeyFigure(f"{100 * row.value / row.limit:.2g} % reached", f"{row.quantity}: {sizes}{doubt}")

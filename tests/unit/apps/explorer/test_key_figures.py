@@ -1,0 +1,176 @@
+"""The line of key figures holds what the library states, and the curves before a change stay until the next one."""
+
+import asyncio
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.unit.apps.explorer.test_session import FIG6, FILM, Visit, at, high, until
+
+import electrovib as ev
+from electrovib.apps.explorer import session as sessions
+from electrovib.apps.explorer.computed import SAFETY, TIME, Further, compute, with_answers
+from electrovib.apps.explorer.key_figures import FELT, FORCES, LIMIT, KeyFigure, answers, felt, limit
+from electrovib.apps.explorer.page.plots import content
+from electrovib.apps.explorer.pictures import over_frequency, over_time
+from electrovib.apps.explorer.runner import LatestOnly
+from electrovib.apps.explorer.state import PageState, presets
+from electrovib.core.units import parse_quantity
+from electrovib.studies.check.result import FAIL, CheckRow
+
+SINE = "bau_2010/sine"
+
+
+def known(found):
+    return {**found.forces, **answers(with_answers(Further(), found))}
+
+
+@pytest.mark.parametrize("name", presets()[::6])
+def test_forces_are_those_of_a_densely_sampled_run_or_of_the_output_times_where_it_says_so(name):
+    scenario = ev.load(name)
+    found, trace = compute(scenario).forces, ev.simulate(scenario)
+    assert list(found) == list(FORCES.values())
+    end = float(trace.time[-1])
+    dense = trace
+    if not any(each.note for each in found.values()):
+        dense = ev.simulate(scenario, time=np.union1d(trace.time, np.linspace(0, end, 20_001)))
+    for quantity, words in FORCES.items():
+        how, signal = quantity.split()
+        if signal not in trace or not np.isfinite(trace[signal]).any():
+            assert found[words].value == "–"
+            continue
+        kept = dense[signal].dropna("time")
+        expected = (
+            np.abs(kept).max() if how == "peak" else kept.integrate("time") / (kept.time[-1] - kept.time[0])
+        )
+        assert parse_quantity(found[words].value, "N") == pytest.approx(
+            float(expected), rel=6e-3
+        )  # of three digits
+
+
+def test_what_is_felt_and_the_nearest_limit_are_those_of_perceive_and_check():
+    found = known(compute(ev.load(SINE)))
+    percept, checked = ev.perceive(SINE), ev.check(SINE)
+    low, middle, high_ = (percept.sensation + each * percept.uncertainty for each in (-1, 0, 1))
+    assert found[FELT].value == f"yes, +{middle:.0f} dB"
+    assert found[FELT].note == f"+{low:.0f} to +{high_:.0f} dB relative to published thresholds"
+    nearest = max(
+        (row for row in checked.rows if row.limit and row.value), key=lambda row: row.value / row.limit
+    )
+    assert found[LIMIT].value == f"{100 * nearest.value / nearest.limit:.2g} % reached"
+    assert found[LIMIT].note.startswith(f"{nearest.quantity}: ")
+    assert found[LIMIT].note.endswith(", not judged")
+
+
+def test_a_limit_that_is_exceeded_is_a_warning_and_nothing_is_made_up_where_nothing_is_known():
+    row = CheckRow(quantity="peak current", value=2.0, limit=1.0, unit="A", source="", state=FAIL, text="")
+    assert limit(row) == KeyFigure("exceeded", "peak current: 2 A of 1 A", "warning")
+    assert limit(None).value == "none"
+    still = ev.load(FIG6).replace({"drive": {"model": "Step", "level": 0}})
+    assert felt(ev.perceive(still)).value == "no"
+    weak = ev.load(SINE).replace({"drive.amplitude": "10 mV"})
+    assert re.fullmatch(r"no, \N{MINUS SIGN}\d+ dB", known(compute(weak))[FELT].value)
+    rests = known(compute(ev.load("shultz_2018/at_rest")))
+    assert rests[FORCES["peak lateral_force"]] == KeyFigure("–", "the finger rests")
+    assert rests[FELT].value == "–"
+    assert "motion.speed" in rests[FELT].note
+
+
+def test_answers_that_take_longer_are_left_to_their_tab(monkeypatch):
+    found = compute(ev.load(FIG6))
+    monkeypatch.setattr("electrovib.apps.explorer.computed.LONGEST_SHORT_RUN", 1e-9)
+    told = answers(with_answers(Further(), found))
+    assert told[FELT] == KeyFigure("–", "takes longer: open the tab 'Felt'")
+    assert told[LIMIT] == KeyFigure("–", "takes longer: open the tab 'Safety'")
+    checked = Further(check=ev.check(FIG6))
+    assert with_answers(checked, found).check is checked.check
+
+
+def test_the_answers_follow_once_no_slider_has_moved_for_a_moment():
+    async def actions(visit):
+        one, told = visit.session(), []
+        one.tell = told.append
+        for volts in (100, 200, 300):
+            one.ask(at(volts))
+            await asyncio.sleep(sessions.REST / 4)
+        await until(lambda: one.is_idle)
+        assert len(told) == 1
+        assert told[0].check.scenario.drive.high == 300
+        one.ask(replace(one.state, tab=SAFETY))
+        await until(lambda: one.is_idle)
+        assert told[1].check is one.further.check
+        return one
+
+    Visit(actions)
+
+
+def test_a_wait_ends_when_something_newer_comes():
+    async def run():
+        rested = []
+
+        async def task(value):
+            rested.append((value, await latest.rests(30 if value == 1 else 0.01)))
+
+        latest = LatestOnly(task, pytest.fail)
+        latest.ask(1)
+        await asyncio.sleep(0.01)
+        latest.ask(2)
+        await asyncio.wait_for(until(lambda: latest.is_idle), 10)
+        return rested
+
+    assert asyncio.run(run()) == [(1, False), (2, True)]
+
+
+def test_the_result_before_a_change_stays_until_the_next_change(monkeypatch):
+    async def actions(visit):
+        one, moment = visit.session(), [100.0]
+        monkeypatch.setattr(sessions, "monotonic", lambda: moment[0])
+
+        async def ask(state, pause=0.0):
+            moment[0] += pause
+            one.ask(state)
+            await until(lambda: one.is_idle)
+            return None if one.former is None else high(one.former)
+
+        assert await ask(PageState(FIG6)) is None
+        assert await ask(at(100)) == 1000
+        assert await ask(at(200), pause=0.9 * sessions.GESTURE) == 1000  # of the same movement
+        assert await ask(at(300), pause=1.1 * sessions.GESTURE) == 200
+        assert await ask(at(300), pause=9 * sessions.GESTURE) == 200  # another tab, for instance
+        assert await ask(at(300).changed(FILM, "50 um")) == 300
+        assert one.former.scenario.stack.layers["insulator"].thickness == pytest.approx(90e-6)
+        assert await ask(PageState(SINE)) is None
+        await ask(PageState(SINE, {"drive.amplitude": "50 V"}))
+        assert one.former is not None
+        one.stop()
+        assert one.former is None
+
+    Visit(actions)
+
+
+def test_former_curves_are_faint_behind_the_others_and_on_the_same_scale():
+    shown, former = (
+        compute(ev.load("vezzoli_2014/fig6_gap").replace({"drive.high": each})) for each in (500, 1000)
+    )
+    plots = [*over_time(shown, (), former), *over_frequency(shown, (), former)]
+    for plot in plots:
+        now = [each for each in plot["data"] if "opacity" not in each]
+        before = [each for each in plot["data"] if "opacity" in each]
+        assert len(now) == len(before) > 0, plot["layout"]["title"]
+        assert plot["data"][: len(now)] == now
+        for one, other in zip(now, before, strict=True):
+            assert other["line"]["color"] == one["line"]["color"]
+            assert (other["opacity"], other["zorder"], other["hoverinfo"], other["showlegend"]) == (
+                0.35,
+                -1,
+                "skip",
+                False,
+            )
+    force = next(each for each in plots if each["layout"]["title"]["text"] == "Electrostatic force")["data"]
+    assert max(force[1]["y"]) == pytest.approx(4 * max(force[0]["y"]), rel=1e-3)
+    relative = next(each for each in plots if "over its largest" in each["layout"]["title"]["text"])["data"]
+    assert max(relative[0]["y"]) == pytest.approx(1, rel=1e-3)
+    assert max(relative[3]["y"]) == pytest.approx(2, rel=1e-3)
+    figures = content(TIME, shown, Further(), former=former).figures
+    assert any("opacity" in line for line in figures[0]["data"])
