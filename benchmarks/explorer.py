@@ -159,7 +159,7 @@ def pressed(server: Server) -> list[list[str]]:
             page.get_by_role("tab", name=tab).click()
             time.sleep(4)
             page.evaluate(COUNT_PLOTS)
-            page.locator(".q-slider__track-container").nth(1).focus()
+            page.locator(".q-slider__track-container").first.focus()
             moved = []
             for _ in range(PRESSES):
                 page.keyboard.press("ArrowRight")

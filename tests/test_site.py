@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import pytest
 from PIL import Image
 
 import electrovib as ev
+from electrovib.core.citation import counted, status_text
 from electrovib.studies.catalogue.items import everything, paper_items, scenario_items
 from electrovib.studies.evidence import standings
 
@@ -235,6 +237,16 @@ def test_the_pages_of_papers_and_commands_have_what_these_declare(part):
             assert shown in pages["bibliography.rst"]
             assert shown in page
         assert page.count("\n- ") >= len(getattr(item.thing, "CHECKS", ()))
+        told = counted(item.thing.CHECKS)
+        assert f":doc:`papers/{item.name}`, checks: {told})" in pages["bibliography.rst"]
+        assert told in pages["papers/index.rst"]
+    listed = [item.thing for item in paper_items(own=True)]
+    total = counted(check for paper in listed for check in paper.CHECKS)
+    for name in ("bibliography.rst", "papers/index.rst"):
+        assert total in pages[name]
+        (told,) = re.findall(rf"Of {len(listed)} papers: (.+)\. Of their \d+ checks: ", pages[name])
+        statuses = Counter(status_text(paper.STATUS) for paper in listed)
+        assert {each.partition(" ")[2]: int(each.split()[0]) for each in told.split("; ")} == statuses
     for item in scenario_items():
         assert f"``{item.name}``" in pages["scenarios.rst"]
     assert ":doc:`../models/force_law/Vezzoli2014Causal`" in pages["papers/vezzoli_2014.rst"]

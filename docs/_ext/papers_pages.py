@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from types import ModuleType
 from typing import Any
 
 from models import checks, is_model, place
 from rst import fields, grid, hidden_contents, items, joined, linked, literal, plain, shown, title
 
-from electrovib.core.citation import STATUSES_EXPLAINED, status_text
+from electrovib.core.citation import STATUSES, STATUSES_EXPLAINED, Check, counted, status_text
 from electrovib.studies import catalogue
 from electrovib.studies.catalogue.items import Listed, everything, paper_items, scenario_items
 
@@ -31,14 +32,31 @@ def index(found: list[Listed]) -> str:
     """Write the list of papers."""
     rows = []
     for item in found:
-        runs = plain(item.runnable)
-        rows.append((f":doc:`{item.name}`", plain(item.meaning), plain(status_text(item.status)), runs))
+        cells = item.meaning, status_text(item.status), counted(held(item)), item.runnable
+        rows.append((f":doc:`{item.name}`", *map(plain, cells)))
     text = (
         "Each paper has its claims, what it does not claim, and what of it can be computed. The source status states how"
-        f" the paper was read: {plain(STATUSES_EXPLAINED)}. A paper whose equations were not read runs nothing."
+        f" the paper was read: {plain(STATUSES_EXPLAINED)}. A check is a number of a source that is computed here; its status"
+        " states how that number was read. A paper whose equations were not read runs nothing."
     )
-    table = grid(("paper", "title", "source status", "can be run"), rows, "16 40 14 30")
-    return joined([title("Papers"), text, table, hidden_contents(item.name for item in found)])
+    headings = "paper", "title", "source status", "checks", "can be run"
+    table = grid(headings, rows, "16 34 12 14 24")
+    return joined(
+        [title("Papers"), text, how_read(found), table, hidden_contents(item.name for item in found)]
+    )
+
+
+def held(item: Listed) -> tuple[Check, ...]:
+    """Return the checks of a paper."""
+    return getattr(item.thing, "CHECKS", ())
+
+
+def how_read(found: list[Listed]) -> str:
+    """State how many papers have each source status, and how many checks."""
+    papers = Counter(item.status for item in found)
+    ways = "; ".join(f"{papers[each]} {status_text(each)}" for each in STATUSES if papers[each])
+    checks = [check for item in found for check in held(item)]
+    return plain(f"Of {len(found)} papers: {ways}. Of their {len(checks)} checks: {counted(checks)}.")
 
 
 def page(item: Listed, models: list[Listed]) -> str:
@@ -107,12 +125,13 @@ def scenarios() -> str:
 
 def bibliography(found: list[Listed]) -> str:
     """Write the list of all publications that the papers of the toolkit declare."""
+    read = {item.name: f"checks: {counted(held(item))}" for item in found}
     lines = sorted((item.name, text) for item in found for text in citations(item.thing))
     text = (
         "The publications behind the models and scenarios, with the page of each;"
         " :download:`all as BibTeX <electrovib.bib>`. Values of materials and of populations have further sources,"
         " named beside each value on the pages of :doc:`materials </materials>` and :doc:`populations </populations>`."
+        " In brackets: how a publication was read here if not in full, and the checks of its page."
     )
-    return joined(
-        [title("Bibliography"), text, items(f"{line} (:doc:`papers/{name}`)" for name, line in lines)]
-    )
+    entries = (f"{line} (:doc:`papers/{name}`, {plain(read[name])})" for name, line in lines)
+    return joined([title("Bibliography"), text, how_read(found), items(entries)])

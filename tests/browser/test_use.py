@@ -7,6 +7,7 @@ from tests.browser.test_page import drop, keep, peak, shown
 
 import electrovib as ev
 from electrovib.apps.explorer.computed import TABS
+from electrovib.apps.explorer.finding import MOST_IMPORTANT
 from electrovib.physics.perception import ElasticSkin
 
 pytestmark = pytest.mark.slow
@@ -171,7 +172,7 @@ def test_the_keyboard_reaches_the_results_past_the_parameters(opened):
 
 def test_pointer_and_keyboard(opened):
     page = opened(f"?preset={GAP}")
-    slider = page.locator(".q-slider__track-container").nth(1)
+    slider = page.locator(".q-slider__track-container").first
     slider.hover()
     tip = page.locator(".q-tooltip")
     tip.wait_for()
@@ -193,6 +194,40 @@ def test_pointer_and_keyboard(opened):
     page.get_by_text("Report (HTML)").wait_for()
     page.keyboard.press("Escape")
     page.get_by_text("Report (HTML)").wait_for(state="hidden")
+
+
+ROWS = "[...document.querySelectorAll('.ev-row')].filter(e => e.offsetParent !== null).map(e => e.innerText.split('\\n')[0])"
+
+
+def test_words_find_parameters_of_all_sections_with_their_present_values(opened):
+    page = opened(f"?preset={GAP}&set=limits.voltage=900 V")
+    search = page.get_by_label("Search the parameters")
+    assert 6 <= len(page.evaluate(ROWS)) <= MOST_IMPORTANT
+    page.get_by_role("button", name='Expand "Limits (1 changed)"').wait_for()
+    type_into(page, "Drive: high, value", "700 V")
+    search.fill("HIGH drive")
+    page.get_by_text("2 of 43 parameters").wait_for()  # of which one was folded
+    assert page.get_by_label("Drive: high, value").input_value() == "700 V"
+    hold = type_into(page, "Drive: hold, value", "50 ms")
+    shown(page, peak(ev.load(GAP).replace({"drive.high": 700, "drive.hold": 0.05})))
+    hold.press("Shift+Tab")
+    search.fill("voltage limits largest plate")
+    field = page.get_by_label("Limits: voltage, value")
+    field.wait_for()
+    assert field.input_value() == "900 V"
+    assert not page.get_by_label("Drive: high, value").is_visible()
+    keep(page, "search")
+    search.fill("thiknes")
+    page.get_by_role("status").get_by_text("Did you mean 'thickness'?").wait_for()
+    assert page.evaluate(ROWS) == []
+    search.press("Escape")
+    page.get_by_label("Drive: high, value").wait_for()
+    page.get_by_role("button", name='Expand "Drive (1 changed)"').click()
+    hold.wait_for()
+    assert hold.input_value() == "50 ms"
+    page.get_by_role("button", name="Reset").click()
+    page.get_by_role("button", name='Collapse "Drive"', exact=True).wait_for()
+    assert page.locator(".ev-changed").count() == 0
 
 
 def test_a_phone_shows_the_plots_first_and_the_parameters_on_demand(opened):

@@ -33,6 +33,13 @@ def test_a_paper_cites_says_how_it_was_read_and_what_it_claims(paper):
     assert re.fullmatch(r"[a-z]\w*_\d{4}", paper.__name__.rsplit(".", 1)[-1])
 
 
+def test_a_paper_that_was_not_read_in_full_says_so_and_checks_no_number_as_if_it_was(paper):
+    if paper.STATUS == "full text":
+        return
+    assert all(citation.read for citation in paper.CITATIONS)
+    assert all(check.status != "full text" for check in paper.CHECKS)
+
+
 def test_a_paper_carries_a_check_and_its_offers_are_read_by_their_names(paper):
     classes = [thing for thing in vars(paper).values() if isinstance(thing, type)]
     of_classes = [check for kind in classes for check in getattr(kind, "checks", ())]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -122,7 +123,9 @@ def _typeset(text: str) -> str:
 
 _SHOWN: Final = {
     "full text": "full text",
+    "in part": "in part",
     "abstract": "abstract only",
+    "second-hand": "second-hand",
     "derived": "derived here",
     "unverified": "unverified, cited from memory",
 }
@@ -130,8 +133,11 @@ STATUSES: Final = tuple(_SHOWN)
 """How a source was read, from best to not at all."""
 UNVERIFIED: Final = STATUSES[-1]
 """A value or an equation cited from memory: shown as such wherever it is used, and never a check."""
+SECOND_HAND: Final = "second-hand"
+"""A number of a source that was read where another publication gives it."""
 STATUSES_EXPLAINED: Final = (
-    "in full text; as an abstract only; derived here from values that were read; or not at all, then it is unverified, cited"
+    "in full text; in part, as data or code that its authors published; as an abstract only; second-hand, where another"
+    " publication gives its numbers; derived here from values that were read; or not at all, then it is unverified, cited"
     " from memory, and its numbers are never a check"
 )
 
@@ -179,6 +185,12 @@ class Check:
     def accepts(self, value: float) -> bool:
         """Return whether a number agrees within the tolerance, bounds included; NaN never agrees."""
         return abs(value - self.expect) <= self.rtol * abs(self.expect)
+
+
+def counted(checks: Iterable[Check]) -> str:
+    """Write how many checks have each status, the best first: ``2 full text, 1 derived here``."""
+    found = Counter(check.status for check in checks)
+    return ", ".join(f"{found[each]} {status_text(each)}" for each in STATUSES if found[each])
 
 
 derived: Final = functools.partial(Check, status="derived")

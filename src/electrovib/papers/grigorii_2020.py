@@ -46,7 +46,7 @@ CITATIONS = (
     ),
 )
 CITATION = cited(CITATIONS)
-STATUS = "abstract"
+STATUS = "in part"
 NOT_READ = "the articles: coating, area, carrier and current of the display were not read"
 
 GROUP = "Northwestern (Colgate and Peshkin)"

@@ -35,7 +35,7 @@ CITATIONS = (
     ),
 )
 CITATION = cited(CITATIONS)
-STATUS = "abstract"
+STATUS = "second-hand"
 NOT_READ = "the paper itself: thresholds between the three frequencies were not read"
 
 PEN = {10.0: 26e-6, 20.0: 8.5e-6, 320.0: 0.06e-6}

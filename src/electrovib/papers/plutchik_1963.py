@@ -1,6 +1,6 @@
 """Skin impedance and phase angle over frequency and current, Science 141, 927 (1963).
 
-doi:10.1126/science.141.3584.927 (abstract; the authors, Plutchik and Hirsch, are cited from memory, unverified).
+R. Plutchik, H. R. Hirsch, doi:10.1126/science.141.3584.927 (abstract; the authors as Tregear, Nature 205, 600 cites them).
 
 Claims: |Z| from 130 kohm at 1 Hz to 30 kohm at 1 kHz, phase from -2 to -58 degrees, the phase the same from 14 to 62 uA.
 Does not claim: site, electrode area, thickness. Here three of its numbers are solved for a Cole admittance
@@ -26,11 +26,13 @@ from electrovib.studies.evidence.quantities import lag, of_skin
 CITATIONS = (
     Citation(
         kind="article",
-        about="skin impedance and phase angle over frequency and current",
+        authors=("R. Plutchik", "H. R. Hirsch"),
+        title="Skin impedance and phase angle as a function of frequency and current",
         journal="Science",
         year=1963,
         volume="141",
-        pages="927",
+        number="3584",
+        pages="927-928",
         doi="10.1126/science.141.3584.927",
         read="abstract",
     ),

@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from electrovib.core.citation import UNVERIFIED
+from electrovib.core.citation import SECOND_HAND, UNVERIFIED
 
-SECOND_HAND: Final = "second-hand"
-"""Status of a value that was read in a publication which quotes the source."""
 NOT_A_CLAIM: Final = (
     "These are comparisons with published currents, not a claim of medical safety: they hold for healthy adults and for the"
     " stated conditions, and say nothing about persons with an implanted device or a heart condition, wet or broken skin,"

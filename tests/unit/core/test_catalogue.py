@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from electrovib.core import discovery
-from electrovib.core.citation import Citation, bibtex_of, cited
+from electrovib.core.citation import Check, Citation, bibtex_of, cited, counted
 from electrovib.core.discovery import ENTRY_POINT_GROUP, find_members, paper, paper_names, papers
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import Model, read_model
@@ -290,6 +290,14 @@ def test_what_is_not_known_is_omitted_and_further_authors_are_others():
     assert str(some) == "A. Example and others, T, Conf 2099"
     ((kind, _, fields),) = parsed(some.bibtex("example_2099"))
     assert (kind, fields["author"]) == ("inproceedings", "A. Example and others")
+
+
+def test_checks_are_counted_by_status_the_best_first():
+    checks = [
+        Check("C", expect=1.0, rtol=0.1, source="a table", status=each) for each in ("derived", "in part")
+    ]
+    assert counted([*checks, *checks[:1]]) == "1 in part, 2 derived here"
+    assert counted([]) == ""
 
 
 def test_how_it_was_read_stands_before_the_entry_and_a_doubt_in_it_too():

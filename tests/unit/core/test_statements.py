@@ -117,7 +117,7 @@ def test_each_status_has_its_words_and_a_definition_none():
     assert (STATUSES[0], STATUSES[-1]) == ("full text", UNVERIFIED)
     assert status_text(UNVERIFIED) == "unverified, cited from memory"
     assert status_text("") == "a definition"
-    assert len({status_text(status) for status in STATUSES}) == len(STATUSES) == 4
+    assert len({status_text(status) for status in STATUSES}) == len(STATUSES) == 6
     assert all(status_text(status).startswith(status.split()[0]) for status in STATUSES)
 
 

@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from electrovib.core.discovery import papers
-from electrovib.papers import aliabbasi_2022, aliabbasi_2024, meyer_2013, plutchik_1963, shultz_2018
+from electrovib.papers import (
+    aliabbasi_2022,
+    aliabbasi_2024,
+    gabriel_1996,
+    meyer_2013,
+    plutchik_1963,
+    shultz_2018,
+)
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -100,3 +107,14 @@ def test_the_cut_off_of_published_skins_is_below_about_500_hz():
     assert math.isnan(meyer_2013.cut_off(quick)), "above 1 MHz"
     sources = meyer_2013.scenarios()["first_order"].sources
     assert "circular" in sources["stack.stratum_corneum.material.conductivity"]
+
+
+def test_a_printed_table_of_skin_is_met_within_half_a_unit_of_its_last_digit_but_for_one_number():
+    printed = [check for check in gabriel_1996.CHECKS if check.status == "second-hand"]
+    assert len(printed) == sum(map(len, gabriel_1996.PRINTED.values())) - 1 == 19
+    (first,) = (check for check in printed if check.name == "permittivity of wet skin at 10 kHz")
+    assert first.rtol * first.expect == pytest.approx(0.5, rel=1e-12)
+    assert not first.accepts(29010.6)
+    slipped = gabriel_1996.computed(200e3, "wet", "conductivity")
+    assert f"{slipped:.4f} S/m here" in gabriel_1996.DEFECTS[0]
+    assert abs(slipped - float(gabriel_1996.SLIPPED)) > 20 * 0.00005

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 
 import pytest
 
@@ -195,6 +196,7 @@ def test_models_and_papers_are_listed_with_status_and_checks_and_found_by_name()
     assert set(find_members(ForceLaw)) | set(papers()) <= set(listed)
     law = listed["Vezzoli2014Causal"]
     assert (law.paper, law.status, listed["vezzoli_2014"].checks) == ("vezzoli_2014", "full text", 3)
+    assert re.search("\nchecked +2 full text, 1 derived here\n", str(catalogue.models("vezzoli_2014")))
     assert catalogue.models("MaxwellStressInGap")[0].group == "attraction of the finger"
     assert issubclass(catalogue.find("sine"), Model)
     assert catalogue.find("MaxwellStressInGap").__name__ == "MaxwellStressInGap"

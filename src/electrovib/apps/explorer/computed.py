@@ -84,8 +84,9 @@ def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
         return found
 
 
-TIME, FREQUENCY, LAWS, FELT, SAFETY, RECORDING = TABS = (
+TIME, FADING, FREQUENCY, LAWS, FELT, SAFETY, RECORDING = TABS = (
     "Over time",
+    "Why it fades",
     "Over frequency",
     "Force laws",
     "Felt",

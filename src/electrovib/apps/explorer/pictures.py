@@ -13,8 +13,6 @@ import numpy as np
 
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.core.signals import SIGNALS
-from electrovib.physics.perception import Perception
-from electrovib.studies.felt_spectrum import Stimulus, just_felt
 from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, layer_colours
 from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
 
@@ -23,8 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.apps.explorer.computed import Computed
-    from electrovib.scenario import Scenario
-    from electrovib.studies.perceive import Percept
 
 PINNED: Final = ("dash", "dot", "dashdot", "longdash")
 """Dashes of the curves that are kept for comparison."""
@@ -142,7 +138,7 @@ def _lines(
         if curve.is_faint:
             behind = {"opacity": _FAINT, "hoverinfo": "skip", "zorder": -1}
             return [line(*thinned(x, y, SHOWN_SAMPLES // 2), line=look, **behind)]
-        return [line(*thinned(x, y), line=look, hovertemplate=_hover(unit, curve.name))]
+        return [line(*thinned(x, y), line=look, hovertemplate=hover(unit, curve.name))]
     red, green, blue = bytes.fromhex(curve.colour[1:])
     edge: dict[str, Any] = {"line": {"width": 0}, "hoverinfo": "skip"}
     lower = line(x, np.asarray(curve.fill_from, dtype=float), **edge)
@@ -150,7 +146,7 @@ def _lines(
     return [lower | {"showlegend": False}, line(x, y, **edge, **fill)]
 
 
-def _hover(unit: str, name: str) -> str:
+def hover(unit: str, name: str) -> str:
     return f"%{{y:.4~g}} {unit}<extra>{name}</extra>"
 
 
@@ -304,6 +300,10 @@ def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]
     return _with_curves(plots)
 
 
+EXAMPLE: Final = "example (simulated"
+"""How the title of a recording begins that nobody has measured."""
+
+
 def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
     """Plot each signal of a recording with the same signal of the page; the modulus of complex ones."""
     plots = []
@@ -312,7 +312,9 @@ def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
         if name not in SIGNALS or dims not in (("time",), ("frequency",)):
             continue
         x = TIME if dims == ("time",) else FREQUENCY
-        cases = [("recorded", measured, NEUTRAL, 4.0), ("computed", shown.trace, COLOURS[0], 1.8)]
+        is_example = str(measured.attrs.get("title", "")).startswith(EXAMPLE)
+        words = f"{EXAMPLE})" if is_example else "recorded"
+        cases = [(words, measured, NEUTRAL, 4.0), ("computed", shown.trace, COLOURS[0], 1.8)]
         curves = [
             PlottedCurve(each[x.words].values, _real(each[name].values), words, colour, width=width)
             for words, each, colour, width in cases
@@ -434,67 +436,3 @@ def _time_constants(shown: Computed) -> dict[str, NDArray[Any]]:
         if np.any(loss > 0):
             found[name] = np.divide(value.real, loss, out=np.full(loss.shape, np.nan), where=loss > 0)
     return found
-
-
-LOWEST, HIGHEST = 1.0, 2000.0
-"""Frequencies of the plot of what is felt [Hz]."""
-_FREQUENCIES: Final = np.geomspace(LOWEST, HIGHEST, 120)
-
-
-def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
-    """Plot the lines of the spectrum that perception evaluates, from 1 Hz to 2 kHz, and the level at which a sine is felt.
-
-    The one plot has a bar for each line, and the amplitude over frequency of a single sine at the detection
-    threshold; there is none where nothing varies.
-    """
-    lines = percept.spectrum
-    kept = (lines.frequency >= LOWEST) & (lines.frequency <= HIGHEST) & (lines.amplitude > 0)
-    if not np.any(kept):
-        return []
-    kept &= lines.amplitude > 1e-5 * lines.amplitude[kept].max()
-    frequency, amplitude = lines.frequency[kept], lines.amplitude[kept]
-    unit = "m" if lines.signal == "skin_displacement" else "N"
-    title = f"Spectrum of the {'displacement of the skin' if unit == 'm' else 'lateral force'}"
-    top = float(amplitude.max())
-    prefix, scale = prefix_for(top, unit)
-    shown_unit = pretty_unit(prefix + unit)
-    level, name = detection(percept, scenario)
-    words = Axis(f"amplitude [{shown_unit}]", "1", is_logarithmic=True)
-    plot = figure(title, FREQUENCY, words, [PlottedCurve(_FREQUENCIES, level / scale, name, COLOURS[1])])
-    plot["data"][0] |= {"showlegend": True, "hovertemplate": _hover(shown_unit, name)}
-    bars = {
-        "type": "bar", "x": frequency.tolist(), "y": (amplitude / scale).tolist(), "width": (0.02 * frequency).tolist(),
-        "marker": {"color": COLOURS[0]}, "name": "lines of the spectrum", "hovertemplate": _hover(shown_unit, "line"),
-    }  # fmt: skip
-    plot["data"].insert(0, bars)
-    layout = plot["layout"]
-    lowest = max(float(np.nanmin([*level, amplitude.min()])), 1e-4 * top)
-    highest = max(top, min(float(np.nanmin(level)), 100 * top))
-    layout["xaxis"]["range"] = [math.log10(LOWEST), math.log10(HIGHEST)]
-    layout["yaxis"]["range"] = [math.log10(lowest / scale) - 0.2, math.log10(highest / scale) + 0.3]
-    layout["showlegend"], layout["margin"]["b"] = True, 62
-    return [plot]
-
-
-def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
-    """Return the amplitude (n,) [N or m] of a single sine of a certain level over frequency, and its name.
-
-    A = 10^(L/20) / (max_c w_c(f) |C(f)|) with level L, weights w_c of the channels and compliance C of the
-    skin: the inverse of the level that `electrovib.perceive` computes for one line. NaN where no channel is
-    sensitive. The level is that of the detection threshold, measured or published; without any, that at which
-    the sine is felt as strongly as the drive.
-    """
-    person = scenario.perception or Perception()
-    given = person.compliance or scenario.finger
-    if percept.sensation is not None:
-        low, high = just_felt(Stimulus(percept.spectrum, person, given), _FREQUENCIES)
-        middle = np.sqrt(low * high)
-        whose = "published, middle" if percept.left else "of the perception"
-        middle[~np.isfinite(middle)] = np.nan
-        return middle, f"detection threshold of a single sine ({whose})"
-    weight = np.max([channel.weight(_FREQUENCIES) for channel in person.channels], axis=0)
-    if given is not None and percept.spectrum.signal != "skin_displacement":
-        weight = weight * np.abs(given.compliance(_FREQUENCIES))
-    unfelt = np.full(weight.shape, np.nan)
-    felt_alike = np.divide(10 ** (percept.level / 20), weight, out=unfelt, where=weight > 0)
-    return felt_alike, "a single sine felt as strongly (no threshold is known)"

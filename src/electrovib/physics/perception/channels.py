@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Self
 import numpy as np
 from pydantic import model_validator
 
+from electrovib.core.citation import SECOND_HAND
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.body_current import SECOND_HAND
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 import numpy as np
 from pydantic import model_validator
 
+from electrovib.core.citation import SECOND_HAND
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
-from electrovib.physics.body_current import SECOND_HAND
 from electrovib.physics.finger import GrowthWithSpeed
 from electrovib.physics.perception.channels import ISRAR, RYU, Channel, NonPacinian, Pacinian
 

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
-from electrovib.core.citation import Check, bibtex_of, status_text
+from electrovib.core.citation import Check, bibtex_of, counted, status_text
 from electrovib.core.discovery import paper_of, papers
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.formulas import formula_lines
@@ -106,7 +106,8 @@ def _of_paper(module: ModuleType, name: str) -> list[str]:
     table = values(module)
     if table:
         lines += ["", laid_out(table)]
-    return lines + _disagreements(module) + _checks(getattr(module, "CHECKS", ()))
+    checks = getattr(module, "CHECKS", ())
+    return [*lines, *_disagreements(module), *_line("checked", counted(checks)), *_checks(checks)]
 
 
 def _of_scenario(scenario: Scenario, item: Listed) -> list[str]:

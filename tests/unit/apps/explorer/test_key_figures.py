@@ -162,7 +162,7 @@ def test_former_curves_are_faint_behind_the_others_and_on_the_same_scale():
         for one, other in zip(now, before, strict=True):
             assert other["line"]["color"] == one["line"]["color"]
             assert (other["opacity"], other["zorder"], other["hoverinfo"], other["showlegend"]) == (
-                0.35,
+                0.45,
                 -1,
                 "skip",
                 False,

@@ -22,14 +22,13 @@ from electrovib.apps.explorer.computed import (
     slices,
 )
 from electrovib.apps.explorer.drawing import drawing
+from electrovib.apps.explorer.felt_picture import detection, felt
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
 from electrovib.apps.explorer.pictures import (
     Axis,
     PlottedCurve,
-    detection,
-    felt,
     figure,
     laws,
     over_frequency,

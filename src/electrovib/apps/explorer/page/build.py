@@ -171,7 +171,7 @@ def _unread(error: InputError) -> str:
 
 
 _SKIP: Final = "() => document.querySelector('[role=tab][aria-selected=true]').focus()"
-"""Past the parameters, which are some sixty stops of the keyboard."""
+"""Past the parameters, which are some thirty stops of the keyboard."""
 _IS_DARK: Final = "window.matchMedia('(prefers-color-scheme: dark)').matches"
 
 
@@ -283,9 +283,10 @@ ABOUT: Final = (
     " a texture on a smooth surface: electrovibration. A finger at rest feels nothing of it.",
     "The attraction is caused by the electric field between plate and skin. The voltage is shared between the layers: at fast"
     " changes as between capacitors, under a constant voltage as between resistors. Charge that passes through the skin and the"
-    " gap therefore makes the force fade within the time constant of these layers, although the voltage stays. 'Voltage across"
-    " each layer', and 'Over frequency', show this.",
-    "Move a slider, or type a value with its unit into the field beside it; an empty field gives the value of the scenario back."
+    " gap therefore makes the force fade within the time constant of these layers, although the voltage stays. 'Why it fades'"
+    " shows this moment by moment, 'Voltage across each layer' and 'Over frequency' as curves.",
+    "The parameters on which the force usually depends most come first; words in the search field find the others."
+    " Move a slider, or type a value with its unit into the field beside it; an empty field gives the value of the scenario back."
     " The pointer on a parameter shows its meaning, range and source. The button 'back' of the browser takes the last change"
     " back, and the address of the page reproduces what is shown.",
     "'Validity' states whether the models hold for this result: 'ok', 'warning' (outside the range in which a model was"

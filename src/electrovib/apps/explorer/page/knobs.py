@@ -1,15 +1,16 @@
-"""Sliders and fields of the parameters."""
+"""Sliders and fields of the parameters, and the search over them."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import ui
 
 from electrovib.apps.explorer.controls import SECTIONS, STEPS, choices, chosen, controls, parameters_of
+from electrovib.apps.explorer.finding import important, is_found, not_found, texts_of, words_of
 from electrovib.apps.explorer.state import scenario_of
 from electrovib.core.errors import InputError
 
@@ -18,6 +19,20 @@ if TYPE_CHECKING:
     from electrovib.apps.explorer.controls import Choice, Control
     from electrovib.apps.explorer.page.build import VisitorPage
     from electrovib.scenario import Scenario
+
+
+_FIRST: Final = "important"
+"""Name of the group of parameters that a page shows first."""
+
+
+@dataclass
+class _Group:
+    """Parameters below one heading; their rows are made when they are first shown."""
+
+    heading: str
+    controls: list[Control]
+    place: ui.expansion
+    is_made: bool = False
 
 
 @dataclass
@@ -31,18 +46,25 @@ class _Row:
 
 
 class Knobs:
-    """A slider and a field for each parameter of the scenario, in sections that open and close."""
+    """A slider and a field for each parameter of the scenario: the important ones first, then sections that open.
+
+    Words in the search field show the parameters that they find, of all sections.
+    """
 
     def __init__(self, page: VisitorPage) -> None:
         self._page, self._session = page, page.session
         self._rows: dict[str, _Row] = {}
+        self._groups: list[_Group] = []
+        self._lists: list[tuple[Choice, Any]] = []
         self._accepted: dict[str, str] = {}
-        self._open = {"drive": True, "stack": True}
+        self._open = {_FIRST: True}
         self._silent = False
         self._moving = ""
         self._unread: set[str] = set()  # what is being typed
         self._drawer = ui.left_drawer(value=None, bordered=True).props("width=320").classes("p-1")
         with self._drawer:
+            self._search = self._make_search()
+            self._found = ui.label().classes("text-sm px-3").props("role=status")
             self._choices = ui.column().classes("w-full gap-0 px-3")
             self._place = ui.column().classes("w-full gap-0")
         self.rebuild()
@@ -57,8 +79,9 @@ class Knobs:
         base, scenario = scenario_of(state.reset(), own=own), self._scenario()
         self._choices.clear()
         with self._choices:
-            for choice in choices(base):
-                self._choose(choice, choice.present(state, scenario))
+            self._lists = [
+                (each, self._choose(each, each.present(state, scenario))) for each in choices(base)
+            ]
         self._rebuild_rows(scenario)
 
     def _scenario(self) -> Scenario:
@@ -73,13 +96,87 @@ class Knobs:
     def _rebuild_rows(self, scenario: Scenario) -> None:
         """Make the controls of a scenario; they begin at its values."""
         offered = controls(scenario)
-        self._rows, self._moving, self._unread = {}, "", set()
+        first = important(offered)
+        self._rows, self._groups, self._moving, self._unread = {}, [], "", set()
         self._place.clear()
         with self._place:
+            self._group(_FIRST, "Most important here", first)
+            ui.label("All other parameters").classes("text-sm px-4 pt-2 ev-others")
             for section, heading in SECTIONS.items():
-                if mine := [each for each in offered if each.section == section]:
-                    with self._section(section, heading):
-                        self._rows |= {each.path: self._row(each) for each in mine}
+                if mine := [each for each in offered if each.section == section and each not in first]:
+                    self._group(section, heading, mine)
+        self._mark_changed()
+        self._show_found()
+
+    def _group(self, name: str, heading: str, mine: list[Control]) -> None:
+        """Make a part that opens and closes, and remember whether it is open."""
+
+        def moved(event: Any) -> None:
+            self._open[name] = event.value
+            if event.value:
+                self._make_rows(group)
+
+        place = ui.expansion(heading, value=self._open.get(name, False), on_value_change=moved)
+        place.classes("w-full" + (" ev-first" if name == _FIRST else ""))
+        place.props("dense header-class=font-bold")
+        group = _Group(heading, mine, place)
+        self._groups.append(group)
+        if place.value:
+            self._make_rows(group)
+
+    def _make_rows(self, group: _Group) -> None:
+        """Make the rows of a group when it is first shown, with the present values."""
+        if group.is_made:
+            return
+        group.is_made = True
+        scenario = self._scenario()
+        values = {path: value for path, value, _ in parameters_of(scenario)}
+        with group.place:
+            made = {each.path: self._row(each) for each in group.controls if each.path in values}
+        self._rows |= made
+        self._give_sliders(scenario, values)
+        self._write(values, made)
+        self._mark_changed()
+
+    def _make_search(self) -> Any:
+        """Make the field for words that find parameters."""
+        field = ui.input(placeholder="Search the parameters", on_change=self._show_found)
+        field.props('dense outlined clearable debounce=100 aria-label="Search the parameters"')
+        field.on("keydown.esc", lambda _: field.set_value(""))
+        return field.classes("w-full px-3 pt-1 ev-search")
+
+    def _show_found(self) -> None:
+        """Show the parameters and choices that have all words of the search, or everything without a search."""
+        words = words_of(str(self._search.value or ""))
+        count = 0
+        for group in self._groups:
+            found = {each.path for each in group.controls if is_found(words, texts_of(each))}
+            if words and found:
+                self._make_rows(group)
+            for each in group.controls:
+                if each.path in self._rows:
+                    self._rows[each.path].column.set_visibility(each.path in found)
+            count += len(found)
+        fitting = [is_found(words, [choice.label]) for choice, _ in self._lists]
+        for (_, element), is_fitting in zip(self._lists, fitting, strict=True):
+            element.set_visibility(is_fitting)
+        self._place.classes(**{"add" if words else "remove": "ev-searching"})
+        offered = [each for group in self._groups for each in group.controls]
+        is_any = count or any(fitting)
+        sentence = f"{count} of {len(offered)} parameters" if is_any else not_found(words, offered)
+        self._found.set_text(sentence if words else "")
+        self._found.set_visibility(bool(words))
+
+    def _mark_changed(self) -> None:
+        """Mark the parameters that differ from the scenario, and count them in the heading of their group."""
+        changes = self._session.state.changes
+        for group in self._groups:
+            count = sum(each.path in changes for each in group.controls)
+            heading = f"{group.heading} ({count} changed)" if count else group.heading
+            if group.place.text != heading:
+                group.place.set_text(heading)
+        for path, row in self._rows.items():
+            row.column.classes(**{"add" if path in changes else "remove": "ev-changed"})
 
     def show(self, found: Computed) -> None:
         """Write the values of a result into fields and sliders; an earlier one only into the field of a slider that moves."""
@@ -88,10 +185,16 @@ class Knobs:
             if any(path.startswith("perception.") and path not in values for path in self._rows):
                 self._rebuild_if_other()
             self._give_sliders(found.scenario, values)
+            self._mark_changed()
+        self._write(values, self._rows if is_latest else {self._moving} & self._rows.keys())
+
+    def _write(self, values: Mapping[str, float | None], paths: Iterable[str]) -> None:
+        """Write the values of some parameters into their fields and sliders."""
         self._silent = True
-        for path, row in self._rows.items():
-            if path not in values or not (is_latest or path == self._moving):
+        for path in paths:
+            if path not in values:
                 continue
+            row = self._rows[path]
             value, text = values[path], row.control.written(values[path])
             if row.field.value != text and path not in self._unread:
                 row.field.set_value(text)
@@ -118,25 +221,17 @@ class Knobs:
                 row.slider.delete()
                 row.slider = None
 
-    def _section(self, section: str, heading: str) -> Any:
-        """Make a part that opens and closes, and remember whether it is open."""
-        return (
-            ui.expansion(
-                heading,
-                value=self._open.get(section, False),
-                on_value_change=lambda e: self._open.update({section: e.value}),
-            )
-            .classes("w-full")
-            .props("dense header-class=font-bold")
-        )
-
-    def _choose(self, choice: Choice, present: str) -> None:
+    def _choose(self, choice: Choice, present: str) -> Any:
         """Make the list of alternatives for one part."""
         options = {**choice.options}
         options.setdefault(present, present)
-        ui.select(
-            options, value=present, label=choice.label, on_change=lambda e: self._chosen(choice, e.value)
-        ).props("dense options-dense").classes("w-full")
+        return (
+            ui.select(
+                options, value=present, label=choice.label, on_change=lambda e: self._chosen(choice, e.value)
+            )
+            .props("dense options-dense")
+            .classes("w-full")
+        )
 
     def _chosen(self, choice: Choice, name: str) -> None:
         state = self._session.state
@@ -183,11 +278,13 @@ class Knobs:
                 self._unread.add(control.path)
 
         with ui.row().classes("w-full items-center justify-between no-wrap"):
-            ui.label(control.name).classes("text-sm leading-tight")
+            with ui.label().classes("text-sm leading-tight ev-name"):
+                ui.label(f"{SECTIONS[control.section]}: ").classes(f"ev-section ev-of-{control.section}")
+                ui.label(control.name)
             return (
                 ui.input(value=control.written(control.value), placeholder="not set", on_change=begins)
                 .props(f'dense borderless input-class="text-right" aria-label="{control.label}, value"')
-                .classes("w-24 ev-field")
+                .classes("w-28 ev-field")
             )
 
     def _give_up(self, row: _Row) -> None:

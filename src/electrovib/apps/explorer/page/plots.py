@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,9 +11,22 @@ import numpy as np
 from nicegui import ui
 
 from electrovib.apps.explorer import key_figures, pictures
-from electrovib.apps.explorer.computed import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
+from electrovib.apps.explorer.computed import (
+    FADING,
+    FELT,
+    FREQUENCY,
+    LAWS,
+    RECORDING,
+    SAFETY,
+    TABS,
+    TIME,
+    Further,
+)
 from electrovib.apps.explorer.drawing import drawing
+from electrovib.apps.explorer.fading import animation, why_not
+from electrovib.apps.explorer.felt_picture import felt
 from electrovib.apps.explorer.key_figures import KeyFigure, answers
+from electrovib.apps.explorer.page.pulse_player import PulsePlayer
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity, typeset
@@ -76,6 +89,7 @@ class Plots:
             self._panel = ui.column().classes("w-full gap-2 ev-panel").props("aria-busy=false")
         with self._panel:
             self._lead = _html("w-full text-sm").props("aria-live=polite")
+            self._player = PulsePlayer()
             self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")
             self._words = _html("w-full text-sm overflow-x-auto")
         self._plots: list[Any] = []
@@ -96,6 +110,7 @@ class Plots:
             if element.content != text:  # what has not changed is not sent
                 element.set_content(text)
         self.place.set_visibility(session.state.tab == RECORDING)
+        self._player.show(shown.pulse)
         self._make_room(len(shown.figures))
         for plot, figure in zip(self._plots, shown.figures, strict=False):
             if plot.figure != (themed := self._themed(figure)):
@@ -180,12 +195,13 @@ class Content:
     """Plots and texts of a tab.
 
     `figures` are tables for Plotly, `MOST_PLOTS` at most; `above` and `below` are HTML, in which every text
-    is escaped.
+    is escaped. `pulse` is an animation, as `PulsePlayer.show` takes it.
     """
 
     figures: list[dict[str, Any]]
     above: str = ""
     below: str = ""
+    pulse: dict[str, Any] = field(default_factory=dict)
 
 
 def content(
@@ -209,16 +225,17 @@ def content(
             f"The {each} is not shown: it has no value in this scenario."
             for each in pictures.unknown_signals(found)
         ]
-        shown = Content(
-            pictures.over_time(found, kept, former), above + _paragraphs(lacking) + kept_words(pinned)
-        )
+        figures = pictures.over_time(found, kept, former)
+        shown = Content(figures, above + _paragraphs(lacking) + kept_words(pinned))
+    elif tab == FADING:
+        return Content([], above + _paragraphs([why_not(found)]), pulse=animation(found))
     elif tab == FREQUENCY:
         figures = pictures.over_frequency(found, kept, former, band=further.band)
         shown = Content(figures, above + kept_words(pinned), _paragraphs([further.drawn]))
     elif tab == LAWS:
         shown = Content(pictures.laws(found, further.laws), above, law_words(found, further))
     elif tab == FELT and (percept := further.percept) is not None:
-        figures = pictures.felt(percept, found.scenario)
+        figures = felt(percept, found.scenario)
         shown = Content(figures, above + verdict_words(percept), felt_words(percept))
     elif tab == SAFETY and further.check is not None:
         shown = Content([], above, safety_words(further.check))

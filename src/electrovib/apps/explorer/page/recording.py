@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import events, ui
 
 from electrovib.apps.explorer import reading
+from electrovib.apps.explorer.example import Example, example
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.plots import fit_words
 from electrovib.core.errors import ElectrovibError, InputError
@@ -43,6 +45,12 @@ class RecordingPanel:
         self._content = b""
         self._uploaded: reading.Uploaded | None = None
         self._running: reading.RunningFit | None = None
+        self._example: Example | None = None
+        with ui.row().classes("items-center gap-x-4 gap-y-1"):
+            ui.button("Load an example recording (simulated)", on_click=self._load_example).props("no-caps")
+            ui.label(
+                "The scenario shown, with one value changed and noise: a fit has to find the value."
+            ).classes("text-sm")
         ui.label(
             "Drop a recording (CSV of an oscilloscope, MATLAB, netCDF, ISF, TDMS, ...) to compare and fit it, or a"
             " scenario (TOML) to show it. It stays in the memory of this page."
@@ -60,8 +68,9 @@ class RecordingPanel:
             .props('aria-label="Drop a file"')
         )
         ui.timer(0.1, lambda: ui.run_javascript(_LABELS), once=True)
+        self._name = ui.label().classes("text-sm font-bold").props("role=status")
         self._columns = ui.column().classes("gap-1")
-        self._fit = ui.column().classes("gap-1")
+        self._fit = ui.column().classes("w-full gap-1")
         self._result = ui.html("", sanitize=False).classes("text-sm")
 
     async def _dropped(self, event: events.UploadEventArguments) -> None:
@@ -77,12 +86,34 @@ class RecordingPanel:
         except ElectrovibError as error:
             self._page.complain(str(error))
             return
-        self._content, self._uploaded = content, found
+        self._content, self._uploaded, self._example = content, found, None
+        self._name.set_text(found.name)
         self._columns.clear()
         if found.trace is not None:
             self._compare(found.trace)
         else:
             self._choose_columns(found)
+
+    async def _load_example(self) -> None:
+        """Simulate a recording, read it as a file that is dropped, compare it, and propose to fit what it hides."""
+        session, shown = self._session, self._session.computed
+        if shown is None:
+            return
+        self._page.complain("")
+
+        def made() -> tuple[Example, xarray.Dataset]:
+            found = example(shown, session.state.preset)
+            return found, found.read()
+
+        try:
+            found, measured = await session.read(made)
+        except ElectrovibError as error:
+            self._page.complain(str(error))
+            return
+        self._example, self._uploaded = found, None
+        self._name.set_text(found.name)
+        self._columns.clear()
+        self._compare(measured, [found.path])
 
     def _choose_columns(self, found: reading.Uploaded) -> None:
         """Let the visitor state which column is which signal."""
@@ -132,19 +163,20 @@ class RecordingPanel:
         assert found.trace is not None
         self._compare(found.trace)
 
-    def _compare(self, measured: xarray.Dataset) -> None:
+    def _compare(self, measured: xarray.Dataset, free: Sequence[str] = ()) -> None:
+        """Show a recording with the prediction, and offer to fit parameters, of which some are chosen already."""
         self._session.measured = measured
         self._result.set_content("")
-        self._offer_fit()
+        self._offer_fit(free)
         self._page.redraw()
 
-    def _offer_fit(self) -> None:
+    def _offer_fit(self, free: Sequence[str]) -> None:
         self._fit.clear()
         if self._session.computed is None:
             return
         paths = reading.fittable(self._session.computed.scenario)
-        with self._fit, ui.row().classes("items-center"):
-            chosen = ui.select(paths, label="parameters to fit", multiple=True, value=[])
+        with self._fit, ui.row().classes("w-full items-center"):
+            chosen = ui.select(paths, label="parameters to fit", multiple=True, value=list(free))
             chosen.classes("w-96 max-w-full").props("use-chips")
             self._start_button = ui.button("Fit", on_click=lambda: self._start(list(chosen.value)))
             self._cancel_button = ui.button("Cancel", on_click=self._cancel).props("no-caps flat")
@@ -176,7 +208,8 @@ class RecordingPanel:
             self._progress.set_text(str(error))
         else:
             self._progress.set_text("")
-            self._result.set_content(fit_words(result))
+            told = "" if self._example is None else f"<p>{escape(self._example.told)}</p>"
+            self._result.set_content(fit_words(result) + told)
             self._take_estimates(result, free)
         finally:
             timer.cancel()
