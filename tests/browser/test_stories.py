@@ -16,6 +16,9 @@ pytestmark = pytest.mark.slow
 
 SCREEN = "bau_2010/sine"
 
+CURVES = """() => [...document.querySelectorAll('.js-plotly-plot')].find(
+  each => each.layout?.title?.text === 'Electrostatic force').data.length"""
+
 
 def story(page):
     return page.get_by_role("region", name="Story")
@@ -54,6 +57,7 @@ def test_a_visitor_is_invited_follows_a_story_plays_and_closes_it(opened):
     go(page, "Next")
     told(page, "engineer.2")
     shown(page, peak(ev.load(SCREEN).replace(STEPS["engineer.2"].changes)))
+    page.wait_for_function(f"({CURVES})() === 2")  # that of the step before stays behind it
     assert page.get_by_label("Layers: insulator, thickness, value").input_value() == "10 µm"
     go(page, "Next")
     told(page, "engineer.3")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from electrovib.apps.explorer.computed import FREQUENCY, LAWS, Further, compute, slices
+from electrovib.apps.explorer.computed import FADING, FREQUENCY, LAWS, Further, compute, slices
 from electrovib.apps.explorer.limits import FINGERS, LONGEST_SHORT_RUN
 from electrovib.apps.explorer.page.plots import content
 from electrovib.apps.explorer.state import PageState, read_query, scenario_of
@@ -226,7 +226,7 @@ def test_a_step_is_quick_and_its_tab_shows_something(name):
     found = compute(scenario, longest=LONGEST_SHORT_RUN)
     shown = content(step.tab, found, further(name))
     assert further(name).problems == ()
-    assert shown.figures or "<table" in shown.below
+    assert shown.figures or shown.pulse or "<table" in shown.below
     assert scenario == computed(name).scenario
 
 
@@ -236,7 +236,7 @@ def test_there_are_five_steps_of_short_sentences_for_three_kinds_of_visitor():
     for step in STEPS.values():
         assert len(step.sentence.split()) <= 35, step.name
     assert len({each.sentence for each in STEPS.values()}) == 15
-    assert {LAWS, FREQUENCY} < {each.tab for each in STEPS.values()}
+    assert {FADING, LAWS, FREQUENCY} < {each.tab for each in STEPS.values()}
 
 
 @pytest.mark.parametrize("name", STEPS)

@@ -141,12 +141,11 @@ class VisitorPage:
         except InputError as error:
             self.complain(_unread(error))
             return
-        self.session.state = state
         if is_link:
             ui.navigate.history.push(f"/?{state.to_query()}")
+        self._change(state, is_other=True)
         self.bar.show(state.preset)
         self.plots.open(state.tab)
-        self._change(state, is_other=True)
 
     def _leave(self) -> None:
         self.session.stop()
