@@ -323,7 +323,7 @@ def test_a_tab_that_is_being_computed_says_so(opened, tmp_path, tmp_path_factory
     server = started(tmp_path_factory, "slow", "--models", "law.py", place=tmp_path)
     try:
         page = opened("?preset=vezzoli_2014/fig6_gap", port=server.port)
-        panel, status = page.locator("[aria-busy]"), page.get_by_role("status")
+        panel, status = page.locator("[aria-busy]"), page.locator(".ev-status")
         page.locator("[aria-busy=false]").wait_for()
         assert status.inner_text() == ""
         page.get_by_role("tab", name="Force laws").click()

@@ -63,8 +63,9 @@ class Knobs:
         self._unread: set[str] = set()  # what is being typed
         self._drawer = ui.left_drawer(value=None, bordered=True).props("width=320").classes("p-1")
         with self._drawer:
-            self._search = self._make_search()
-            self._found = ui.label().classes("text-sm px-3").props("role=status")
+            with ui.column().classes("w-full gap-0"):
+                self._search = self._make_search()
+                self._found = ui.label().classes("text-sm px-3").props("role=status")
             self._choices = ui.column().classes("w-full gap-0 px-3")
             self._place = ui.column().classes("w-full gap-0")
         self.rebuild()
@@ -165,7 +166,6 @@ class Knobs:
         is_any = count or any(fitting)
         sentence = f"{count} of {len(offered)} parameters" if is_any else not_found(words, offered)
         self._found.set_text(sentence if words else "")
-        self._found.set_visibility(bool(words))
 
     def _mark_changed(self) -> None:
         """Mark the parameters that differ from the scenario, and count them in the heading of their group."""
