@@ -94,6 +94,7 @@ CHANGES = {
     "another order": ("trace, path", "path, trace", ["save: another order of trace, path"]),
     "one more with a default": ("time=", "time=, seed=", []),
     "one more to be given": ("time=", "time=, seed", ["simulate: seed has to be given"]),
+    "any more by name": ("trace, path", "trace, path, **more", []),
     "a default": ("offset=", "offset", ["Sine: offset has to be given"]),
     "a new default": ("amplitude,", "amplitude=,", []),
     "a model": ("Sine(", "Wave(", ["Sine is gone"]),
