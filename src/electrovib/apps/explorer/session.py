@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 R = TypeVar("R")
 REST: Final = 0.25
 """Time for which no slider moves before the key figures that take longer are computed [s]: a moving one is not held up."""
-GESTURE: Final = 1.0
+GESTURE: Final = 2.0
 """Pause of a slider from which its next position begins another change [s]."""
 
 
