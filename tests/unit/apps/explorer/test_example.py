@@ -56,6 +56,8 @@ def test_the_example_is_the_scenario_shown_with_one_value_changed_and_noise_and_
     trace.attrs["title"] = "scope.csv"
     assert recorded(shown, trace)[0]["data"][0]["name"] == "recorded"
     assert example(shown, "mine").content == made.content
+    weak = example(compute(scenario.replace({"drive.high": 100})), "weak")
+    assert weak.signal == "electrostatic_force"  # as the friction hardly varies
 
 
 def test_a_scenario_without_a_signal_that_a_parameter_changes_says_so():
