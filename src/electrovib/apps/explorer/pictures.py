@@ -136,7 +136,7 @@ def _lines(
     if curve.fill_from is None:
         look = {"color": curve.colour, "dash": curve.dash, "width": curve.width, "simplify": False}
         if curve.is_faint:
-            behind = {"opacity": _FAINT, "hoverinfo": "skip", "zorder": -1}
+            behind: dict[str, Any] = {"opacity": _FAINT, "hoverinfo": "skip", "zorder": -1}
             return [line(*thinned(x, y, SHOWN_SAMPLES // 2), line=look, **behind)]
         return [line(*thinned(x, y), line=look, hovertemplate=hover(unit, curve.name))]
     red, green, blue = bytes.fromhex(curve.colour[1:])
