@@ -85,6 +85,7 @@ def test_no_other_module_reads_a_file_as_toml():
     assert reading == {
         "core/parsing.py",
         "apps/explorer/reading.py",
+        "apps/explorer/stories.py",
         "bench/settings.py",
         "scenario/space/shipped/__init__.py",
     }
