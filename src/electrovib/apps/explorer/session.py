@@ -27,7 +27,7 @@ R = TypeVar("R")
 REST: Final = 0.25
 """Time for which no slider moves before the key figures that take longer are computed [s]: a moving one is not held up."""
 GESTURE: Final = 2.0
-"""Pause of a slider from which its next position begins another change [s]."""
+"""Time after a result from which the next position of the same slider begins another change [s]."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Session:
         self.shown: PageState | None = None
         self._presence = Presence()
         self._reported = self._is_reading = False
-        self._moved, self._last = set[str](), 0.0
+        self._moved, self._drawn = set[str](), 0.0
 
     @property
     def is_idle(self) -> bool:
@@ -91,10 +91,9 @@ class Session:
         moved = {each for each in {*before, *after} if before.get(each) != after.get(each)}
         if not moved:
             return
-        now = monotonic()
-        if moved != self._moved or now - self._last > GESTURE:
+        if moved != self._moved or monotonic() - self._drawn > GESTURE:
             self.former = self.computed
-        self._moved, self._last = moved, now
+        self._moved = moved
 
     def pin(self) -> None:
         """Keep the present result for comparison; the oldest one is dropped beyond `MOST_PINNED`."""
@@ -198,7 +197,7 @@ class Session:
             self._display(state, await without_turn())
 
     def _display(self, state: PageState, found: Computed) -> None:
-        self.computed, self.shown, self._last = found, state, monotonic()
+        self.computed, self.shown, self._drawn = found, state, monotonic()
         self.further = Further(band=self.further.band, drawn=self.further.drawn)
         self._report("")
         self.show(found, self.further)

@@ -85,6 +85,7 @@ def test_answers_that_take_longer_are_left_to_their_tab(monkeypatch):
     assert told[LIMIT] == KeyFigure("–", "takes longer: open the tab 'Safety'")
     checked = Further(check=ev.check(FIG6))
     assert with_answers(checked, found).check is checked.check
+    assert list(with_answers(checked, found).unanswered) == [FELT]
 
 
 def test_the_answers_follow_once_no_slider_has_moved_for_a_moment():
