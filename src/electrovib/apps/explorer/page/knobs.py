@@ -157,6 +157,7 @@ class Knobs:
             for each in group.controls:
                 if each.path in self._rows:
                     self._rows[each.path].column.set_visibility(each.path in found)
+            group.place.set_visibility(bool(found or not words))
             count += len(found)
         fitting = [is_found(words, [choice.label]) for choice, _ in self._lists]
         for (_, element), is_fitting in zip(self._lists, fitting, strict=True):
