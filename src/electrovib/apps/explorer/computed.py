@@ -45,7 +45,7 @@ class Computed:
 
     @functools.cached_property
     def forces(self) -> dict[str, key_figures.KeyFigure]:
-        """Key figures of the forces."""
+        """Key figures of the forces, at the output times."""
         return key_figures.forces(self)
 
     @property
@@ -79,9 +79,7 @@ def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
     `longest` is the largest computing time [s].
     """
     with budget(time=longest, memory=LARGEST_RUN), measured():
-        found = Computed(scenario, Simulated.of(Expanded(scenario)))
-        found.forces  # noqa: B018 - here, in the thread that computes
-        return found
+        return Computed(scenario, Simulated.of(Expanded(scenario)))
 
 
 TIME, FADING, FREQUENCY, LAWS, FELT, SAFETY, RECORDING = TABS = (
@@ -105,8 +103,9 @@ class Further:
     `band` has ``frequency`` [Hz], ``low``, ``middle`` and ``high`` [N], each (n,): 5, 50 and 95 % of the
     fingers of a population; `drawn` says what differs between these fingers, and what does not. `laws` are
     other force laws on the same finger and plate, and `left_out` those that cannot run here, with the reason.
-    `percept` is what is felt, `check` the comparison with limits; `unanswered` is the name of a key figure to the
-    reason why it is not known, and `problems` says what could not be computed for the open tab.
+    `percept` is what is felt, `check` the comparison with limits, and `forces` are exact key figures; `unanswered`
+    is the name of a key figure to the reason why it is not known. `problems` says what could not be computed for
+    the open tab.
     """
 
     band: Mapping[str, NDArray[Any]] | None = None
@@ -115,6 +114,7 @@ class Further:
     left_out: Mapping[str, str] = field(default_factory=dict)
     percept: Percept | None = None
     check: CheckResult | None = None
+    forces: Mapping[str, key_figures.KeyFigure] = field(default_factory=dict)
     unanswered: Mapping[str, str] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
 
@@ -142,6 +142,8 @@ def slices(tab: str, found: Computed) -> Iterator[Slice]:
 
 def with_answers(known: Further, found: Computed) -> Further:
     """Add what the key figures state beside the run, where it is short and not known yet."""
+    if not known.forces:
+        known = replace(known, forces=key_figures.exact_forces(found))
     for name, tab, work in (
         (key_figures.FELT, FELT, _with_percept),
         (key_figures.LIMIT, SAFETY, _with_check),

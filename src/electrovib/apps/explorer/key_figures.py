@@ -35,23 +35,26 @@ class KeyFigure:
     state: str = ""
 
 
-def forces(found: Computed) -> dict[str, KeyFigure]:
-    """Return the forces of a run; at the output times alone for a solver that advances in steps."""
+def forces(found: Computed, note: str = "") -> dict[str, KeyFigure]:
+    """Return the forces of a run at its output times, which are those of its curves; `note` stands below them."""
+    return {name: _sampled(found, *quantity.split(), note=note) for quantity, name in FORCES.items()}
+
+
+def exact_forces(found: Computed) -> dict[str, KeyFigure]:
+    """Return the forces between the output times too; at these alone for a solver that advances in steps, which is stated."""
     known = quantities_of_scenario(found.scenario, tuple(FORCES), quick=True)
-    figures = {}
-    for quantity, name in FORCES.items():
-        how, signal = quantity.split()
-        if not found.has(signal):
-            figures[name] = KeyFigure("–", "not part of this scenario")
-        elif quantity in known and np.isfinite(known[quantity]):
-            figures[name] = KeyFigure(pretty_quantity(known[quantity], "N", digits=3))
-        else:
-            figures[name] = _sampled(found, how, signal)
-    return figures
+    exact = {
+        name: KeyFigure(pretty_quantity(known[quantity], "N", digits=3))
+        for quantity, name in FORCES.items()
+        if quantity in known and np.isfinite(known[quantity])
+    }
+    return forces(found, "at the output times") | exact
 
 
-def _sampled(found: Computed, how: str, signal: str) -> KeyFigure:
+def _sampled(found: Computed, how: str, signal: str, *, note: str) -> KeyFigure:
     """Return the largest or mean value of a signal at the output times."""
+    if not found.has(signal):
+        return KeyFigure("–", "not part of this scenario")
     values = np.asarray(found.values(signal), dtype=float)
     kept = np.isfinite(values)
     if not kept.any():
@@ -62,12 +65,12 @@ def _sampled(found: Computed, how: str, signal: str) -> KeyFigure:
         times = np.asarray(found.values("time"), dtype=float)[kept]
         span = float(times[-1] - times[0])
         value = float(np.trapezoid(values[kept], times) / span) if span else float(values[kept][0])
-    return KeyFigure(pretty_quantity(value, "N", digits=3), "at the output times")
+    return KeyFigure(pretty_quantity(value, "N", digits=3), note)
 
 
 def answers(further: Further) -> dict[str, KeyFigure]:
-    """Return what is felt and the nearest limit, as far as they are known."""
-    found = {name: KeyFigure("–", why) for name, why in further.unanswered.items()}
+    """Return what takes longer than the run, as far as it is known: exact forces, what is felt, and the nearest limit."""
+    found = dict(further.forces) | {name: KeyFigure("–", why) for name, why in further.unanswered.items()}
     if further.percept is not None:
         found[FELT] = felt(further.percept)
     if further.check is not None:

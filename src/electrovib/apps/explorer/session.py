@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 R = TypeVar("R")
-REST: Final = 0.25
+REST: Final = 0.4
 """Time for which no slider moves before the key figures that take longer are computed [s]: a moving one is not held up."""
 GESTURE: Final = 2.0
 """Time after a result from which the next position of the same slider begins another change [s]."""

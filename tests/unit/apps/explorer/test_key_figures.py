@@ -29,7 +29,8 @@ def known(found):
 @pytest.mark.parametrize("name", presets()[::6])
 def test_forces_are_those_of_a_densely_sampled_run_or_of_the_output_times_where_it_says_so(name):
     scenario = ev.load(name)
-    found, trace = compute(scenario).forces, ev.simulate(scenario)
+    run, trace = compute(scenario), ev.simulate(scenario)
+    found = with_answers(Further(), run).forces
     assert list(found) == list(FORCES.values())
     end = float(trace.time[-1])
     dense = trace
@@ -47,6 +48,17 @@ def test_forces_are_those_of_a_densely_sampled_run_or_of_the_output_times_where_
         assert parse_quantity(found[words].value, "N") == pytest.approx(
             float(expected), rel=6e-3
         )  # of three digits
+        if how == "peak":
+            largest = float(np.abs(trace[signal]).max())
+            assert parse_quantity(run.forces[words].value, "N") == pytest.approx(largest, rel=6e-3)
+
+
+def test_forces_between_the_output_times_replace_those_at_them():
+    coarse = compute(ev.load(SINE).replace({"time.samples": 4}))
+    quick, exact = coarse.forces, answers(with_answers(Further(), coarse))
+    assert parse_quantity(quick["Peak attraction"].value, "N") < 0.36
+    assert exact["Peak attraction"] == KeyFigure("387 mN")
+    assert {**quick, **exact}["Peak attraction"].value == "387 mN"
 
 
 def test_what_is_felt_and_the_nearest_limit_are_those_of_perceive_and_check():
