@@ -173,7 +173,10 @@ def _obstacle(path: Path) -> str:
     """Return a sentence that states why this output cannot be written, or an empty text if it can."""
     try:
         place = Path(os.path.realpath(path))
-        folder, exists = place.parent, place.exists()
+        folder, exists = place.parent, False
+        # from Python 3.14 on, `Path.exists` would hide a name that is too long
+        with suppress(FileNotFoundError, NotADirectoryError):
+            exists = bool(place.stat())
         obstacles = (
             (place.is_dir(), "is a folder; give the name of a file in it."),
             (not folder.exists(), f"the folder '{path.parent}' does not exist; make it first."),
