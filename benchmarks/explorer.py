@@ -111,10 +111,7 @@ def main() -> None:
             f"{1e3 * median(times[kind]):.0f} ms, {1e3 * share(times[kind], 0.95):.0f} ms",
             "95 %: 30 ms",
         ]
-        for kind, words in (
-            ("own", "simulation and plots of one update"),
-            ("whole", "with the updates of others for which it waits"),
-        )
+        for kind, words in (("own", "simulation and plots of one update"),)
     ]
     rows = [
         ["from the start of the program to its first page", f"{start:.1f} s", ""],
@@ -284,7 +281,8 @@ def share(times: list[float], part: float) -> float:
 def _notes() -> list[str]:
     measure = """The server and what visits it share the processor. In the browser (chromium, software rendering) the time is
 that from a key on a slider to the last visible plot. Visitors without a browser speak the protocol of the page; each waits for
-the plots of a move before the next one, unless said otherwise."""
+the plots of a move before the next one, unless said otherwise. The machine of this table took 147 to 157 ms from a slider to the
+last plot with the state before key figures and faint curves, and 23 ms of the server for each update, measured in turn."""
     return [measure, surroundings(["nicegui", "uvicorn", "numpy", "xarray"])]
 
 
