@@ -93,11 +93,11 @@ class Server:
         text = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(re.search(r"VmRSS:\s+(\d+)", text)[1]) / 1e3
 
-    def stop(self) -> dict[str, list[float]]:
-        """End it, and return the times of each update [s]."""
+    def stop(self) -> list[float]:
+        """End it, and return the times of each turn [s]."""
         self.process.send_signal(signal.SIGINT)
         self.process.communicate(timeout=20)
-        return dict(json.loads(self.file.read_text(encoding="utf-8")))
+        return list(json.loads(self.file.read_text(encoding="utf-8")))
 
 
 def main() -> None:
@@ -105,19 +105,16 @@ def main() -> None:
     rows, (start, _) = served(pressed)
     at_visitors, (_, times) = served(visited)
     loaded, _ = served(loaded_and_flooded)
-    at_server = [
-        [
-            f"the same: at the server, {words}, median, 95 %",
-            f"{1e3 * median(times[kind]):.0f} ms, {1e3 * share(times[kind], 0.95):.0f} ms",
-            "95 %: 30 ms",
-        ]
-        for kind, words in (("own", "simulation and plots of one update"),)
-    ]
+    at_server = in_milliseconds(
+        "the same: at the server, a turn, for simulation and plots of an update or the key figures that follow: median, 95 %",
+        times,
+        "95 %: 30 ms",
+    )
     rows = [
         ["from the start of the program to its first page", f"{start:.1f} s", ""],
         *rows,
         *at_visitors,
-        *at_server,
+        at_server,
         *loaded,
     ]
     write("explorer.md", "The page in the browser", _notes(), ["", "measured", "target"], rows)
@@ -125,8 +122,8 @@ def main() -> None:
 
 def served(
     part: Callable[[Server], list[list[str]]],
-) -> tuple[list[list[str]], tuple[float, dict[str, list[float]]]]:
-    """Measure one part; return its rows, the time that its server took to start [s] and those of its updates [s]."""
+) -> tuple[list[list[str]], tuple[float, list[float]]]:
+    """Measure one part; return its rows, the time that its server took to start [s] and those of its turns [s]."""
     with tempfile.TemporaryDirectory() as name:
         server = Server(Path(name))
         try:
@@ -281,8 +278,7 @@ def share(times: list[float], part: float) -> float:
 def _notes() -> list[str]:
     measure = """The server and what visits it share the processor. In the browser (chromium, software rendering) the time is
 that from a key on a slider to the last visible plot. Visitors without a browser speak the protocol of the page; each waits for
-the plots of a move before the next one, unless said otherwise. The machine of this table took 147 to 157 ms from a slider to the
-last plot with the state before key figures and faint curves, and 23 ms of the server for each update, measured in turn."""
+the plots of a move before the next one, unless said otherwise."""
     return [measure, surroundings(["nicegui", "uvicorn", "numpy", "xarray"])]
 
 
