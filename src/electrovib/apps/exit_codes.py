@@ -10,6 +10,8 @@ MISTAKE: Final = 2
 """After a mistake that the user can correct."""
 MISFIT: Final = 3
 """After a fit of a model that does not describe its data."""
+NOT_SHOWN: Final = 5
+"""After a check that found no limit exceeded, but did not show that the set-up is safe."""
 INTERRUPTED: Final = 130
 """After Ctrl-C: 128 plus the number of the signal."""
 UNPRINTED: Final = 4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 from electrovib.core.diagnostics import Diagnostic, against
@@ -12,6 +13,21 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 _CURRENT = "of the amplifier into plate, stray capacitance and finger together, by its own limiter"
+PEAK: Final = "peak"
+MEAN_SQUARE: Final = "root mean square"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limited:
+    """The quantity that a limit is compared with, in words.
+
+    `order` is the power of the drive in which it grows while the set-up responds linearly; `statistic` is `PEAK` or
+    `MEAN_SQUARE` where the name of the limit does not say which value counts.
+    """
+
+    words: str = field(kw_only=False)
+    order: int
+    statistic: str = ""
 
 
 class Limits(Model):
@@ -28,43 +44,63 @@ class Limits(Model):
     before a bandwidth or a limit of the amplifier reduces it, and infinite at a discontinuity.
     """
 
-    voltage: Annotated[Number | None, Quantity("V", 1e-3, 1e6, "largest voltage of the plate")] = None
-    current: Annotated[Number | None, Quantity("A", 1e-9, 10, f"largest current {_CURRENT}")] = None
+    voltage: Annotated[
+        Number | None,
+        Quantity("V", 1e-3, 1e6, "largest voltage of the plate"),
+        Limited("the voltage of the plate", order=1, statistic=PEAK),
+    ] = None
+    current: Annotated[
+        Number | None,
+        Quantity("A", 1e-9, 10, f"largest current {_CURRENT}"),
+        Limited("the current into plate, stray capacitance and finger", order=1, statistic=PEAK),
+    ] = None
     charge: Annotated[
-        Number | None, Quantity("C", 1e-15, 1, "largest charge on the plate under the finger")
+        Number | None,
+        Quantity("C", 1e-15, 1, "largest charge on the plate under the finger"),
+        Limited("the charge on the plate under the finger", order=1),
     ] = None
     stored_energy: Annotated[
-        Number | None, Quantity("J", 1e-15, 1e3, "largest energy in contact and stray capacitance")
+        Number | None,
+        Quantity("J", 1e-15, 1e3, "largest energy in contact and stray capacitance"),
+        Limited("the energy stored in contact and stray capacitance", order=2),
     ] = None
-    body_current: Annotated[Number | None, Quantity("A", 1e-9, 10, "largest current through the finger")] = (
-        None
-    )
+    body_current: Annotated[
+        Number | None,
+        Quantity("A", 1e-9, 10, "largest current through the finger"),
+        Limited("the current through the finger", order=1, statistic=PEAK),
+    ] = None
     rms_voltage: Annotated[
-        Number | None, Quantity("V", 1e-3, 1e6, "largest root-mean-square voltage of the plate")
+        Number | None,
+        Quantity("V", 1e-3, 1e6, "largest root-mean-square voltage of the plate"),
+        Limited("the root-mean-square voltage of the plate", order=1, statistic=MEAN_SQUARE),
     ] = None
     rms_current: Annotated[
-        Number | None, Quantity("A", 1e-9, 10, f"largest root-mean-square current {_CURRENT}")
+        Number | None,
+        Quantity("A", 1e-9, 10, f"largest root-mean-square current {_CURRENT}"),
+        Limited(
+            "the root-mean-square current into plate, stray capacitance and finger",
+            order=1,
+            statistic=MEAN_SQUARE,
+        ),
     ] = None
     slew_rate: Annotated[
-        Number | None, Quantity("V/s", 1e-3, 1e13, "largest rate of change of the drive times the gain")
+        Number | None,
+        Quantity("V/s", 1e-3, 1e13, "largest rate of change of the drive times the gain"),
+        Limited("the rate of change of the drive times the gain", order=1),
     ] = None
     example: ClassVar[dict[str, Any]] = {}
 
 
-WORDS: Final[Mapping[str, str]] = {
-    "voltage": "the voltage of the plate",
-    "current": "the current into plate, stray capacitance and finger",
-    "charge": "the charge on the plate under the finger",
-    "stored_energy": "the energy stored in contact and stray capacitance",
-    "body_current": "the current through the finger",
-    "rms_voltage": "the root-mean-square voltage of the plate",
-    "rms_current": "the root-mean-square current into plate, stray capacitance and finger",
-    "slew_rate": "the rate of change of the drive times the gain",
-}
+def limited(name: str) -> Limited:
+    """Return what a limit is compared with, which its field declares."""
+    return next(each for each in Limits.model_fields[name].metadata if isinstance(each, Limited))
+
+
+WORDS: Final[Mapping[str, str]] = {name: limited(name).words for name in Limits.model_fields}
 """The quantity that each limit is compared with."""
-PEAKS: Final = ("voltage", "current", "body_current")
+PEAKS: Final = tuple(name for name in WORDS if limited(name).statistic == PEAK)
 """Limits whose name does not contain that they are those of a peak."""
-MEAN_SQUARES: Final = ("rms_voltage", "rms_current")
+MEAN_SQUARES: Final = tuple(name for name in WORDS if limited(name).statistic == MEAN_SQUARE)
 """Limits of root mean squares."""
 SWITCH_ON: Final = " at switch-on"
 """Follows the name of a limit with which the current of the step at time 0 is compared."""

@@ -15,6 +15,8 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.material.library import UNVERIFIED, BreakdownStrength, find_substance, materials
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from electrovib.physics.stack import Layer
@@ -33,6 +35,8 @@ FIELD_EMISSION = 75e6
 """Field of breakdown of micro-gaps in air [V/m]; cited from memory, unverified."""
 AIR: Final = ("Paschen", "field emission")
 """Names of the diagnostics of the air between plate and finger."""
+GAP_CLOSED: Final = ", gap closed"
+"""Follows the name of the diagnostic of a film where the gap in front of it is closed."""
 LINEAR_SKIN = 10.0
 """Voltage up to which skin is ohmic [V]: the onset of electroporation is at 10 to 20 V."""
 SURFACE_TENSION = 0.072
@@ -91,15 +95,55 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
     return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
 
 
-def film_diagnostic(name: str, layer: Layer, *, field: float) -> Diagnostic:
+def closed_gap_fields(slabs: Sequence[Layer], *, lowest: float, highest: float) -> list[float]:
+    """Largest absolute fields of films in series that have the whole voltage of the plate across them.
+
+    Parameters
+    ----------
+    slabs : sequence of Layer
+        The films, from the plate to the finger.
+    lowest, highest : float
+        Range of the voltage [V], with 0 in it.
+
+    Returns
+    -------
+    fields : list of float
+        Of each film [V/m]; NaN where no bound is known.
+
+    Notes
+    -----
+    A ridge or sweat closes the gap at a spot, and wet skin conducts: the films there have the voltage V that the plate has
+    elsewhere. A single film has V/T, whatever it is made of. Films that insulate share V as capacitances; with s the share of
+    one by capacitance, conduction between two moves its voltage towards a value between 0 and V, so that it never exceeds the
+    larger of max |V| and s (highest - lowest). More films of which one conducts, films that relax, and charge between films
+    have no such bound.
+    """
+    peak, swing = max(-lowest, highest), highest - lowest
+    if len(slabs) == 1:
+        return [peak / slabs[0].thickness]
+    polarisations = [each.material.debye() for each in slabs]
+    constant = [each.high for each in polarisations if each is not None and not each.strengths]
+    charged = any(each.initial_charge for each in slabs[:-1])
+    conducts = any(each.material.conductivity or each.leak is not None for each in slabs)
+    if len(constant) < len(slabs) or charged or (conducts and len(slabs) > 2):
+        return [math.nan] * len(slabs)
+    thicknesses = [each.thickness / permittivity for each, permittivity in zip(slabs, constant, strict=True)]
+    shares = [each / sum(thicknesses) for each in thicknesses]
+    reached = [max(peak, share * swing) if conducts else share * peak for share in shares]
+    return [voltage / each.thickness for voltage, each in zip(reached, slabs, strict=True)]
+
+
+def film_diagnostic(name: str, layer: Layer, *, field: float, closed: str = "") -> Diagnostic:
     """Compare the largest absolute field of a layer [V/m] with its breakdown strength.
 
-    The declared breakdown field counts first, then the strength of its substance in the materials library,
-    then that of the polymer films of the library. Unknown if no strength is known, and where the field is
-    within a strength that is unverified, or was measured on a thinner layer, or at a thickness that is not
-    known.
+    `closed` is empty for the gap as declared, else says in words how it is closed. The declared breakdown field counts first,
+    then the strength of its substance in the materials library, then that of the polymer films of the library. Unknown if no
+    strength is known, and where the field is within a strength that is unverified, or was measured on a thinner layer, or at a
+    thickness that is not known.
     """
     title, what = f"film strength, {name}", f"the field in '{name}'"
+    if closed:
+        title, what = f"{title}{GAP_CLOSED}", f"{what}, {closed},"
     if layer.breakdown_field is not None:
         why = "its declared breakdown field"
         return against(title, value=field, limit=layer.breakdown_field, unit="V/m", what=what, why=why)

@@ -274,7 +274,7 @@ def test_all_of_the_library_what_a_law_refuses_and_a_layer_without_a_known_stren
     own, _ = found.entries
     assert np.isnan([own.margin, own.strength, own.field]).all()
     assert own.breakdown == "unknown"
-    assert found.tables[0].rows[0][5:8] == ("not known", "not known", "unknown")
+    assert found.tables[0].rows[0][5:9] == ("not known", "not known", "not known", "unknown")
 
 
 def test_mistakes_are_answered_and_several_layers_of_the_plate_need_a_name():

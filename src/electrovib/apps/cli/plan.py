@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import typer
 
 from electrovib.apps.cli.options import Arguments, pair_of, takes
-from electrovib.apps.cli.terminal import answered, say, show, show_answer, warned
-from electrovib.apps.exit_codes import FAILED
+from electrovib.apps.cli.terminal import answered, say, say_state, show, show_answer, warned
+from electrovib.apps.exit_codes import FAILED, NOT_SHOWN
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -226,10 +226,12 @@ first SCENARIO|DRIVE  The scenario; or, before a scenario, a file with the colum
 def check(given: Arguments) -> None:
     """Compare voltage, current and breakdown with limits.
 
-    Charge, energy and breakdown of each layer are compared too; exit code 1 if a limit is exceeded.
+    Charge, energy and breakdown of each layer, with the gap open and closed, are compared too. Exit code 0 within all limits,
+    1 if one is exceeded, 5 if the set-up is not shown to be safe.
     """
     from electrovib.core.answer import laid_out
     from electrovib.studies.check import CheckResult, check
+    from electrovib.studies.check.result import FAIL, UNKNOWN
     from electrovib.studies.check.series import series_resistor
 
     given.read_set()
@@ -251,11 +253,14 @@ def check(given: Arguments) -> None:
         if resistor is not None:
             show(laid_out(resistor.document.tables[0]))
         more = "" if everything else " (--all lists every limit, its source, and published currents)"
-        say(*found.sentences, *warned(found), f"{HARDWARE}{more}")
+        first, *others = found.sentences
+        say_state(found.state, first)
+        say(*others, *warned(found), f"{HARDWARE}{more}")
 
     given |= {"drive": drive, "scenario": scenario}
-    if answered(CheckResult, check, "checking", given, told).failed:
-        raise typer.Exit(FAILED)
+    codes = {FAIL: FAILED, UNKNOWN: NOT_SHOWN}
+    if code := codes.get(answered(CheckResult, check, "checking", given, told).state):
+        raise typer.Exit(code)
 
 
 @takes("""

@@ -44,6 +44,18 @@ def put(text: str) -> None:
         print(text, end="")
 
 
+_COLOURS: Final = {"pass": 32, "unknown": 33, "fail": 31}
+"""Code of the colour in which a terminal shows the outcome of a check: green, yellow, red."""
+
+
+def say_state(state: str, line: str) -> None:
+    """Print one line, in the colour of its state where a terminal shows colours."""
+    if sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
+        put(f"\033[{_COLOURS[state]}m{printable(line)}\033[0m\n")
+    else:
+        say(line)
+
+
 def unprinted() -> bool:
     """Return whether the output was not printed completely, after saying so on the error output."""
     with _held(sys.stdout):

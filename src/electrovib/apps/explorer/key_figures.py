@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.studies.check.result import FAIL, UNKNOWN, nearest_limit
+from electrovib.studies.check.result import FAIL, OUTCOMES, UNCERTAIN, UNKNOWN, nearest_limit
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity
 
@@ -28,7 +28,7 @@ LIMIT: Final = "Nearest limit"
 
 @dataclass(frozen=True)
 class KeyFigure:
-    """A value in words, and a line about it; `state` is ``"warning"`` where a limit is exceeded."""
+    """A value in words, and a line about it; `state` is that of a limit: ``"pass"``, ``"unknown"`` or ``"fail"``."""
 
     value: str
     note: str = ""
@@ -74,7 +74,7 @@ def answers(further: Further) -> dict[str, KeyFigure]:
     if further.percept is not None:
         found[FELT] = felt(further.percept)
     if further.check is not None:
-        found[LIMIT] = limit(nearest_limit(further.check.rows))
+        found[LIMIT] = limit(nearest_limit(further.check.rows), further.check.state)
     return found
 
 
@@ -97,12 +97,15 @@ def _level(value: float) -> str:
     return f"{value:+.0f}".replace("-", "\N{MINUS SIGN}").replace("+0", "0")
 
 
-def limit(row: CheckRow | None) -> KeyFigure:
-    """State how much of the nearest limit is reached."""
+def limit(row: CheckRow | None, state: str) -> KeyFigure:
+    """State how much of the nearest limit is reached, and the outcome of the whole check, whose `state` is given."""
+    outcome = OUTCOMES[state]
     if row is None or row.value is None or row.limit is None:
-        return KeyFigure("none", "no limit is declared or known")
+        return KeyFigure("none", f"no limit is declared or known: {outcome}", state)
     sizes = " of ".join(pretty_quantity(each, row.unit, digits=3) for each in (row.value, row.limit))
-    if row.state == FAIL:
-        return KeyFigure("exceeded", f"{row.quantity}: {sizes}", "warning")
-    doubt = ", not judged" if row.state == UNKNOWN else ""
-    return KeyFigure(f"{100 * row.value / row.limit:.2g} % reached", f"{row.quantity}: {sizes}{doubt}")
+    doubt = f", {UNCERTAIN}" if row.state == UNKNOWN else ""
+    reached = outcome if state == FAIL else f"{100 * row.value / row.limit:.2g} % reached"
+    note = (
+        f"{row.quantity}: {sizes}{doubt}" if state == FAIL else f"{row.quantity}: {sizes}{doubt}; {outcome}"
+    )
+    return KeyFigure(reached, note, state)

@@ -17,13 +17,14 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
 from electrovib.physics.safety import (
+    closed_gap_fields,
     emission_diagnostic,
     film_diagnostic,
     paschen_diagnostic,
     skin_diagnostic,
     sweat_diagnostic,
 )
-from electrovib.physics.stack import in_one_piece
+from electrovib.physics.stack import in_one_piece, pieces
 from electrovib.scenario.experiment import moisture_diagnostic
 from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.assumptions import (
@@ -46,7 +47,7 @@ from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.physics.circuit import Circuit
@@ -221,8 +222,29 @@ def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic
     nearest = record.nearest_to_breakdown() if "gap" in record.rows else None
     fields = {name: peaks[FieldOf(name)] for name in scenario.stack.layers}
     return layer_diagnostics(
-        scenario, fields, interface=peaks["interface"], nearest=nearest, across=peaks["across"]
+        scenario,
+        fields,
+        interface=peaks["interface"],
+        nearest=nearest,
+        across=peaks["across"],
+        supplied=supplied_voltages(scenario, record),
     )
+
+
+def supplied_voltages(scenario: Scenario, record: PeakRecord) -> tuple[float, float]:
+    """Return the lowest and the highest voltage that the plate can have [V], with 0 between them.
+
+    What a resistance, a bandwidth or a limit of current leaves of the voltage of the drive depends on the contact, which is not
+    the declared one where the gap is closed; only the saturation of the amplifier counts.
+    """
+    end, drive = float(record.times[-1]), scenario.drive
+    if drive.quantity == "current":
+        reached = record.peaks()["voltage"]
+        ends = [-reached, reached]
+    else:
+        until = max(end, drive.period or 0.0) if scenario.time.settled else end
+        ends = [float(each) for each in scenario.circuit.supply.aim(drive.extremes(0.0, until))]
+    return min(0.0, *ends), max(0.0, *ends)
 
 
 def layer_diagnostics(
@@ -232,10 +254,12 @@ def layer_diagnostics(
     interface: float,
     nearest: tuple[float, float] | None,
     across: float,
+    supplied: tuple[float, float],
 ) -> list[Diagnostic]:
     """Return the diagnostics of layers, interface and sweat for given largest values at the first contact.
 
     Of two contacts the smaller is judged: both carry the same current, so its fields are larger by the ratio of the areas.
+    Films are judged once more with the gap closed, under the range of voltages that are `supplied` [V].
     """
     roles, layers = scenario.stack.roles, scenario.stack.layers
     plate = [name for name, role in roles.items() if role == "plate"]
@@ -244,9 +268,12 @@ def layer_diagnostics(
     ratio, where = _judged_contact(scenario)
     fields = {name: ratio * field for name, field in fields.items()}
     whole = in_one_piece(layers)
-    for name, layer in whole.items():
-        if name in plate or layer.breakdown_field is not None or layer.material.substance is not None:
-            found.append(film_diagnostic(name, layer, field=fields[name]))
+    films = [
+        name
+        for name, layer in whole.items()
+        if name in plate or layer.breakdown_field is not None or layer.material.substance is not None
+    ]
+    found += [film_diagnostic(name, whole[name], field=fields[name]) for name in films]
     if nearest is not None:
         field, gap = nearest
         found.append(paschen_diagnostic(field=ratio * field, gap=gap))
@@ -256,7 +283,37 @@ def layer_diagnostics(
     blocking = sum(layers[name].thickness / float(bound[name]) for name in plate)
     if blocking:
         found.append(sweat_diagnostic(voltage=ratio * across, electrical_thickness=blocking))
-    return [replace(each, text=f"{each.text}{where}") for each in found] if where else found
+    found = [replace(each, text=f"{each.text}{where}") for each in found] if where else found
+    return [*found, *_with_closed_gap(scenario, films, supplied)]
+
+
+def _with_closed_gap(
+    scenario: Scenario, films: Sequence[str], supplied: tuple[float, float]
+) -> list[Diagnostic]:
+    """Return the diagnostics of films while a ridge or sweat closes the gap, as far as a strength is known to compare with.
+
+    Wet skin conducts, so that the films of the plate may have the whole voltage; a film of the finger shares it with them.
+    """
+    roles, layers = scenario.stack.roles, scenario.stack.layers
+    closed = "with the finger a conductor"
+    if scenario.stack.gap_name is not None:
+        closed = "with the gap closed by a ridge or by sweat"
+    found = []
+    for role in ("plate", "finger"):
+        series = {name: layers[name] for name in layers if roles[name] == "plate" or name in films}
+        series = {name: layer for name, layer in series.items() if roles[name] in {"plate", role}}
+        slabs, whole = pieces(series), in_one_piece(series)
+        last = [whole[slab[-1]] for slab in slabs]
+        fields = closed_gap_fields(last, lowest=supplied[0], highest=supplied[1])
+        by_name = {
+            name: field for slab, field in zip(slabs, fields, strict=True) for name in slab if name in films
+        }
+        found += [
+            (film_diagnostic(name, whole[name], field=field, closed=closed), field)
+            for name, field in by_name.items()
+            if roles[name] == role
+        ]
+    return [each for each, field in found if each.limit is not None or math.isnan(field)]
 
 
 def _judged_contact(scenario: Scenario) -> tuple[float, str]:

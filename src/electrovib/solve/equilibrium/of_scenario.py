@@ -174,7 +174,12 @@ def _diagnostics(
         charges.append(eps0 * area * flux)
         energies.append((charges[-1] * left[-1] + stray * held**2) / 2)
     judged = layer_diagnostics(
-        scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=max(left)
+        scenario,
+        inside | {gap: field},
+        interface=field,
+        nearest=(nearest[0], nearest[1]),
+        across=max(left),
+        supplied=(min(0.0, held), max(0.0, held)),
     )
     reached = {name: abs(held) for name in ("voltage", "rms_voltage")}
     reached |= {"charge": max(charges), "stored_energy": max(energies)}

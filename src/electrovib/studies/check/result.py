@@ -17,6 +17,7 @@ from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, json_text
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, Limits, unit_of_limit
+from electrovib.physics.safety import AIR, GAP_CLOSED
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
 
@@ -131,9 +132,15 @@ FAIL: Final = "fail"
 UNKNOWN: Final = "unknown"
 STATES: Final = (PASS, UNKNOWN, FAIL)
 """From best to worst."""
+OUTCOMES: Final = {PASS: "within all limits", UNKNOWN: "not shown to be safe", FAIL: "exceeded"}
+"""What the state of all rows together says of a set-up."""
+UNCERTAIN: Final = "of uncertain standing"
+"""A limit that is unverified, or may not apply to this layer."""
 HARDWARE: Final = "no claim of medical safety: only hardware that limits the current protects a person"
 """What a check in a few lines says of its own meaning."""
-BREAKDOWN: Final = ("film strength", "Paschen", "field emission")
+FILM: Final = "film strength"
+"""Beginning of the names of the diagnostics of a layer's breakdown."""
+BREAKDOWN: Final = (FILM, *AIR)
 """Beginnings of the names of the diagnostics of breakdown."""
 
 
@@ -146,6 +153,7 @@ class CheckRow:
     - `source`: who declared the limit, or where it was published; how to declare it where there is none.
     - `state`: ``"pass"``, also at exactly the limit; ``"fail"`` above it; or ``"unknown"``.
     - `text`: one sentence about the comparison, with its conditions.
+    - `remedy`: what to declare or to measure, where the row leaves open whether the set-up is safe; else empty.
     """
 
     quantity: str
@@ -155,11 +163,18 @@ class CheckRow:
     source: str
     state: str
     text: str
+    remedy: str = ""
+
+    @property
+    def forbids(self) -> bool:
+        """Whether the limit is exceeded; the strength of a film also where its standing is uncertain."""
+        above = self.margin is not None and self.margin < 1
+        return self.state == FAIL or (above and self.quantity.startswith(FILM))
 
     @property
     def is_refused(self) -> bool:
         """Whether the limit is exceeded, or was declared and could not be compared."""
-        return self.state == FAIL or (self.state == UNKNOWN and self.value is None and self.limit is not None)
+        return self.forbids or (self.state == UNKNOWN and self.value is None and self.limit is not None)
 
     @property
     def margin(self) -> float | None:
@@ -207,8 +222,8 @@ class CheckResult(Answer):
 
     @property
     def state(self) -> str:
-        """Return ``"fail"`` if a row fails, ``"pass"`` if all pass, else ``"unknown"``."""
-        return max((row.state for row in self.rows), key=STATES.index, default=UNKNOWN)
+        """Return ``"fail"`` for exceeded, ``"unknown"`` for not shown to be safe, ``"pass"`` for within all limits."""
+        return state_of(self.rows)
 
     @property
     def failed(self) -> tuple[CheckRow, ...]:
@@ -216,25 +231,32 @@ class CheckResult(Answer):
         return tuple(row for row in self.rows if row.state == FAIL)
 
     @property
+    def forbidding(self) -> tuple[CheckRow, ...]:
+        """Rows that forbid a design or a file to be played."""
+        return tuple(row for row in self.rows if row.forbids)
+
+    @property
     def verdict(self) -> str:
         """One sentence with the outcome."""
+        outcome = OUTCOMES[self.state]
         if self.failed:
-            names = ", ".join(row.quantity for row in self.failed)
-            return f"failed: {len(self.failed)} of {len(self.rows)} limits exceeded: {names}"
-        unknown = sum(row.state == UNKNOWN for row in self.rows)
-        return f"no limit exceeded{f', {unknown} not judged' if unknown else ''}"
+            names = "; ".join(row.quantity for row in self.failed)
+            return f"{outcome}: {len(self.failed)} of {len(self.rows)} limits: {names}"
+        names = "; ".join(row.quantity for row in self.rows if row.remedy)
+        return f"{outcome}: {names}" if names else outcome
 
     @property
     def sentences(self) -> list[str]:
-        """The verdict, the closest limit, and what was not compared."""
+        """The verdict, the closest limit, what is not shown to be safe, and what was not compared."""
         lines = [f"{self.verdict} ({self.title})"]
         if row := nearest_limit(self.rows):
-            doubt = ", not judged" if row.state == UNKNOWN else ""
+            doubt = f", {UNCERTAIN}" if row.state == UNKNOWN else ""
             lines.append(
                 f"closest limit: {row.quantity}, {shown(row.value, row.unit)} of {shown(row.limit, row.unit)}, limit/value"
                 f" {row.margin or 0.0:.3g}{doubt}"
             )
-        undeclared = [row.quantity for row in self.rows if row.limit is None and row.state == UNKNOWN]
+        lines += not_shown(self.rows)
+        undeclared = [row.quantity for row in self.rows if row.limit is None and not row.remedy]
         return [*lines, f"not compared: {', '.join(undeclared)}"] if undeclared else lines
 
     @property
@@ -314,6 +336,7 @@ class CheckResult(Answer):
             "title": self.title,
             "duration": self.duration,
             "state": self.state,
+            "outcome": OUTCOMES[self.state],
             "limits": [table(row) for row in self.rows],
             "comparisons": [table(row) for row in self.comparisons],
             "numbers": [table(number) for number in self.numbers],
@@ -358,7 +381,7 @@ def limits_table(title: str, rows: Iterable[CheckRow], states: Mapping[str, str]
         for row in rows
     )
     headings = ("state", "quantity", "largest", "limit", "limit/value", "source of the limit")
-    return Table(title, headings, cells)
+    return Table(title, headings, cells, looks={0: "state"})
 
 
 ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
@@ -374,6 +397,7 @@ def limited_quantity(name: str) -> str:
 
 def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, words: str = "") -> CheckRow:
     """Return the row of a limit; the value is infinite without a bound, NaN or None where it is not known."""
+    remedy = ""
     unit, words = unit_of_limit(name), words or WORDS[name]
     if value is None or math.isnan(value):
         value, reached = None, "is not known"
@@ -384,9 +408,11 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
         reached = f"reaches {format_quantity(value, unit, digits=6)}"
     if limit is None:
         state, text = UNKNOWN, f"{words} {reached}; limits.{name} is not declared"
+        remedy = f"declare limits.{name}, the largest that your set-up allows" if name in NEEDED else ""
     else:
         state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
         word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
+        remedy = f"limits.{name} is declared, and the largest value is not known" if state == UNKNOWN else ""
         text = f"{words} {reached}, {word} {format_quantity(limit.value, unit, digits=6)}: {limit.source}"
     return CheckRow(
         quantity=limited_quantity(name),
@@ -396,19 +422,27 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
         source=unlimited_words(name) if limit is None else limit.source,
         state=state,
         text=text,
+        remedy=remedy,
     )
 
 
-def breakdown_row(found: Diagnostic, *, strict: bool = False) -> CheckRow:
+def breakdown_row(found: Diagnostic) -> CheckRow:
     """Return the row of a diagnostic of breakdown.
 
-    A limit that was cited from memory decides nothing, whichever side of it the value is on, unless it is
-    `strict`. That of Paschen's law depends on such a value only through the logarithm of a logarithm: a field
-    above it fails, one within it is not known to pass.
+    A limit that was cited from memory decides nothing, whichever side of it the value is on. That of Paschen's law depends on
+    such a value only through the logarithm of a logarithm: a field above it fails, one within it is not known to pass.
     """
     state = _STATES[found.state]
-    if UNVERIFIED in found.text and not strict and not (state == FAIL and found.name == "Paschen"):
+    is_film, is_known = found.name.startswith(FILM), found.value is not None
+    if UNVERIFIED in found.text and not (state == FAIL and found.name == "Paschen"):
         state = UNKNOWN
+    above = is_known and found.limit is not None and found.value > found.limit  # type: ignore[operator]
+    remedy = ""
+    if state == UNKNOWN and is_film:
+        layer = found.name.removeprefix(f"{FILM}, ").removesuffix(GAP_CLOSED)
+        remedy = f"declare stack.{layer}.breakdown_field, measured on such a film"
+    elif state == UNKNOWN and (above or (not is_known and "not compared" in found.text)):
+        remedy = "look for discharges in the gap (light, pulses of current) on the real set-up, or lower the voltage"
     return CheckRow(
         quantity=found.name,
         value=found.value,
@@ -417,14 +451,19 @@ def breakdown_row(found: Diagnostic, *, strict: bool = False) -> CheckRow:
         source=found.text.partition(": ")[2] or found.text,
         state=state,
         text=found.text,
+        remedy=remedy,
     )
 
 
-def not_compared(rows: Iterable[CheckRow]) -> list[str]:
-    """Return one sentence that names the needed limits which nobody declares; none where all are declared."""
-    open_ones = {row.quantity for row in rows if row.limit is None}
-    names = [f"limits.{name}" for name in NEEDED if limited_quantity(name) in open_ones]
-    if not names:
-        return []
-    verbs = ("is", "it was") if len(names) == 1 else ("are", "they were")
-    return [f"{' and '.join(names)} {verbs[0]} not declared, so {verbs[1]} not compared."]
+def state_of(rows: Iterable[CheckRow]) -> str:
+    """Return the worst of all rows: fail for a limit exceeded, unknown where one leaves open whether the set-up is safe."""
+    found = list(rows)
+    if any(row.state == FAIL for row in found):
+        return FAIL
+    return UNKNOWN if not found or any(row.remedy for row in found) else PASS
+
+
+def not_shown(rows: Iterable[CheckRow]) -> list[str]:
+    """Return a sentence for each cause for which a set-up is not shown to be safe, with what to declare or to measure."""
+    causes: dict[str, CheckRow] = {row.remedy: row for row in rows if row.remedy}
+    return [f"{OUTCOMES[UNKNOWN]}: {row.text}; {remedy}" for remedy, row in causes.items()]

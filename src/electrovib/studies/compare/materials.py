@@ -11,16 +11,18 @@ import numpy as np
 
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
-from electrovib.core.diagnostics import Diagnostic, read_diagnostics
+from electrovib.core.diagnostics import STATES, Diagnostic, read_diagnostics
 from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
+from electrovib.physics.safety import GAP_CLOSED
 from electrovib.physics.stack import in_one_piece
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import SETTLED_CHARGE
 from electrovib.solve.quantities.answer import validity
 from electrovib.solve.simulate import simulate
+from electrovib.studies.check.result import FILM, breakdown_row
 
 AS_IT_IS: Final = "as it is"
 """Name of the entry with the scenario's own material."""
@@ -34,6 +36,7 @@ HEADINGS: Final = (
     "largest field",
     "strength",
     "margin",
+    "margin, gap closed",
     "breakdown",
     "source status",
 )
@@ -48,8 +51,9 @@ class MaterialEntry:
     - `relaxation_time`: permittivity over conductivity [s]; infinite without conduction.
     - `force`: largest electrostatic attraction of the run [N].
     - `field`, `strength`: largest absolute field in the layer, and the breakdown strength it is compared with
-      [V/m]; `margin`: strength over field. All are NaN where no strength is known.
-    - `breakdown`, `why`: state of that diagnostic, ``"ok"``, ``"unknown"`` or ``"warning"``, and its text.
+      [V/m]; `margin`: strength over field; `closed_margin`: the same while a ridge or sweat closes the gap, so that the films
+      have the whole voltage of the plate. All are NaN where no strength is known.
+    - `breakdown`, `why`: the worse of both states, ``"ok"``, ``"unknown"`` or ``"warning"``, and its text.
     - `status`: statuses of the sources of the values taken from the library, the strength included.
     - `caution`: warning that the charge in the layer has relaxed for longer than an experiment lasts; empty
       without it.
@@ -62,6 +66,7 @@ class MaterialEntry:
     field: float
     strength: float
     margin: float
+    closed_margin: float
     breakdown: str
     status: str
     why: str
@@ -192,25 +197,27 @@ def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
     material = scenario.stack.layers[layer].material
     permittivity = float(material.bound_permittivity(np.array(_FREQUENCY)).real)
     trace = simulate(scenario)
-    title = f"film strength, {layer}"
+    title = f"{FILM}, {layer}"
     diagnostics = {each.name: each for each in read_diagnostics(trace.attrs["validity"])}
-    judged = diagnostics.get(title)
-    field, strength = (
-        math.nan if judged is None or (number := getattr(judged, which)) is None else float(number)
-        for which in ("value", "limit")
+    rows = [breakdown_row(diagnostics[each]) for each in (title, title + GAP_CLOSED) if each in diagnostics]
+    first = rows[0] if rows else None
+    worst = max(
+        (diagnostics[row.quantity] for row in rows), key=lambda each: STATES.index(each.state), default=None
     )
+    margins = [math.nan if row.margin is None else row.margin for row in rows]
     conductivity = material.conductivity
     return MaterialEntry(
         name=name,
         permittivity=permittivity,
         relaxation_time=eps0 * permittivity / conductivity if conductivity else math.inf,
         force=float(np.nanmax(trace.electrostatic_force.values)),
-        field=field,
-        strength=strength,
-        margin=strength / field if field else math.inf,
-        breakdown="unknown" if judged is None else judged.state,
+        field=math.nan if first is None or first.value is None else first.value,
+        strength=math.nan if first is None or first.limit is None else first.limit,
+        margin=margins[0] if margins else math.nan,
+        closed_margin=margins[-1] if margins else math.nan,
+        breakdown="unknown" if worst is None else worst.state,
         status=_status(scenario, layer),
-        why="" if judged is None else judged.text,
+        why="" if worst is None else worst.text,
         caution=diagnostics[SETTLED_CHARGE].text if SETTLED_CHARGE in diagnostics else "",
     )
 
@@ -244,7 +251,10 @@ def _tables(
             format_quantity(entry.force, "N", digits=4),
             _shown(entry.field, "V/m"),
             _shown(entry.strength, "V/m"),
-            "not known" if math.isnan(entry.margin) else f"{entry.margin:.3g}",
+            *(
+                "not known" if math.isnan(each) else f"{each:.3g}"
+                for each in (entry.margin, entry.closed_margin)
+            ),
             entry.breakdown,
             entry.status,
         )
@@ -253,7 +263,8 @@ def _tables(
     thickness = format_quantity(scenario.stack.layers[layer].thickness, "m")
     title = f"Materials of the layer '{layer}', {thickness} thick"
     caption = (
-        f"Margin: breakdown strength over largest field; '{UNVERIFIED}' values are cited from memory. Relaxation: charge"
+        "Margin: breakdown strength over largest field with the gap as declared; with the gap closed by a ridge or by sweat the"
+        f" films have the whole voltage of the plate. '{UNVERIFIED}' values are cited from memory. Relaxation: charge"
         " relaxation time, permittivity over conductivity; a voltage held for much longer reaches the finger through the"
         " layer. 'electrovib list NAME' lists the sources."
     )

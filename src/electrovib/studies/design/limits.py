@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.physics.limits import Limits
+from electrovib.physics.limits import MEAN_SQUARES, Limits, limited
 from electrovib.studies.check import (
     CheckResult,
     CheckRow,
@@ -19,7 +19,6 @@ from electrovib.studies.check import (
     declared_limits,
 )
 from electrovib.studies.check.function import checked_values
-from electrovib.studies.check.result import FAIL
 from electrovib.studies.design.search import CannotBeComputedError, Function, Point, crossing, has_ratio
 
 if TYPE_CHECKING:
@@ -87,13 +86,13 @@ class Limited:
 
     def failed(self, at: float) -> tuple[CheckRow, ...]:
         """Return the limits that are exceeded; empty also where the check cannot be made."""
-        return tuple(row for row in self.rows(at) if row.state == FAIL)
+        return tuple(row for row in self.rows(at) if row.forbids)
 
     def allows(self, at: float) -> bool:
         """Return whether all checks can be made and no limit is exceeded."""
         for place in self._order:
             result = self._of(place, at)
-            if result is None or result.failed:  # this one is asked first from now on
+            if result is None or result.forbidding:  # this one is asked first from now on
                 self._order.remove(place)
                 self._order.insert(0, place)
                 return False
@@ -179,14 +178,14 @@ def _stepped_back(limited: Limited, at: float, allowed: float, names: set[str]) 
 def _share(row: CheckRow) -> float:
     """Return value over limit [1]; that of an unknown value is 0."""
     if row.value is None or not row.limit:
-        return math.inf if row.state == FAIL else 0.0
+        return math.inf if row.forbids else 0.0
     return row.value / row.limit
 
 
 def _nearness(result: CheckResult) -> tuple[bool, float]:
     """Return whether a limit is exceeded, and the largest value over its limit [1]."""
-    rows = result.failed or result.rows
-    return bool(result.failed), max(map(_share, rows), default=0.0)
+    rows = result.forbidding or result.rows
+    return bool(result.forbidding), max(map(_share, rows), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -233,12 +232,12 @@ class Bounds:
     def overload(self, scenario: Scenario) -> dict[str, float]:
         """Return the largest value of a drive over each declared limit, NaN where it is not known.
 
-        For the energy it is the root of the ratio, so that each is proportional to the drive.
+        Of a quantity that grows with a power of the drive it is the root, so that each is proportional to the drive.
         """
-        averaged = any(name.startswith("rms_") for name in self.declared)
+        averaged = any(name in MEAN_SQUARES for name in self.declared)
         values = checked_values(scenario, mean_squares=averaged).largest
         ratios = {name: values[name] / limit.value for name, limit in self.declared.items()}
-        return {name: math.sqrt(each) if name == "stored_energy" else each for name, each in ratios.items()}
+        return {name: float(each ** (1 / limited(name).order)) for name, each in ratios.items()}
 
 
 def worst_of(ratios: Mapping[str, float]) -> float:

@@ -14,7 +14,7 @@ from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, json_text
-from electrovib.studies.check.result import UNKNOWN, not_compared
+from electrovib.studies.check.result import UNKNOWN, not_shown
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
@@ -141,7 +141,7 @@ class FoundValue:
     @property
     def failed(self) -> tuple[CheckRow, ...]:
         """Limits that are exceeded."""
-        return () if self.check is None else self.check.failed
+        return () if self.check is None else self.check.forbidding
 
     @property
     def is_allowed(self) -> bool:
@@ -372,8 +372,9 @@ def _limits(found: DesignedParameter) -> list[str]:
     if judged := [row for row in rows if row.margin and row.state != UNKNOWN]:
         row = min(judged, key=lambda row: row.margin or math.inf)
         lines.append(f"Nearest limit: {row.text} ({1 / (row.margin or math.inf):.3g} of that limit).")
-    lines += [f"Not judged: {row.text}." for row in rows if row.state == UNKNOWN and row.limit is not None]
-    return [*lines, *not_compared(rows)]
+    open_ones = [row for row in rows if row.state == UNKNOWN and row.limit is not None and not row.remedy]
+    lines += [f"Not judged: {row.text}." for row in open_ones]
+    return [*lines, *(f"{each[0].upper()}{each[1:]}." for each in not_shown(rows))]
 
 
 def _spread(found: DesignedParameter) -> list[str]:

@@ -17,7 +17,7 @@ from electrovib.scenario.space.relations import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check import CheckResult, CheckRow, LimitsSource, checked
-from electrovib.studies.check.result import not_in_rows, shown
+from electrovib.studies.check.result import not_in_rows, not_shown, shown
 from electrovib.studies.design import uncertain
 from electrovib.studies.design.limits import Limited, obtainable, several_limits
 from electrovib.studies.design.result import Designed
@@ -168,7 +168,7 @@ class DesignedForShare(Designed):
     @property
     def failed(self) -> tuple[CheckRow, ...]:
         """Limits that are exceeded at the value."""
-        return () if self.check is None else self.check.failed
+        return () if self.check is None else self.check.forbidding
 
     @property
     def is_achieved(self) -> bool:
@@ -302,7 +302,7 @@ def _compared(result: DesignedForShare, top: ShareAt, sampled: _Sampled) -> Desi
     chosen = np.argsort(-fingers.each_at(top.value), kind="stable")[:MOST_FINGERS].tolist()
     limited = Limited(*(functools.partial(member, each) for each in (None, *chosen)))
     check, within = limited(top.value), None
-    if check is not None and check.failed:
+    if check is not None and check.forbidding:
         function = Function(lambda at: covered.number_at(at) / covered.count)
         places = np.append(first_values(wanted.low, wanted.high, wanted.begin), top.value)
         explore(function, places, most_added=0)
@@ -375,6 +375,7 @@ def _limits(design: DesignedForShare) -> list[str]:
         )
     elif design.failed:
         lines.append("No value that was tried is within the limits.")
+    lines += [f"{each[0].upper()}{each[1:]}." for each in not_shown(design.check.rows)]
     lines.append(
         f"The limits were compared for the scenario as it is and for the {design.checked} draws with the largest quantity, not"
         " for all draws."

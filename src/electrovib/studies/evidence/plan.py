@@ -233,7 +233,7 @@ def plan_experiment(
     for point in points:
         name = ", ".join(f"{path} = {value:.6g}" for path, value in point.items()) or "the scenario"
         try:
-            if point and check(base.replace(point), limits=limits).failed:
+            if point and check(base.replace(point), limits=limits).forbidding:
                 left_out[name] = "a limit forbids it"
                 continue
             values.append([_values(case.replace(point), space, quantity, n=n, seed=seed) for case in cases])

@@ -72,13 +72,16 @@ def test_what_is_felt_and_the_nearest_limit_are_those_of_perceive_and_check():
     )
     assert found[LIMIT].value == f"{100 * nearest.value / nearest.limit:.2g} % reached"
     assert found[LIMIT].note.startswith(f"{nearest.quantity}: ")
-    assert found[LIMIT].note.endswith(", not judged")
+    assert found[LIMIT].note.endswith(", of uncertain standing; not shown to be safe")
+    assert found[LIMIT].state == "unknown"
 
 
 def test_a_limit_that_is_exceeded_is_a_warning_and_nothing_is_made_up_where_nothing_is_known():
     row = CheckRow(quantity="peak current", value=2.0, limit=1.0, unit="A", source="", state=FAIL, text="")
-    assert limit(row) == KeyFigure("exceeded", "peak current: 2 A of 1 A", "warning")
-    assert limit(None).value == "none"
+    assert limit(row, FAIL) == KeyFigure("exceeded", "peak current: 2 A of 1 A", FAIL)
+    held = replace(row, value=0.5, state="pass")
+    assert limit(held, "pass") == KeyFigure("50 % reached", "peak current: 500 mA of 1 A; within all limits", "pass")
+    assert limit(None, "unknown").value == "none"
     still = ev.load(FIG6).replace({"drive": {"model": "Step", "level": 0}})
     assert felt(ev.perceive(still)).value == "no"
     weak = ev.load(SINE).replace({"drive.amplitude": "10 mV"})

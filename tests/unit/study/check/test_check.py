@@ -383,15 +383,19 @@ def test_the_root_mean_square_of_a_current_without_a_bound_is_not_known():
 
 class TestCommandLine:
     FAILING = FIG6, "--set", "limits.voltage=900 V"
-    VERDICT = "failed: 1 of 7 limits exceeded: peak voltage"
+    VERDICT = "exceeded: 1 of 8 limits: peak voltage"
+    CLEARED = "--set", "limits.voltage=1 kV", "--set", "stack.insulator.breakdown_field=100 MV/m"
 
     def run(self, *words):
         return CliRunner(env={"COLUMNS": "200"}).invoke(app, ["check", *words])
 
     def test_exit_code_verdict_numbers_and_page(self, tmp_path):
-        passed, failed = self.run(FIG6), self.run(*self.FAILING, "-o", str(tmp_path / "check.json"))
-        assert (passed.exit_code, failed.exit_code) == (0, 1)
-        assert "no limit exceeded" in passed.output
+        open_one, passed = self.run(FIG6), self.run(FIG6, *self.CLEARED)
+        failed = self.run(*self.FAILING, "-o", str(tmp_path / "check.json"))
+        assert [each.exit_code for each in (passed, open_one, failed)] == [0, 5, 1]
+        assert passed.output.startswith("within all limits (")
+        assert open_one.output.startswith("not shown to be safe: peak voltage (")
+        assert "limits.voltage is not declared; declare limits.voltage" in open_one.output
         assert self.VERDICT in failed.output
         content = json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))
         assert content["state"] == "fail"
@@ -401,13 +405,13 @@ class TestCommandLine:
         page = path.read_text(encoding="utf-8")
         assert self.VERDICT in page
         assert "not a claim of medical safety" in page
-        assert self.run(FIG6, "-o", str(path)).exit_code == 0
+        assert self.run(FIG6, "-o", str(path)).exit_code == 5
 
     def test_a_drive_before_the_scenario_and_a_table(self, tmp_path):
         drive, table = tmp_path / "drive.csv", tmp_path / "check.csv"
         drive.write_text("time,voltage\n0,0\n0.001,300\n0.01,0\n", encoding="utf-8")
         for _ in range(2):
-            assert self.run(str(drive), FIG6, "-o", str(table)).exit_code == 0, "our own table is replaced"
+            assert self.run(str(drive), FIG6, "-o", str(table)).exit_code == 5, "our own table is replaced"
         lines = table.read_text(encoding="utf-8").splitlines()
         assert lines[2].startswith("kind,quantity,value,limit,unit,margin,state,source")
         assert lines[3].startswith("limit,peak voltage,300.0,,V,,unknown")
@@ -416,12 +420,12 @@ class TestCommandLine:
 
     def test_the_verdict_is_a_few_lines_and_all_the_rest_is_asked_for(self):
         short, full = self.run(FIG6).output, self.run(FIG6, "--all").output
-        verdict, closest, undeclared, warning, meaning = short.splitlines()
+        verdict, closest, _, undeclared, warning, meaning = short.splitlines()
         least = min((each for each in ev.check(FIG6).rows if each.margin), key=lambda each: each.margin)
-        assert verdict.startswith("no limit exceeded, 5 not judged")
+        assert verdict.startswith("not shown to be safe: peak voltage (")
         assert closest.startswith(f"closest limit: {least.quantity}, ")
-        assert closest.endswith(f"limit/value {least.margin:.3g}, not judged")
-        assert undeclared == "not compared: peak voltage, charge, stored energy, peak body current"
+        assert closest.endswith(f"limit/value {least.margin:.3g}, of uncertain standing")
+        assert undeclared == "not compared: charge, stored energy, peak body current"
         assert warning.startswith("warning: the voltage across the stack reaches 1 kV, above 661 V")
         assert "no claim of medical safety" in meaning
         for text in ("Comparison with published currents", "Values without a limit", verdict, closest):

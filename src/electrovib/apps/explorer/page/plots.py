@@ -28,6 +28,7 @@ from electrovib.apps.explorer.felt_picture import felt
 from electrovib.apps.explorer.key_figures import KeyFigure, answers
 from electrovib.apps.explorer.page.pulse_player import PulsePlayer
 from electrovib.core.diagnostics import STATES, Diagnostic
+from electrovib.studies.check.result import not_shown
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity, typeset
 
@@ -330,7 +331,10 @@ def safety_words(check: CheckResult) -> str:
     ]
     table = _table(("state", "quantity", "value", "limit", "source of the limit"), rows, states=True)
     warning = "A comparison with limits protects nobody: hardware has to limit the current."
-    return _paragraphs([warning]) + table + _notes(check.notes)
+    outcome = f'<p class="{CLASSES[check.state]}">{escape(typeset(check.verdict))}</p>'
+    return (
+        outcome + _paragraphs([warning, *map(typeset, not_shown(check.rows))]) + table + _notes(check.notes)
+    )
 
 
 def fit_words(result: FitResult) -> str:

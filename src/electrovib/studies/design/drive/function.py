@@ -16,6 +16,7 @@ from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.studies.check import NEEDED, CheckResult, DeclaredLimit, LimitsSource, checked
+from electrovib.studies.check.result import not_shown
 from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_gain, design_carrier
 from electrovib.studies.design.drive.direct import design_direct
 from electrovib.studies.design.drive.target import Target, TargetSource, read_target
@@ -229,7 +230,7 @@ class DesignedDrive(Designed, FoundDrive):
     @property
     def is_achieved(self) -> bool:
         """Whether the predicted force follows the target to 1 % and no row of the check fails."""
-        return self.misfit <= TRACKED and not self.check.failed
+        return self.misfit <= TRACKED and not self.check.forbidding
 
     @functools.cached_property
     def harmonics(self) -> dict[int, float]:
@@ -325,7 +326,8 @@ def _limits(found: DesignedDrive) -> list[str]:
 
 
 def _doubts(found: DesignedDrive) -> list[str]:
-    lines = [row.text for row in found.check.failed]
+    lines = [row.text for row in found.check.forbidding]
+    lines += [text for text in not_shown(found.check.rows) if "is not declared" not in text]
     if missing := [f"limits.{name}" for name in NEEDED if name not in found.bounds]:
         lines.append(
             f"{' and '.join(missing)} not declared: the drive was not designed to hold it, and cannot be written as a waveform"

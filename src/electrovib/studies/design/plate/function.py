@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.citation import UNVERIFIED
 from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.core.quantity import quantity_of
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, unit_of_limit
-from electrovib.physics.safety import AIR
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits
 from electrovib.studies.check.result import (
+    BREAKDOWN,
     FAIL,
+    FILM,
     ONLY_DECLARED,
     PASS,
     UNKNOWN,
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
 
 
-FILM: Final = "film strength"
-"""Beginning of the name of the diagnostic of a layer's breakdown."""
 FELT: Final = "detection level"
 PERCEIVED: Final = "threshold over felt amplitude"
 """Quantity of the row of perception: 1 at the threshold."""
@@ -78,7 +76,7 @@ class PlateCandidate:
 
     - `material`: of the insulator; empty where the scenario keeps its own.
     - `at`: dotted path to value in SI; `values`: objective to its value, NaN where it is not known.
-    - `rows`: comparison with every limit; a row in the state ``"fail"`` forbids the candidate.
+    - `rows`: comparison with every limit; one that `forbids` excludes the candidate.
     - `diagnostics`: those of the run that are warnings and belong to no row.
     - `refined`: whether it was added between the values that were asked for.
     """
@@ -93,7 +91,7 @@ class PlateCandidate:
     @functools.cached_property
     def forbidden_by(self) -> tuple[str, ...]:
         """Quantities whose limit is exceeded."""
-        return tuple(row.quantity for row in self.rows if row.state == FAIL)
+        return tuple(row.quantity for row in self.rows if row.forbids)
 
     @property
     def is_allowed(self) -> bool:
@@ -106,14 +104,14 @@ class PlateCandidate:
             row.quantity in relaxed
             and (math.isinf(factor) or (row.margin is not None and row.margin * factor >= 1))
             for row in self.rows
-            if row.state == FAIL
+            if row.forbids
         )
 
     @functools.cached_property
     def doubts(self) -> tuple[str, ...]:
-        """Sentences on breakdown strengths that are unverified or may not apply to this layer."""
-        films = [row for row in self.rows if row.quantity.startswith(FILM)]
-        return tuple(row.text for row in films if row.state == UNKNOWN or UNVERIFIED in row.text)
+        """Sentences on breakdown strengths that are unverified or may not apply to this layer, one for each layer."""
+        films = {row.remedy: row.text for row in self.rows if row.remedy and row.quantity.startswith(FILM)}
+        return tuple(films.values())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,10 +187,7 @@ class Plates:
         )
 
     def _rows(self, material: str, case: Case) -> tuple[CheckRow, ...]:
-        """Compare a case with declared limits, breakdown and perception; a row in the state ``"fail"`` forbids it.
-
-        An unverified strength of a film forbids too, and its row states the status.
-        """
+        """Compare a case with declared limits, breakdown and perception."""
         declared, largest, diagnostics = self.declared, _largest(case.diagnostics), case.diagnostics
         names = [name for name in WORDS if name in largest or name in declared or name not in ONLY_DECLARED]
         elsewhere = {}
@@ -206,8 +201,7 @@ class Plates:
             else limit_row(name, largest.get(name), declared.get(name))
             for name in names
         ]
-        rows += [breakdown_row(each, strict=True) for each in diagnostics if each.name.startswith(FILM)]
-        rows += [breakdown_row(each) for each in diagnostics if each.name in AIR]
+        rows += [breakdown_row(each) for each in diagnostics if each.name.startswith(BREAKDOWN)]
         if self.perceived:
             person = self.members[material].perception
             assert person is not None

@@ -17,12 +17,15 @@ from electrovib.core.units import KINDS
 from electrovib.data.marks import Form, csv_text
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.result import (
+    PASS,
+    UNCERTAIN,
     UNKNOWN,
     limits_table,
     nearest_limit,
-    not_compared,
     not_in_rows,
+    not_shown,
     shown,
+    state_of,
 )
 from electrovib.studies.design.result import Designed
 
@@ -114,7 +117,7 @@ class PlateDesign(Designed):
     @property
     def is_achieved(self) -> bool:
         """Whether a candidate is within the limits, by the full check too."""
-        return self.check is not None and not self.check.failed
+        return self.check is not None and not self.check.forbidding
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -309,21 +312,29 @@ def _answer(design: PlateDesign, best: PlateCandidate) -> list[str]:
     place = ("", "an end of the ranges: ", "a corner of the ranges: ")[min(len(ends), 2)]
     row = nearest_limit(best.rows)
     where = f"{shown(best.values[first.name], first.unit)}, at {place}{place_of(design, best)}"
+    shown_safe = state_of(best.rows) == PASS
+    which = "within all limits" if shown_safe else "of a plate that exceeds no limit it was compared with"
     sentences = [
-        f"The {first.goal} {plain(first.name)} within the limits is {where}.",
+        f"The {first.goal} {plain(first.name)} {which} is {where}.",
         _binding(design, best, ends),
         *([f"Closest limit: {_ratio(row)} ({_at_limit(row)})."] if row else []),
-        *not_compared(best.rows),
+        *(f"{_capital(each)}." for each in not_shown(best.rows)),
+        *([] if shown_safe else _safest(design)),
         _counts(design),
     ]
-    sentences += [
-        f"This rests on a breakdown strength that is unverified or may not apply here: {text}."
-        for text in best.doubts
-    ]
-    if design.check is not None and design.check.failed:
-        names = ", ".join(row.quantity for row in design.check.failed)
+    if design.check is not None and design.check.forbidding:
+        names = ", ".join(row.quantity for row in design.check.forbidding)
         sentences.append(f"The full check of this plate fails: {names}.")
     return sentences
+
+
+def _safest(design: PlateDesign) -> list[str]:
+    """Return the best candidate that is within all limits, beside a better one that is not shown to be safe."""
+    safe = best_of([each for each in design.candidates if state_of(each.rows) == PASS], design.objectives)
+    if safe is None:
+        return []
+    first = design.objectives[0]
+    return [f"Within all limits: {shown(safe.values[first.name], first.unit)}, at {place_of(design, safe)}."]
 
 
 def _none(design: PlateDesign) -> list[str]:
@@ -400,16 +411,20 @@ def _ends(design: PlateDesign, best: PlateCandidate) -> list[str]:
 
 def _ratio(row: CheckRow) -> str:
     """Write the name of a limit and the ratio of limit and value; a limit that decides nothing is marked."""
-    return f"{row.quantity}, {row.margin or 0.0:.3g}{' (not judged)' if row.state == UNKNOWN else ''}"
+    return f"{row.quantity}, {row.margin or 0.0:.3g}{f' ({UNCERTAIN})' if row.state == UNKNOWN else ''}"
 
 
 def _counts(design: PlateDesign) -> str:
     words = ", ".join(f"{each.goal} {plain(each.name)}" for each in design.objectives)
     count, allowed, efficient_ones = len(design.candidates), len(design.allowed), len(design.pareto)
-    text = f"{allowed} of {count} candidates {'is' if allowed == 1 else 'are'} within the limits"
+    text = f"{allowed} of {count} candidates {'exceeds' if allowed == 1 else 'exceed'} no limit that they were compared with"
+    if safe := sum(state_of(each.rows) == PASS for each in design.allowed):
+        text += f", and {safe} of them {'is' if safe == 1 else 'are'} within all limits"
+    else:
+        text += ", none of them is shown to be safe"
     if len(design.objectives) < 2:
         return f"{text}."
-    return f"{text}, {efficient_ones} of them {'is' if efficient_ones == 1 else 'are'} the Pareto set of {words}."
+    return f"{text}; {efficient_ones} of them {'is' if efficient_ones == 1 else 'are'} the Pareto set of {words}."
 
 
 def _pareto_table(design: PlateDesign) -> Table:
@@ -439,9 +454,9 @@ def _pareto_table(design: PlateDesign) -> Table:
         )
     shown_of = "" if len(chosen) == len(design.pareto) else f", {len(chosen)} of {len(design.pareto)}"
     caption = (
-        "Closest limit: the one with the smallest limit/value, and that ratio; not judged: it is unverified, or may not apply."
-        " Strength in doubt: the breakdown strength is"
-        " unverified, or was not measured on a layer of this thickness. The CSV file has every candidate."
+        "Closest limit: the one with the smallest limit/value, and that ratio; of uncertain standing: it is unverified, or may"
+        " not apply. Strength in doubt: the breakdown strength is unverified, or was not measured on a layer of"
+        " this thickness. The CSV file has every candidate."
     )
     return Table(f"Pareto set{shown_of}", headings, tuple(rows), caption=caption)
 
