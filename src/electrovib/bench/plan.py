@@ -14,7 +14,13 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario.grids import AtRest
-from electrovib.studies.check import LimitsFrom, cleared_as_played, declared_limits, without_its_limits
+from electrovib.studies.check import (
+    LimitsFrom,
+    cleared_as_played,
+    declared_limits,
+    not_shown,
+    without_its_limits,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -142,6 +148,7 @@ class BenchPlan:
             ),
             "current read back: "
             + ("yes" if settings.oscilloscope.current is not None else "no, no input is declared for it"),
+            *not_shown(self.check.rows),
             *warning_lines(self.diagnostics),
         ]
 

@@ -132,7 +132,8 @@ def export_waveform(
     ramps = []
     if ramp is not None:
         ramps = [f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end"]
-    notes = (*about(found, wave, form), *remarks, *ramps, *played.notes, *encoded.notes)
+    doubts = checks.not_shown(check.rows)
+    notes = (*about(found, wave, form), *remarks, *ramps, *played.notes, *encoded.notes, *doubts)
     with writing({place: form.form}, force=force) as temporaries:
         temporaries[place].write_bytes(form.content(encoded, (*notes, *warning_lines(check.diagnostics))))
     return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)

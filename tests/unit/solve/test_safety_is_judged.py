@@ -439,3 +439,82 @@ def test_a_sweep_states_the_largest_current_of_a_skin_that_conducts():
     scenario = ev.load("vezzoli_2014/fig6", changes=changes)
     trace = ev.simulate(scenario, time=np.linspace(0, 30e-3, 30001))
     check_largest_current(scenario, float(np.max(np.abs(trace.amplifier_current))), 1e-6)
+
+
+def plate_alone(*films):
+    """A plate of films under a finger that conducts; each is thickness, permittivity and conductivity."""
+    layers = {
+        f"film_{place}": {
+            "role": "plate",
+            "thickness": thickness,
+            "material": {"model": "Constant", "permittivity": permittivity, "conductivity": conductivity},
+            "breakdown_field": 1e9,
+        }
+        for place, (thickness, permittivity, conductivity) in enumerate(films)
+    }
+    changes = {"stack": layers, "force": {"model": "MaxwellStressInGap"}}
+    return ev.load("vezzoli_2014/fig6_static").replace({**changes, **BARE})
+
+
+SQUARE = {"drive": {"model": "Square", "low": -60.0, "high": 100.0, "frequency": 50.0, "edge": 1e-5}}
+
+
+@pytest.mark.parametrize("thin", [0.2e-6, 2e-6, 20e-6])
+@pytest.mark.parametrize("conductivities", [(0, 0), (1e-7, 0), (0, 1e-7), (1e-7, 3e-8), (1e-8, 1e-10)])
+def test_two_films_with_the_gap_closed_never_exceed_their_bound(thin, conductivities):
+    """The declared contact is that of a conducting finger, so that the exact fields of the run must stay below the bound."""
+    films = [(thin, 8.0, conductivities[0]), (1e-6, 3.0, conductivities[1])]
+    shares = np.array([thin / 8.0, 1e-6 / 3.0])
+    shares /= shares.sum()
+    largest = np.maximum(100.0, 160.0 * shares) if any(conductivities) else 100.0 * shares
+    found = told(plate_alone(*films), SQUARE)
+    for place, (thickness, *_) in enumerate(films):
+        exact, bound = (found[f"film strength, film_{place}{case}"].value for case in ("", ", gap closed"))
+        assert bound == pytest.approx(largest[place] / thickness, rel=1e-12)
+        assert exact <= bound * (1 + 1e-6)
+
+
+def test_the_bound_of_two_films_is_reached():
+    """The film that conducts has lost its voltage when the drive turns over, and then takes its share of the whole swing."""
+    films = [(20e-6, 8.0, 1e-6), (0.2e-6, 3.0, 0.0)]
+    found = told(plate_alone(*films), SQUARE)
+    share = (20 / 8) / (20 / 8 + 0.2 / 3)
+    assert found["film strength, film_0, gap closed"].value == pytest.approx(160 * share / 20e-6)
+    assert found["film strength, film_0"].value == pytest.approx(160 * share / 20e-6, rel=2e-2)
+    assert found["film strength, film_1"].value == pytest.approx(100 / 0.2e-6, rel=3e-2)
+
+
+def test_films_without_a_bound_are_not_known_with_the_gap_closed():
+    three = plate_alone((1e-6, 3.0, 0.0), (1e-6, 3.0, 1e-9), (1e-6, 8.0, 0.0))
+    charged = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)).replace({"stack.film_0.initial_charge": 1e-6})
+    relaxing = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)).replace(
+        {
+            "stack.film_0.material": {
+                "model": "Debye",
+                "permittivity_high": 3.0,
+                "conductivity": 0.0,
+                "strength": 2.0,
+                "relaxation_time": 1e-3,
+            }
+        }
+    )
+    for case in (three, charged, relaxing):
+        film = told(case, {"drive": RAMP})["film strength, film_0, gap closed"]
+        assert (film.state, film.value) == ("unknown", None)
+        row = next(
+            each for each in ev.check(case.replace({"drive": RAMP})).rows if each.quantity == film.name
+        )
+        assert row.remedy.startswith("declare stack.film_0.breakdown_field")
+    insulating = plate_alone((1e-6, 3.0, 0.0), (2e-6, 6.0, 0.0), (1e-6, 3.0, 0.0))
+    for place, field in enumerate((100 / 3e-6, 100 / 6e-6, 100 / 3e-6)):
+        film = told(insulating, {"drive": RAMP})[f"film strength, film_{place}, gap closed"]
+        assert film.value == pytest.approx(field, rel=1e-9)
+
+
+def test_a_film_on_the_finger_shares_the_voltage_with_that_of_the_plate(with_gap):
+    stack = with_gap.to_dict()["stack"]
+    glove = {"role": "finger", "thickness": 45e-6, "material": {"model": "Constant", "permittivity": 3.35}}
+    worn = {"insulator": stack["insulator"], "gap": stack["gap"], "glove": glove | {"breakdown_field": 50e6}}
+    found = told(with_gap, {"stack": worn | {"stratum_corneum": stack["stratum_corneum"]}, "drive": RAMP})
+    assert found["film strength, glove, gap closed"].value == pytest.approx(100 / 135e-6)
+    assert found["film strength, insulator, gap closed"].value == pytest.approx(100 / 90e-6)

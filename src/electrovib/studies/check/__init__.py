@@ -22,5 +22,6 @@ from electrovib.studies.check.result import DeclaredLimit as DeclaredLimit
 from electrovib.studies.check.result import LimitsFrom as LimitsFrom
 from electrovib.studies.check.result import LimitsSource as LimitsSource
 from electrovib.studies.check.result import limits_from as limits_from
+from electrovib.studies.check.result import not_shown as not_shown
 from electrovib.studies.check.result import refuse_unlimited as refuse_unlimited
 from electrovib.studies.check.result import strictest as strictest

@@ -17,7 +17,7 @@ from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario, Source
 from electrovib.solve.simulate import simulate
-from electrovib.studies.check import CheckResult, cleared_for_output, sampled, with_drive
+from electrovib.studies.check import CheckResult, cleared_for_output, not_shown, sampled, with_drive
 from electrovib.studies.texture.reading import PathSource, TextureSource, read_path
 from electrovib.studies.texture.set_up import (
     FREQUENCY,
@@ -105,6 +105,7 @@ class TextureDrive(Answer):
             self.misfit_in_words,
             f"{len(self.times)} samples in {shown(self.times[-1], 's')}, up to {shown(np.max(np.abs(self.voltages)), 'V')},"
             " from 0 V to 0 V",
+            *not_shown(self.check.rows),
         ]
 
     @property

@@ -80,7 +80,9 @@ def test_a_limit_that_is_exceeded_is_a_warning_and_nothing_is_made_up_where_noth
     row = CheckRow(quantity="peak current", value=2.0, limit=1.0, unit="A", source="", state=FAIL, text="")
     assert limit(row, FAIL) == KeyFigure("exceeded", "peak current: 2 A of 1 A", FAIL)
     held = replace(row, value=0.5, state="pass")
-    assert limit(held, "pass") == KeyFigure("50 % reached", "peak current: 500 mA of 1 A; within all limits", "pass")
+    assert limit(held, "pass") == KeyFigure(
+        "50 % reached", "peak current: 500 mA of 1 A; within all limits", "pass"
+    )
     assert limit(None, "unknown").value == "none"
     still = ev.load(FIG6).replace({"drive": {"model": "Step", "level": 0}})
     assert felt(ev.perceive(still)).value == "no"

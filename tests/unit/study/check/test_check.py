@@ -16,7 +16,7 @@ from electrovib.apps.cli import app
 from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.extremes import slew_of
-from electrovib.physics.limits import Limits
+from electrovib.physics.limits import WORDS, Limits, limited
 from electrovib.solve.diagnostics.judge import discontinuities
 from electrovib.solve.quantities import of_record
 from electrovib.studies.check import (
@@ -26,7 +26,9 @@ from electrovib.studies.check import (
     sampled,
     strictest,
 )
+from electrovib.studies.check.function import checked_values
 from electrovib.studies.check.result import LINES_TO_ADD
+from electrovib.studies.design.limits import Bounds
 
 FIG6 = "vezzoli_2014/fig6"
 CAPACITANCE = 8.8541878128e-12 * 1e-4 / (90e-6 / 3.35 + 200e-6 / 1560)
@@ -93,6 +95,17 @@ def test_stray_capacitance_takes_current_that_the_body_does_not():
     assert found.value("stored energy") - plain.value("stored energy") == pytest.approx(1e-4, rel=1e-6)
     stated = [any("No stray capacitance" in note for note in each.notes) for each in (found, plain)]
     assert stated == [False, True]
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_each_limit_declares_with_which_power_of_the_drive_its_value_grows(name):
+    """Designs take this root of value over limit, so that a drive scaled by it is at the limit."""
+    one, two = (
+        checked_values(ev.load(FIG6).replace({"drive.high": high})).largest[name] for high in (500.0, 1000.0)
+    )
+    assert two / one == pytest.approx(2 ** limited(name).order, rel=1e-6)
+    scenario = ev.load(FIG6).replace({"drive.high": 1000.0, f"limits.{name}": two / 2 ** limited(name).order})
+    assert Bounds.of(scenario, None).overload(scenario)[name] == pytest.approx(2, rel=1e-6)
 
 
 def test_breakdown_of_the_film_and_of_air():

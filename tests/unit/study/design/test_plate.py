@@ -180,7 +180,9 @@ def test_without_a_binding_limit_the_ranges_decide_and_limits_that_are_not_decla
     assert "No limit binds: drive.amplitude has the largest of its values" in found.answer
     inside = plate(STATIC, volts(100, 200), maximise=[], minimise=[VOLTS], limits=FAR)
     assert inside.best.at[VOLTS] == 100
-    undeclared = "Not shown to be safe: the voltage of the plate reaches 200 V; limits.voltage is not declared"
+    undeclared = (
+        "Not shown to be safe: the voltage of the plate reaches 200 V; limits.voltage is not declared"
+    )
     found = plate("bau_2010/sine", volts(100, 200), materials=["silica", "parylene C"])
     first, *rest = found.answer.split(". ")
     assert "at an end of the ranges: " in first
@@ -251,7 +253,10 @@ def test_materials_take_their_own_strength_and_field_emission_forbids_nothing():
     assert by["parylene_c"].doubts
     own = "stack.insulator.breakdown_field belongs to the material of the scenario"
     assert any(own in note for note in found.notes)
-    assert "Not shown to be safe: the field in 'insulator', with the gap closed by a ridge or by sweat," in found.answer
+    assert (
+        "Not shown to be safe: the field in 'insulator', with the gap closed by a ridge or by sweat,"
+        in found.answer
+    )
     thin = STATIC.replace({THICKNESS: "100 nm", "stack.gap.thickness": "1 nm"})
     film = row(plate(thin, volts(1, 100), materials=["parylene C"]).candidates[1], FILM)
     assert film.value > film.limit
@@ -363,7 +368,10 @@ def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
     words += ["--material", "silica,parylene C", "--limits", str(tmp_path / "limits.toml"), "-o", str(out)]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output
-    assert "mean electrostatic force of a plate that exceeds no limit it was compared with is" in done.output.replace("\n", " ")
+    assert (
+        "mean electrostatic force of a plate that exceeds no limit it was compared with is"
+        in done.output.replace("\n", " ")
+    )
     assert out.stat().st_size > 1000
     again = CliRunner().invoke(app, words)
     assert (again.exit_code == 0) == (suffix == "csv"), "a figure carries no mark"
