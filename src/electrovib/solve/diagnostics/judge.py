@@ -291,6 +291,14 @@ def largest_of(reached: Mapping[str, float], name: str) -> float:
     return max(reached[name], reached.get(name + SWITCH_ON, 0.0)) if name in reached else math.nan
 
 
+def largest_currents(record: PeakRecord, largest: float) -> tuple[float, float]:
+    """Return the largest current out of the amplifier and into it [A], both positive, of which the larger is known better."""
+    row = (record.whole or record).rows["current"]
+    found = float(np.max(row, initial=0.0)), float(-np.min(row, initial=0.0))
+    top = max(found) if math.isfinite(largest) else min(found)  # a discontinuity of either sign has no bound
+    return found[0] if found[0] < top else largest, found[1] if found[1] < top else largest
+
+
 def largest_values(scenario: Scenario, section: ModalSection, record: PeakRecord) -> dict[str, float]:
     """Return the largest absolute values that the declared limits are compared with."""
     drive, circuit = scenario.drive, scenario.circuit

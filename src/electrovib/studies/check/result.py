@@ -135,6 +135,8 @@ HARDWARE: Final = "no claim of medical safety: only hardware that limits the cur
 """What a check in a few lines says of its own meaning."""
 BREAKDOWN: Final = ("film strength", "Paschen", "field emission")
 """Beginnings of the names of the diagnostics of breakdown."""
+ASKED: Final = "asked "
+"""Beginning of the names of what a drive asks of the amplifier; its own limits of them refuse no file."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +160,9 @@ class CheckRow:
 
     @property
     def is_refused(self) -> bool:
-        """Whether the limit is exceeded, or was declared and could not be compared."""
+        """Whether the limit is exceeded, or was declared and could not be compared, so that no file is written."""
+        if self.quantity.startswith(ASKED):
+            return False
         return self.state == FAIL or (self.state == UNKNOWN and self.value is None and self.limit is not None)
 
     @property
@@ -235,7 +239,16 @@ class CheckResult(Answer):
                 f" {row.margin or 0.0:.3g}{doubt}"
             )
         undeclared = [row.quantity for row in self.rows if row.limit is None and row.state == UNKNOWN]
-        return [*lines, f"not compared: {', '.join(undeclared)}"] if undeclared else lines
+        lines += [f"not compared: {', '.join(undeclared)}"] if undeclared else []
+        asked = [
+            f"{each.quantity.removeprefix(ASKED)} {shown(each.value, each.unit)}"
+            for each in self.numbers
+            if each.quantity.startswith(ASKED)
+        ]
+        of = "an amplifier, without stray capacitance"
+        if self.scenario.circuit.supply.stray_capacitance:
+            of = "the amplifier, stray capacitance included"
+        return [*lines, f"asked of {of}: {', '.join(asked)} (rms voltage times rms current)"]
 
     @property
     def tables(self) -> list[Table]:
