@@ -58,6 +58,10 @@ if TYPE_CHECKING:
 
 SQUEEZED = 8
 """Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
+MET = 1e-6
+"""Relative distance from a largest current within which an amplifier supplies it: rounding, and the error of a time step."""
+LESS = 0.01
+"""Share of the asked voltage whose absence at the plate a bandwidth is named for; a choice."""
 ROUNDED = 1e-9
 """Height of a discontinuity over the largest value of the drive, below which it is rounding."""
 
@@ -340,12 +344,47 @@ def circuit_diagnostics(
     return [
         *limit_diagnostics(reached, scenario.limits, amplified=amplified),
         *_discontinuity(scenario, reached, first=first, later=later),
+        *_amplifier(scenario, record, largest_of(reached, "voltage")),
     ]
+
+
+def _amplifier(scenario: Scenario, record: PeakRecord, seen: float) -> list[Diagnostic]:
+    """Return a warning where the amplifier meets one of its limits, or its bandwidth leaves less than it is asked for."""
+    amplifier, drive = scenario.circuit.amplifier, scenario.drive
+    if amplifier is None or drive.quantity == "current":
+        return []
+    asked = abs(amplifier.gain) * drive.largest(float(record.times[-1]))
+    saturation, bandwidth = amplifier.saturation or math.inf, amplifier.bandwidth or math.inf
+    (sink, source), current = amplifier.current_limits, (record.whole or record).rows["current"]
+    back = "source_current" if amplifier.sink_current is None else "sink_current"
+    limits = (
+        ("saturation", saturation, "V", asked > saturation * (1 + ROUNDED)),
+        ("source_current", source, "A", np.max(current) >= source * (1 - MET)),
+        (back, -sink, "A", np.min(current) <= sink * (1 - MET)),
+        ("bandwidth", bandwidth, "Hz", math.isfinite(bandwidth) and seen < (1 - LESS) * asked),
+    )
+    met = [f"{name} = {format_quantity(value, unit)}" for name, value, unit, is_met in limits if is_met]
+    if not met:
+        return []
+    plate, whole = (format_quantity(each, "V", digits=3) for each in (seen, asked))
+    text = (
+        f"the amplifier limits: the plate sees up to {plate} of the {whole} that the drive asks for, with"
+        f" {' and '.join(dict.fromkeys(met))} of circuit.amplifier; 'electrovib check' tells what the drive asks of an amplifier"
+    )
+    return [Diagnostic("amplifier", "warning", text, asked, seen, "V")]
 
 
 def largest_of(reached: Mapping[str, float], name: str) -> float:
     """Return the larger of the value of a limit over the run and at switch-on."""
     return max(reached[name], reached.get(name + SWITCH_ON, 0.0)) if name in reached else math.nan
+
+
+def largest_currents(record: PeakRecord, largest: float) -> tuple[float, float]:
+    """Return the largest current out of the amplifier and into it [A], both positive, of which the larger is known better."""
+    row = (record.whole or record).rows["current"]
+    found = float(np.max(row, initial=0.0)), float(-np.min(row, initial=0.0))
+    top = max(found) if math.isfinite(largest) else min(found)  # a discontinuity of either sign has no bound
+    return found[0] if found[0] < top else largest, found[1] if found[1] < top else largest
 
 
 def largest_values(scenario: Scenario, section: ModalSection, record: PeakRecord) -> dict[str, float]:

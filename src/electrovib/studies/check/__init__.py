@@ -5,6 +5,7 @@ drive without a declared largest voltage and current, and one that exceeds a lim
 clipped. Limits declared in several places count by the strictest.
 """
 
+from electrovib.studies.check.amplifier import without_its_limits as without_its_limits
 from electrovib.studies.check.function import check as check
 from electrovib.studies.check.function import checked as checked
 from electrovib.studies.check.function import cleared_as_played as cleared_as_played
@@ -14,7 +15,6 @@ from electrovib.studies.check.function import first_columns as first_columns
 from electrovib.studies.check.function import read_drive as read_drive
 from electrovib.studies.check.function import sampled as sampled
 from electrovib.studies.check.function import with_drive as with_drive
-from electrovib.studies.check.function import without_its_limits as without_its_limits
 from electrovib.studies.check.result import NEEDED as NEEDED
 from electrovib.studies.check.result import CheckResult as CheckResult
 from electrovib.studies.check.result import CheckRow as CheckRow

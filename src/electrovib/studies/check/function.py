@@ -27,6 +27,13 @@ from electrovib.scenario import Scenario, Source, TimeGrid, read_part, read_scen
 from electrovib.solve.diagnostics import judge
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
+from electrovib.studies.check.amplifier import (
+    LARGEST,
+    asked_numbers,
+    asked_rows,
+    slew_rows,
+    without_its_limits,
+)
 from electrovib.studies.check.result import (
     BREAKDOWN,
     FAIL,
@@ -104,12 +111,13 @@ def checked(
     """Compare the drive of a scenario with the declared limits and with breakdown."""
     declared = declared_limits(scenario, limits)
     values = checked_values(scenario)
+    asked = asked_values(scenario, values)
     return CheckResult(
         title=f"{name} in: {scenario.title or 'a scenario without a title'}",
         duration=values.end,
-        rows=_rows(scenario, values, declared),
+        rows=(*_rows(scenario, values, declared), *asked_rows(scenario, asked), *slew_rows(scenario, asked)),
         comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
-        numbers=_numbers(values, declared),
+        numbers=(*_numbers(values, declared), *asked_numbers(asked)),
         notes=_notes(scenario, values.end),
         scenario=scenario,
     )
@@ -246,22 +254,12 @@ def _notes(scenario: Scenario, end: float) -> tuple[str, ...]:
     return (*notes, NOT_A_CLAIM)
 
 
-REDUCING: Final = ("bandwidth", "saturation", "source_current", "sink_current")
-"""Parameters of an amplifier that reduce voltage or current."""
 _SHORTEST: Final = 1e-9
 """Shortest edge that is sought, over the interval between two samples."""
 _RESISTANCES: Final = (1.0, 1e10)
 """Range in which a series resistor is sought [ohm]."""
 _CLOSE: Final = 1.01
 """Ratio of the bounds at which a search ends."""
-
-
-def without_its_limits(scenario: Scenario) -> Scenario:
-    """Return a scenario whose amplifier, if it has one, reduces neither voltage nor current."""
-    amplifier = scenario.circuit.amplifier
-    if amplifier is None or not (amplifier.is_limited or amplifier.bandwidth is not None):
-        return scenario
-    return scenario.replace({f"circuit.amplifier.{name}": None for name in REDUCING})
 
 
 def cleared_as_played(
@@ -343,6 +341,8 @@ class CheckedValues:
     rms: dict[str, float]
     breakdown: list[Diagnostic]
     end: float
+    currents: tuple[float, float]
+    """Largest current out of the amplifier and into it, both positive [A]."""
 
 
 def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedValues:
@@ -362,7 +362,16 @@ def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedV
         rms=rms,
         breakdown=[each for each in found if each.name.startswith(BREAKDOWN)],
         end=end,
+        currents=judge.largest_currents(peaks, largest["current"]),
     )
+
+
+def asked_values(scenario: Scenario, values: CheckedValues | None = None) -> CheckedValues:
+    """Return what the drive asks of the amplifier: the `values` of a run whose amplifier has no largest voltage and current."""
+    free = without_its_limits(scenario, LARGEST)
+    if free is scenario and values is not None:
+        return values
+    return checked_values(free, mean_squares=values is not None)
 
 
 DriveSource: TypeAlias = "str | Path | Mapping[str, Any] | Drive | None"

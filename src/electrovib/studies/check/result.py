@@ -142,6 +142,8 @@ FILM: Final = "film strength"
 """Beginning of the names of the diagnostics of a layer's breakdown."""
 BREAKDOWN: Final = (FILM, *AIR)
 """Beginnings of the names of the diagnostics of breakdown."""
+ASKED: Final = "asked "
+"""Beginning of the names of what a drive asks of the amplifier; its own limits of them refuse no file."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +175,9 @@ class CheckRow:
 
     @property
     def is_refused(self) -> bool:
-        """Whether the limit is exceeded, or was declared and could not be compared."""
+        """Whether the limit is exceeded, or was declared and could not be compared, so that no file is written."""
+        if self.quantity.startswith(ASKED):
+            return False
         return self.forbids or (self.state == UNKNOWN and self.value is None and self.limit is not None)
 
     @property
@@ -257,7 +261,16 @@ class CheckResult(Answer):
             )
         lines += not_shown(self.rows)
         undeclared = [row.quantity for row in self.rows if row.limit is None and not row.remedy]
-        return [*lines, f"not compared: {', '.join(undeclared)}"] if undeclared else lines
+        lines += [f"not compared: {', '.join(undeclared)}"] if undeclared else []
+        asked = [
+            f"{each.quantity.removeprefix(ASKED)} {shown(each.value, each.unit)}"
+            for each in self.numbers
+            if each.quantity.startswith(ASKED)
+        ]
+        of = "an amplifier, without stray capacitance"
+        if self.scenario.circuit.supply.stray_capacitance:
+            of = "the amplifier, stray capacitance included"
+        return [*lines, f"asked of {of}: {', '.join(asked)} (rms voltage times rms current)"]
 
     @property
     def tables(self) -> list[Table]:

@@ -18,6 +18,7 @@ from electrovib.studies.check import (
     LimitsSource,
     declared_limits,
 )
+from electrovib.studies.check.amplifier import PLACE, own_limits
 from electrovib.studies.check.function import checked_values
 from electrovib.studies.design.search import CannotBeComputedError, Function, Point, crossing, has_ratio
 
@@ -198,14 +199,8 @@ class Bounds:
     @classmethod
     def of(cls, scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource]) -> Bounds:
         """Return the strictest limits of a scenario, of its amplifier and of further places."""
-        several = list(several_limits(limits, scenario))
-        amplifier = scenario.circuit.amplifier
-        if amplifier is not None and amplifier.is_limited:
-            low, high = amplifier.current_limits
-            largest = min(-low, high)
-            own = Limits(voltage=amplifier.saturation, current=largest if math.isfinite(largest) else None)
-            several.append(LimitsFrom("circuit.amplifier", own))
-        return cls(declared_limits(scenario, several), None if amplifier is None else amplifier.saturation)
+        several = [*several_limits(limits, scenario), LimitsFrom(PLACE, own_limits(scenario))]
+        return cls(declared_limits(scenario, several), scenario.circuit.supply.saturation)
 
     def value(self, name: str) -> float | None:
         """Return a limit in its unit, by its name in `Limits`; None if it is not declared."""
@@ -250,12 +245,3 @@ def refuse_exceeded(ratios: Mapping[str, float], what: str) -> None:
     over = ", ".join(f"limits.{name}" for name, each in ratios.items() if each > 1)
     if over:
         raise InputError(f"no {what} was found that holds {over}; raise the limit or lower the target")
-
-
-def unlimited(scenario: Scenario) -> Scenario:
-    """Return a scenario whose amplifier has no limits, which a drive within them does not reach."""
-    amplifier = scenario.circuit.amplifier
-    if amplifier is None or not amplifier.is_limited:
-        return scenario
-    free = amplifier.model_copy(update={"saturation": None, "source_current": None, "sink_current": None})
-    return scenario.model_copy(update={"circuit": scenario.circuit.model_copy(update={"amplifier": free})})

@@ -16,11 +16,12 @@ from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.studies.check import NEEDED, CheckResult, DeclaredLimit, LimitsSource, checked
+from electrovib.studies.check.amplifier import LARGEST, without_its_limits
 from electrovib.studies.check.result import not_shown
 from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_gain, design_carrier
 from electrovib.studies.design.drive.direct import design_direct
 from electrovib.studies.design.drive.target import Target, TargetSource, read_target
-from electrovib.studies.design.limits import Bounds, several_limits, unlimited
+from electrovib.studies.design.limits import Bounds, several_limits
 from electrovib.studies.design.result import Designed
 from electrovib.studies.design.wanted import read_number
 
@@ -76,7 +77,7 @@ def design_drive(
         raise InputError("method 'dc' has no carrier; omit it, or take another method", path="carrier")
     bounds = Bounds.of(scenario, limits)
     own = scenario.model_copy(update={"drive": _quantity(method)})
-    linear = unlimited(own)
+    linear = without_its_limits(own, LARGEST)
     if method == "dc":
         found = design_direct(linear, wanted, bounds, rate=samples)
     else:
@@ -155,7 +156,7 @@ def held_force(
     forces, amplitudes = {}, {}
     for each in several:
         with_stray = found.replace({"circuit.amplifier.stray_capacitance": each}) if each or plain else found
-        gain = carrier_gain(unlimited(with_stray), axis)
+        gain = carrier_gain(without_its_limits(with_stray, LARGEST), axis)
         peak = gain.largest_amplitude(bounds.limits(), slew=bounds.slew(with_stray))
         forces[each], amplitudes[each] = gain.force * peak**2, gain.voltage * peak
     level = ([0.0, duration], [_PROBE, _PROBE])

@@ -17,6 +17,8 @@ from electrovib.core.quantity import quantity_of
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, unit_of_limit
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits
+from electrovib.studies.check.amplifier import asked_rows
+from electrovib.studies.check.function import asked_values
 from electrovib.studies.check.result import (
     BREAKDOWN,
     FAIL,
@@ -190,10 +192,10 @@ class Plates:
         """Compare a case with declared limits, breakdown and perception."""
         declared, largest, diagnostics = self.declared, _largest(case.diagnostics), case.diagnostics
         names = [name for name in WORDS if name in largest or name in declared or name not in ONLY_DECLARED]
-        elsewhere = {}
+        elsewhere, candidate = {}, self.scenario(material, case.at)
         if declared.keys() - largest.keys():  # limits that a run does not judge
             limits = Limits(**{name: each.value for name, each in declared.items()})
-            result = checked(self.scenario(material, case.at), limits=[limits])
+            result = checked(candidate, limits=[limits])
             elsewhere = {row.quantity: row for row in result.rows}
         rows = [
             elsewhere[limited_quantity(name)]
@@ -202,6 +204,8 @@ class Plates:
             for name in names
         ]
         rows += [breakdown_row(each) for each in diagnostics if each.name.startswith(BREAKDOWN)]
+        if candidate.circuit.supply.is_limited:
+            rows += asked_rows(candidate, asked_values(candidate))
         if self.perceived:
             person = self.members[material].perception
             assert person is not None
