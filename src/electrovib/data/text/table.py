@@ -11,7 +11,14 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.recorded import DataColumn, choose
-from electrovib.data.text.layout import check_width, encoding_of, find_layout, is_row_of_numbers, lines_of, split
+from electrovib.data.text.layout import (
+    check_width,
+    encoding_of,
+    find_layout,
+    is_row_of_numbers,
+    lines_of,
+    split,
+)
 from electrovib.data.unit_words import name_and_known_unit
 
 if TYPE_CHECKING:
