@@ -15,7 +15,16 @@ from electrovib.bench.clock import SystemClock
 from electrovib.bench.instruments import Instruments
 from electrovib.bench.link import BenchError, BenchStopped, connect
 from electrovib.bench.plan import BenchPlan, make_plan
-from electrovib.bench.sequence import BurstSequence, incomplete, rehearse, saved, tell
+from electrovib.bench.sequence import (
+    BurstSequence,
+    incomplete,
+    rehearse,
+    remove,
+    reserved,
+    saved,
+    tell,
+    writable,
+)
 from electrovib.bench.settings import BenchSettings, read_settings
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.core.errors import ElectrovibError, InputError
@@ -178,7 +187,7 @@ class BenchRun:
         """Play and record; whatever happens, take the bench to 0 V and save what was read."""
         about = dict(about) | ({"notes": "; ".join(self.notes)} if self.notes else {})
         with stopping_signals() as stops:
-            instruments = self._prepared(output, about, stops)
+            instruments, raw = self._prepared(output, about, stops)
             sequence = BurstSequence(
                 self.plan, instruments, self.clock, self.confirm, stops.check, self.report
             )
@@ -191,8 +200,9 @@ class BenchRun:
                 step = sequence.record.steps[-1] if sequence.record.steps else "connect"
                 sentences = [f"stopped in the step '{step}': {_why(stopped)}", *left]
             about["left"] = "; ".join(left)
+            why = "; ".join(sentences)
             trace, kept = saved(
-                self.plan, sequence.record, about, output=output, force=force, stopped="; ".join(sentences)
+                self.plan, sequence.record, about, output=output, raw=raw, force=force, stopped=why
             )
             instruments.close()
             if sentences or trace is None:
@@ -203,13 +213,17 @@ class BenchRun:
 
     def _prepared(
         self, output: Path | None, about: Mapping[str, str | int | float], stops: Stops
-    ) -> Instruments:
-        """Rehearse the end and connect; nothing is sent."""
+    ) -> tuple[Instruments, Path | None]:
+        """Rehearse the end, keep room for what is read, and connect; nothing is sent."""
+        raw = None
         try:
-            rehearse(self.plan, output, about)
+            with writable(output):
+                rehearse(self.plan, output, about)
+                raw = reserved(self.plan, output)
             connections = self.connections or connect(self.plan.settings.resources)
-            return Instruments.of(self.plan.settings, connections)
+            return Instruments.of(self.plan.settings, connections), raw
         except BaseException as error:
+            remove(raw)
             stopped = _asked(error, stops)
             if not isinstance(stopped, (KeyboardInterrupt, BenchStopped)):
                 raise

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import tempfile
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from electrovib.bench.drivers.hp_33120a import mismatches
+from electrovib.bench.drivers.tektronix_tds3014b import RECORD
 from electrovib.bench.link import BenchError
 from electrovib.bench.settings import ForceInput
 from electrovib.core.errors import ElectrovibError, printable
@@ -24,7 +25,7 @@ from electrovib.solve.quantities import of_record
 from electrovib.solve.simulate import provenance
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     import xarray
     from numpy.typing import NDArray
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
     from electrovib.bench.plan import BenchPlan
 
 
+_LONGEST_NUMBER: Final = 26
+_LONGEST_TEXTS: Final = 100_000
+"""Bytes that a number with its comma, and the texts of a record, take at most."""
 _POLL: Final = 0.02
 _MARGIN: Final = 5.0
 """Time beyond that of the record after which an oscilloscope that does not finish counts as failed [s]."""
@@ -325,14 +329,43 @@ def incomplete(path: Path) -> Path:
 
 
 def rehearse(plan: BenchPlan, output: Path | None, about: Mapping[str, str | int | float]) -> None:
-    """Save readings of 0, so that all modules of the end are imported, and found to work, before anything is enabled."""
-    record = RunRecord(burst="rehearsal", time=np.zeros(2))
-    record.channels = {name: np.zeros(2) for name in plan.settings.channels()}
-    with tempfile.TemporaryDirectory() as folder:
+    """Save a record of full length beside the output, before anything is enabled: the end works, and there is room."""
+    times = np.linspace(0.0, plan.duration, RECORD)
+    record = RunRecord(burst="rehearsal", time=times)
+    record.channels = dict.fromkeys(plan.settings.channels(), times)
+    beside = None if output is None else output.parent
+    with tempfile.TemporaryDirectory(prefix=".rehearsal.", dir=beside) as folder:
         place = None if output is None else Path(folder, f"rehearsal{output.suffix}")
-        trace, why = saved(plan, record, about, output=place)
+        trace, why = saved(plan, record, about, output=place, raw=reserved(plan, place))
     if trace is None:
-        raise BenchError(why)
+        raise BenchError(why[0].replace(str(place), str(output)))
+
+
+def reserved(plan: BenchPlan, output: Path | None) -> Path | None:
+    """Make a file of blanks beside the output that holds the room for what is read."""
+    if output is None:
+        return None
+    handle, name = tempfile.mkstemp(prefix=f"{output.stem}.raw.", suffix=".json", dir=output.parent)
+    numbers = RECORD * (1 + len(plan.settings.channels()))
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(b" " * (_LONGEST_NUMBER * numbers + _LONGEST_TEXTS))
+            os.fsync(handle)
+    except BaseException:
+        remove(Path(name))
+        raise
+    return Path(name)
+
+
+@contextmanager
+def writable(output: Path | None) -> Iterator[None]:
+    """Refuse in the block an output beside which nothing can be written."""
+    try:
+        yield
+    except OSError as error:
+        raise BenchError(
+            f"{output}: the record cannot be written there: {error.strerror or error}; nothing was sent to an instrument"
+        ) from None
 
 
 def tell(sentences: list[str]) -> None:
@@ -348,17 +381,18 @@ def saved(
     about: Mapping[str, str | int | float],
     *,
     output: Path | None,
+    raw: Path | None,
     force: bool = False,
     stopped: str = "",
 ) -> tuple[xarray.Dataset | None, list[str]]:
-    """Keep what was read as it is, until it is saved as a Trace.
+    """Keep what was read as it is in the file `raw`, until it is saved as a Trace.
 
     The Trace is returned if it could be made and saved, and in words where the data are, or why not.
     `stopped` is why the run was stopped, empty for a complete one; the file is then that of `incomplete`.
     """
     if output is not None and stopped:
         output = incomplete(output)
-    raw, sentences = (None, []) if output is None else _kept(record, output)
+    sentences = [] if raw is None else _kept(record, raw)
     written: list[Path] = []
     try:
         trace = trace_of(plan, record, about=about, stopped=stopped)
@@ -366,26 +400,27 @@ def saved(
             written = save(trace, output, force=force)
     except Exception as error:  # noqa: BLE001  # what was read is kept, whatever fails
         return None, [f"the data could not be written as a Trace: {_reason(error)}", *sentences]
-    _remove(raw)
+    remove(raw)
     which = "the data so far" if stopped else "the data"
     return trace, [f"{which}: {', '.join(map(str, written))}"] if written else []
 
 
-def _kept(record: RunRecord, output: Path) -> tuple[Path | None, list[str]]:
-    """Write what was read as numbers and texts, beside the output; return the file, and where the data are or why not."""
-    raw = None
+def _kept(record: RunRecord, raw: Path) -> list[str]:
+    """Write what was read as numbers and texts into the room that is kept for it; say where it is, or why not."""
     try:
-        handle, name = tempfile.mkstemp(prefix=f"{output.stem}.raw.", suffix=".json", dir=output.parent)
-        raw = Path(name)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(json.dumps(asdict(record), default=np.ndarray.tolist))
+        text = json.dumps(asdict(record), default=np.ndarray.tolist).encode()
+        with os.fdopen(
+            os.open(raw, os.O_WRONLY | os.O_CREAT), "wb"
+        ) as file:  # "wb" alone would give the room back
+            file.write(text)
+            file.truncate()
     except Exception as error:  # noqa: BLE001  # the Trace is tried in any case
-        _remove(raw)
-        return None, [f"what was read could not be written either: {_reason(error)}"]
-    return raw, [f"what was read is kept as it is: {raw}"]
+        return [f"what was read could not be written either: {_reason(error)}"]
+    return [f"what was read is kept as it is: {raw}"]
 
 
-def _remove(raw: Path | None) -> None:
+def remove(raw: Path | None) -> None:
+    """Remove the file for what is read, where there is one."""
     if raw is not None:
         with suppress(OSError):
             raw.unlink()

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 
+MOST_COLUMNS: Final = 1024
+"""Columns of a file of text or of an array."""
 _MOST_OMITTED: Final = 20
 _TIME_UNITS: Final = ("s", "ms", "us", "ns")
 

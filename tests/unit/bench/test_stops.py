@@ -1,13 +1,16 @@
 """A stop at any moment of a run, also inside an import: 0 V, output off, the sentence, and the data; only then anything else."""
 
+import errno
 import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import weakref
 
+import numpy as np
 import pytest
 
 import electrovib as ev
@@ -137,6 +140,65 @@ def test_an_end_that_cannot_work_is_found_before_anything_is_sent(played, monkey
     assert type(found) is BenchError
     assert "no netCDF here" in str(found)
     assert not twin.generator.received
+
+
+def full(*_, **__):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+FULL = [(os, "fsync"), (tempfile, "mkdtemp"), (tempfile, "mkstemp"), (sequence, "save")]
+
+
+@pytest.mark.parametrize(("what", "name"), FULL, ids=[name for _, name in FULL])
+def test_on_a_full_disk_nothing_is_played(played, tmp_path, monkeypatch, what, name):
+    monkeypatch.setattr(what, name, full)
+    found, twin = played()
+    assert type(found) is BenchError
+    assert "No space left" in str(found)
+    assert name == "save" or str(found).startswith(
+        f"{tmp_path / 't.nc'}: the record cannot be written there: "
+    )
+    assert not twin.generator.received
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".csv", ".mat"])
+def test_a_disk_that_fills_during_the_burst_keeps_what_was_read(played, tmp_path, monkeypatch, suffix):
+    rooms = []
+
+    def report(step):
+        rooms.extend(each.stat().st_size for each in tmp_path.iterdir())
+        if step == "full burst":
+            monkeypatch.setattr(sequence, "save", full)
+            monkeypatch.setattr(tempfile, "mkstemp", full)
+
+    found, _ = played(report=report, output=f"t{suffix}")
+    assert type(found) is BenchError
+    (raw,) = tmp_path.iterdir()
+    assert f"what was read is kept as it is: {raw}" in str(found)
+    content = json.loads(raw.read_text("utf-8"))
+    assert max(content["channels"]["voltage"]) == pytest.approx(1000, rel=0.1)
+    assert len(rooms) == len(STEPS)
+    assert raw.stat().st_size < min(rooms)
+
+
+def test_the_room_holds_the_longest_numbers(plan, tmp_path):
+    room = sequence.reserved(plan(), tmp_path / "t.nc")
+    size, numbers = room.stat().st_size, np.full(10_000, -1.2345678901234567e-100)
+    record = sequence.RunRecord(steps=list(STEPS), settings={"WAVF?": "x" * 10_000}, time=numbers)
+    record.channels = dict.fromkeys(plan().settings.channels(), numbers)
+    sequence._kept(record, room)
+    assert 0.5 * size < room.stat().st_size < size
+
+
+def test_what_keeps_the_room_goes_where_no_instrument_answers(played, tmp_path, monkeypatch):
+    def unreachable(*_):
+        raise BenchError("no instrument answers")
+
+    monkeypatch.setattr(Instruments, "of", unreachable)
+    found, _ = played()
+    assert "no instrument answers" in str(found)
+    assert not list(tmp_path.iterdir())
 
 
 def lost(name):

@@ -120,7 +120,7 @@ MANY = ",".join(f"heading {i}" + "x" * 500 for i in range(50)) + "\n"
 @pytest.mark.parametrize(
     ("content", "column", "words"),
     [
-        ("a," * 100_000 + "b\n1\n2\n", "b", "has more than 100000 columns; a table has a row per sample"),
+        ("a," * 1024 + "b\n1\n2\n", "b", "has more than 1024 columns; a table has a row per sample"),
         (
             "a b\n1 2\n3 4" + " 5" * 500_000,
             "b",
@@ -130,7 +130,7 @@ MANY = ",".join(f"heading {i}" + "x" * 500 for i in range(50)) + "\n"
         (MANY, "zork", r"It has: heading 0x{51}, heading 1x{51}, "),
         # the time of brackets grew with the square of their length: minutes for these
         *(
-            (f"{heading}\n1\n2\n", "x", r"there is no column 'x'|line 2 has 1 fields")
+            (f"{heading}\n1\n2\n", "x", r"there is no column 'x'|line 2 has 1 fields|1024 columns")
             for heading in ("(" * 300_000, "[" * 300_000 + "]", "a" + " " * 300_000 + "[V", "a [ " * 40_000)
         ),
     ],

@@ -301,6 +301,8 @@ def test_readings_that_are_none_are_missing_and_quoted_ones_are_numbers(tmp_path
         ("a.csv", "a,b\n1,2\n3,4\n5,6\n7\n9,10\n", r"line 5 has 1 fields.*cut off"),
         ("a.csv", "a;b\n1;2\n3;4\n5;x\n7;8\n9;9\n1;1\n1;1\n", r"line 4: 'x' is not a number"),
         ("a.csv", "a,b\n1,2\n", "fewer than two rows"),
+        ("a.csv", "1;" * 100_000 + "1\n", "more than 1024 columns"),
+        ("a.csv", "# of 1,025 fields\n" + "1 2.5 " * 600 + "\n", "more than 1024 columns"),
         ("a.csv", "t,u\n0,1\n1,٢\n2,3\n3,4\n", "'٢' is not a number"),
         ("a.csv", "a,b\n1,2\n3,4\n" + "9" * 120_000 + "x,5\n6,7\n8,9\n1,1\n", "is not a number"),
         ("a.s1p", "# Hz S RI R 50\n1 2 3 4 5\n1 2 3 4 5\n", "rows do not have three numbers"),

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.faults import DAMAGE, damaged
-from electrovib.data.recorded import FileFormat, begins, choose, real_numbers, recorded_of
+from electrovib.data.recorded import MOST_COLUMNS, FileFormat, begins, choose, real_numbers, recorded_of
 from electrovib.data.unit_words import name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from electrovib.data.recorded import DataColumn, Recorded
 
-_MOST: Final = 1024
 _MOST_ROWS: Final = 64
 """Rows of an array that may hold a signal each."""
 
@@ -64,13 +63,15 @@ def read_numpy(path: Path) -> Recorded:
     """
     array, attributes = _opened(path), {}
     if fields := array.dtype.names or ():
-        table = [(*name_and_unit(name), np.asarray(array[name])) for name in fields[:_MOST]]
+        table = [(*name_and_unit(name), np.asarray(array[name])) for name in fields[:MOST_COLUMNS]]
     elif array.ndim in (1, 2):
         whole = array if array.ndim == 2 else array[:, None]
         if whole.shape[1] > whole.shape[0] and whole.shape[0] <= _MOST_ROWS:
             whole, attributes = whole.T, {"arrangement": "a row per signal"}
-        if whole.shape[1] > _MOST:
-            raise DataFileError(f"holds {whole.shape[1]} columns; at most {_MOST} are read.", path=path)
+        if whole.shape[1] > MOST_COLUMNS:
+            raise DataFileError(
+                f"holds {whole.shape[1]} columns; at most {MOST_COLUMNS} are read.", path=path
+            )
         table = [(f"column {at}", "", np.asarray(whole[:, at])) for at in range(whole.shape[1])]
     else:
         raise _no_table(path, array.shape)

@@ -18,6 +18,7 @@ from electrovib.data.text.layout import (
     INSPECTED,
     MISSING,
     Layout,
+    check_width,
     encoding_of,
     find_layout,
     is_number,
@@ -335,6 +336,7 @@ def read_laboratory_bytes(
     """Read the text of an instrument that is in memory; `origin` names the sheet that it comes from."""
     encoding = encoding_of(path, raw)
     first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
+    check_width(path, first)
     layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)
     if layout is None:
         raise DataFileError(

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from electrovib.core.errors import DataFileError
+from electrovib.data.recorded import MOST_COLUMNS
 from electrovib.data.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit, unit_of_force
 
 DELIMITERS: Final = ("\t", ";", ",", "|", "")
@@ -57,6 +58,17 @@ def encoding_of(path: Path, raw: bytes) -> str:
     except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
         return "latin-1"
     return "utf-8-sig"
+
+
+def check_width(path: Path, lines: Sequence[str]) -> None:
+    """Refuse a text with more columns than any record of signals has; a comment may be as long as it likes."""
+    for line in lines:
+        widths = (len(line.split(sign or None, MOST_COLUMNS)) for sign in DELIMITERS)
+        if not line.lstrip().startswith("#") and max(widths) > MOST_COLUMNS:
+            raise DataFileError(
+                f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
+                path=path,
+            )
 
 
 def lines_of(raw: bytes, encoding: str) -> Iterator[str]:
@@ -265,7 +277,8 @@ def with_headings(rows: Sequence[Sequence[str]], layout: Layout) -> Layout:
     if not headings and left_out:
         left_out, headings = 0, _headings(rows, above, width, columns, comma)
     names, units = _named(rows, headings, columns)
-    beside = [tuple(cell for at, cell in enumerate(row) if at not in columns) for row in rows[first:]]
+    numbers = frozenset(columns)
+    beside = [tuple(cell for at, cell in enumerate(row) if at not in numbers) for row in rows[first:]]
     preamble = [tuple(rows[at]) for at in above[: len(above) - left_out]]
     return dataclasses.replace(
         layout,

@@ -11,7 +11,14 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.recorded import DataColumn, choose
-from electrovib.data.text.layout import encoding_of, find_layout, is_row_of_numbers, lines_of, split
+from electrovib.data.text.layout import (
+    check_width,
+    encoding_of,
+    find_layout,
+    is_row_of_numbers,
+    lines_of,
+    split,
+)
 from electrovib.data.unit_words import name_and_known_unit
 
 if TYPE_CHECKING:
@@ -24,7 +31,6 @@ if TYPE_CHECKING:
 
 _WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
 _LONGEST_ROW: Final = 1_000_000
-_MOST_COLUMNS: Final = 100_000
 _INSPECTED: Final = 12
 
 
@@ -109,14 +115,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
     first = [line for _, line in itertools.islice(_rows(path, raw, encoding), _INSPECTED)]
     if not first:
         raise DataFileError("holds no rows, only comments or blank lines.", path=path)
-    if (
-        max(map(len, (first[0].split(sign, _MOST_COLUMNS) for sign in ("\t", ";", ",", None))))
-        > _MOST_COLUMNS
-    ):
-        raise DataFileError(
-            f"has more than {_MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
-            path=path,
-        )
+    check_width(path, first)
     delimiter = _delimiter(first) if delimiter is None else delimiter
     second = split(first[1], delimiter) if len(first) > 1 else []
     top = split(first[0], delimiter)
