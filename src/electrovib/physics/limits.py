@@ -18,7 +18,7 @@ MEAN_SQUARE: Final = "root mean square"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limited:
+class LimitedQuantity:
     """The quantity that a limit is compared with, in words.
 
     `order` is the power of the drive in which it grows while the set-up responds linearly; `statistic` is `PEAK` or
@@ -47,37 +47,37 @@ class Limits(Model):
     voltage: Annotated[
         Number | None,
         Quantity("V", 1e-3, 1e6, "largest voltage of the plate"),
-        Limited("the voltage of the plate", order=1, statistic=PEAK),
+        LimitedQuantity("the voltage of the plate", order=1, statistic=PEAK),
     ] = None
     current: Annotated[
         Number | None,
         Quantity("A", 1e-9, 10, f"largest current {_CURRENT}"),
-        Limited("the current into plate, stray capacitance and finger", order=1, statistic=PEAK),
+        LimitedQuantity("the current into plate, stray capacitance and finger", order=1, statistic=PEAK),
     ] = None
     charge: Annotated[
         Number | None,
         Quantity("C", 1e-15, 1, "largest charge on the plate under the finger"),
-        Limited("the charge on the plate under the finger", order=1),
+        LimitedQuantity("the charge on the plate under the finger", order=1),
     ] = None
     stored_energy: Annotated[
         Number | None,
         Quantity("J", 1e-15, 1e3, "largest energy in contact and stray capacitance"),
-        Limited("the energy stored in contact and stray capacitance", order=2),
+        LimitedQuantity("the energy stored in contact and stray capacitance", order=2),
     ] = None
     body_current: Annotated[
         Number | None,
         Quantity("A", 1e-9, 10, "largest current through the finger"),
-        Limited("the current through the finger", order=1, statistic=PEAK),
+        LimitedQuantity("the current through the finger", order=1, statistic=PEAK),
     ] = None
     rms_voltage: Annotated[
         Number | None,
         Quantity("V", 1e-3, 1e6, "largest root-mean-square voltage of the plate"),
-        Limited("the root-mean-square voltage of the plate", order=1, statistic=MEAN_SQUARE),
+        LimitedQuantity("the root-mean-square voltage of the plate", order=1, statistic=MEAN_SQUARE),
     ] = None
     rms_current: Annotated[
         Number | None,
         Quantity("A", 1e-9, 10, f"largest root-mean-square current {_CURRENT}"),
-        Limited(
+        LimitedQuantity(
             "the root-mean-square current into plate, stray capacitance and finger",
             order=1,
             statistic=MEAN_SQUARE,
@@ -86,14 +86,14 @@ class Limits(Model):
     slew_rate: Annotated[
         Number | None,
         Quantity("V/s", 1e-3, 1e13, "largest rate of change of the drive times the gain"),
-        Limited("the rate of change of the drive times the gain", order=1),
+        LimitedQuantity("the rate of change of the drive times the gain", order=1),
     ] = None
     example: ClassVar[dict[str, Any]] = {}
 
 
-def limited(name: str) -> Limited:
+def limited(name: str) -> LimitedQuantity:
     """Return what a limit is compared with, which its field declares."""
-    return next(each for each in Limits.model_fields[name].metadata if isinstance(each, Limited))
+    return next(each for each in Limits.model_fields[name].metadata if isinstance(each, LimitedQuantity))
 
 
 WORDS: Final[Mapping[str, str]] = {name: limited(name).words for name in Limits.model_fields}

@@ -2,7 +2,9 @@
 
 What leaves as a file to be played, or for a bench, has passed `cleared_for_output` or `cleared_as_played`, which refuse a
 drive without a declared largest voltage and current, and one that exceeds a limit or cannot be compared with it. Nothing is
-clipped. Limits declared in several places count by the strictest.
+clipped. Limits declared in several places count by the strictest. A check has three outcomes, and a limit of uncertain standing
+that is exceeded is no pass. Films are judged with the gap as declared and closed, in `solve/diagnostics/judge.py`, so that
+every door which judges a limit has both.
 """
 
 from electrovib.studies.check.amplifier import without_its_limits as without_its_limits

@@ -312,7 +312,7 @@ def design_plate(
     Notes
     -----
     A candidate is forbidden by a declared limit that it exceeds, by a field above the strength of its film (also an
-    unverified one, which the row states), by Paschen's law in the gap, and where the scenario calibrates a detection
+    unverified one, which the row states) with the gap as declared or closed, by Paschen's law in the gap, and where the scenario calibrates a detection
     threshold, by a change of friction below it. The best candidate is compared with all limits again by `electrovib.check`.
     """
     given = read_scenario(scenario, changes=set)
