@@ -176,3 +176,36 @@ def test_three_outcomes_each_with_its_code(outcome, tmp_path):
     if outcome == "not shown to be safe":
         assert "field emission" in done.output.splitlines()[0]
         assert "look for discharges in the gap" in done.output
+
+
+def test_each_shipped_scenario_has_the_outcome_that_its_limits_and_its_film_leave(scenario):
+    """By another route: voltage over thickness of a single film, and what is declared; `scenario` runs over all of them."""
+    found = ev.check(scenario)
+    exceeded = any(each.limit and each.value > each.limit and each.state == "fail" for each in found.rows)
+    asked = scenario.drive.largest() if scenario.drive.quantity == "voltage" else found.value("peak voltage")
+    plate = [name for name, role in scenario.stack.roles.items() if role == "plate"]
+    judged = [each for each in found.rows if each.quantity == f"film strength, {''.join(plate)}, gap closed"]
+    if len(plate) == 1 and judged:
+        amplifier = scenario.circuit.supply
+        asked = min(asked * abs(amplifier.gain), amplifier.saturation or asked * abs(amplifier.gain))
+        assert judged[0].value == pytest.approx(asked / scenario.stack.layers[plate[0]].thickness, rel=1e-6)
+    declared = scenario.limits.voltage is not None and scenario.limits.current is not None
+    uncertain = any(
+        each.limit
+        and each.state == "unknown"
+        and (each.value > each.limit or each.quantity.startswith("film"))
+        for each in found.rows
+    )
+    no_strength = any(each.quantity.startswith("film") and each.limit is None for each in found.rows)
+    no_strength |= not plate
+    expected = "fail" if exceeded else "pass" if declared and not uncertain and not no_strength else "unknown"
+    assert found.state == expected
+
+
+def test_a_plate_without_a_film_is_never_shown_to_be_safe():
+    """Where the gap closes, the finger touches the electrode."""
+    stack = {name: layer for name, layer in SCREEN["stack"].items() if name != "insulator"}
+    found = ev.check({**SCREEN, "stack": stack})
+    assert found.state == "unknown"
+    assert found.verdict == "not shown to be safe: bare electrode"
+    assert any("--series-resistor" in line for line in found.sentences)

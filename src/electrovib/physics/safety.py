@@ -37,6 +37,8 @@ AIR: Final = ("Paschen", "field emission")
 """Names of the diagnostics of the air between plate and finger."""
 GAP_CLOSED: Final = ", gap closed"
 """Follows the name of the diagnostic of a film where the gap in front of it is closed."""
+BARE_ELECTRODE: Final = "bare electrode"
+"""Name of the diagnostic of a plate without any film."""
 LINEAR_SKIN = 10.0
 """Voltage up to which skin is ohmic [V]: the onset of electroporation is at 10 to 20 V."""
 SURFACE_TENSION = 0.072

@@ -17,6 +17,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
 from electrovib.physics.safety import (
+    BARE_ELECTRODE,
     closed_gap_fields,
     emission_diagnostic,
     film_diagnostic,
@@ -302,6 +303,9 @@ def _with_closed_gap(
     closed = "with the finger a conductor"
     if scenario.stack.gap_name is not None:
         closed = "with the gap closed by a ridge or by sweat"
+    if "plate" not in roles.values():
+        text = f"the plate has no film: {closed} only resistances limit the current through the finger"
+        return [Diagnostic(BARE_ELECTRODE, "unknown", text)]
     found = []
     for role in ("plate", "finger"):
         series = {name: layers[name] for name in layers if roles[name] == "plate" or name in films}

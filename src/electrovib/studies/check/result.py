@@ -17,7 +17,7 @@ from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, json_text
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, Limits, unit_of_limit
-from electrovib.physics.safety import AIR, GAP_CLOSED
+from electrovib.physics.safety import AIR, BARE_ELECTRODE, GAP_CLOSED
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
 
@@ -140,7 +140,7 @@ HARDWARE: Final = "no claim of medical safety: only hardware that limits the cur
 """What a check in a few lines says of its own meaning."""
 FILM: Final = "film strength"
 """Beginning of the names of the diagnostics of a layer's breakdown."""
-BREAKDOWN: Final = (FILM, *AIR)
+BREAKDOWN: Final = (FILM, *AIR, BARE_ELECTRODE)
 """Beginnings of the names of the diagnostics of breakdown."""
 ASKED: Final = "asked "
 """Beginning of the names of what a drive asks of the amplifier; its own limits of them refuse no file."""
@@ -454,6 +454,8 @@ def breakdown_row(found: Diagnostic) -> CheckRow:
     if state == UNKNOWN and is_film:
         layer = found.name.removeprefix(f"{FILM}, ").removesuffix(GAP_CLOSED)
         remedy = f"declare stack.{layer}.breakdown_field, measured on such a film"
+    elif found.name == BARE_ELECTRODE:
+        remedy = "add a film, or the resistor in front of the plate that 'electrovib check --series-resistor' computes"
     elif state == UNKNOWN and (above or (not is_known and "not compared" in found.text)):
         remedy = "look for discharges in the gap (light, pulses of current) on the real set-up, or lower the voltage"
     return CheckRow(
