@@ -134,7 +134,9 @@ def test_samples_dropped_from_a_record_inside_another_drive_are_told():
     )
 
 
-@pytest.mark.parametrize(("first", "last", "count"), [(1.1, 1.105, 3), (7.7, 7.75, 21), (1000.1, 1000.105, 4)])
+@pytest.mark.parametrize(
+    ("first", "last", "count"), [(1.1, 1.105, 3), (7.7, 7.75, 21), (1000.1, 1000.105, 4)]
+)
 def test_the_rounded_length_of_a_record_is_its_end(first, last, count):
     """1.105 - 1.1 lies below 0.005 by more than the rounding of 0.005 itself."""
     stamps = np.linspace(first, last, count)
@@ -156,7 +158,13 @@ def test_no_time_is_divided_below_its_rounding():
 
 
 MEMORIES = {
-    "lag": {"friction": {"model": "FirstOrderLag", "cut_off": 100.0, "steady": {"model": "Coulomb", "coefficient": 0.5}}},
+    "lag": {
+        "friction": {
+            "model": "FirstOrderLag",
+            "cut_off": 100.0,
+            "steady": {"model": "Coulomb", "coefficient": 0.5},
+        }
+    },
     "creep": {
         "friction": {
             "model": "Creep",
