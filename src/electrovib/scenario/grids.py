@@ -19,6 +19,8 @@ MOST_BY_DEFAULT: Final = 10 * (FORMULA_SAMPLES - 1) + 1
 """Number of output times up to which more are taken by default where fewer do not show the drive."""
 ROUNDING: Final = 8 * float(np.finfo(float).eps)
 """Relative difference up to which two times count as one."""
+SAME_END: Final = 1e-9
+"""Relative difference up to which a duration is the length of a record, whose time stamps are rounded before the first is taken off."""
 
 
 class InitialState(Model, family=True):
@@ -94,14 +96,15 @@ class TimeGrid(Model):
             return np.linspace(0.0, end, self.count(drive))
         stamps = _apart(drive.time_stamps)
         inside = stamps[: int(np.searchsorted(stamps, end * (1 + ROUNDING), side="right"))]
-        return _divided(inside if end <= inside[-1] * (1 + ROUNDING) else np.append(inside, end))
+        return _divided(inside if end <= inside[-1] * (1 + SAME_END) else np.append(inside, end))
 
 
 def _divided(times: Real) -> Real:
-    """Divide the time between the stamps of a record evenly, so that the response between them is shown."""
+    """Divide the time between the stamps of a record evenly, so that the response between them is shown; not below rounding."""
     gaps, most = np.diff(times), FORMULA_SAMPLES - 1
     even = np.ceil(gaps * most / (times[-1] - times[0]) * (1 - ROUNDING))
-    parts = np.maximum(even, most // len(gaps)).astype(int)
+    finest = np.maximum(gaps // (ROUNDING * times[-1]), 1)
+    parts = np.minimum(np.maximum(even, most // len(gaps)), finest).astype(int)
     inside = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
     return np.append(np.repeat(times[:-1], parts) + inside * np.repeat(gaps / parts, parts), times[-1])
 

@@ -132,3 +132,60 @@ def test_samples_dropped_from_a_record_inside_another_drive_are_told():
         ev.simulate(ev.load("vezzoli_2014/fig6", changes={"drive": offset(inner)})).attrs["dropped_samples"]
         == 1
     )
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "count"), [(1.1, 1.105, 3), (7.7, 7.75, 21), (1000.1, 1000.105, 4)]
+)
+def test_the_rounded_length_of_a_record_is_its_end(first, last, count):
+    """1.105 - 1.1 lies below 0.005 by more than the rounding of 0.005 itself."""
+    stamps = np.linspace(first, last, count)
+    own, length = read_model(Drive, record(stamps)), round(last - first, 6)
+    assert own.duration != length
+    np.testing.assert_array_equal(times(record(stamps), duration=length), times(record(stamps)))
+    longer = times(record(stamps), duration=length * (1 + 1e-8))
+    assert longer[-1] == length * (1 + 1e-8) > own.duration
+
+
+def test_no_time_is_divided_below_its_rounding():
+    """Stamps of two clocks that differ by the rounding of one of them, in a record of few."""
+    at = np.array([1.1, 1.1025, 1.105])
+    both = together(record(at), record(at - 1.1 + 1e-17 * np.arange(3)), record([0.0, 0.005]))
+    grid = times(both)
+    assert np.min(np.diff(read_model(Drive, both).time_stamps)) < 1e-15
+    assert np.all(np.diff(grid) > 0)
+    assert np.max(np.diff(grid)) <= grid[-1] / (FORMULA_SAMPLES - 1) * (1 + 1e-9)
+
+
+MEMORIES = {
+    "lag": {
+        "friction": {
+            "model": "FirstOrderLag",
+            "cut_off": 100.0,
+            "steady": {"model": "Coulomb", "coefficient": 0.5},
+        }
+    },
+    "creep": {
+        "friction": {
+            "model": "Creep",
+            "relaxations": [{"share": 0.2, "time": 1e-3}],
+            "steady": {"model": "Coulomb", "coefficient": 0.5},
+        }
+    },
+    "fingertip": {
+        "finger": {"model": "MassSpringDamper", "mass": 1e-4, "stiffness": 1e3, "damping": 1.0},
+        "motion.speed": 0.04,
+    },
+}
+
+
+@pytest.mark.parametrize("memory", MEMORIES.values(), ids=MEMORIES.keys())
+def test_a_record_is_run_over_its_own_length_behind_a_memory(memory):
+    """Its voltage begins with a step, and its clock at 1.1 s."""
+    at = np.linspace(1.1, 1.105, 6)
+    drive = record(at, 100 * np.cos(np.arange(6)))
+    late, early = (
+        ev.simulate(ev.load("vezzoli_2014/fig6", changes={"drive": each, "time.duration": 0.005} | memory))
+        for each in (drive, drive | {"time_samples": at - 1.1})
+    )
+    np.testing.assert_allclose(late.lateral_force, early.lateral_force, rtol=1e-9)
