@@ -106,7 +106,7 @@ def over_load() -> Measurement:
         spread_of="a choice",
         group=GROUP,
         how="data file",
-        status="full text",
+        status="in part",
         judges="contact",
         unknown=DISPLAY
         | {
@@ -134,7 +134,7 @@ def bare_swipe() -> Measurement:
         quantity=coefficient,
         unknown={
             "load.normal_force": between(
-                0.523, 0.530, "", model="Uniform", source="Grigorii 2021, public data", status="full text"
+                0.523, 0.530, "", model="Uniform", source="Grigorii 2021, public data", status="in part"
             )
         },
         unit="1",
@@ -143,7 +143,7 @@ def bare_swipe() -> Measurement:
         spread_of="repeats",
         group=GROUP,
         how="data file",
-        status="full text",
+        status="in part",
         judges="friction",
         note="0.34 to 0.45 within one swipe of one person, whose baseline drifts.",
         of_model=veijgen_2013.LAWS,

@@ -83,7 +83,7 @@ def measurements() -> dict[str, Measurement]:
     ) -> Measurement:
         known: dict[str, Any] = {
             "quantity": vibration_threshold, "unit": "m", "scenario": person(), "how": "quoted by others",
-            "status": "full text", "on": "hand", "judges": "perception.channels.0", "unknown": lowest,
+            "status": "second-hand", "on": "hand", "judges": "perception.channels.0", "unknown": lowest,
             "of_model": {"Pacinian": best}, "spread": (0.3,) * len(values), "spread_of": "a choice",
             "note": "Not said whether zero to peak; the spread between people is not tabled.",
         }  # fmt: skip

@@ -43,7 +43,7 @@ _SPAN = between(
     1.3,
     "",
     source="Wolfram 1989, review of skin friction, quoted by a public code file",
-    status="full text",
+    status="second-hand",
 )
 LAWS: dict[str, dict[str, Any]] = {
     "Coulomb": {"friction.coefficient": _SPAN},
@@ -86,7 +86,7 @@ def friction(
     """Return a measurement of friction without a drive; a load that is not printed is drawn."""
     width, of = spread
     pressed = (0.2, 3.0, "not printed") if load is None else (0.99 * load, 1.01 * load, "the printed weight")
-    read = {"status": "full text" if how == "quoted by others" else "abstract"} | more
+    read = {"status": "second-hand" if how == "quoted by others" else "abstract"} | more
     return Measurement(
         title=title, source=source, scenario=bare(load or 1.0), quantity=read.pop("quantity", coefficient), unit="1",
         values=(value,), spread=(width,), spread_of=of, group=group, how=how, judges="friction",

@@ -20,6 +20,7 @@ from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
 from electrovib.papers.vezzoli_2014 import compute, measured, values
 from electrovib.papers.vezzoli_2014.figures import MEANINGS
+from electrovib.studies.evidence.predicted import predict
 from electrovib.studies.reproduction import Row, verdict_over
 from electrovib.view import documents
 from electrovib.view.plots.of_answers import PALETTE
@@ -44,8 +45,7 @@ def rows(reproduction) -> dict[str, Row]:
 VERDICTS = {
     "reproduced": "C_i C_sc",
     "consistent": "capacitance_ratio suspended_force_constant",
-    "disagrees": "population_law_1 tau_giraud tau_giraud_force tau_giraud_measured trapezium_force_gap"
-    " measured_swing_gap",
+    "disagrees": "population_law_1 tau_giraud tau_giraud_force tau_giraud_measured trapezium_force_gap",
     "check": "equation_2 equation_3 equation_4 equation_5 static_force_1000V suspended_force_leaky periodic_trapezium"
     " force_decay_over_tau",
 }
@@ -61,7 +61,7 @@ def test_what_each_row_says_of_the_paper(reproduction, rows):
         assert rows[name].verdict in {"open", "ours"}
         assert "100 to 400 um is a choice of ours" in rows[name].note
     assert reproduction.ordered[0].id == "own_reading"
-    assert {row.id for row in reproduction.ordered[1:7]} == found["disagrees"]
+    assert {row.id for row in reproduction.ordered[1:6]} == found["disagrees"]
     assert reproduction.findings[0].startswith("Published skins disagree with the paper")
     assert len(reproduction.findings) == 4
     words = " ".join(reproduction.findings)
@@ -69,7 +69,7 @@ def test_what_each_row_says_of_the_paper(reproduction, rows):
         assert number in words, number
     printed = [row.verdict for row in rows.values() if row.paper is not None]
     assert reproduction.count() == (
-        f"{len(printed)} numbers of the paper: 6 disagree, 2 reproduced, {printed.count('open')} open; 7 statements in words:"
+        f"{len(printed)} numbers of the paper: 5 disagree, 2 reproduced, {printed.count('open')} open; 7 statements in words:"
         " 2 consistent, 5 open; beside them 9 quantities and 8 checks of ours"
     )
 
@@ -96,15 +96,21 @@ def test_no_row_mixes_laws(rows):
 
 
 def test_what_was_measured_is_compared_with_the_intervals_of_the_evidence(reproduction, rows):
-    """By the door of the evidence: the same draws, bands and ratios; the verdict says whether the ranges overlap."""
+    """By the door of the evidence: the same draws, bands and ratios; the verdict says whether any draw reaches what was printed.
+
+    An end of an interval of 64 draws is no verdict: of the stress in the gap, 6 % of 4000 draws lie below 5 mN.
+    """
     found = ev.evidence("vezzoli_2014")
+    swing = predict(found.measured["vezzoli_2014/swing"])[0]
+    reached = [one.model for one in swing if one.values.min() <= 5e-3 and one.values.max() >= 2e-3]
+    assert set(reached) == {"Vezzoli2014Causal", "MaxwellStressInGap"}
     bands = {(each.measurement.partition("/")[2], each.model): each.band[:, 0] for each in found.scores}
     for name, size, printed in (("swing", 1e3, (2.0, 5.0)), ("decay", 1.0, (0.34, 0.4))):
         for short, law in (("law_1", "Vezzoli2014Causal"), ("gap", "MaxwellStressInGap")):
             row, (low, _, high) = rows[f"measured_{name}_{short}"], size * bands[name, law]
             assert row.paper == pytest.approx(printed)
             assert row.ours == pytest.approx((low, high))
-            assert (row.verdict == "disagrees") == (low > printed[1] or high < printed[0])
+            assert row.verdict == "open"
     cells = {
         (row[0], row[1]): row[2:]
         for table in reproduction.tables
@@ -117,8 +123,8 @@ def test_what_was_measured_is_compared_with_the_intervals_of_the_evidence(reprod
         assert cell[-2:] == (f"{each.ratio:.2g}", "yes" if each.covered == 1 else "no")
     told = reproduction.findings[-1]
     for each in found.of("vezzoli_2014/swing"):
-        assert (each.model in told.partition(". ")[0]) == (each.covered == 1)
-        assert each.covered == 1 or f"{each.model} {each.ratio:.2g}" in told
+        assert (each.model in told.partition(". ")[0]) == (each.model in reached)
+        assert f"{each.model} {each.ratio:.2g}" in told
     for panel in reproduction.panels:
         if panel.id == "measured_swing":
             band, *laws = panel.curves

@@ -66,7 +66,8 @@ class Evidence(Answer):
             remarks=[
                 REMARK,
                 f"{len(self.warned)} set-ups exceed a limit of validity, such as the voltage at which sweat saturates.",
-                f"{self.n} draws of what was not printed, seed {self.seed}.",
+                f"{self.n} draws of what was not printed, seed {self.seed}. Other draws move what lies near the end of an interval,"
+                " and one group less may change the order of the laws.",
             ],
             pages=[*([self._causes] if self.failures else []), self._all, self._beyond, self._not_predicted],
             references=list(dict.fromkeys(each.source for each in self.measured.values())),
@@ -97,8 +98,11 @@ class Evidence(Answer):
         counts = ", ".join(f"{count} {how}" for how, count in of.items() if count)
         failed = self.failures
         unpredicted = [f"{name}: {nobody(why)}" for name, why in self.refused.items() if not self.of(name)]
+        wholly = sum(all(not one.covered for one in self.of(each.measurement)) for each in failed)
+        outside = {"wholly": wholly, "in part": len(failed) - wholly}
+        how = " and ".join(f"{count} {extent}" for extent, count in outside.items() if count)
         said = [
-            f"{len(failed)} of {len(self.measured)} measurements lie in part outside the 90 % interval of every law or model."
+            f"Outside the 90 % interval of every law or model: {how}, of {_several(len(self.measured), 'measurement')}."
             if failed
             else f"Every {'other ' * bool(unpredicted)}measurement lies in the 90 % interval of some law or model."
         ]
@@ -187,11 +191,15 @@ class Evidence(Answer):
         """Prediction over measured, for every measurement and the laws that are best over all, with their intervals."""
         names = [each.model for each in standings(self.judging(self._places[0]))]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
-        rows = [name for name, each in self.measured.items() if each.judges == self._places[0]]
+        rows = {
+            name: f"{name} ({each.on}, {each.unit if each.unit != '1' else 'ratio'})"
+            for name, each in self.measured.items()
+            if each.judges == self._places[0]
+        }
         return Drawing(
             id="overview",
             title="Prediction over measured: the best laws and the usual one",
-            plot=functools.partial(_draw_ratios, scores=self.scores, models=list(shown), names=rows),
+            plot=functools.partial(_draw_ratios, scores=self.scores, models=list(shown), rows=rows),
             size=(8.2, 1.2 + 0.3 * len(rows)),
             caption="Medians and 90 % of the draws of what was not printed, without the spread of the measurement.",
         )
@@ -241,20 +249,21 @@ def _csv(names: list[str], records: Sequence[Standing | Score]) -> str:
     return csv_text(names, [[cell(getattr(each, name)) for name in names] for each in records])
 
 
-def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], names: list[str]) -> None:
-    """Draw the ratio of each measurement, a row each, with one colour for each law."""
-    ax = figure.add_subplot()
+def _draw_ratios(
+    figure: Any, *, scores: Sequence[Score], models: list[str], rows: Mapping[str, str]
+) -> None:
+    """Draw the ratio of each measurement, a row with a label each, with one colour for each law."""
+    ax, names = figure.add_subplot(), list(rows)
     for place, model in enumerate(models):
         found = [each for each in scores if each.model == model and each.measurement in names]
-        rows = np.array([names.index(each.measurement) for each in found]) + 0.15 * (
-            place - (len(models) - 1) / 2
-        )
+        shift = 0.15 * (place - (len(models) - 1) / 2)
+        heights = [names.index(each.measurement) + shift for each in found]
         middle = np.array([each.ratio for each in found])
         ends = np.array([[each.ratio - each.low, each.high - each.ratio] for each in found]).T
-        ax.errorbar(middle, rows, xerr=ends, fmt="o", markersize=4, linewidth=1.2, label=model)
+        ax.errorbar(middle, heights, xerr=ends, fmt="o", markersize=4, linewidth=1.2, label=model)
     ax.axvline(1.0, color="0.5", linewidth=0.8)
     ax.set_xscale("log")
-    ax.set_yticks(range(len(names)), names)
+    ax.set_yticks(range(len(names)), list(rows.values()))
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.set_xlabel("predicted over measured")
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=len(models), frameon=False, fontsize="small")
