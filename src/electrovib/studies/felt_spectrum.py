@@ -438,14 +438,18 @@ def threshold_over_frequency(
     return ThresholdCurves(places, level, voltage)
 
 
-def _proportional(scenario: Scenario) -> None:
-    """Refuse a scenario whose changes of friction are not proportional to the square of the voltage."""
+def not_proportional(scenario: Scenario) -> list[str]:
+    """Return the parts for which changes of friction are not proportional to the square of the voltage."""
     leaks = [f"stack.{name}.leak" for name, layer in scenario.stack.layers.items() if layer.leak is not None]
     friction, contact, limited = scenario.friction, scenario.contact, scenario.circuit.supply.is_limited
     bends = friction.deflects or not friction.without_memory().is_linear
     yields = contact.closing is not None or contact.grows
-    parts = [*leaks, *["friction"] * bends, *["contact"] * yields, *["circuit.amplifier"] * limited]
-    if parts:
+    return [*leaks, *["friction"] * bends, *["contact"] * yields, *["circuit.amplifier"] * limited]
+
+
+def _proportional(scenario: Scenario) -> None:
+    """Refuse a scenario whose changes of friction are not proportional to the square of the voltage."""
+    if parts := not_proportional(scenario):
         raise InputError(
             f"{parts[0]}: with it the change of the friction is not proportional to the square of the voltage, so one run gives"
             " no threshold; perceive the scenario at several voltages instead"

@@ -25,8 +25,9 @@ from electrovib.physics.perception import (
 )
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies import felt_spectrum
+from electrovib.studies import felt_spectrum, widths
 from electrovib.studies.felt_spectrum import Stimulus
+from electrovib.studies.widths import Width
 
 if TYPE_CHECKING:
     pass
@@ -94,7 +95,7 @@ def perceive(
 def perceived(scenario: Scenario, person: Perception, *, diagnostics: tuple[Diagnostic, ...]) -> Percept:
     """Compute what a person feels of a scenario that has been judged already."""
     found, error = _converged(scenario, person, person.compliance or scenario.finger)
-    return _percept(found, title=scenario.title, error=error, diagnostics=diagnostics)
+    return _percept(found, title=scenario.title, error=error, diagnostics=diagnostics, scenario=scenario)
 
 
 def _personal(path: str) -> bool:
@@ -140,7 +141,14 @@ def _converged(scenario: Scenario, person: Perception, given: Any) -> tuple[Stim
         found = finer
 
 
-def _percept(felt: Stimulus, *, title: str, error: float, diagnostics: tuple[Diagnostic, ...]) -> Percept:
+def _percept(
+    felt: Stimulus,
+    *,
+    title: str,
+    error: float,
+    diagnostics: tuple[Diagnostic, ...],
+    scenario: Scenario | None = None,
+) -> Percept:
     person, found = felt.person, felt.lines
     channels = tuple(_felt(channel, felt) for channel in person.channels)
     top = max(channels, key=lambda each: each.level)
@@ -170,7 +178,22 @@ def _percept(felt: Stimulus, *, title: str, error: float, diagnostics: tuple[Dia
         numerical_error=error,
         calibrated_on=felt_spectrum.stands_on(felt),
         diagnostics=diagnostics,
+        widths=() if above is None else _widths(felt, above, scenario),
     )
+
+
+def _widths(felt: Stimulus, above: felt_spectrum.Sensation, scenario: Scenario | None) -> tuple[Width, ...]:
+    """Return by what a level is uncertain; the force of a measurement is known."""
+    has_skin, ends = len(felt_spectrum.skins_of(felt)) == 1, (above.low, above.high)
+    found = [widths.threshold_width(felt.person, ends, unit="dB", has_skin=has_skin)]
+    if scenario is not None:
+        factor, middle = widths.factor_of(scenario, widths.LEVEL), (above.low + above.high) / 2
+        more = float(decibels(factor or 1.0))
+        law = type(scenario.force).__name__
+        found.append(widths.law_width(law, factor, (middle - more, middle + more), unit="dB"))
+        ends, text = (above.low - more, above.high + more), ", ".join(each.name for each in found)
+        found += [Width(name=widths.TOGETHER, text=text, interval=ends, unit="dB")] * (factor is not None)
+    return (*found, widths.ONE_FINGER, widths.BETWEEN_PEOPLE)
 
 
 def _felt(channel: Any, felt: Stimulus) -> Felt:
@@ -259,6 +282,7 @@ class Percept(Answer):
     - `numerical_error`: change of the level with twice the samples [dB]; NaN for a measurement.
     - `calibrated_on`: assumptions and sources of the levels.
     - `diagnostics`: of the scenario, or those that a measurement states.
+    - `widths`: by what the level above threshold is uncertain, each named apart.
     """
 
     title: str
@@ -281,6 +305,7 @@ class Percept(Answer):
     numerical_error: float
     calibrated_on: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
+    widths: tuple[Width, ...] = ()
 
     @property
     def answer(self) -> str:
@@ -316,7 +341,7 @@ class Percept(Answer):
     @property
     def sentences(self) -> list[str]:
         """Whether the drive is felt, by which channel and by how much, and what limits this answer."""
-        told = [self.title, self.answer, self.to_measure]
+        told = [self.title, self.answer, self.to_measure, *widths.sentences(self.widths[1:])]
         if abs(self.numerical_error) > SETTLED:
             told.append(f"numerical error: {abs(self.numerical_error):.1g} dB")
         return [each for each in told if each]

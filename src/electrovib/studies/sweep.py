@@ -28,6 +28,7 @@ from electrovib.solve.quantities import DEFAULTS, Named, Together, read_name
 from electrovib.solve.quantities.resolve import window
 from electrovib.solve.simulate import provenance, simulate
 from electrovib.studies.perceive import perceive
+from electrovib.studies.widths import HIGHEST_LEVEL, LEVEL, LOWEST_LEVEL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -61,7 +62,8 @@ def sweep(
     quantities : sequence of str, optional
         Names such as ``"mean electrostatic_force"``, ``"swing lateral_force"``, ``"peak field in gap"``: ``peak``,
         ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal over time; or ``"detection
-        level"``. By default peak and mean of the attraction, swing of the friction, peak of the current.
+        level"``, which has a ``"lowest"`` and a ``"highest detection level"`` for the spread of thresholds. By
+        default peak and mean of the attraction, swing of the friction, peak of the current.
     records : bool
         Keep the Trace of each case too.
     progress : callable, optional
@@ -320,7 +322,9 @@ def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
 
 
 FELT: Final = {
-    "detection level": ("dB", "level of the most excited channel above its threshold"),
+    LEVEL: ("dB", "level of the most excited channel above its threshold"),
+    LOWEST_LEVEL: ("dB", "lowest level that the spread of thresholds and skins allows"),
+    HIGHEST_LEVEL: ("dB", "highest level that the spread of thresholds and skins allows"),
     "relative level": ("dB", "level relative to a sine of equal force at the best frequency"),
 }
 """Unit and meaning of each quantity, by name."""
@@ -333,9 +337,10 @@ def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
         return found.relative, []
     if not found.loudest:
         return -math.inf, []
-    value = math.nan if found.sensation is None else found.sensation
+    sign = {LOWEST_LEVEL: -1, HIGHEST_LEVEL: 1}.get(name, 0)
+    value = math.nan if found.sensation is None else found.sensation + sign * (found.uncertainty or 0.0)
     text = f"{found.answer}; {found.to_measure}" if found.to_measure else ""
-    return value, [Diagnostic("detection level", "unknown", text)] if text else []
+    return value, [Diagnostic(LEVEL, "unknown", text)] if text else []
 
 
 LARGEST: Final = (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
-from electrovib.studies.population.result import method_words, nominal_words, signal_words
+from electrovib.studies.population.result import method_words, nominal_words, signal_words, width_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +26,8 @@ _ABOUT: Final = ("title", "source", "status", "confidence", "choice", "optional"
 def study_document(found: xarray.Dataset, *, title: str | None = None) -> Document:
     """Say what a study has found."""
     names = [str(each) for each in found.attrs["signals"]]
-    words = [line for name in names for line in signal_words(found, name)] + nominal_words(found)
+    words = [line for name in names for line in signal_words(found, name)]
+    words += width_words(found) + nominal_words(found)
     return Document(
         title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
         sentences=[" ".join(f"{line[0].upper()}{line[1:]}." for line in words)],
@@ -41,7 +42,7 @@ def study_document(found: xarray.Dataset, *, title: str | None = None) -> Docume
 
 def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[Drawing]:
     """Draw the bands of each signal of a study with the runs and recordings of a report over them."""
-    lines = [*nominal_words(found), *warning_lines(diagnostics_of(found))]
+    lines = [*width_words(found), *nominal_words(found), *warning_lines(diagnostics_of(found))]
     caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
     return [
         _drawing(found, str(name), "bands", caption=caption, beside=beside) for name in found.attrs["signals"]

@@ -132,10 +132,10 @@ def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
 def summary(found: xarray.Dataset) -> list[str]:
     """Report each signal where its median is largest, how it was computed, and what of the space is unverified."""
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
-    from electrovib.studies.population.result import NOT_JUDGED, method_words, nominal_words, signal_words
+    from electrovib.studies.population import result
 
     lines = [found.attrs["title"]] if found.attrs["title"] else []
-    lines += [line for name in found.attrs["signals"] for line in signal_words(found, name)]
-    lines += nominal_words(found) + method_words(found)
-    lines += [NOT_JUDGED, *warning_lines(diagnostics_of(found))]
+    lines += [line for name in found.attrs["signals"] for line in result.signal_words(found, name)]
+    lines += result.width_words(found) + result.nominal_words(found) + result.method_words(found)
+    lines += [result.NOT_JUDGED, *warning_lines(diagnostics_of(found))]
     return lines + [f"note: {remark}" for remark in found.attrs["space_remarks"]]

@@ -188,6 +188,7 @@ def _guarded(slice_: Slice, what: str) -> Slice:
 def _with_band(known: Further, found: Computed) -> Further:
     """Add the band of a population; parameters that the scenario lacks are not drawn."""
     from electrovib.studies.population import study
+    from electrovib.studies.population.result import width_words
 
     scenario = found.scenario
     if "stratum_corneum" not in scenario.stack.layers and scenario.load.normal_force == 0:
@@ -197,7 +198,8 @@ def _with_band(known: Further, found: Computed) -> Further:
     bands = study(scenario, _population(), n=FINGERS, seed=SEED, signal="mean_force")
     low, middle, high = (bands["mean_force_percentile"].sel(percentile=each).values for each in (5, 50, 95))
     band = {"frequency": bands["frequency"].values, "low": low, "middle": middle, "high": high}
-    return replace(known, band=band, drawn=_drawn(bands.attrs["space_toml"]))
+    said = (f"{each[0].upper()}{each[1:]}." for each in width_words(bands))
+    return replace(known, band=band, drawn=" ".join([_drawn(bands.attrs["space_toml"]), *said]))
 
 
 @functools.cache

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.studies.check.result import FAIL, OUTCOMES, UNCERTAIN, UNKNOWN, nearest_limit
+from electrovib.studies.widths import TOGETHER
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity
 
@@ -90,7 +91,11 @@ def felt(percept: Percept) -> KeyFigure:
         return KeyFigure("unknown", "no threshold is known")
     whose = "published thresholds" if percept.left else "the threshold"
     ends = f"{_level(middle - spread)} to {_level(middle + spread)} dB relative to {whose}"
-    return KeyFigure(f"{_VERDICTS[percept.verdict]}, {_level(middle)} dB", ends)
+    law = next((each.interval for each in percept.widths if each.name == TOGETHER), None)
+    more = f"{_level(law[0])} to {_level(law[1])} dB with" if law else "without"
+    return KeyFigure(
+        f"{_VERDICTS[percept.verdict]}, {_level(middle)} dB", f"{ends}; {more} the spread of the force law"
+    )
 
 
 def _level(value: float) -> str:

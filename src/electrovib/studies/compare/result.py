@@ -17,6 +17,15 @@ from electrovib.physics.conduction import Conduction
 from electrovib.physics.force import ForceLaw, needed_layer
 from electrovib.scenario import PeriodicState, Scenario
 from electrovib.solve.quantities.answer import validity
+from electrovib.studies.widths import (
+    ONE_FINGER,
+    TYPICAL_FACTORS,
+    UNFELT,
+    Width,
+    law_width,
+    missed_by,
+    sentences,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +89,13 @@ class Comparison(Answer):
         return validity(self.scenario)
 
     @property
+    def widths(self) -> tuple[Width, ...]:
+        """By what the force of the law to believe is uncertain on a finger."""
+        best = believed(self.entries)
+        law = [] if best is None else [law_width(best.name, TYPICAL_FACTORS.get(best.name))]
+        return (*law, ONE_FINGER, UNFELT)
+
+    @property
     def document(self) -> Document:
         """The answer, figures over what was asked for first, then the one that belongs to the drive, and explanations."""
         standard = ["force_over_frequency", "force_over_time"]
@@ -89,7 +105,7 @@ class Comparison(Answer):
         cited = [module for name, module in papers().items() if name in own or hasattr(module, "DEFECTS")]
         return Document(
             title=f"Force laws compared: {self.scenario.title or 'a stack'}",
-            sentences=[self.answer],
+            sentences=[self.answer, *sentences(self.widths)],
             diagnostics=self.diagnostics,
             figures=sorted(self.panels, key=lambda p: standard.index(p.id) if p.id in standard else -1),
             tables=self.tables,
@@ -106,6 +122,7 @@ HEADINGS = (
     "relative to the gap",
     "50 us after a step",
     "50 ms after",
+    "measured forces missed by",
 )
 STEADY = 0.01
 """Relative change up to which a force counts as constant."""
@@ -113,18 +130,23 @@ IN_GAP = ("rough gap", "gap")
 """Surfaces at which plate and finger separate, the more detailed one first."""
 
 
-def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
-    """State which of the compared laws to believe on this stack, and why."""
+def believed(entries: Sequence[Entry]) -> Entry | None:
+    """Return the law that evaluates the stress in the gap in the most detail; None if none does."""
     found = sorted(
         (entry for entry in entries if entry.evaluation_surface in IN_GAP),
         key=lambda entry: (IN_GAP.index(entry.evaluation_surface), entry.name != "MaxwellStressInGap"),
     )
-    if not found:
+    return found[0] if found else None
+
+
+def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
+    """State which of the compared laws to believe on this stack, and why."""
+    best = believed(entries)
+    if best is None:
         return (
             "None of these laws evaluates the stress in the gap, where plate and finger separate: compare them with"
             " MaxwellStressInGap before you believe one."
         )
-    best = found[0]
     others = [entry.ratio / best.ratio for entry in entries if entry is not best]
     differ = f"; the other laws give {_span(others)} of it" if others else ""
     return (
@@ -158,6 +180,7 @@ def tables(entries: Sequence[Entry], left_out: Mapping[str, str], scenario: Scen
             f"{entry.ratio:.4g}",
             _force(entry.early),
             _force(entry.late),
+            missed_by(entry.name),
         )
         for entry in entries
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -22,12 +22,15 @@ from electrovib.studies.design.drive import TargetSource, design_drive
 from electrovib.studies.design.limits import Limited, obtainable, several_limits
 from electrovib.studies.design.result import Designed, DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.share import design_for_share
-from electrovib.studies.design.uncertain import influences, inputs_of, propagated, read_draws
+from electrovib.studies.design.uncertain import influences, inputs_of, propagated, read_draws, solved
 from electrovib.studies.design.wanted import BetweenSource, Evaluation, Wanted, WantSource, read_wanted
+from electrovib.studies.design.widths import Sampled, widths_of
+from electrovib.studies.widths import LEVEL, ONE_FINGER, Width
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario.space import SpaceSource
+    from electrovib.studies.design.uncertain import NeededValues
     from electrovib.studies.sensitivity import Elasticity
 
 
@@ -205,6 +208,9 @@ def design_parameter(
     if not any(each.is_allowed for each in found):
         near = obtainable(function, limited, wanted.value, wanted.begin)
     main = found[0].value if found else None
+    distribution = None
+    if main is not None and over is not None:
+        distribution = propagated(scenario, wanted, over, start=main, progress=progress)
     return DesignedParameter(
         base=scenario,
         wanted=wanted,
@@ -212,12 +218,27 @@ def design_parameter(
         explored=Explored.of(function, jumps, beyond=beyond, is_settled=is_settled),
         obtainable=near,
         influences=() if main is None or over is not None else _influences(scenario, wanted, main),
-        distribution=None
-        if main is None or over is None
-        else propagated(scenario, wanted, over, start=main, progress=progress),
+        distribution=distribution,
+        widths=() if main is None else _widths(scenario, wanted, main, distribution),
         diagnostics=_diagnostics(evaluation, wanted.begin if main is None else main),
         limits=given,
     )
+
+
+def _widths(
+    scenario: Scenario, wanted: Wanted, main: float, distribution: NeededValues | None
+) -> tuple[Width, ...]:
+    """Return the widths of a value that depends on people: of a detection level, or over the draws of a space."""
+    if distribution is None and wanted.name != LEVEL:
+        return ()
+
+    def needed(other: Wanted, factor: float) -> Sampled:
+        asked = replace(other, value=other.with_force(other.value, factor))
+        return (solved(Evaluation(scenario, asked, (wanted.free,)), {}, main),) * 3
+
+    sampling = ONE_FINGER if distribution is None else distribution.sampling(wanted.declared.unit)
+    drawn = () if distribution is None else distribution.paths
+    return widths_of(scenario, wanted, (main,) * 3, sampling=sampling, drawn=drawn, needed=needed)
 
 
 def is_long(scenario: Scenario) -> bool:

@@ -15,6 +15,7 @@ from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, json_text
 from electrovib.studies.check.result import UNKNOWN, not_shown
+from electrovib.studies.widths import Width, record, sentences
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
@@ -28,10 +29,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Designed(Answer):
-    """Result of a design; `limits` are the further ones that were given, which hold for all that is written of it too."""
+    """Result of a design; `limits` are the further ones that were given, which hold for all that is written of it too.
+
+    `widths` say by what a value is uncertain that depends on people: see `electrovib.studies.widths`.
+    """
 
     FILES: ClassVar[Mapping[str, str | None]] = {"design.json": Form.DESIGN}
     limits: tuple[LimitsSource, ...] = ()
+    widths: tuple[Width, ...] = ()
     form: ClassVar[str]
     """What was sought, as a file of all numbers names it."""
 
@@ -107,6 +112,7 @@ class Designed(Answer):
     def to_dict(self) -> dict[str, Any]:
         """Return everything as nested tables with numbers in SI; what is not known or infinite is None."""
         found = {"form": self.form, **self.numbers(), "is_achieved": self.is_achieved}
+        found["widths"] = record(self.widths)
         told = {"diagnostics": [each.to_dict() for each in self.diagnostics], "text": list(self.lines)}
         return {name: plain(value) for name, value in found.items()} | told
 
@@ -265,7 +271,7 @@ class DesignedParameter(Designed):
     @property
     def sentences(self) -> tuple[str, ...]:
         """The answer, other solutions, the limits and the spread."""
-        return (*_answer(self), *_others(self), *_limits(self), *_spread(self))
+        return (*_answer(self), *_others(self), *_limits(self), *_spread(self), *sentences(self.widths))
 
     @property
     def details(self) -> tuple[str, ...]:

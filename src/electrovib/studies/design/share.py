@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -24,6 +24,8 @@ from electrovib.studies.design.result import Designed
 from electrovib.studies.design.search import Function, explore, first_values
 from electrovib.studies.design.uncertain import Covered, DrawnFingers
 from electrovib.studies.design.wanted import BetweenSource, Wanted, read_band
+from electrovib.studies.design.widths import Sampled, widths_of
+from electrovib.studies.widths import SAMPLING, Width, clopper_pearson, quantile_ranks, sentences
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
@@ -81,12 +83,14 @@ def design_for_share(
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")
     fingers = DrawnFingers(scenario, wanted, over.draw(seed, 0, n))
     quadratic = fingers.is_quadratic()
-    covered = (uncertain.by_gain if quadratic else uncertain.by_solution)(
-        fingers, *ends, progress=meter.reporting(progress)
+    cover = functools.partial(
+        uncertain.by_gain if quadratic else uncertain.by_solution, progress=meter.reporting(progress)
     )
+    covered = cover(fingers, *ends)
     fresh = replace(fingers, draws=over.draw(seed, n, 2 * n))
     sampled = _Sampled(fingers, fresh, covered, ends, share, seed, band is not None)
     found = sampled.found()
+    top = found or sampled.top()
     result = DesignedForShare(
         base=scenario,
         wanted=wanted,
@@ -96,15 +100,34 @@ def design_for_share(
         n=n,
         seed=seed,
         found=found,
-        value_interval=(math.nan, math.nan) if found is None else sampled.value_interval(found.value),
+        widths=() if top is None else _widths(sampled, cover, top.value, over.paths),
         ranges=tuple(covered.where(uncertain.needed(share, n))),
-        top=found or sampled.top(),
+        top=top,
         method="proportional to the square of the parameter, one solution each"
         if quadratic
         else f"solved at up to {uncertain.MOST_VALUES} values of the parameter, and between them by Brent's method",
         limits=given,
     )
     return result if result.top is None else _compared(result, result.top, sampled)
+
+
+def _widths(
+    sampled: _Sampled, cover: Callable[..., Covered], value: float, drawn: Collection[str]
+) -> tuple[Width, ...]:
+    """Return the widths of a value: the same question for other thresholds and a force that the law misses."""
+    fingers, n = sampled.fingers, sampled.covered.count
+    named = {fingers.wanted: fingers}
+
+    def needed(wanted: Wanted, factor: float) -> Sampled:
+        of = named.setdefault(wanted, replace(fingers, wanted=wanted))
+        low, high = (wanted.with_force(each, factor) for each in sampled.ends)
+        return replace(sampled, fingers=of, covered=cover(of, low, high), ends=(low, high)).estimate()
+
+    main = sampled.estimate()
+    main = (value, value, value) if math.isnan(main[1]) else main
+    unit, words = fingers.wanted.declared.unit, f"the 95 % interval for {n} draws"
+    sampling = Width(name=SAMPLING, text=words, interval=main[::2], unit=unit)
+    return widths_of(fingers.scenario, fingers.wanted, main, sampling=sampling, drawn=drawn, needed=needed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,8 +154,6 @@ class DesignedForShare(Designed):
       infinite.
     - `share`: the wanted one; `n`, `seed`: number of draws, and their seed.
     - `found`: the value; None if the share is not reached anywhere in the range.
-    - `value_interval`: 95 % confidence interval of the value, for the finite number of draws; NaN without a
-      value, infinite where the sample is too small for an end.
     - `ranges`: where the wanted share of the draws is reached.
     - `top`: `found`, or the value with the largest share where the wanted one is not reached; None if no draw
       has the wanted quantity.
@@ -151,7 +172,6 @@ class DesignedForShare(Designed):
     n: int
     seed: int
     found: ShareAt | None
-    value_interval: tuple[float, float]
     ranges: tuple[tuple[float, float], ...]
     top: ShareAt | None
     method: str
@@ -164,6 +184,11 @@ class DesignedForShare(Designed):
     def value(self) -> float:
         """Value of the free parameter within the limits, in its SI unit; NaN if there is none."""
         return self.found.value if self.found is not None and self.is_achieved else math.nan
+
+    @property
+    def value_interval(self) -> tuple[float, float]:
+        """95 % interval of the value for the number of draws; NaN without a value, infinite where they are too few for an end."""
+        return (math.nan, math.nan) if self.found is None else self.widths[0].interval or (math.nan, math.nan)
 
     @property
     def failed(self) -> tuple[CheckRow, ...]:
@@ -243,7 +268,7 @@ class _Sampled:
             value=value,
             share=self.covered.number_at(value) / self.covered.count,
             fresh_share=number / self.fresh.count,
-            interval=uncertain.clopper_pearson(number, self.fresh.count),
+            interval=clopper_pearson(number, self.fresh.count),
         )
 
     def value_with(self, least: int, near: float) -> float:
@@ -257,13 +282,24 @@ class _Sampled:
         ] or [edge for each in self.covered.where(least) for edge in each]
         return min(edges, key=lambda edge: abs(edge - near), default=math.inf)
 
-    def found(self) -> ShareAt | None:
-        """Return the value for the wanted share; None if it is not reached."""
+    def value(self) -> float:
+        """Return the value for the wanted share; NaN if it is not reached."""
         least = uncertain.needed(self.share, self.covered.count)
         value, most = self.covered.best()
         if most < least:
-            return None
-        return self.at(value if self.is_banded else self.value_with(least, self.fingers.wanted.begin))
+            return math.nan
+        return value if self.is_banded else self.value_with(least, self.fingers.wanted.begin)
+
+    def estimate(self) -> Sampled:
+        """Return the value with its 95 % interval."""
+        value = self.value()
+        low, high = (math.nan, math.nan) if math.isnan(value) else self.value_interval(value)
+        return low, value, high
+
+    def found(self) -> ShareAt | None:
+        """Return the shares at the value for the wanted share; None if it is not reached."""
+        value = self.value()
+        return None if math.isnan(value) else self.at(value)
 
     def top(self) -> ShareAt | None:
         """Return the value with the largest share; None if no draw is reached."""
@@ -283,7 +319,7 @@ class _Sampled:
             values = np.array([each.best()[0] for each in samples])
             low, high = np.quantile(values[np.isfinite(values)], [0.025, 0.975])
             return float(low), float(high)
-        ranks = uncertain.quantile_ranks(self.share, count)
+        ranks = quantile_ranks(self.share, count)
         ends = [self.value_with(rank, value) if 0 < rank <= count else math.inf for rank in ranks]
         return min(ends), max(ends)
 
@@ -340,15 +376,13 @@ def _answer(design: DesignedForShare) -> str:
 
 
 def _uncertainty(design: DesignedForShare) -> list[str]:
+    widths = sentences(design.widths)
     if design.found is None:
-        return []
-    low, high = (
-        _number(design, each) if math.isfinite(each) else "no bound (too few draws)"
-        for each in design.value_interval
-    )
+        return [*widths[1:]]
     ranges = " and ".join(_range(design, low, high) for low, high in design.ranges)
     return [
-        f"95 % interval of the value for {design.n} draws: {low} to {high}. The share is reached from {ranges}.",
+        f"{widths[0]} The share is reached from {ranges}.",
+        *widths[1:],
         f"Of {design.n} further draws {_percent(design.found.fresh_share)} have it there: 95 % interval of the share of the"
         f" population {_interval(design.found)}.",
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -20,6 +20,7 @@ from electrovib.solve.meter import Meter
 from electrovib.studies.design import search
 from electrovib.studies.design.wanted import Evaluation, Wanted
 from electrovib.studies.sensitivity import Elasticity, slope
+from electrovib.studies.widths import SAMPLING, Width, quantile_ranks
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,19 +34,18 @@ _QUADRATIC: Final = 1e-7
 """Largest relative deviation from the square of the free parameter, at any of the values at which it is compared."""
 _FEW: Final = 3
 """Fingers with which a shortcut is compared with the general solution."""
-CONFIDENCE: Final = 0.95
-"""Of every interval."""
 ROUNDED: Final = 1e-9
 """Part of one member of the sample that counts as rounding."""
 
 
 @dataclass(frozen=True)
 class DrawnFingers:
-    """Draws from a space, values in SI by dotted path, and the quantity of each of them."""
+    """Draws from a space, values in SI by dotted path, and the quantity of each of them, which is computed once."""
 
     scenario: Scenario
     wanted: Wanted
     draws: Mapping[str, Real]
+    known: dict[Any, Any] = field(default_factory=dict, init=False)
 
     @property
     def count(self) -> int:
@@ -75,15 +75,20 @@ class DrawnFingers:
 
     def together_at(self, at: float, *, progress: Callable[[int, int], None] | None = None) -> Real | None:
         """Compute the quantity of every finger in arrays at one value of the free parameter; None where there are none."""
-        held = self.scenario.replace({self.wanted.free: at})
-        others = {path: values for path, values in self.draws.items() if path != self.wanted.free}
-        return Evaluation(held, self.wanted, tuple(others)).of_many(others, progress=progress)
+        if at not in self.known:
+            held = self.scenario.replace({self.wanted.free: at})
+            others = {path: values for path, values in self.draws.items() if path != self.wanted.free}
+            self.known[at] = Evaluation(held, self.wanted, tuple(others)).of_many(others, progress=progress)
+        found: Real | None = self.known[at]
+        return found
 
     def one_at(self, finger: int, at: float) -> float:
         """Compute the quantity of one finger by the general solution; one that is not known is refused."""
         where = f"draw {finger}, {self.wanted.free} = {self.wanted.parameter(at)}"
+        if (finger, at) in self.known:
+            return float(self.known[finger, at])
         try:
-            value = self.evaluation(self.point(finger, at))
+            value = self.known[finger, at] = self.evaluation(self.point(finger, at))
         except ElectrovibError as error:
             raise InputError(f"{where}: {error.problems[0]}") from error
         if math.isnan(value):
@@ -103,16 +108,17 @@ class DrawnFingers:
         return math.sqrt(wanted.low * wanted.high) if wanted.low > 0 else (wanted.low + wanted.high) / 2
 
     def is_quadratic(self) -> bool:
-        """Return whether a few fingers have a quantity proportional to the square of the free parameter."""
+        """Return whether a quantity, or its amplitude, is proportional to the square of the free parameter for a few fingers."""
         wanted, begin = self.wanted, self.reference
         others = {begin / 2, 2 * begin, wanted.low, wanted.high} - {begin}
         others = {each for each in others if each > 0 and wanted.low <= each <= wanted.high}
         for finger in self.some():
             try:
-                first = self.one_at(finger, begin)
+                first = wanted.amplitude(self.one_at(finger, begin))
                 for at in others:
                     expected = first * (at / begin) ** 2
-                    if not abs(self.one_at(finger, at) - expected) <= _QUADRATIC * abs(expected):
+                    reached = wanted.amplitude(self.one_at(finger, at))
+                    if not abs(reached - expected) <= _QUADRATIC * abs(expected):
                         return False
             except ElectrovibError:
                 return False
@@ -126,11 +132,12 @@ def by_gain(
 ) -> Covered:
     """Return the intervals of fingers whose quantity is proportional to the square of the free parameter.
 
-    The gain g of each finger follows from one solution; with the quantity g x^2, x is from sqrt(low/g) to
-    sqrt(high/g), as far as it lies in the range of the parameter. `high` may be infinite.
+    The gain g of each finger follows from one solution; with the quantity g x^2, or the amplitude of a level, x is from
+    sqrt(low/g) to sqrt(high/g), as far as it lies in the range of the parameter. `high` may be infinite.
     """
     wanted, at = fingers.wanted, fingers.reference
-    gains = fingers.each_at(at, progress=progress) / at**2
+    low, high = wanted.amplitude(low), wanted.amplitude(high)
+    gains = wanted.amplitude(fingers.each_at(at, progress=progress)) / at**2
     positive = gains > 0
     gains = np.where(positive, gains, 1.0)
     starts, ends = np.sqrt(max(low, 0.0) / gains), np.sqrt(high / gains)
@@ -239,28 +246,6 @@ def needed(share: float, count: int) -> int:
     return max(1, math.ceil(share * count - ROUNDED))
 
 
-def clopper_pearson(number: int, count: int) -> tuple[float, float]:
-    """Return the exact 95 % confidence interval of a probability, from quantiles of the beta distribution."""
-    from scipy.stats import beta
-
-    tail = (1 - CONFIDENCE) / 2
-    low = 0.0 if number == 0 else float(beta.ppf(tail, number, count - number + 1))
-    high = 1.0 if number == count else float(beta.ppf(1 - tail, number + 1, count - number))
-    return low, high
-
-
-def quantile_ranks(share: float, count: int) -> tuple[int, int]:
-    """Return the ranks of the order statistics between which a quantile lies with a probability of at least 95 %.
-
-    They are 0 and count + 1 where the sample is too small. The number of members below the quantile is
-    binomial, whatever the distribution; the probability is exact for a continuous one.
-    """
-    from scipy.stats import binom
-
-    tail = (1 - CONFIDENCE) / 2
-    return int(binom.ppf(tail, count, share)), int(binom.ppf(1 - tail, count, share)) + 1
-
-
 PERCENTILES: Final = (5, 25, 50, 75, 95)
 """Percentiles of the distribution that are stated."""
 EXACT: Final = 1e-7
@@ -295,6 +280,15 @@ class NeededValues:
     seed: int
     is_linear: bool
     remarks: tuple[str, ...]
+    paths: tuple[str, ...]
+
+    def sampling(self, unit: str) -> Width:
+        """Return the 95 % interval of the median for the number of draws; infinite where they are too few."""
+        known = np.sort(self.values[np.isfinite(self.values)])
+        below, above = quantile_ranks(0.5, len(known))
+        ends = (known[below - 1], known[above - 1]) if below and above <= len(known) else (math.inf,) * 2
+        text = f"the 95 % interval of the median of {len(known)} draws"
+        return Width(name=SAMPLING, text=text, interval=(float(ends[0]), float(ends[1])), unit=unit)
 
     @property
     def unsolved(self) -> int:
@@ -406,7 +400,7 @@ def propagated(
         remarks.append(f"{wanted.free} is not drawn: it is the parameter that is sought")
     middle = space.values({stream: np.array([0.5]) for stream in space.streams})
     medians = {path: float(middle[path][0]) for path in fingers.draws}
-    center = _solved(fingers.evaluation, medians, start)
+    center = solved(fingers.evaluation, medians, start)
     if linear and not math.isfinite(center):
         raise InputError(
             f"space: with the medians of its parameters no value of {wanted.free} from {wanted.parameter(wanted.low)} to"
@@ -424,11 +418,11 @@ def propagated(
     values = np.where((guesses >= wanted.low) & (guesses <= wanted.high), guesses, math.nan)
     for finger, guess in enumerate([] if linear else guesses.tolist()):
         report(finger, over.n)
-        values[finger] = _solved(fingers.evaluation, fingers.point(finger, guess), guess)
-    return NeededValues(space.title, values, over.seed, linear, tuple(remarks))
+        values[finger] = solved(fingers.evaluation, fingers.point(finger, guess), guess)
+    return NeededValues(space.title, values, over.seed, linear, tuple(remarks), tuple(fingers.draws))
 
 
-def _solved(evaluation: Evaluation, others: Mapping[str, float], guess: float) -> float:
+def solved(evaluation: Evaluation, others: Mapping[str, float], guess: float) -> float:
     """Return the value of the free parameter for given other parameters, near a first guess; NaN if there is none."""
     wanted = evaluation.wanted
     function = search.Function(lambda at: evaluation({**others, wanted.free: at}))

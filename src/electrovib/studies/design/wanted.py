@@ -67,6 +67,14 @@ class Wanted:
         """Write a value of the quantity."""
         return format_quantity(value, self.unit) if self.unit != "dB" else f"{value:.6g} dB"
 
+    def amplitude(self, value: float | Real) -> Any:
+        """Return what is proportional to a force: a value of the quantity, or the amplitude that a level [dB] stands for."""
+        return 10.0 ** (value / 20) if self.unit == "dB" else value
+
+    def with_force(self, value: float, factor: float) -> float:
+        """Return the value that is needed of the law where the force is so many times as large as the law gives."""
+        return value - 20 * math.log10(factor) if self.unit == "dB" else value / factor
+
     def parameter(self, value: float) -> str:
         """Write a value of the free parameter."""
         return format_quantity(value, self.declared.unit)

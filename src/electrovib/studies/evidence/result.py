@@ -249,9 +249,7 @@ def _csv(names: list[str], records: Sequence[Standing | Score]) -> str:
     return csv_text(names, [[cell(getattr(each, name)) for name in names] for each in records])
 
 
-def _draw_ratios(
-    figure: Any, *, scores: Sequence[Score], models: list[str], rows: Mapping[str, str]
-) -> None:
+def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], rows: Mapping[str, str]) -> None:
     """Draw the ratio of each measurement, a row with a label each, with one colour for each law."""
     ax, names = figure.add_subplot(), list(rows)
     for place, model in enumerate(models):

@@ -23,7 +23,9 @@ from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
 from electrovib.solve.population.kernels import quantiles
 from electrovib.solve.quantities.answer import validity
+from electrovib.studies import widths
 from electrovib.studies.population.declared import FORMAT, DeclaredStudy, scenario_text
+from electrovib.studies.widths import Width
 
 if TYPE_CHECKING:
     import xarray
@@ -67,8 +69,10 @@ def _of_signal(name: str, collected: Collected) -> dict[str, Any]:
     put("mean", (axis,), each.mean, unit, f"mean of the {words} over the fingers")
     put("variance", (axis,), each.variance(), squared, f"variance of the {words} over the fingers")
     if declared.percentiles:
-        bands = _quantiles(name, collected)
+        bands, ends = _quantiles(name, collected)
         put("percentile", ("percentile", axis), bands, unit, f"percentiles of the {words} over the fingers")
+        about = f"95 % interval of each percentile of the {words} for the number of fingers"
+        put("percentile_interval", ("percentile", "end", axis), ends, unit, about)
     if each.unknown.any():
         put("unknown", (axis,), each.unknown, "1", f"number of fingers whose {words} is not known")
     if each.thresholds:
@@ -81,15 +85,24 @@ def _of_signal(name: str, collected: Collected) -> dict[str, Any]:
     return found
 
 
-def _quantiles(name: str, collected: Collected) -> Real:
-    """Return the percentiles by column, (percentiles, n); NaN where the signal of a finger is not known."""
+def _quantiles(name: str, collected: Collected) -> tuple[Real, Real]:
+    """Return the percentiles by column, (percentiles, n), and their 95 % intervals for the number of fingers.
+
+    These are the order statistics of the binomial ranks, (percentiles, 2, n), infinite where so few fingers have
+    none. All are NaN where the signal of a finger is not known.
+    """
     each, evaluator = collected.statistics[name], collected.evaluator
-    shares = tuple(percentile / 100 for percentile in evaluator.declared.percentiles)
+    count = evaluator.declared.fingers
+    shares = [percentile / 100 for percentile in evaluator.declared.percentiles]
+    ranks = [rank for share in shares for rank in widths.quantile_ranks(share, count)]
+    places = [min(max(rank - 1, 0), count - 1) / max(count - 1, 1) for rank in ranks]
     if each.histogram is not None:
-        found = each.histogram.quantiles(shares)
+        found = each.histogram.quantiles([*shares, *places])
     else:
-        found = quantiles(collected.rows[name], shares, threads=evaluator.threads)
-    return np.where(each.unknown > 0, np.nan, found)
+        found = quantiles(collected.rows[name], [*shares, *places], threads=evaluator.threads)
+    middle, ends = np.split(np.where(each.unknown > 0, np.nan, found), [len(shares)])
+    ends[[not 0 < rank <= count for rank in ranks]] = np.inf
+    return middle, ends.reshape(len(shares), 2, -1)
 
 
 def _parameters(declared: DeclaredStudy) -> dict[str, Any]:
@@ -129,6 +142,7 @@ def attributes(evaluator: Evaluator) -> dict[str, Any]:
         "scenario_toml": scenario_text(declared.scenario),
         "space_toml": declared.space.to_toml(),
         "space_remarks": list(declared.space.remarks),
+        "widths": widths.record(_widths(declared)),
         "own_models": json.dumps(origins(declared.scenario), sort_keys=True),
         "validity": json.dumps([each.to_dict() for each in validity(declared.scenario)]),
     }
@@ -172,14 +186,49 @@ def signal_words(found: xarray.Dataset, name: str) -> list[str]:
     )
     parts.append(f"mean {format_quantity(float(mean.values[at]), unit, digits=3)}{spread}")
     lines = [f"{words} at {where}, where its {kind} is largest: {'; '.join(parts)}"]
+    if f"{name}_percentile_interval" in found:
+        lines.append(_sampling_words(found, name, at))
     if f"{name}_exceedance_anywhere" in found:
         ever = found[f"{name}_exceedance_anywhere"]
         lines += [
             f"{words} above {format_quantity(float(level), unit, digits=4)} at some {axis}: {100 * float(share):.3g} %"
-            " of the fingers"
+            f" of the fingers ({_interval_of_share(float(share), int(found.attrs['fingers']))})"
             for level, share in zip(ever[ever.dims[0]].values, ever.values, strict=True)
         ]
     return lines
+
+
+def _sampling_words(found: xarray.Dataset, name: str, at: int) -> str:
+    """State the intervals of the percentiles at one sample for the finite number of fingers."""
+    ends, unit = (
+        found[f"{name}_percentile_interval"].values[..., at],
+        str(found[f"{name}_mean"].attrs["units"]),
+    )
+    each = (
+        f"{percentile_words(float(share))} {' to '.join(widths.shown_end(end, unit) for end in pair)}"
+        for share, pair in zip(found["percentile"].values, ends, strict=True)
+    )
+    return (
+        f"width by {widths.SAMPLING}, 95 % intervals for {found.attrs['fingers']} fingers: {'; '.join(each)}"
+    )
+
+
+def _interval_of_share(share: float, count: int) -> str:
+    low, high = widths.clopper_pearson(round(share * count), count)
+    return f"95 % interval for {count} fingers: {100 * low:.3g} to {100 * high:.3g} %"
+
+
+def width_words(found: xarray.Dataset) -> list[str]:
+    """State by what the bands are uncertain beside the number of fingers."""
+    each = widths.sentences(Width(**width) for width in found.attrs.get("widths", []))
+    return [f"{said[0].lower()}{said[1:].removesuffix('.')}" for said in each]
+
+
+def _widths(declared: DeclaredStudy) -> list[Width]:
+    """Return by what the bands are uncertain beside the number of fingers, whose intervals are arrays."""
+    law = type(declared.scenario.force).__name__
+    factors = dict.fromkeys(widths.factor_of(declared.scenario, name) for name in declared.signals)
+    return [*(widths.law_width(law, factor) for factor in factors), widths.UNFELT]
 
 
 def _middle(found: xarray.Dataset, name: str) -> tuple[Real, str]:
@@ -254,7 +303,8 @@ def save_bands(found: xarray.Dataset, path: Path, *, force: bool = False) -> lis
     """Write the bands of a study as CSV."""
     check_bands(path, force=force)
     columns = _columns(found)
-    remarks = [found.attrs["title"], *method_words(found), *found.attrs["space_remarks"], NOT_JUDGED]
+    said = [*method_words(found), *width_words(found)]
+    remarks = [found.attrs["title"], *said, *found.attrs["space_remarks"], NOT_JUDGED]
     text = csv_text(
         [*columns],
         ([float(value) for value in row] for row in zip(*columns.values(), strict=True)),

@@ -21,11 +21,10 @@ from electrovib.studies.design.uncertain import (
     DrawnFingers,
     by_gain,
     by_solution,
-    clopper_pearson,
     needed,
-    quantile_ranks,
 )
 from electrovib.studies.design.wanted import read_wanted
+from electrovib.studies.widths import clopper_pearson, quantile_ranks
 
 PERMITTIVITY, GAP, AREA, MEDIAN, FACTOR = 3.0, 20e-6, 1e-4, 5e-6, 1.5
 PATH, VOLTS, MEAN = "stack.insulator.thickness", "drive.amplitude", "mean electrostatic_force"

@@ -29,6 +29,7 @@ from electrovib.apps.explorer.key_figures import KeyFigure, answers
 from electrovib.apps.explorer.page.pulse_player import PulsePlayer
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.studies.check.result import not_shown
+from electrovib.studies.widths import missed_by, sentences
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity, typeset
 
@@ -283,9 +284,12 @@ def law_words(found: Computed, further: Further) -> str:
         peak, law = _peak(case), case.scenario.force
         ratio = f"{peak / own:.3g}" if own > 0 and np.isfinite(peak) else "–"
         largest = pretty_quantity(peak, "N", digits=3)
-        rows.append((name, _plain(law.evaluation_surface), law.status, largest, ratio))
-    rows += [(name, "", "", "cannot run here", why) for name, why in further.left_out.items()]
-    headings = "law", "stress evaluated in", "source status", "largest force", "relative to this law"
+        rows.append((name, _plain(law.evaluation_surface), law.status, largest, ratio, missed_by(name)))
+    rows += [(name, "", "", "cannot run here", why, "") for name, why in further.left_out.items()]
+    headings = (
+        *("law", "stress evaluated in", "source status", "largest force", "relative to this law"),
+        "measured forces missed by",
+    )
     return _table(headings, rows)
 
 
@@ -293,7 +297,7 @@ def verdict_words(percept: Percept) -> str:
     """State whether it is felt, what that rests on, and where nothing varies."""
     head, comma, rest = percept.answer.partition(",")
     still = "The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show."
-    more = [percept.to_measure, "" if percept.loudest else still]
+    more = [percept.to_measure, *sentences(percept.widths[1:]), "" if percept.loudest else still]
     return f"<p><b>{escape(head)}</b>{escape(comma + rest)}</p>" + _paragraphs(filter(None, more))
 
 

@@ -313,7 +313,8 @@ def design_plate(
     -----
     A candidate is forbidden by a declared limit that it exceeds, by a field above the strength of its film (also an
     unverified one, which the row states) with the gap as declared or closed, by Paschen's law in the gap, and where the
-    scenario calibrates a detection threshold, by a change of friction below it. The best candidate is compared with all limits again by `electrovib.check`.
+    scenario calibrates a detection threshold, by a change of friction below it. The best candidate is compared with all limits
+    again by `electrovib.check`.
     """
     given = read_scenario(scenario, changes=set)
     problems: list[str | Problem] = []
