@@ -14,6 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario.grids import AtRest
+from electrovib.studies import check as checks
 from electrovib.studies.check import (
     LimitsFrom,
     cleared_as_played,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 _ENDS = 1e-6
 """Voltage at the beginning and the end, over the peak, that counts as 0."""
+_MOST_CORNERS: Final = 10_000_000
 _WITHIN = 4
 """Times in each point of the generator at which the resampling error is evaluated."""
 
@@ -255,7 +257,35 @@ def _points(
             f"as {count} points the drive has an error of {100 * error:.2g} % of its peak (rms), more than"
             f" burst.resampling_error = {settings.burst.resampling_error:g}; shorten it, or allow the error"
         )
+    _refuse_lost(scenario, settings, duration, played)
     return peak, codes.astype(np.int16), played, error
+
+
+def _refuse_lost(scenario: Scenario, settings: BenchSettings, duration: float, played: Real) -> None:
+    """Refuse a drive with a feature that is lost: a corner or a peak out of the range of the points about it."""
+    count, drive, gain = played.size, scenario.drive, _own_gain(scenario)
+    if drive.count_corners(duration) > _MOST_CORNERS:
+        raise InputError(
+            f"has more than {_MOST_CORNERS} corners for {count} points; shorten it", path="drive"
+        )
+    corners, heights = drive.corners(duration)
+    ends = gain * np.array(drive.extremes(0.0, duration))
+    after = gain * drive.voltage(corners)
+    wanted = np.concatenate([after, after - gain * heights, ends])
+    places = np.minimum(corners / duration * count, count - 1).astype(int)
+    around = np.pad(played, 1)[np.tile(places, 2) + np.arange(3)[:, None]]
+    low = np.append(around.min(axis=0), [played.min()] * 2)
+    high = np.append(around.max(axis=0), [played.max()] * 2)
+    off = np.maximum(low - wanted, wanted - high)
+    worst = int(np.argmax(off))
+    if off[worst] > settings.burst.tolerance * np.max(np.abs(ends)):
+        reached, missed = (format_quantity(float(each[worst]), "V", digits=4) for each in (wanted, off))
+        raise InputError(
+            f"the drive reaches {reached} for less than a point of the generator ({format_quantity(duration / count, 's')}), and"
+            f" the points about it miss it by {missed}, more than burst.tolerance = {settings.burst.tolerance:g} of the peak."
+            " Shorten the burst (time.duration), or remove what is shorter than a point",
+            path="drive",
+        )
 
 
 _DECLARE: Final = (
@@ -294,4 +324,5 @@ def cleared(
         limits=places, what="a burst on the bench", name="the points of the generator", consequence=consequence,
     )  # fmt: skip
     strict = declared_limits(scenario, places)
+    checks.refuse_demanded(scenario, strict["voltage"], result.duration, consequence)
     return Limits(**{name: each.value for name, each in strict.items()}), result

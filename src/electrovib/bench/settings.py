@@ -6,13 +6,14 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model, read_model
 from electrovib.core.parsing import read_toml, read_toml_file
 from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.amplifier import negating_word
 from electrovib.physics.limits import Limits
 
 if TYPE_CHECKING:
@@ -29,6 +30,13 @@ AcceptedModel = Annotated[
 ]
 
 
+def _something(text: str) -> str:
+    """Refuse a text that says that nothing is there, where a part has to be named."""
+    if word := negating_word(text):
+        raise ValueError(f"names nothing that is there ({word}); name the part, or its circuit")
+    return text
+
+
 class CurrentLimiter(Model):
     """The hardware that limits the current into plate and finger, whatever the software does."""
 
@@ -36,6 +44,8 @@ class CurrentLimiter(Model):
 
     name: Annotated[str, Field(min_length=3, description="the hardware that limits the current")]
     current: Annotated[Number, Quantity("A", 1e-9, 10, "current at which that hardware limits")]
+
+    _named = field_validator("name")(_something)
 
 
 class BurstRules(Model):
@@ -72,6 +82,8 @@ class OutputEdge(Model):
         Number, Quantity("s", 1e-12, 1, "height of a step over its steepest slope; of one pole 1/(2 pi f)")
     ]
     source: Annotated[str, Field(min_length=3, description="what makes the edge, and how its time is known")]
+
+    _named = field_validator("source")(_something)
 
 
 class EnableLine(Model):

@@ -129,6 +129,8 @@ def export_waveform(
     if ramp is None and not played.held:
         played.clear_drive(form.name, limits=limits)
     check = played.cleared(wave, form.name, limits=limits)
+    end, edges = float(found.time.times(found.drive)[-1]), ramp or 0.0
+    checks.refuse_demanded(found, declared["voltage"], end - edges, "Nothing was written", start=edges)
     ramps = []
     if ramp is not None:
         ramps = [f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end"]
@@ -249,6 +251,12 @@ class Playing:
         """Read the declarations of an export, or refuse those that do not suit the format."""
         refuse_unsuited(form, edge)
         amplifier = scenario.circuit.amplifier
+        if amplifier is not None and (fault := amplifier.hardware_fault):
+            why = (
+                f"{fault}. Its limits count only where it stands before the plate: give maker and model number, such as"
+                " 'Trek 609E-6', or leave hardware out. Nothing was written"
+            )
+            raise InputError(why, path="circuit.amplifier.hardware", value=amplifier.hardware)
         is_present = amplifier_present or (amplifier is not None and bool(amplifier.hardware))
         relied_on = scenario if is_present else checks.without_its_limits(scenario)
         held = form.played and not isinstance(edge, str)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
@@ -9,11 +11,26 @@ from pydantic import Field, model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
+from electrovib.core.units import format_quantity, parse_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
+
+_NOTHING: Final = re.compile(
+    r"no|non|not|none|nil|null|nothing|without|absent|missing|false|off|unknown|undefined|assumed|ideal|planned|todo|tb[acd]|nein"
+    r"|kein\w*|nichts?|ohne|sans|aucune?|rien|ningun[oa]|nada|sin|nessun[oa]|niente|senza|nenhuma?|sem|geen|niet|zonder|ingen|inget"
+    r"|uden|utan|ei|bez|brak|nie|yok|не|нет|без|немає|なし|無し|没有|沒有|없음"
+)
+"""Words by which a text says that something is not there."""
+_CURRENT: Final = re.compile(r"\d+(?:\.\d+)?\s*[pnuµμm]?A(?![A-Za-z])")
+
+
+def negating_word(text: str) -> str:
+    """Return the word by which a text says that nothing is there, or the text if it has no word at all; else nothing."""
+    words = re.findall(r"[^\W\d_]{2,}", unicodedata.normalize("NFKC", text).casefold())
+    return next((word for word in words if _NOTHING.fullmatch(word)), "" if words else repr(text))
 
 
 class Amplifier(Model):
@@ -26,7 +43,7 @@ class Amplifier(Model):
     between the sink and the source limit. Beyond a limit the amplifier is a source of that current, and the slew rate
     follows from the plate, the stray capacitance and the finger. The limits do not depend on the voltage; the small-signal
     response of a real amplifier has more poles. A waveform is exported on the strength of `bandwidth` and of the limits only
-    if `hardware` names the amplifier that has them.
+    if `hardware` names the amplifier that has them, by maker and model number.
     """
 
     equation: ClassVar[Mapping[str, str]] = {
@@ -55,7 +72,7 @@ class Amplifier(Model):
     hardware: Annotated[
         str,
         Field(
-            description="maker and model of this very amplifier where it stands before the plate; empty if assumed"
+            description="maker and model number of this very amplifier where it stands before the plate; empty if assumed"
         ),
     ] = ""
 
@@ -74,6 +91,19 @@ class Amplifier(Model):
         source = np.inf if self.source_current is None else self.source_current
         sink = source if self.sink_current is None else self.sink_current
         return -sink, source
+
+    @property
+    def hardware_fault(self) -> str:
+        """Why the text of `hardware` names no amplifier that holds these limits; empty if it names one, or is empty."""
+        text, largest = self.hardware, self.current_limits[1]
+        stated = [parse_quantity(each, "A") for each in _CURRENT.findall(text)]
+        if text and (word := negating_word(text)):
+            return f"names no amplifier ({word})"
+        if text and not re.search(r"\d", text):
+            return "has no model number"
+        if stated and min(stated) > largest:
+            return f"states {format_quantity(min(stated), 'A')}, more than source_current = {format_quantity(largest, 'A')}"
+        return ""
 
     @property
     def is_limited(self) -> bool:

@@ -70,6 +70,68 @@ def test_what_is_not_safe_is_refused_before_anything_is_sent(name):
         ev.plan_bench(SCENARIO, bench=tables(**changes))
 
 
+NOTHING = [
+    "none",
+    "NONE",
+    "  No  ",
+    "n/a",
+    "---",
+    "   ",
+    "not there yet",
+    "(keine)",
+    "sans résistance",
+    "нет",
+    "\uff4e\uff4f\uff4e\uff45",
+]
+
+
+@pytest.mark.parametrize("place", ["current_limiter__name", "edge__source"])
+@pytest.mark.parametrize("text", NOTHING)
+def test_a_part_that_is_not_there_protects_nobody(place, text):
+    changes = {"edge__time": "10 us"} if place.startswith("edge") else {}
+    with pytest.raises(
+        InputError, match=rf"{place.replace('__', '.')}.*(names nothing that is there|at least 3)"
+    ):
+        ev.plan_bench(SCENARIO, bench=tables(**changes, **{place: text}))
+
+
+def spiked(top, spike, *, wide=20e-9, gain=1.0):
+    """A trapezium of 0.1 s to `top` [V], with a spike of another height and a width [s] in its hold."""
+    pulse = {"model": "Trapezium", "high": top / gain, "rise": 0.02, "hold": 0.06, "fall": 0.02}
+    more = {"high": (spike - top) / gain, "delay": 0.0502, "rise": wide / 2, "hold": 0.0, "fall": wide / 2}
+    return {"model": "Sum", "drives": [pulse, {"model": "Trapezium", **more}]}
+
+
+@pytest.mark.parametrize(
+    ("drive", "words"),
+    [
+        ((900.0, 1200.0), "reaches 1.2 kV for less than a point"),
+        ((980.0, 1001.0), "reaches 1.001 kV, above 1 kV"),  # too little to be called lost
+        ((900.0, -1200.0), "reaches -1.2 kV for less than a point"),
+        ((0.0, 1200.0), "reaches 1.2 kV for less than a point"),
+        ((0.0, 500.0), "reaches 500 V for less than a point"),
+        ((900.0, 400.0), "reaches 400 V for less than a point"),
+        ((-900.0, -1200.0), "reaches -1.2 kV for less than a point"),
+    ],
+)
+def test_what_is_between_two_points_of_the_generator_is_judged(drive, words):
+    with pytest.raises(InputError, match=words):
+        ev.plan_bench(SCENARIO, set={"drive": spiked(*drive), "time.duration": 0.1})
+    amplified = {
+        "drive": spiked(*drive, gain=50.0),
+        "time.duration": 0.1,
+        "circuit.amplifier": {"gain": 50.0},
+    }
+    with pytest.raises(InputError, match=words):
+        ev.plan_bench(SCENARIO, set=amplified)
+
+
+def test_what_lasts_for_several_points_is_played():
+    plan = ev.plan_bench(SCENARIO, set={"drive": spiked(900.0, 990.0, wide=2e-4), "time.duration": 0.1})
+    assert plan.codes.max() > 0.98 * 2047
+    assert plan.peak == 990
+
+
 SINE = {"model": "Sine", "amplitude": "1 V", "frequency": "100 Hz"}
 PULSE = {"model": "Trapezium", "high": "100 V", "rise": "10 ms", "hold": "10 ms", "fall": "1 ms"}
 

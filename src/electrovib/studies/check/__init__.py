@@ -15,6 +15,7 @@ from electrovib.studies.check.function import cleared_for_output as cleared_for_
 from electrovib.studies.check.function import declared_limits as declared_limits
 from electrovib.studies.check.function import first_columns as first_columns
 from electrovib.studies.check.function import read_drive as read_drive
+from electrovib.studies.check.function import refuse_demanded as refuse_demanded
 from electrovib.studies.check.function import sampled as sampled
 from electrovib.studies.check.function import with_drive as with_drive
 from electrovib.studies.check.result import NEEDED as NEEDED

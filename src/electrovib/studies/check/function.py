@@ -147,21 +147,22 @@ def cleared_for_output(
     refuse_unlimited(declared, what=what)
     result = checked(scenario, limits=limits, name=name)
     result.refuse(consequence)
-    _refuse_demanded(scenario, declared["voltage"], result.duration, consequence)
+    refuse_demanded(scenario, declared["voltage"], result.duration, consequence)
     return result
 
 
-def _refuse_demanded(scenario: Scenario, limit: DeclaredLimit, end: float, consequence: str) -> None:
-    """Refuse a drive that only the amplifier holds within the largest voltage."""
-    amplifier = scenario.circuit.amplifier
-    if amplifier is None or scenario.drive.quantity != "voltage":
+def refuse_demanded(
+    scenario: Scenario, limit: DeclaredLimit, end: float, consequence: str, *, start: float = 0.0
+) -> None:
+    """Refuse a drive that only the amplifier, or what is left out between samples, holds within the largest voltage."""
+    if scenario.drive.quantity != "voltage":
         return
-    demanded = abs(amplifier.gain) * scenario.drive.largest(end)
+    demanded = abs(scenario.circuit.supply.gain) * max(map(abs, scenario.drive.extremes(start, end)))
     if demanded > limit.value:
         raise InputError(
             f"the drive times the gain of the amplifier reaches {format_quantity(demanded, 'V', digits=6)}, above"
             f" {format_quantity(limit.value, 'V', digits=6)}: {limit.source}. What saturation, current limit and bandwidth of the"
-            f" amplifier (circuit.amplifier) leave of it does not count. {consequence}"
+            f" amplifier (circuit.amplifier), or samples that miss a peak, leave of it does not count. {consequence}"
         )
 
 

@@ -289,6 +289,50 @@ def test_a_ramp_bounds_the_switching_current_and_a_bandwidth_that_is_only_assume
     assert export(scenario, ramp=5e-3).check.value("peak current") < 5e-6
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        *(
+            (each, "names no amplifier")
+            for each in ("none", "No", " ", "NONE", "-", "n/a", "not there", "keiner", "нет", "なし", "0")
+        ),
+        *((each, "has no model number") for each in ("amplificador", "our amplifier", "yes")),
+        *(
+            (each, "states .*more than source_current = 250 uA")
+            for each in ("Trek 609E-6, 20 mA", "PA 12, 1 A", "PA 12, 0.5mA")
+        ),
+    ],
+)
+def test_only_an_amplifier_that_is_there_limits_the_current(folder, text, words):
+    """One edge of 0.1 us drives tens of mA into the plate unless a real amplifier holds them back."""
+    square = {"model": "Trapezium", "high": 500.0, "rise": 1e-7, "hold": 5e-3, "fall": 1e-7}
+    amplifier = {"source_current": 250e-6, "hardware": text}
+    scenario = PULSE.replace({"drive": square, "circuit.amplifier": amplifier})
+    refused(rf"circuit.amplifier.hardware = .*{words}", scenario, rate=1e7)
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize(
+    "text", ["Trek 609E-6", "PA 12, 250uA", "Trek 609E-6 (20 mA), limited to 200 \u00b5A", "日本 HV-1"]
+)
+def test_an_amplifier_that_is_named_counts(text):
+    amplifier = ev.load(
+        PULSE, changes={"circuit.amplifier": {"source_current": 250e-6, "hardware": text}}
+    ).circuit.amplifier
+    assert amplifier.hardware_fault == ""
+
+
+@pytest.mark.parametrize("options", [{"edge": "line"}, {"edge": 1e-6}, {"edge": "line", "ramp": 1e-3}])
+def test_a_peak_between_the_samples_is_judged_whatever_error_is_allowed(folder, options):
+    pulse = {"model": "Trapezium", "high": 900.0, "rise": 0.02, "hold": 0.06, "fall": 0.02}
+    spike = {"model": "Trapezium", "high": 300.0, "delay": 0.05001, "rise": 1e-8, "hold": 0.0, "fall": 1e-8}
+    spiked = PULSE.replace({"drive": {"model": "Sum", "drives": [pulse, spike]}, "time.duration": 0.1})
+    refused("above 1 kV", spiked, rate=1e4, largest_error=10, **options)
+    assert not list(folder.iterdir())
+    low = spiked.replace({"drive.drives.0.high": 600.0})
+    refused("differs from the drive by up to 300 V", low, rate=1e4, **options)
+
+
 def test_what_is_written_states_how_it_is_played():
     for edge, words in (("line", "straight lines between the samples"), (1e-6, "edges of 1 us between them")):
         found = export(BURST, edge=edge, largest_error=0.05)
