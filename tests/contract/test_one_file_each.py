@@ -195,7 +195,8 @@ def test_they_run(environment, tmp_path):
     }
     file = tmp_path / "my.toml"
     file.write_text(electrovib_says(environment, "init", "vezzoli_2014/fig6_gap"), encoding="utf-8")
-    with_sweat = '[stack.sweat]\nrole = "plate"\nthickness = "1 um"\n\n[stack.gap]'
+    water = 'material = { model = "Constant", permittivity = 80 }'
+    with_sweat = f'[stack.sweat]\nrole = "plate"\nthickness = "1 um"\n{water}\n\n[stack.gap]'
     file.write_text(file.read_text(encoding="utf-8").replace("[stack.gap]", with_sweat), encoding="utf-8")
     options = [part for path, value in changes.items() for part in ("--set", f"{path}={value}")]
     said = electrovib_says(environment, "run", "my.toml", *options, "-o", "out.nc", cwd=tmp_path)

@@ -34,7 +34,12 @@ def split(scenario, *names):
     for name, layer in scenario.stack.layers.items():
         if name in names:
             role = scenario.stack.roles[name].replace("gap", "plate")
-            first = {"thickness": SHARE * layer.thickness, "initial_charge": 0.0, "role": role}
+            first = {
+                "thickness": SHARE * layer.thickness,
+                "initial_charge": 0.0,
+                "role": role,
+                "material": layer.material,
+            }
             found[f"{name}_outside"] = layer.model_copy(update=first)
         left = (1 - SHARE if name in names else 1) * layer.thickness
         found[name] = layer.model_copy(update={"thickness": left})

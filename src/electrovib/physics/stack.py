@@ -41,7 +41,10 @@ Both can be added, subtracted and multiplied, so one formula of a law serves bot
 
 
 class Layer(Model):
-    """One slab of the stack; a leak conducts in parallel with the material and is non-ohmic."""
+    """One slab of the stack; a leak conducts in parallel with the material and is non-ohmic.
+
+    Only a gap may be without a material: it is vacuum. `Stack` refuses any other layer that names none.
+    """
 
     equation: ClassVar[Mapping[str, str]] = {
         "impedance": "thickness/(2*pi*I*frequency*eps0*material.complex_permittivity(frequency))",
@@ -56,7 +59,9 @@ class Layer(Model):
         Role | None,
         Field(description="'plate', 'gap' or 'finger': the side of the interface on which the layer lies"),
     ] = None
-    material: Material = Constant(permittivity=1.0)
+    material: Annotated[
+        Material, Field(description="dielectric that fills the layer; a gap alone is vacuum without one")
+    ] = Constant(permittivity=1.0)
     leak: Conduction | None = None
     initial_charge: Annotated[
         Number, Quantity("C/m2", -1, 1, "free charge at time 0 on the face towards the finger")
@@ -72,6 +77,15 @@ class Layer(Model):
         permittivity = VACUUM_PERMITTIVITY * self.material.complex_permittivity(frequency)
         total: Complex = self.thickness / (axis * permittivity)
         return total
+
+
+_DECLARE: Final[Mapping[str, str]] = {
+    "plate": 'Declare that of the plate: material = { model = "Constant", permittivity = 3.35 }, or the name of one that'
+    " 'electrovib list material' shows",
+    "finger": 'Declare that of the skin: material = { model = "Constant", permittivity = 1560, conductivity = "1.8 uS/m" }, or'
+    " one of 'electrovib list skins'",
+}
+"""What to declare for a layer without a material, by its role."""
 
 
 class Stack(Model):
@@ -133,18 +147,31 @@ class Stack(Model):
 
     @model_validator(mode="after")
     def _has_one_interface(self) -> Self:
-        problems, _ = role_problems(self.layers)
-        if problems:
-            details = [
-                InitErrorDetails(
-                    type=PydanticCustomError(
-                        "role" if self.layers[name].role else "missing_parameter", "{why}", {"why": why}
-                    ),
-                    loc=(name, "role"),
-                    input=self.layers[name].role,
-                )
-                for name, why in problems.items()
-            ]
+        layers = self.layers
+        problems, roles = role_problems(layers)
+        wrong = [
+            (name, "role", "role" if layers[name].role else "missing_parameter", why)
+            for name, why in problems.items()
+        ]
+        wrong += [
+            (
+                name,
+                "material",
+                "missing_parameter",
+                f"missing: only a gap is vacuum without one. {_DECLARE[role]}",
+            )
+            for name, role in roles.items()
+            if role in _DECLARE and "material" not in layers[name].model_fields_set
+        ]
+        details = [
+            InitErrorDetails(
+                type=PydanticCustomError(kind, "{why}", {"why": why}),
+                loc=(name, parameter),
+                input=getattr(layers[name], parameter),
+            )
+            for name, parameter, kind, why in wrong
+        ]
+        if details:
             raise ValidationError.from_exception_data("Stack", details)
         return self
 

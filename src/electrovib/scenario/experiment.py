@@ -264,19 +264,12 @@ def with_parts(
 ) -> tuple[dict[str, Any], list[Problem]]:
     """Prepare nested tables for changes that add optional parts; a new layer gets its place in ``stack`` here.
 
-    A layer is added where its role is known: implied by the name (``insulator``, ``gap``,
-    ``stratum_corneum``) or given as its ``role``. A gap is air unless a material is given; any other layer
-    needs one. Changes of a part whose model has to be chosen first are left out, with one problem for each.
+    A layer is added where its role is known: implied by the name (``insulator``, ``gap``, ``stratum_corneum``) or given as
+    its ``role``. Changes of a part whose model has to be chosen first are left out, with one problem for each.
     """
     found, problems = dict(changes), list[Problem]()
-    for name, role in _place_layers(content, found).items():
-        table = found.setdefault(f"stack.{name}", {})
-        path = f"stack.{name}.material"
-        given = isinstance(table, Mapping) and "material" in table
-        if role != "gap" and not given and not any(_table(each) == path for each in changes):
-            problems.append(
-                Problem("missing: the material of the new layer; only a gap is air without one", path=path)
-            )
+    for name in _place_layers(content, found):
+        found.setdefault(f"stack.{name}", {})
     for path in changes:
         part, family = _absent(kind, content, path.split(".")[:-1])
         if not part or any(part == each or part.startswith(f"{each}.") for each in map(_table, changes)):
@@ -302,12 +295,12 @@ def _members(family: type[Model]) -> str:
     return ", ".join(sorted(find_members(family)))
 
 
-def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """Insert an empty table for each new layer into the stack, which may be new as a whole; return names and roles."""
+def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> list[str]:
+    """Insert an empty table for each new layer into the stack, which may be new as a whole; return their names."""
     tables = changes if isinstance(changes.get("stack"), Mapping) else content
     stack = tables.get("stack")
     if not isinstance(stack, Mapping):
-        return {}
+        return []
     placed, added = dict(stack), dict[str, Any]()
     for path in changes:
         name = path.split(".")[1] if path.startswith("stack.") else ""
@@ -321,7 +314,7 @@ def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> dict[str,
             placed = dict([*layers[:place], (name, {}), *layers[place:]])
             added[name] = role
     tables["stack"] = placed
-    return added
+    return list(added)
 
 
 def _role(name: str, table: Any) -> Any:

@@ -20,7 +20,7 @@ MOST_BY_DEFAULT: Final = 10 * (FORMULA_SAMPLES - 1) + 1
 ROUNDING: Final = 8 * float(np.finfo(float).eps)
 """Relative difference up to which two times count as one."""
 SAME_END: Final = 1e-9
-"""Relative difference up to which a duration is the length of a record, whose times are rounded before the first is taken off."""
+"""Relative difference up to which a duration is the length of a record; its stamps are rounded before the first is taken off."""
 
 
 class InitialState(Model, family=True):

@@ -155,7 +155,7 @@ def test_the_same_scenario_gives_the_same_text_in_every_process():
 
 
 def test_layers_alike_but_for_capitals_stay_apart():
-    plate = {"role": "plate", "thickness": 1e-6}
+    plate = {"role": "plate", "thickness": 1e-6, "material": {"model": "Constant", "permittivity": 1.0}}
     layers = dict.fromkeys(("Gap", "GAP", "größe", "in_gap_1", "body"), plate) | {"insulator": FILM}
     lines = circuit(stack=layers).splitlines()
     names = [line.split()[0].lower() for line in lines if re.match(r"[RCLVIB]", line)]

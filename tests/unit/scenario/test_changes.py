@@ -1,6 +1,7 @@
 """Scenarios are changed: parts are added, presets keep a source beside each value, moisture moves what is there."""
 
 import itertools
+import tomllib
 
 import numpy as np
 import pytest
@@ -71,7 +72,10 @@ def test_several_layers_are_added_at_once_in_any_order(order):
     [
         ({"stack.glue": {"thickness": "1 um"}}, "no layer 'glue'.* and a role, 'plate', 'gap' or 'finger'"),
         ({"stack.insulater.thickness": "1 um"}, "no layer 'insulater'.* Did you mean 'insulator'"),
-        ({"stack.glue": GLUE}, "stack.glue.material: missing: .* only a gap is air"),
+        (
+            {"stack.glue": GLUE},
+            "stack.glue.material: missing: only a gap is vacuum without one. Declare that of the plate: material = ",
+        ),
         ({"stack.gap": {}}, "stack.gap.thickness: missing"),
         ({"stack.gap": GLUE}, "contradicts the name"),
         (GAP | {"stack.second": {"thickness": "1 um", "role": "gap"}}, "'gap' is already the role of"),
@@ -281,3 +285,36 @@ def test_a_moist_finger_loses_a_held_force_sooner_and_rubs_harder():
     assert np.all(np.diff(left) < 0)
     assert left[0] > 0.99
     assert rubs == pytest.approx([0.4, 0.6, 0.8], rel=1e-12)
+
+
+TABLES = {
+    "insulator": {"thickness": "1 um", "material": {"model": "Constant", "permittivity": 3.0}},
+    "coat": {"thickness": "1 um", "role": "plate", "material": {"model": "Constant", "permittivity": 3.0}},
+    "gap": {"thickness": "1 um"},
+    "stratum_corneum": {"thickness": "200 um", "material": {"model": "Constant", "permittivity": 1560.0}},
+}
+
+
+def bare(name):
+    return {
+        each: {key: value for key, value in table.items() if (each, key) != (name, "material")}
+        for each, table in TABLES.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "declare"),
+    [("insulator", "3.35"), ("coat", "electrovib list material"), ("stratum_corneum", "1560")],
+)
+def test_a_layer_that_is_no_gap_needs_a_material_wherever_it_is_declared(name, declare):
+    """A thickness alone was vacuum in silence; a gap is vacuum, and vacuum that is declared is taken."""
+    sentence = rf"stack\.{name}\.material: missing: only a gap is vacuum.*{declare}"
+    with pytest.raises(InputError, match=sentence):
+        TOUCHING.replace({"stack": bare(name)})
+    with pytest.raises(InputError, match=sentence):
+        load(TOUCHING.to_dict() | {"stack": bare(name)})
+    vacuum = bare(name)
+    vacuum[name] = vacuum[name] | {"material": {"model": "Constant", "permittivity": 1.0}}
+    found = TOUCHING.replace({"stack": vacuum})
+    assert load(found.to_dict()) == load(tomllib.loads(found.to_toml())) == found
+    assert found.stack.layers[name].material == found.stack.layers["gap"].material

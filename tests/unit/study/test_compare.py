@@ -222,6 +222,42 @@ def test_an_amplifier_leaves_the_held_voltage_a_swipe_its_full_load_and_a_memory
     assert (entry.static, entry.late) == (reference.static, reference.late)
 
 
+def test_the_response_to_a_step_is_that_behind_the_amplifier_with_its_limits():
+    """Charged with its largest current; a time of its own, not a line between two others."""
+    amplifier = {"gain": 2.0, "source_current": 1e-4, "stray_capacitance": 1e-9, "bandwidth": 1e5}
+    plain = BEHIND_GAP.replace({"drive": {"model": "Step", "level": 500.0}, "force.model": PLANE})
+    slow = plain.replace({"circuit.amplifier": amplifier})
+    found = compare(slow, models=[PLANE])
+    (entry,) = found.entries
+    trace = ev.simulate(slow, time=[0.0, 50e-6, 0.05])
+    assert [entry.early, entry.late] == pytest.approx(trace.electrostatic_force.values[1:].tolist(), rel=1e-9)
+    quick = compare(plain.replace({"circuit.amplifier": {"gain": 2.0}}), models=[PLANE]).entries[0]
+    assert entry.early < 1e-3 * quick.early
+    assert entry.static == pytest.approx(quick.static, rel=1e-9)
+    assert "while the amplifier still charges the plate" in entry.why
+    assert "still charges" not in quick.why
+    assert any("the amplifier limits" in each for each in entry.warnings)
+    assert found.scenario == slow
+    saturated = {"circuit.amplifier.saturation": np.array([200.0, 400.0])}
+    curve = (
+        compare(slow.replace({"circuit.amplifier.saturation": 400.0}), models=[PLANE], over=saturated)
+        .panels[-1]
+        .curves[0]
+    )
+    assert curve.y[1] == pytest.approx(4 * curve.y[0])
+
+
+def test_a_bridged_gap_that_conducts_is_compared():
+    """Without conduction its bridges are only missing area."""
+    bridged = {"model": "BridgedAir", "bridged_share": 0.1, "spot_conductivity": 1e-6}
+    (entry,) = compare(BEHIND_GAP.replace({"stack.gap.material": bridged}), models=[PLANE]).entries
+    blocking = bridged | {"spot_conductivity": 0.0}
+    (reference,) = compare(BEHIND_GAP.replace({"stack.gap.material": blocking}), models=[PLANE]).entries
+    assert entry.static == pytest.approx(reference.static, rel=1e-12)
+    assert entry.late < 0.9 * reference.late
+    assert reference.late == pytest.approx(reference.static, rel=1e-2)
+
+
 # materials
 
 SLAB = {"thickness": 10e-6, "material": {"model": "Constant", "permittivity": 3.0}}

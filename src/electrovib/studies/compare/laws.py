@@ -25,6 +25,7 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
+from electrovib.studies.check.amplifier import LARGEST, without_its_limits
 from electrovib.studies.compare import result
 from electrovib.studies.sweep import parse_over
 
@@ -35,7 +36,9 @@ if TYPE_CHECKING:
 STEP = 0.05
 """Duration of the step response [s]."""
 EARLY = 50e-6
-"""Time of the first value of the step response [s], when body and amplifier have charged the stack."""
+"""Time of the first value of the step response [s], when body and a quick amplifier have charged the stack."""
+CHARGED = 0.99
+"""Share of the last voltage of the plate below which the amplifier still charges it at the first value; a choice."""
 
 
 def compare(
@@ -70,8 +73,9 @@ def compare(
 
     Notes
     -----
-    The finger is pressed with the full load all the time, whatever `load.time_profile` is. Of an amplifier with limits,
-    bandwidth and largest current are left out, because the laws are compared at voltages that are held.
+    The finger is pressed with the full load all the time, whatever `load.time_profile` is. The responses to a step contain
+    the limits of an amplifier; static forces are those of the largest voltage that it holds, and means over frequency those
+    of a sine that it supplies.
     """
     given = read_scenario(scenario, changes=set)
     axes = over if isinstance(over, Mapping) else parse_over(given, over)
@@ -86,8 +90,7 @@ def _compared(
             f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
             " current. Take a drive in volts, for instance Sine"
         )
-    scenario, highest = _without_limits(scenario)
-    voltage = min(scenario.drive.largest(), highest)
+    voltage = _held_voltage(scenario)
     if voltage == 0:
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: it stays at 0 V, where every law gives 0 N; set a voltage"
@@ -95,7 +98,7 @@ def _compared(
     scenario = scenario.replace(_left_out(scenario))
     cases, left_out = _cases(scenario, models)
     frequency = scenario.frequency.frequencies()
-    time = np.concatenate([[0.0], np.geomspace(1e-6, STEP, 400)])
+    time = np.unique(np.concatenate([[0.0, EARLY], np.geomspace(1e-6, STEP, 400)]))
     entries = []
     if cases:
         bench = _Bench(scenario, voltage, frequency, time)
@@ -113,8 +116,7 @@ def _compared(
     ]
     ordered = {entry.name: cases[entry.name] for entry in entries}
     panels += [
-        over_parameter(scenario, ordered, path, values=np.asarray(values), highest=highest)
-        for path, values in over.items()
+        over_parameter(scenario, ordered, path, values=np.asarray(values)) for path, values in over.items()
     ]
     return result.Comparison(
         scenario=scenario,
@@ -140,14 +142,12 @@ def _left_out(scenario: Scenario) -> dict[str, Any]:
     return changes
 
 
-def _without_limits(scenario: Scenario) -> tuple[Scenario, float]:
-    """Replace an amplifier with limits by its gain; return also the highest voltage of the drive that it amplifies [V]."""
-    amplifier = scenario.circuit.amplifier
-    if amplifier is None or not amplifier.is_limited:
-        return scenario, np.inf
-    saturation = np.inf if amplifier.saturation is None else amplifier.saturation
-    highest = saturation / abs(amplifier.gain) if amplifier.gain else np.inf
-    return scenario.replace({"circuit.amplifier": {"gain": amplifier.gain}}), highest
+def _held_voltage(scenario: Scenario) -> float:
+    """Return the largest voltage of the drive that its amplifier amplifies without saturation [V]."""
+    amplifier, largest = scenario.circuit.supply, scenario.drive.largest()
+    if amplifier.saturation is None or not amplifier.gain:
+        return largest
+    return min(largest, amplifier.saturation / abs(amplifier.gain))
 
 
 def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, Scenario], dict[str, str]]:
@@ -197,8 +197,11 @@ class _Bench:
             step, warnings = np.zeros(0), self.stack_warnings
         else:
             step, warnings = np.asarray(trace.electrostatic_force.values), _warnings(trace)
-            early, late = float(np.interp(EARLY, self.time, step)), float(step[-1])
-            why += f"; {result.in_time(case, early=early, late=late)}"
+            at = int(np.searchsorted(self.time, EARLY))
+            early, late = float(step[at]), float(step[-1])
+            plate = np.abs(trace.get("plate_voltage", trace.drive_voltage).values)
+            charging = bool(plate[at] < CHARGED * plate[-1])
+            why += f"; {result.in_time(case, early=early, late=late, charging=charging)}"
             polarity = self.polarity(case, step)
         in_the_gap = law.evaluation_surface == "gap"
         if in_the_gap:
@@ -284,15 +287,13 @@ def over_time(entries: Sequence[result.Entry], *, time: Real, voltage: float) ->
     )
 
 
-def over_parameter(
-    scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real, highest: float = np.inf
-) -> Panel:
-    """Return the figure of the static force of each law over a parameter; above `highest` the amplifier saturates [V]."""
+def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real) -> Panel:
+    """Return the figure of the static force of each law over a parameter."""
     quantity = quantity_at(scenario, path)
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
         varied = [_with(case, path, float(value)) for value in values]
-        voltages = [min(one.drive.largest(), highest) for one in varied]
+        voltages = [_held_voltage(one) for one in varied]
         forces = np.array(
             [static_force(one, voltage=each) for one, each in zip(varied, voltages, strict=True)]
         )
@@ -349,14 +350,14 @@ def _on_each_other(one: Curve, other: Curve) -> bool:
 
 
 def insulating(scenario: Scenario) -> Scenario:
-    """Return the same stack without conduction, with its dispersion."""
+    """Return the same stack without conduction, with its dispersion, behind an amplifier without largest values."""
     changes: dict[str, Any] = {}
     for name, layer in scenario.stack.layers.items():
         if layer.material.conductivity:
-            changes[f"stack.{name}.material.conductivity"] = 0.0
+            changes[f"stack.{name}.material"] = layer.material.conducting(0.0).to_dict()
         if layer.leak is not None:
             changes[f"stack.{name}.leak"] = None
-    return scenario.replace(changes) if changes else scenario
+    return without_its_limits(scenario.replace(changes) if changes else scenario, LARGEST)
 
 
 def _stepped(scenario: Scenario, voltage: float, time: Real, state: str) -> xarray.Dataset:

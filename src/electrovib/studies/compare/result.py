@@ -253,7 +253,7 @@ def _in_time(entries: Sequence[Entry]) -> str:
     extremes = moving if len(moving) == 1 else (moving[-1], moving[0])
     told = listed(f"{e.name} goes from {_force(e.early)} to {_force(e.late)}" for e in extremes)
     words = "The laws differ in time as well as in size" if len(moving) > 1 else "The force changes in time"
-    return f"{words}: over 50 ms of a held voltage {told}."
+    return f"{words}: between 50 us and 50 ms after a step {told}."
 
 
 def _leak(scenario: Scenario) -> str:
@@ -379,8 +379,8 @@ def _odd(leak: Conduction) -> bool:
     return np.allclose(leak.current_density(fields), -leak.current_density(-fields), rtol=1e-12, atol=0.0)
 
 
-def in_time(scenario: Scenario, *, early: float, late: float) -> str:
-    """Explain how the force changes from just after a step to 50 ms later, and which layer causes it."""
+def in_time(scenario: Scenario, *, early: float, late: float, charging: bool = False) -> str:
+    """Explain how the force changes from just after a step to 50 ms later: which layer causes it, or the amplifier `charging`."""
     if early <= 0:
         return "starts at 0 N"
     names, change = conducting(scenario), late / early
@@ -388,6 +388,8 @@ def in_time(scenario: Scenario, *, early: float, late: float) -> str:
         though = f", although {_conduct(names)}" if names else ": nothing conducts"
         return f"keeps its force while the voltage is held{though}"
     size = f"rises by a factor {change:.3g}" if change > 1 else f"falls to {change:.2g} of its initial value"
+    if charging:
+        return f"{size} between 50 us and 50 ms after the step, while the amplifier still charges the plate"
     return f"{size} while the voltage is held: {_because(_place(scenario), names, rises=change > 1)}"
 
 
