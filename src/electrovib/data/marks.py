@@ -6,14 +6,16 @@ import csv
 import hashlib
 import io
 import json
+import math
 import re
+from collections.abc import Mapping
 from enum import StrEnum
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 from electrovib.core.diagnostics import comment_lines
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
     from electrovib.core.diagnostics import Diagnostic
@@ -49,6 +51,16 @@ _BLOCK: Final = 1 << 20
 def unsigned(form: Form) -> str:
     """Return the mark that a writer puts once near the beginning of its content and that `sign` completes."""
     return f"electrovib {form}, checksum {_EMPTY}"
+
+
+def plain(value: Any) -> Any:
+    """Return numbers and tables as JSON has them: lists, and None for a number that is not finite."""
+    if isinstance(value, Mapping):
+        return {str(name): plain(each) for name, each in value.items()}
+    value = value.tolist() if hasattr(value, "tolist") else value  # an array of numpy
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def json_text(form: Form, content: Mapping[str, object]) -> str:

@@ -12,6 +12,7 @@ from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.core.signals import is_trace
+from electrovib.data.marks import plain
 from electrovib.data.traces import open_if_trace
 from electrovib.physics.perception import (
     BEST_FREQUENCIES,
@@ -380,12 +381,7 @@ class Percept(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Return numbers, texts and lists; a level of minus infinity becomes None."""
-        plain = asdict(self)
-        for name in ("frequency", "amplitude"):
-            plain["spectrum"][name] = plain["spectrum"][name].tolist()
-        plain["alternatives"] = dict(self.alternatives)
-        plain["left"] = dict(self.left)
-        found: dict[str, Any] = _finite(plain)
+        found: dict[str, Any] = plain(asdict(self))
         return found
 
 
@@ -410,15 +406,6 @@ class Difference:
     noticeable: bool
     text: str
     diagnostics: tuple[Diagnostic, ...]
-
-
-def _finite(value: Any) -> Any:
-    """Replace numbers that are not finite, which JSON cannot express, by None."""
-    if isinstance(value, Mapping):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, (tuple, list)):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def verdict(*, sensation: float | None, uncertainty: float | None) -> str:

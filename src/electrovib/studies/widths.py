@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.units import format_quantity
+from electrovib.data.marks import plain
 from electrovib.physics.perception import Perception
 from electrovib.studies.felt_spectrum import not_proportional
 
@@ -78,7 +79,7 @@ def sentences(widths: Iterable[Width]) -> tuple[str, ...]:
 
 def record(widths: Iterable[Width]) -> list[dict[str, Any]]:
     """Return the widths as tables."""
-    return [asdict(each) for each in widths]
+    return [plain(asdict(each)) for each in widths]
 
 
 ONE_FINGER: Final = Width(name=SAMPLING, text="these are numbers of one finger; a space draws others")

@@ -8,12 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-import numpy as np
-
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, json_text
+from electrovib.data.marks import Form, json_text, plain
 from electrovib.studies.check.result import UNKNOWN, not_shown
 from electrovib.studies.widths import Width, record, sentences
 
@@ -115,15 +113,6 @@ class Designed(Answer):
         found["widths"] = record(self.widths)
         told = {"diagnostics": [each.to_dict() for each in self.diagnostics], "text": list(self.lines)}
         return {name: plain(value) for name, value in found.items()} | told
-
-
-def plain(value: Any) -> Any:
-    """Return numbers and tables as JSON has them: lists, and None for a number that is not finite."""
-    if isinstance(value, Mapping):
-        return {str(name): plain(each) for name, each in value.items()}
-    if isinstance(value, np.ndarray | list | tuple):
-        return [plain(each) for each in (value.tolist() if isinstance(value, np.ndarray) else value)]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 _MOST_INFLUENCES: Final = 6

@@ -18,6 +18,7 @@ from electrovib.apps.explorer.runner import LatestOnly
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.units import parse_quantity
 from electrovib.studies.check.result import FAIL, CheckRow
+from electrovib.studies.widths import TOGETHER
 
 SINE = "bau_2010/sine"
 
@@ -66,7 +67,11 @@ def test_what_is_felt_and_the_nearest_limit_are_those_of_perceive_and_check():
     percept, checked = ev.perceive(SINE), ev.check(SINE)
     low, middle, high_ = (percept.sensation + each * percept.uncertainty for each in (-1, 0, 1))
     assert found[FELT].value == f"yes, +{middle:.0f} dB"
-    assert found[FELT].note == f"+{low:.0f} to +{high_:.0f} dB relative to published thresholds"
+    least, most = next(each.interval for each in percept.widths if each.name == TOGETHER)
+    assert found[FELT].note == (
+        f"+{low:.0f} to +{high_:.0f} dB relative to published thresholds;"
+        f" +{least:.0f} to +{most:.0f} dB with the spread of the force law"
+    )
     nearest = max(
         (row for row in checked.rows if row.limit and row.value), key=lambda row: row.value / row.limit
     )

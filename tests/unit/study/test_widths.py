@@ -1,0 +1,233 @@
+"""Widths of answers about people at every door: which are named, which are not included and why, and where they are recorded."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import electrovib as ev
+from electrovib.apps.cli import app
+from electrovib.apps.cli.study import summary
+from electrovib.apps.explorer.computed import FREQUENCY, Further, compute, slices
+from electrovib.apps.explorer.page.plots import law_words, verdict_words
+from electrovib.studies import widths
+from electrovib.studies.widths import Width
+
+SINE, VOLTS = "bau_2010/sine", "drive.amplitude"
+LEVEL = "detection level = 0 dB"
+
+
+def by_name(found):
+    return {each.name: each for each in found.widths}
+
+
+def level(**changes):
+    return ev.design(SINE, want=LEVEL, free=VOLTS, set=changes or None)
+
+
+def test_a_level_of_one_finger_is_designed_at_the_ends_of_the_thresholds_and_of_the_law():
+    found, names = level(), by_name(level())
+    percept = ev.perceive(SINE, set={VOLTS: found.value})
+    ends = [found.value * 10 ** (sign * percept.uncertainty / 40) for sign in (-1, 1)]
+    assert names[widths.THRESHOLDS].interval == pytest.approx(ends, rel=1e-6)
+    root = math.sqrt(widths.TYPICAL_FACTORS["MaxwellStressInGap"])
+    assert names[widths.LAW].interval == pytest.approx((found.value / root, found.value * root), rel=1e-6)
+    assert names[widths.TOGETHER].interval == pytest.approx((ends[0] / root, ends[1] * root), rel=1e-6)
+    assert [each.name for each in found.widths if each.interval is None] == [widths.SAMPLING, widths.PEOPLE]
+    for which, end in (("lowest", 1), ("highest", 0)):
+        wanted = ev.design(SINE, want=f"{which} {LEVEL}", free=VOLTS)
+        assert wanted.value == pytest.approx(ends[end], rel=1e-6)
+
+
+def test_a_value_that_falls_with_the_quantity_and_an_end_outside_the_range():
+    thickness = "stack.gap.thickness"
+    found = ev.design(SINE, want=LEVEL, free=thickness, set={VOLTS: 20.0}, between="100 nm:1 mm")
+    low, high = by_name(found)[widths.THRESHOLDS].interval
+    assert low < found.value < high
+    for at, sign in ((low, -1), (high, 1)):
+        percept = ev.perceive(SINE, set={VOLTS: 20.0, thickness: at})
+        assert percept.sensation + sign * percept.uncertainty == pytest.approx(0.0, abs=1e-4)
+    near = ev.design(SINE, want=LEVEL, free=thickness, set={VOLTS: 20.0}, between=(found.value / 1.2, 1e-3))
+    low, high = by_name(near)[widths.THRESHOLDS].interval
+    assert math.isnan(low)
+    assert high == pytest.approx(by_name(found)[widths.THRESHOLDS].interval[1], rel=1e-5)
+    assert "no value in the range to " in by_name(near)[widths.THRESHOLDS].sentence
+    kept = json.loads(json.dumps(near.to_dict(), allow_nan=False))["widths"]
+    assert next(each for each in kept if each["name"] == widths.THRESHOLDS)["interval"][0] is None
+
+
+def test_a_threshold_and_a_skin_of_ones_own_leave_their_uncertainty():
+    own = {
+        "threshold": 1e-7,
+        "threshold_uncertainty": 6.0,
+        "compliance": {"model": "ElasticSkin", "stiffness": 400.0},
+    }
+    found = level(perception=own)
+    low, high = by_name(found)[widths.THRESHOLDS].interval
+    assert (low, high) == pytest.approx([found.value * 10 ** (each / 40) for each in (-6, 6)], rel=1e-6)
+    assert "the uncertainty of perception.threshold, common" in by_name(found)[widths.THRESHOLDS].sentence
+
+
+@pytest.mark.parametrize(
+    ("changes", "quantity", "factor"),
+    [
+        ({}, "detection level", 12.0),
+        ({}, "swing lateral_force", 12.0),
+        ({}, "mean electrostatic_force", 12.0),
+        ({}, "electrostatic_force at 2 ms", 12.0),
+        ({"force": {"model": "EffectiveMedium"}}, "mean_force", 8.7),
+        ({}, "relative level", None),
+        ({}, "peak lateral_force", None),
+        ({}, "peak current", None),
+        (
+            {"friction": {"model": "PowerLaw", "coefficient": 0.5, "exponent": 0.8, "at_force": 0.5}},
+            "detection level",
+            None,
+        ),
+    ],
+)
+def test_the_factor_of_a_law_stands_where_the_quantity_is_proportional_to_the_attraction(
+    changes, quantity, factor
+):
+    assert widths.factor_of(ev.load(SINE, changes=changes), quantity) == factor
+
+
+def test_a_quantity_that_no_law_scales_says_that_this_is_not_included():
+    found = ev.design(
+        SINE, want="peak lateral_force = 0.4 N", free=VOLTS, space="fingers", share=0.5, seed=1, n=30
+    )
+    (law,) = (each for each in found.widths if each.name == widths.LAW)
+    assert law.interval is None
+    assert law.sentence.startswith(
+        "Not included: force law: no measured force says how far MaxwellStressInGap is off here"
+    )
+    assert law.sentence in found.document.sentences
+    assert widths.TOGETHER not in by_name(found)
+
+
+def test_a_distribution_of_needed_values_has_the_interval_of_its_median():
+    found = ev.design(SINE, want="mean electrostatic_force = 1 mN", free=VOLTS, space="fingers", seed=1, n=30)
+    values = np.sort(found.distribution.values)
+    low, high = widths.quantile_ranks(0.5, 30)
+    assert by_name(found)[widths.SAMPLING].interval == (values[low - 1], values[high - 1])
+    few = ev.design(SINE, want="mean electrostatic_force = 1 mN", free=VOLTS, space="fingers", seed=1, n=3)
+    assert "no bound (too few draws)" in by_name(few)[widths.SAMPLING].sentence
+    assert (
+        ev.design(SINE, want="mean electrostatic_force = 1 mN", free=VOLTS).widths == ()
+    )  # not about people
+
+
+def test_a_share_that_is_not_reached_says_at_which_threshold_it_would_be():
+    asked = {"want": LEVEL, "free": VOLTS, "space": "fingers", "share": 0.9, "seed": 1, "n": 20}
+    found = ev.design(SINE, between="0.1 V:2 V", **asked)
+    assert found.found is None
+    low, high = by_name(found)[widths.THRESHOLDS].interval
+    assert low < 2.0
+    assert math.isnan(high)
+
+
+def test_a_study_states_its_widths_in_words_record_and_table(tmp_path):
+    found = ev.study(SINE, "fingers", n=100, seed=1, output=tmp_path / "s.zarr", exceed="500 mN")
+    assert found["electrostatic_force_percentile_interval"].dims == ("percentile", "end", "time")
+    lines = summary(found)
+    assert (
+        sum(
+            line.startswith("width by sampling, 95 % intervals for 100 fingers: 5th percentile")
+            for line in lines
+        )
+        == 1
+    )
+    assert sum(line.startswith("width by force law, 0.08333 to 12 times the force") for line in lines) == 1
+    assert sum(line.startswith("not included: thresholds of perception") for line in lines) == 1
+    share = float(found["electrostatic_force_exceedance_anywhere"][0])
+    low, high = widths.clopper_pearson(round(100 * share), 100)
+    assert any(
+        f"(95 % interval for 100 fingers: {100 * low:.3g} to {100 * high:.3g} %)" in line for line in lines
+    )
+    assert [each["name"] for each in found.attrs["widths"]] == [widths.LAW, widths.THRESHOLDS]
+    kept = ev.open_study(tmp_path / "s.zarr")
+    assert kept.attrs["widths"] == found.attrs["widths"]
+    (path,) = ev.save(found, tmp_path / "s.csv")
+    assert "width by force law" in path.read_text()
+    few = ev.study(SINE, "fingers", n=5, seed=1)
+    assert "no bound (too few draws)" in " ".join(summary(few))
+
+
+def test_compare_says_how_far_the_law_it_believes_is_off_on_fingers():
+    found = ev.compare(SINE)
+    assert [each.name for each in found.widths] == [widths.LAW, widths.SAMPLING, widths.THRESHOLDS]
+    for each in found.widths:
+        assert each.sentence in repr(found)
+    assert found.tables[0].headings[-1] == "measured forces missed by"
+    assert {row[0]: row[-1] for row in found.tables[0].rows}["EffectiveMedium"] == "8.7 times"
+    alone = ev.compare(SINE, models=["EffectiveMedium"])
+    assert [each.name for each in alone.widths] == [widths.SAMPLING, widths.THRESHOLDS]
+
+
+def test_what_is_felt_has_the_law_and_both_together_and_a_measurement_has_no_law():
+    found = ev.perceive(SINE)
+    more, names = 20 * math.log10(12.0), by_name(found)
+    middle, half = found.sensation, found.uncertainty
+    assert names[widths.THRESHOLDS].interval == pytest.approx((middle - half, middle + half))
+    assert names[widths.LAW].interval == pytest.approx((middle - more, middle + more))
+    assert names[widths.TOGETHER].interval == pytest.approx((middle - half - more, middle + half + more))
+    assert found.to_dict()["widths"][1]["interval"] == list(names[widths.LAW].interval)
+    measured = ev.simulate(SINE, time=np.arange(4096) * 1e-4)
+    measured.attrs = {name: each for name, each in measured.attrs.items() if name not in {"scenario", "over"}}
+    assert [each.name for each in ev.perceive(measured).widths] == [
+        widths.THRESHOLDS,
+        widths.SAMPLING,
+        widths.PEOPLE,
+    ]
+
+
+def test_the_page_names_the_widths_beside_the_band_the_laws_and_what_is_felt():
+    run = compute(ev.load(SINE))
+    known = Further()
+    for each in slices(FREQUENCY, run):
+        known = each(known)
+    assert "Width by force law, 0.08333 to 12 times the force" in known.drawn
+    assert "Not included: thresholds of perception" in known.drawn
+    assert "12 times" in law_words(run, Further())
+    said = verdict_words(ev.perceive(SINE))
+    assert "Width by force law" in said
+    assert "Not included: differences of the threshold between people" in said
+
+
+def test_the_terminal_prints_the_widths_below_the_number():
+    asked = [
+        "design",
+        SINE,
+        "--want",
+        LEVEL,
+        "--free",
+        VOLTS,
+        "--space",
+        "fingers",
+        "--share",
+        "0.9",
+        "--seed",
+        "1",
+        "-n",
+        "20",
+    ]
+    lines = CliRunner().invoke(app, asked).output
+    for word in (
+        "Width by sampling,",
+        "Width by thresholds of perception,",
+        "Width by force law,",
+        "Together,",
+        "Not included:",
+    ):
+        assert word in lines
+
+
+def test_a_law_that_was_never_compared_is_not_given_a_factor():
+    found = widths.law_width("MyOwnLaw", None)
+    assert found == Width(name=widths.LAW, text=found.text)
+    assert "no measured force says how far MyOwnLaw is off" in found.sentence
+    assert widths.missed_by("MyOwnLaw") == "not compared"
