@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from electrovib.core.errors import InputError, gathered
+from electrovib.data.atomic import output_path
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
@@ -121,7 +122,7 @@ def fit_material(
             )  # fmt: skip
             name = path.name if path.name not in samples else str(path)
             samples[name] = sample if band is None else _within(sample, band)
-    target = None if output is None else Path(output)
+    target = None if output is None else output_path(output)
     with gathered(problems):
         _check(target, [*names, *([] if reference is None else [Path(reference[0])])], base, force=force)
     if not names:

@@ -58,10 +58,10 @@ def init(
         ]
     )
     if output is not None:
-        from electrovib.data.atomic import check_writable, write_text
+        from electrovib.data.atomic import check_writable, output_path, write_text
         from electrovib.data.marks import Form, unsigned
 
-        place = Path(output)
+        place = output_path(output)
         check_writable({place: Form.SCENARIO}, inputs=inputs, force=force)
         write_text(place, f"# {unsigned(Form.SCENARIO)}\n{text}", Form.SCENARIO, force=force)
     return text

@@ -221,12 +221,12 @@ def _check_outputs(
     problems: list[str] = []
     if output is not None:
         with gathered(problems):
-            check_output(Path(output), dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
+            check_output(output, dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
     if report is not None:
         from electrovib.view.pages import check_page
 
         with gathered(problems):
-            check_page(Path(report), inputs=inputs, force=force)
+            check_page(report, inputs=inputs, force=force)
     if problems:
         raise InputError(problems)
 

@@ -346,10 +346,10 @@ def reserved(plan: BenchPlan, output: Path | None) -> Path | None:
     if output is None:
         return None
     handle, name = tempfile.mkstemp(prefix=f"{output.stem}.raw.", suffix=".json", dir=output.parent)
-    numbers = RECORD * (1 + len(plan.settings.channels()))
+    room = _LONGEST_NUMBER * RECORD * (1 + len(plan.settings.channels())) + _LONGEST_TEXTS
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(b" " * (_LONGEST_NUMBER * numbers + _LONGEST_TEXTS))
+            file.write(b" " * room)
             os.fsync(handle)
     except BaseException:
         remove(Path(name))

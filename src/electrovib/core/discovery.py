@@ -5,11 +5,11 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
-from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, nearest, shortened
+from electrovib.core.files import kind_of
 from electrovib.core.search import Searchable, asked, closest_entries, near
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def paper(name: str) -> ModuleType:
     contributed = {entry.name: entry for entry in _contributed()}
     if name in contributed:
         return _load(contributed[name])
-    what = "a file, not" if Path(name).is_file() else "neither a file nor"
+    what = "a file, not" if kind_of(name) == "file" else "neither a file nor"
     raise InputError(f"'{name}' is {what} a paper.{_near_papers(name, [*paper_names(), *contributed])}")
 
 

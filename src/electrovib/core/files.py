@@ -1,17 +1,18 @@
-"""Input files: the columns that a model declares, and the list of all files that are read."""
+"""Files by the names that a user gives: what stands there, the columns that a model declares, and the list of what is read."""
 
 from __future__ import annotations
 
+import stat
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.budget import holding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-    from pathlib import Path
 
 UNREAD: Final = "its file is read with a scenario; alone, read it with electrovib.scenario.read_part"
 """Advice of an error where a model names a file that has not been read."""
@@ -67,6 +68,15 @@ class DeclaresFile:
         """
         del table
         return ()
+
+
+def kind_of(path: str | Path) -> str:
+    """Return what stands at a path: ``"file"``, ``"folder"`` or ``"other"``; empty for nothing, as under too long a name."""
+    try:
+        mode = Path(path).stat().st_mode
+    except (OSError, ValueError):
+        return ""
+    return "folder" if stat.S_ISDIR(mode) else "file" if stat.S_ISREG(mode) else "other"
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from electrovib.core.discovery import find_member, find_members
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.files import kind_of
 from electrovib.core.model import Model
 from electrovib.core.parsing import read_json
 
@@ -32,7 +33,7 @@ def use_models(file: str | Path) -> ModuleType:
         _used[path] = imported  # by another file
     if path in _used:
         return _used[path]
-    if not path.is_file():
+    if kind_of(path) != "file":
         raise InputError(
             f"--models {file}: there is no such file; expected a Python file that defines models"
         )

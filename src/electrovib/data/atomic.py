@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError
+from electrovib.core.files import kind_of
 from electrovib.data.marks import Form, is_ours, sign
 
 if TYPE_CHECKING:
@@ -109,13 +110,24 @@ def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> Non
         temporaries[path].write_text(text, encoding="utf-8", newline="")
 
 
+def output_path(given: str | Path) -> Path:
+    """Return the path of an output; a blank one, as of a variable that is not set, would be the folder where one is."""
+    if not str(given).strip():
+        raise InputError("the name of the output is blank; give one, or omit it")
+    return Path(given)
+
+
 def check_folder(
     folder: Path, files: Mapping[str, Form | None], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
     """Check, before a long computation, that these files can be written into a folder."""
-    if folder.exists() and not folder.is_dir():
-        raise InputError("is a file, where the folder of the results is to be made", path=folder)
-    if folder.is_dir():
+    nearest = next(place for place in (folder, *folder.parents) if kind_of(place))
+    if kind_of(nearest) != "folder":
+        raise InputError(f"'{nearest}' is a file, not a folder: give the name of a folder", path=folder)
+    if nearest != folder:
+        if why := _obstacle(nearest / folder.relative_to(nearest).parts[0]):
+            raise InputError(why, path=folder)
+    else:
         check_writable({folder / name: form for name, form in files.items()}, inputs=inputs, force=force)
 
 
@@ -128,12 +140,20 @@ def write_folder(
 ) -> list[Path]:
     """Write files into a folder, all of them or none."""
     check_folder(folder, {name: forms[name] for name in contents}, force=force)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     outputs = {folder / name: forms[name] for name in contents}
     with writing(outputs, force=force) as temporaries:
         for path, content in zip(outputs, contents.values(), strict=True):
             temporaries[path].write_bytes(content.encode() if isinstance(content, str) else content)
     return list(outputs)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those in which it lies."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made: {error.strerror or error}.", path=folder) from error
 
 
 def check_writable(

@@ -14,7 +14,7 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.core.files import note_input
+from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
@@ -233,7 +233,7 @@ def open_trace(path: str | Path) -> xarray.Dataset:
     note_input(place)
     reader = FORMATS.get(place.suffix.lower())
     if reader is None:
-        if place.suffix or place.is_dir():
+        if place.suffix or kind_of(place) == "folder":
             check_file(place)
         raise DataFileError(
             f"a Trace is opened from {', '.join(FORMATS)}, not from '{place.suffix or place}'; 'electrovib run' makes one of a"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.answer import Answer
 from electrovib.core.errors import InputError, suggestion
 from electrovib.core.signals import is_study_result, is_trace
-from electrovib.data.atomic import check_writable
+from electrovib.data.atomic import check_writable, output_path
 from electrovib.data.marks import Form
 from electrovib.data.trace_csv import csv_files, csv_forms, save_csv
 from electrovib.data.traces import save_mat, save_nc
@@ -49,7 +49,7 @@ def save(trace: xarray.Dataset | Answer, path: str | Path, *, force: bool = Fals
         If the suffix is unknown, the file cannot be written or would replace one that electrovib did not write in this
         form, or the format cannot hold this Trace.
     """
-    path = Path(path)
+    path = output_path(path)
     if isinstance(trace, Answer):
         from electrovib.view.documents import save_answer
 
@@ -69,7 +69,7 @@ def check_output(
     path: str | Path, sizes: Mapping[str, int], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
     """Check before a long computation that `save` can write the output; only the names of `sizes` count."""
-    path = Path(path)
+    path = output_path(path)
     _writer(path)
     suffix = path.suffix.lower()
     forms = csv_forms(csv_files(sizes, path)) if suffix == ".csv" else {path: _FORMS[suffix]}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of, warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.files import inputs_noted
-from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.atomic import check_writable, output_path, write_text
 from electrovib.data.marks import Form, unsigned
 from electrovib.exports.spice.netlist import netlist
 from electrovib.exports.waveform import check_waveform_file, export_waveform
@@ -71,7 +71,7 @@ def export(
     NotCausalError
         If the force law has no time-domain form.
     """
-    place = Path(path)
+    place = output_path(path)
     if options or place.suffix.lower() in FORMATS:
         return export_waveform(scenario, place, set=set, force=force, **options).path
     return export_netlist(scenario, place, changes=set, force=force).path
@@ -117,7 +117,7 @@ def check_design_file(
     path: str | Path, *, edge: float | str | None = None, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
     """Check before a computation that its result can be written."""
-    place = Path(path)
+    place = output_path(path)
     suffix = place.suffix.lower()
     if suffix not in FORMS and suffix not in FORMATS:
         known = ", ".join([*FORMS, *FORMATS])
@@ -137,7 +137,7 @@ def write_design(
     force: bool = False,
 ) -> list[str]:
     """Write the scenario with the result (``.toml``), all numbers (``.json``) or the drive as a waveform."""
-    place = Path(path)
+    place = output_path(path)
     check_design_file(place, edge=edge, force=force)
     suffix = place.suffix.lower()
     if suffix == ".json":

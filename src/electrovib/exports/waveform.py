@@ -14,7 +14,7 @@ from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
-from electrovib.data.atomic import check_writable, writing
+from electrovib.data.atomic import check_writable, output_path, writing
 from electrovib.exports.waveform_formats import FORMATS, INSTRUMENTS, Encoded, Scaling, WaveformFormat
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.studies import check as checks
@@ -114,7 +114,7 @@ def export_waveform(
         Unless the limits are declared and held by the drive and by the samples as written, the error is allowed, what an
         instrument plays begins and ends at 0 V, and the file can be written. Nothing is clipped.
     """
-    place = Path(path)
+    place = output_path(path)
     form = _format(place, instrument)
     with inputs_noted() as inputs:
         found = read_scenario(scenario, changes=set)
@@ -150,7 +150,7 @@ def check_waveform_file(
     force: bool = False,
 ) -> None:
     """Check, before a long computation, whether a waveform can be written to a file."""
-    place = Path(path)
+    place = output_path(path)
     form = _format(place, instrument)
     refuse_unsuited(form, edge)
     check_writable({place: form.form}, inputs=inputs, force=force)

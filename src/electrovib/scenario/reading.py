@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.discovery import offers, paper_names, papers
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, closest_file, shortened
+from electrovib.core.files import kind_of
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import missing_models, origins
 from electrovib.core.parsing import read_json, read_toml_file
@@ -121,7 +121,7 @@ def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _tables(path: Path) -> dict[str, Any]:
-    near = "" if path.exists() else _near_file(str(path)).strip()
+    near = "" if kind_of(path) else _near_file(str(path)).strip()
     advice = near or f"Give a .toml file or a paper, for instance {DEFAULT}"
     if not (found := read_toml_file(path, kind="a scenario", advice=advice)):
         raise InputError(
@@ -143,11 +143,8 @@ def _near_file(name: str) -> str:
 def paper_of_preset(source: object) -> str:
     """Return the paper, ``author_year``, of a ready-made scenario; empty for a scenario of the user."""
     path = Path(source) if isinstance(source, (str, Path)) else None
-    if path is None or path.suffix == ".toml" or is_trace_file(path):
+    if path is None or path.suffix == ".toml" or is_trace_file(path) or kind_of(path):
         return ""
-    with suppress(OSError):  # a name that is too long for a file
-        if path.exists():
-            return ""
     return str(source).partition("/")[0]
 
 

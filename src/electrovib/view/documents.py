@@ -10,7 +10,8 @@ import numpy as np
 
 from electrovib.core.answer import Drawing, Panel
 from electrovib.core.errors import InputError
-from electrovib.data.atomic import check_folder, check_writable, write_folder, writing
+from electrovib.core.files import kind_of
+from electrovib.data.atomic import check_folder, check_writable, output_path, write_folder, writing
 from electrovib.data.marks import Form, unsigned
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def check_answer(
     force: bool = False,
 ) -> None:
     """Check, before a long computation, that an answer of this kind can be written; `more` are files of what was asked for."""
-    place = Path(path)
+    place = output_path(path)
     if _is_file(place):
         check_writable({place: _single(kind.FILES, place, drawn=kind.DRAWN)[1]}, inputs=inputs, force=force)
     else:
@@ -48,7 +49,7 @@ def save_answer(found: Answer, path: str | Path, *, force: bool = False) -> list
 
     All files are written, or none. A figure carries no mark, so only `force` replaces one.
     """
-    place = Path(path)
+    place = output_path(path)
     if not _is_file(place):
         contents = {PAGE: html(found.document)} | {name: found.content(name) for name in found.files}
         return write_folder(place, contents, _forms(found.files), force=force)
@@ -64,7 +65,7 @@ def save_answer(found: Answer, path: str | Path, *, force: bool = False) -> list
 
 def _is_file(place: Path) -> bool:
     """Return whether a path names a file: it has the suffix of one, and is not there as a folder."""
-    return place.suffix[1:].isalpha() and not place.is_dir()
+    return place.suffix[1:].isalpha() and kind_of(place) != "folder"
 
 
 def _forms(files: Mapping[str, str | None]) -> dict[str, Form | None]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from zlib import crc32
 
 from electrovib.core.errors import InputError
-from electrovib.data.atomic import check_writable
+from electrovib.data.atomic import check_writable, output_path
 from electrovib.data.marks import Form
 from electrovib.view.style import new_figure, style
 from electrovib.view.units import typeset
@@ -60,8 +60,9 @@ def filled(template: str, **content: Any) -> str:
     return _environment().get_template(template).render(**content)
 
 
-def check_page(path: Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
+def check_page(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
     """Check, before the computation, that a page can be written."""
+    path = output_path(path)
     if path.suffix.lower() not in {".html", ".htm"}:
         raise InputError(f"a report is an .html file, not '{path.suffix}'", path=path)
     check_writable({path: Form.PAGE}, inputs=inputs, force=force)

@@ -13,9 +13,9 @@ import numpy as np
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError, gathered
-from electrovib.core.files import inputs_noted
+from electrovib.core.files import inputs_noted, kind_of
 from electrovib.core.signals import is_study_result, is_trace, signal
-from electrovib.data.atomic import write_text
+from electrovib.data.atomic import output_path, write_text
 from electrovib.data.marks import Form
 from electrovib.recordings.importing.merging import is_measured, residuals
 from electrovib.view import summary, tables
@@ -81,7 +81,7 @@ def reported(
     traces: Any, path: str | Path, *, title: str | None = None, force: bool = False
 ) -> dict[str, xarray.Dataset]:
     """Write a report as `report` does."""
-    output = Path(path)
+    output = output_path(path)
     problems: list[str] = []
     found: dict[str, Any] = {}
     with inputs_noted() as inputs, gathered(problems):
@@ -137,7 +137,7 @@ def _study(item: Any) -> xarray.Dataset | None:
     if is_study_result(item):
         result: xarray.Dataset = item
         return result
-    if not isinstance(item, (str, Path)) or not Path(item).is_dir():
+    if not isinstance(item, (str, Path)) or kind_of(item) != "folder":
         return None
     from electrovib.studies.population import open_study
 

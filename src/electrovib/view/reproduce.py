@@ -15,7 +15,14 @@ from electrovib.core.answer import Document, Table
 from electrovib.core.budget import each_item
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.data.atomic import check_writable, left_by_a_kill, writing
+from electrovib.data.atomic import (
+    check_folder,
+    check_writable,
+    left_by_a_kill,
+    make_folder,
+    output_path,
+    writing,
+)
 from electrovib.data.marks import Form, csv_text, is_ours
 from electrovib.studies.reproduction import COMPARED
 from electrovib.view.documents import drawn, html
@@ -67,21 +74,12 @@ def reproduce(
         If there is no such paper, if it has nothing to reproduce, if the table cannot be used, if the folder
         cannot be written, or if a file in it would be replaced that is read or not ours; nothing has been written then.
     """
-    folder = Path(output)
-    _check(folder)
-    if folder.exists():
-        check_writable({folder / _PAGE: Form.PAGE}, force=force)
+    folder = output_path(output)
+    check_folder(folder, {_PAGE: Form.PAGE}, force=force)
     with inputs_noted() as inputs:
         found = _found(paper, skin)
     _write(found, folder, inputs=inputs, force=force)
     return found
-
-
-def _check(folder: Path) -> None:
-    """Refuse, before the computation, an output that is, or would lie in, a file."""
-    nearest = next((place for place in (folder, *folder.parents) if place.exists()), Path())
-    if not nearest.is_dir():
-        raise InputError(f"'{nearest}' is a file, not a folder: give the name of a folder", path=folder)
 
 
 def _found(paper: str, skin: str | None) -> Reproduction:
@@ -105,10 +103,7 @@ def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), fo
     if folder.exists():
         _refuse_to_replace(contents, folder, inputs, force=force)
     made = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be made: {error.strerror or error}.", path=folder) from error
+    make_folder(folder)
     try:
         forms = {folder / name: Form.PAGE if name == _PAGE else None for name in contents}
         with writing(forms, force=True) as temporaries:

@@ -106,7 +106,9 @@ def fit(given: Arguments) -> None:
 
 def _is_scenario(first: str) -> bool:
     """Tell whether the first argument is a scenario, and no file of what was measured."""
-    return first.lower().endswith(".toml") or not (Path(first).suffix or Path(first).is_file())
+    from electrovib.core.files import kind_of
+
+    return first.lower().endswith(".toml") or not (Path(first).suffix or kind_of(first) == "file")
 
 
 def _fit_scenario(scenario: str, recorded: list[str], given: Arguments, laws: list[str] | None) -> None:
@@ -185,7 +187,7 @@ def _fit_material(scenario: str | None, files: list[str], given: Arguments) -> N
 
 def _fit_power_law(files: Sequence[str], entries: dict[str, Any], output: str | None, *, force: bool) -> None:
     """Fit a power law to tables of points, and write its sessions as a table."""
-    from electrovib.data.atomic import check_writable, write_text
+    from electrovib.data.atomic import check_writable, output_path, write_text
     from electrovib.data.marks import Form
     from electrovib.recordings.fit.power_law import fit_power_law, power_law_csv, read_points
 
@@ -194,7 +196,7 @@ def _fit_power_law(files: Sequence[str], entries: dict[str, Any], output: str | 
         raise InputError(
             "a power law takes x=COLUMN and y=COLUMN, and may take session=COLUMN", path="--column"
         )
-    target = None if output is None else Path(output)
+    target = None if output is None else output_path(output)
     if target is not None:
         if target.suffix.lower() != ".csv":
             raise InputError(f"the table is written as .csv, not as '{target.suffix}'", path=target)

@@ -44,6 +44,19 @@ _TYPES: Final[dict[str, type]] = {"N": int, "ROUNDS": int, "SHARE": float, "NUMB
 """What is read of an option, by the word after it; of any other a text."""
 
 
+_SEARCHED: Final = ("query", "measured")
+"""Arguments that are words to search for, of which a blank one is none."""
+
+
+def _refuse_blank(flag: str, value: object) -> None:
+    """Refuse a blank text, as of a variable that is not set: by it a file would not be written, or a wish forgotten."""
+    for text in value if isinstance(value, (list, tuple)) else (value,):
+        if isinstance(text, str) and not text.strip():
+            raise InputError(
+                "is blank, as a variable is that is not set; give a value, or omit it", path=flag
+            )
+
+
 class Arguments(dict[str, Any]):
     """What a command was given: the value of each option by its parameter, those with a default included."""
 
@@ -55,8 +68,9 @@ class Arguments(dict[str, Any]):
         super().__init__()
         for each in context.command.params:
             name, value = str(each.name), context.params.get(str(each.name))
-            is_typed = name in self.typed and each.param_type_name == "argument"  # also as an empty text
-            if not (value in (None, [], ()) or value is False or (value == "" and not is_typed)):
+            if name in self.typed and name not in _SEARCHED:
+                _refuse_blank(self.flags[name], value)
+            if not (value in (None, [], ()) or value is False or value == ""):
                 self[name] = names_of(value) if ",..." in str(each.metavar) else value
 
     def only(self, accepted: str, of: str, always: str = "models laws force") -> None:
@@ -240,6 +254,7 @@ def _use_models(files: list[str] | None) -> None:
     for file in files or ():
         from electrovib.core.own_models import use_models
 
+        _refuse_blank("--models", file)
         use_models(file)
 
 

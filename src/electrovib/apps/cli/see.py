@@ -95,6 +95,7 @@ def _answers(shown: Mapping[str, xarray.Dataset], output: str) -> list[str]:
 def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
     """Import the files that are neither Traces nor scenarios; label to Trace or file name, empty without columns."""
     from electrovib.core.errors import DataFileError, InputError
+    from electrovib.core.files import kind_of
     from electrovib.data.traces import open_if_trace
     from electrovib.recordings.importing import import_file
 
@@ -106,7 +107,7 @@ def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
     for name in names:
         label = Path(name).stem if Path(name).stem not in found else name
         found[label] = name
-        if Path(name).is_file() and Path(name).suffix.lower() != ".toml":
+        if kind_of(name) == "file" and Path(name).suffix.lower() != ".toml":
             try:
                 found[label] = open_if_trace(name)
                 if found[label] is name:

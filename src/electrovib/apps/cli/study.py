@@ -124,7 +124,7 @@ def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
             check_bands(Path(csv), force=force)
     with gathered(problems):
         if report is not None:
-            check_page(Path(report), force=force)
+            check_page(report, force=force)
     if problems:
         raise InputError(problems)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import LONGEST_QUOTED, InputError, gathered, nearest, shortened
-from electrovib.core.files import note_input
+from electrovib.core.files import kind_of, note_input
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity, parse_quantity
@@ -446,7 +446,7 @@ def tables_of(source: object) -> tuple[Mapping[str, Any], Path]:
     if str(source) in shipped_names():
         return read_shipped(str(source)), Path()
     path = Path(source)
-    if path.suffix != ".toml" and not path.exists():
+    if path.suffix != ".toml" and not kind_of(path):
         raise InputError(
             f"'{source}' is neither a file nor a population of the package.{nearest(str(source), shipped_names())}"
         )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.budget import Work, megabytes, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.data.atomic import HeldError, held
+from electrovib.data.atomic import HeldError, held, output_path
 from electrovib.solve.meter import Meter, measured
 from electrovib.studies.population import store
 from electrovib.studies.population.declared import BLOCK, MEMORY, PERCENTILES, DeclaredStudy, read_study
@@ -124,7 +124,7 @@ def study(
     where = _where(workers, scheduler)
     if output is None:
         return _in_memory(declared, where, progress)
-    path = Path(output)
+    path = output_path(output)
     if store.state_of(path, declared) == "complete":
         return _complete(path)
     evaluator = _evaluator(declared, where)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 from electrovib.core.errors import InputError, NoColumnError, Problem, shortened
-from electrovib.core.files import note_input
+from electrovib.core.files import kind_of, note_input
 from electrovib.core.model import Model
 from electrovib.core.parsing import read_toml, read_toml_file
 from electrovib.core.samples import Samples
@@ -76,7 +76,7 @@ def _speed(text: str) -> float | None:
 
 def _refuse_no_file(source: str | Path) -> None:
     path = Path(source)
-    if not isinstance(source, str) or path.exists() or path.suffix.lower() in _DATA:
+    if not isinstance(source, str) or kind_of(path) or path.suffix.lower() in _DATA:
         return
     unit = re.fullmatch(r"[-+]?[\d.]+(?:e[-+]?\d+)?\s*([a-zA-Z]+)", source.strip())
     meant = f" Did you mean '{source.strip()}/s'?" if unit and _speed(f"{source}/s") is not None else ""
@@ -99,7 +99,7 @@ def _table(source: object, name: str, example: str) -> tuple[dict[str, Any], Pat
             raise InputError(f"not valid TOML: {error}; for instance {example}", path=name) from None
     path = Path(source)
     if path.suffix.lower() == ".png" and name == "texture":
-        if not path.exists():
+        if not kind_of(path):
             raise InputError("there is no such file", path=path)
         why = (
             "a picture is the file of a texture, and its size on the plate has to be given:"

@@ -1,0 +1,161 @@
+"""Every option of every command: a blank text, a name that no file can have, and a number that is no count of anything."""
+
+import inspect
+import sys
+
+import pytest
+import typer
+
+import electrovib as ev
+from electrovib.apps.cli import app, main
+from electrovib.core.errors import InputError
+
+SCENARIO = "vezzoli_2014/fig6"
+TYPED = {
+    "run": [SCENARIO],
+    "compare": [SCENARIO],
+    "study": [SCENARIO, "--space", "fingers", "-n", "4", "--seed", "1", "-o", "s.zarr"],
+    "evidence": ["vezzoli"],
+    "reproduce": [],
+    "import": ["record.csv"],
+    "times": ["record.csv"],
+    "fit": [SCENARIO, "record.csv", "--free", "friction.coefficient"],
+    "bench run": [SCENARIO, "--simulate"],
+    "bench init": [],
+    "design": [SCENARIO, "--want", "peak electrostatic_force = 1 mN", "--free", "drive.high"],
+    "check": [SCENARIO],
+    "export": [SCENARIO, "-o", "drive.csv"],
+    "explore": [SCENARIO, "--no-browser"],
+    "report": [SCENARIO],
+    "list": [],
+    "init": [SCENARIO],
+}
+"""What is typed behind the name of a command; an option that is tried takes the place of the one with its name."""
+
+
+def commands(group, before=""):
+    for name, each in group.commands.items():
+        found = (
+            commands(each, f"{before}{name} ") if hasattr(each, "commands") else [(f"{before}{name}", each)]
+        )
+        yield from found
+
+
+def options(*words):
+    """Every option and argument with a value, of every command; only those with one of these words for it, if there are any."""
+    for name, command in commands(typer.main.get_command(app)):
+        for each in command.params:
+            word = str(each.metavar or each.name)
+            has_value = each.param_type_name == "argument" or not getattr(each, "is_flag", False)
+            if has_value and each.name != "help" and (not words or any(one in word for one in words)):
+                yield pytest.param(name, each, id=f"{name} {each.opts[0]}")
+
+
+FIRST = ("scenario", "first", "record", "file", "files", "traces", "paper", "measured", "query")
+"""Arguments that stand before all others."""
+
+
+def typed(name, option, value):
+    """Write the command line in which an option, or an argument, is `value`."""
+    words = list(TYPED[name])
+    if option.param_type_name == "argument":
+        words = [value, *words[1:]] if option.name in FIRST else [*words[:1], value, *words[1:]]
+    else:
+        for flag in set(option.opts) & set(words):
+            at = words.index(flag)
+            del words[at : at + 2]
+        words += [option.opts[0], value]
+    return [*name.split(), *words]
+
+
+@pytest.fixture
+def said(monkeypatch, capsys, tmp_path):
+    """Return what a command line ends with, and what it says; an exception that is none of a user is a traceback."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "record.csv").write_text("time [s],a [V]\n0,0\n1e-3,1\n2e-3,0\n", encoding="utf-8")
+
+    def call(words):
+        monkeypatch.setattr(sys, "argv", ["electrovib", *words])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, capsys.readouterr().err
+
+    return call
+
+
+BLANK = [each for each in options() if each.values[1].name not in ("query", "measured")]
+
+
+def test_every_command_is_tried():
+    assert TYPED.keys() == {name for name, _ in commands(typer.main.get_command(app))}
+    assert len(BLANK) > 100
+
+
+@pytest.mark.parametrize("value", ["", "  "])
+@pytest.mark.parametrize(("name", "option"), BLANK)
+def test_a_blank_value_is_refused_before_anything_is_done(said, tmp_path, name, option, value):
+    before = sorted(tmp_path.iterdir())
+    code, words = said(typed(name, option, value))
+    assert code == 2, words
+    assert "is blank, as a variable is that is not set" in words or "Invalid value for" in words
+    assert sorted(tmp_path.iterdir()) == before
+
+
+NAMED = list(
+    options("FILE", "DIR", "SPACE", "PLACE", "OUTPUT", "SCENARIO", "DRIVE", "TEXTURE", "SPEED", *FIRST)
+)
+
+
+@pytest.mark.parametrize("suffix", ["", ".toml", ".nc", ".csv", ".html", ".py", ".zarr"])
+@pytest.mark.parametrize(("name", "option"), NAMED)
+def test_a_name_longer_than_any_file_has_is_answered_in_a_sentence(said, name, option, suffix):
+    name_of = "x" * 300 + suffix
+    code, words = said(typed(name, option, f"{name_of}=1" if "=" in str(option.metavar) else name_of))
+    found = option.name in ("query", "measured", "columns")
+    assert code in ((0, 2) if found else (2,)), words
+    assert found or words.startswith("electrovib: ")
+
+
+def written():
+    """Every public function that writes, as a call with the name of its output."""
+    check, trace = ev.check(SCENARIO), ev.simulate(SCENARIO, signals=["electrostatic_force"])
+    study = {"space": "fingers", "n": 4, "seed": 1}
+    return {
+        "run": lambda name: ev.run(SCENARIO, output=name),
+        "run report": lambda name: ev.run(SCENARIO, report=name),
+        "save": lambda name: ev.save(trace, name),
+        "save check": lambda name: ev.save(check, name),
+        "report": lambda name: ev.report(trace, name),
+        "init": lambda name: ev.init(SCENARIO, output=name),
+        "export": lambda name: ev.export(SCENARIO, name),
+        "export_waveform": lambda name: ev.export_waveform(SCENARIO, name, limits="limits.toml"),
+        "study": lambda name: ev.study(SCENARIO, output=name, **study),
+        "fit": lambda name: ev.fit(SCENARIO, trace, free="friction.coefficient", output=name),
+        "fit_separately": lambda name: ev.fit_separately(SCENARIO, [trace], free=[PATH], output=name),
+        "fit_material": lambda name: ev.fit_material("record.csv", output=name),
+        "reproduce": lambda name: ev.reproduce("vezzoli_2014", name),
+        "run_bench": lambda name: ev.run_bench(SCENARIO, simulate=True, output=name),
+    }
+
+
+PATH = "friction.coefficient"
+
+
+def test_the_functions_that_write_are_those_with_an_output():
+    functions = {name: each for name in dir(ev) if inspect.isfunction(each := getattr(ev, name))}
+    found = {name for name, each in functions.items() if "output" in inspect.signature(each).parameters}
+    assert found <= {name.partition(" ")[0] for name in written()}
+    assert len(found) > 6
+
+
+@pytest.mark.parametrize(
+    "name", ["", " ", "x" * 300, "x" * 300 + ".nc", "x" * 300 + ".csv", "record.csv/sub"]
+)
+def test_a_function_refuses_an_output_that_no_file_can_be(said, tmp_path, name):
+    del said
+    before = sorted(tmp_path.iterdir())
+    for call in written().values():
+        with pytest.raises(InputError) as found:
+            call(name)
+        assert name.strip() or any("blank" in each or "record.csv" in each for each in found.value.problems)
+    assert sorted(tmp_path.iterdir()) == before
