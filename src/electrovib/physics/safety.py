@@ -15,8 +15,6 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.material.library import UNVERIFIED, BreakdownStrength, find_substance, materials
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from electrovib.physics.stack import Layer
@@ -97,44 +95,6 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
     return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
 
 
-def closed_gap_fields(slabs: Sequence[Layer], *, lowest: float, highest: float) -> list[float]:
-    """Largest absolute fields of films in series that have the whole voltage of the plate across them.
-
-    Parameters
-    ----------
-    slabs : sequence of Layer
-        The films, from the plate to the finger.
-    lowest, highest : float
-        Range of the voltage [V], with 0 in it.
-
-    Returns
-    -------
-    fields : list of float
-        Of each film [V/m]; NaN where no bound is known.
-
-    Notes
-    -----
-    A ridge or sweat closes the gap at a spot, and wet skin conducts: the films there have the voltage V that the plate has
-    elsewhere. A single film has V/T, whatever it is made of. Films that insulate share V as capacitances; with s the share of
-    one by capacitance, conduction between two moves its voltage towards a value between 0 and V, so that it never exceeds the
-    larger of max |V| and s (highest - lowest). More films of which one conducts, films that relax, and charge between films
-    have no such bound.
-    """
-    peak, swing = max(-lowest, highest), highest - lowest
-    if len(slabs) == 1:
-        return [peak / slabs[0].thickness]
-    polarisations = [each.material.debye() for each in slabs]
-    constant = [each.high for each in polarisations if each is not None and not each.strengths]
-    charged = any(each.initial_charge for each in slabs[:-1])
-    conducts = any(each.material.conductivity or each.leak is not None for each in slabs)
-    if len(constant) < len(slabs) or charged or (conducts and len(slabs) > 2):
-        return [math.nan] * len(slabs)
-    thicknesses = [each.thickness / permittivity for each, permittivity in zip(slabs, constant, strict=True)]
-    shares = [each / sum(thicknesses) for each in thicknesses]
-    reached = [max(peak, share * swing) if conducts else share * peak for share in shares]
-    return [voltage / each.thickness for voltage, each in zip(reached, slabs, strict=True)]
-
-
 def film_diagnostic(name: str, layer: Layer, *, field: float, closed: str = "") -> Diagnostic:
     """Compare the largest absolute field of a layer [V/m] with its breakdown strength.
 
@@ -148,7 +108,7 @@ def film_diagnostic(name: str, layer: Layer, *, field: float, closed: str = "") 
         title, what = f"{title}{GAP_CLOSED}", f"{what}, {closed},"
     if layer.breakdown_field is not None:
         why = "its declared breakdown field"
-        return against(title, value=field, limit=layer.breakdown_field, unit="V/m", what=what, why=why)
+        return _compared(title, field, layer.breakdown_field, what, why)
     own = f"for its own, set stack.{name}.material.substance or stack.{name}.breakdown_field"
     substance = None if layer.material.substance is None else find_substance(layer.material.substance)
     if substance is not None:
@@ -165,9 +125,15 @@ def film_diagnostic(name: str, layer: Layer, *, field: float, closed: str = "") 
         return Diagnostic(title, "unknown", text)
     compared = strength.compared_with(layer.thickness)
     why = f"{whose}, {strength.measured_at} ({strength.status}: {strength.source}){OTHER_THICKNESS[compared]}{more}"
-    found = against(title, value=field, limit=strength.value, unit="V/m", what=what, why=why)
+    found = _compared(title, field, strength.value, what, why)
     doubtful = compared in {"thicker", "unknown"} or strength.status == UNVERIFIED
     return replace(found, state="unknown") if doubtful and found.state == "ok" else found
+
+
+def _compared(title: str, field: float, limit: float, what: str, why: str) -> Diagnostic:
+    """Compare a field with a strength, which is stated also where the field is not known."""
+    found = against(title, value=field, limit=limit, unit="V/m", what=what, why=why)
+    return replace(found, limit=limit, unit="V/m")
 
 
 @functools.lru_cache(maxsize=256)

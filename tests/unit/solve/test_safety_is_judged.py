@@ -466,11 +466,23 @@ def test_two_films_with_the_gap_closed_never_exceed_their_bound(thin, conductivi
     films = [(thin, 8.0, conductivities[0]), (1e-6, 3.0, conductivities[1])]
     shares = np.array([thin / 8.0, 1e-6 / 3.0])
     shares /= shares.sum()
-    largest = np.maximum(100.0, 160.0 * shares) if any(conductivities) else 100.0 * shares
+    slow = np.array(
+        [1.0, 1.0]
+    )  # the shares after a long time, those of resistances: a film that insulates has everything
+    if all(conductivities):
+        slow = np.array([thin / conductivities[0], 1e-6 / conductivities[1]])
+    elif any(conductivities):
+        slow = np.array([each == 0 for each in conductivities], dtype=float)
+    later = slow / slow.sum() - shares if any(conductivities) else np.zeros(2)
+    swings = [
+        100 * shares + np.maximum(100 * later, -60 * later),
+        60 * shares + np.maximum(60 * later, -100 * later),
+    ]
+    largest = np.max([*swings, np.full(2, 100.0 * any(conductivities))], axis=0)
     found = told(plate_alone(*films), SQUARE)
     for place, (thickness, *_) in enumerate(films):
         exact, bound = (found[f"film strength, film_{place}{case}"].value for case in ("", ", gap closed"))
-        assert bound == pytest.approx(largest[place] / thickness, rel=1e-12)
+        assert bound == pytest.approx(largest[place] / thickness, rel=1e-9)
         assert exact <= bound * (1 + 1e-6)
 
 
@@ -484,27 +496,59 @@ def test_the_bound_of_two_films_is_reached():
     assert found["film strength, film_1"].value == pytest.approx(100 / 0.2e-6, rel=3e-2)
 
 
-def test_films_without_a_bound_are_not_known_with_the_gap_closed():
-    three = plate_alone((1e-6, 3.0, 0.0), (1e-6, 3.0, 1e-9), (1e-6, 8.0, 0.0))
-    charged = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)).replace({"stack.film_0.initial_charge": 1e-6})
-    relaxing = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)).replace(
-        {
-            "stack.film_0.material": {
-                "model": "Debye",
-                "permittivity_high": 3.0,
-                "conductivity": 0.0,
-                "strength": 2.0,
-                "relaxation_time": 1e-3,
-            }
-        }
+DEBYE = {
+    "model": "Debye",
+    "permittivity_high": 3.0,
+    "conductivity": 0.0,
+    "strength": 2.0,
+    "relaxation_time": 1e-3,
+}
+SERIES = {
+    "three of which one conducts": ([(1e-6, 3.0, 0.0), (1e-6, 3.0, 1e-9), (1e-6, 8.0, 0.0)], {}),
+    "three that conduct": ([(1e-6, 3.0, 1e-7), (2e-6, 4.0, 1e-8), (1e-6, 8.0, 1e-6)], {}),
+    "charge between": ([(1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)], {"stack.film_0.initial_charge": 1e-3}),
+    "negative charge": ([(1e-6, 3.0, 0.0), (1e-6, 8.0, 1e-8)], {"stack.film_0.initial_charge": -1e-3}),
+    "relaxing": ([(1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)], {"stack.film_0.material": DEBYE}),
+    "of a library": ([(1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)], {"stack.film_0.material": "pvdf"}),
+}
+
+
+@pytest.mark.parametrize("case", SERIES)
+def test_films_in_series_never_exceed_their_bound(case):
+    """Any number of films, charged, conducting or relaxing; their exact fields under a conducting finger stay below it."""
+    films, changes = SERIES[case]
+    found = told(plate_alone(*films).replace(changes), SQUARE)
+    for place in range(len(films)):
+        exact, bound = (found[f"film strength, film_{place}{end}"].value for end in ("", ", gap closed"))
+        assert exact <= bound * (1 + 1e-6)
+        assert bound <= 3 * max(exact, 100.0 / films[place][0])
+
+
+def test_a_relaxing_film_hands_its_voltage_to_the_other():
+    """Of 2 + 3 and 8 in series after the relaxation, 3 and 8 before it: closed form, under a voltage of one sign."""
+    relaxing = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)).replace({"stack.film_0.material": DEBYE})
+    found = told(relaxing, {"drive": RAMP})
+    for place, share in enumerate((8 / 11, 5 / 13)):
+        film = found[f"film strength, film_{place}, gap closed"]
+        assert film.value == pytest.approx(100 * share / 1e-6, rel=1e-9)
+
+
+def test_films_that_leak_are_not_known_with_the_gap_closed_and_refused(tmp_path):
+    leaky = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)).replace(
+        {"stack.film_0.leak": polarity(1e-9, 2e-9), "drive": RAMP, "limits": {"voltage": 1e3, "current": 1.0}}
     )
-    for case in (three, charged, relaxing):
-        film = told(case, {"drive": RAMP})["film strength, film_0, gap closed"]
-        assert (film.state, film.value) == ("unknown", None)
-        row = next(
-            each for each in ev.check(case.replace({"drive": RAMP})).rows if each.quantity == film.name
-        )
-        assert row.remedy.startswith("declare stack.film_0.breakdown_field")
+    film = told(leaky)["film strength, film_0, gap closed"]
+    assert (film.state, film.value, film.limit) == ("unknown", None, 1e9)
+    checked = ev.check(leaky)
+    row = next(each for each in checked.rows if each.quantity == film.name)
+    assert (row.state, row.forbids, row.is_refused) == ("unknown", True, True)
+    assert "one layer" in row.remedy
+    assert checked.state == "unknown"
+    with pytest.raises(InputError, match="in 'film_0', with the finger a conductor, is not known"):
+        ev.export_waveform(leaky, tmp_path / "drive.csv", rate=50e3, edge="line")
+
+
+def test_films_that_insulate_share_the_voltage():
     insulating = plate_alone((1e-6, 3.0, 0.0), (2e-6, 6.0, 0.0), (1e-6, 3.0, 0.0))
     for place, field in enumerate((100 / 3e-6, 100 / 6e-6, 100 / 3e-6)):
         film = told(insulating, {"drive": RAMP})[f"film strength, film_{place}, gap closed"]

@@ -17,15 +17,13 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
 from electrovib.physics.safety import (
-    BARE_ELECTRODE,
-    closed_gap_fields,
     emission_diagnostic,
     film_diagnostic,
     paschen_diagnostic,
     skin_diagnostic,
     sweat_diagnostic,
 )
-from electrovib.physics.stack import in_one_piece, pieces
+from electrovib.physics.stack import in_one_piece
 from electrovib.scenario.experiment import moisture_diagnostic
 from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.assumptions import (
@@ -36,6 +34,7 @@ from electrovib.solve.diagnostics.assumptions import (
     settled_charge,
     vanishing_gap,
 )
+from electrovib.solve.diagnostics.closed_gap import with_closed_gap
 from electrovib.solve.diagnostics.peaks import (
     PeakRecord,
     around_kinks,
@@ -48,7 +47,7 @@ from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.physics.circuit import Circuit
@@ -237,10 +236,11 @@ def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic
 
 
 def supplied_voltages(scenario: Scenario, record: PeakRecord) -> tuple[float, float]:
-    """Return the lowest and the highest voltage that the plate can have [V], with 0 between them.
+    """Return the lowest and the highest voltage between plate and finger that there can be [V], with 0 between them.
 
-    What a resistance, a bandwidth or a limit of current leaves of the voltage of the drive depends on the contact, which is not
-    the declared one where the gap is closed; only the saturation of the amplifier counts.
+    A charged body counts, and may lose its charge. What a resistance, a bandwidth or a limit of current leaves of the voltage of
+    the drive depends on the contact, which is not the declared one where the gap is closed; only the saturation of the amplifier
+    counts.
     """
     end, drive = float(record.times[-1]), scenario.drive
     if drive.quantity == "current":
@@ -249,6 +249,8 @@ def supplied_voltages(scenario: Scenario, record: PeakRecord) -> tuple[float, fl
     else:
         until = max(end, drive.period or 0.0) if scenario.time.settled else end
         ends = [float(each) for each in scenario.circuit.supply.aim(drive.extremes(0.0, until))]
+    body = scenario.circuit.element()
+    ends += [each - body.elastance * body.charge for each in ends]
     return min(0.0, *ends), max(0.0, *ends)
 
 
@@ -289,39 +291,7 @@ def layer_diagnostics(
     if blocking:
         found.append(sweat_diagnostic(voltage=ratio * across, electrical_thickness=blocking))
     found = [replace(each, text=f"{each.text}{where}") for each in found] if where else found
-    return [*found, *_with_closed_gap(scenario, films, supplied)]
-
-
-def _with_closed_gap(
-    scenario: Scenario, films: Sequence[str], supplied: tuple[float, float]
-) -> list[Diagnostic]:
-    """Return the diagnostics of films while a ridge or sweat closes the gap, as far as a strength is known to compare with.
-
-    Wet skin conducts, so that the films of the plate may have the whole voltage; a film of the finger shares it with them.
-    """
-    roles, layers = scenario.stack.roles, scenario.stack.layers
-    closed = "with the finger a conductor"
-    if scenario.stack.gap_name is not None:
-        closed = "with the gap closed by a ridge or by sweat"
-    if "plate" not in roles.values():
-        text = f"the plate has no film: {closed} only resistances limit the current through the finger"
-        return [Diagnostic(BARE_ELECTRODE, "unknown", text)]
-    found = []
-    for role in ("plate", "finger"):
-        series = {name: layers[name] for name in layers if roles[name] == "plate" or name in films}
-        series = {name: layer for name, layer in series.items() if roles[name] in {"plate", role}}
-        slabs, whole = pieces(series), in_one_piece(series)
-        last = [whole[slab[-1]] for slab in slabs]
-        fields = closed_gap_fields(last, lowest=supplied[0], highest=supplied[1])
-        by_name = {
-            name: field for slab, field in zip(slabs, fields, strict=True) for name in slab if name in films
-        }
-        found += [
-            (film_diagnostic(name, whole[name], field=field, closed=closed), field)
-            for name, field in by_name.items()
-            if roles[name] == role
-        ]
-    return [each for each, field in found if each.limit is not None or math.isnan(field)]
+    return [*found, *with_closed_gap(scenario, films, supplied)]
 
 
 def _judged_contact(scenario: Scenario) -> tuple[float, str]:

@@ -169,9 +169,9 @@ class CheckRow:
 
     @property
     def forbids(self) -> bool:
-        """Whether the limit is exceeded; the strength of a film also where its standing is uncertain."""
-        above = self.margin is not None and self.margin < 1
-        return self.state == FAIL or (above and self.quantity.startswith(FILM))
+        """Whether the limit is exceeded; the strength of a film also where its standing is uncertain, or the field not known."""
+        held = self.limit is None or (self.margin is not None and self.margin >= 1)
+        return self.state == FAIL or (self.quantity.startswith(FILM) and not held)
 
     @property
     def is_refused(self) -> bool:
@@ -454,6 +454,8 @@ def breakdown_row(found: Diagnostic) -> CheckRow:
     if state == UNKNOWN and is_film:
         layer = found.name.removeprefix(f"{FILM}, ").removesuffix(GAP_CLOSED)
         remedy = f"declare stack.{layer}.breakdown_field, measured on such a film"
+        if found.limit is not None and not is_known:
+            remedy = "films in series of which one leaks have no known bound: describe them as one layer, or by conductivities"
     elif found.name == BARE_ELECTRODE:
         remedy = "add a film, or the resistor in front of the plate that 'electrovib check --series-resistor' computes"
     elif state == UNKNOWN and (above or (not is_known and "not compared" in found.text)):

@@ -1,0 +1,106 @@
+"""Films while a ridge or sweat closes the gap: the voltage of the plate is then across the films alone.
+
+A ridge or sweat closes the gap at a spot, and wet skin conducts: the films there have the voltage that the plate has elsewhere.
+A film on the finger shares it with those of the plate.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.safety import BARE_ELECTRODE, film_diagnostic
+from electrovib.physics.stack import in_one_piece, pieces
+from electrovib.solve.stack.expand import reductions
+from electrovib.solve.stack.modes import Slab, stack_modes
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from electrovib.physics.debye_sum import DebyeSum
+    from electrovib.physics.stack import Layer
+    from electrovib.scenario import Scenario
+
+
+def with_closed_gap(
+    scenario: Scenario, films: Collection[str], supplied: tuple[float, float]
+) -> list[Diagnostic]:
+    """Return the diagnostics of films with the gap closed, as far as a strength is known to compare with.
+
+    `supplied`: lowest and highest voltage between plate and finger [V].
+    """
+    roles, layers = scenario.stack.roles, scenario.stack.layers
+    closed = "with the finger a conductor"
+    if scenario.stack.gap_name is not None:
+        closed = "with the gap closed by a ridge or by sweat"
+    if "plate" not in roles.values():
+        text = f"the plate has no film: {closed} only resistances limit the current through the finger"
+        return [Diagnostic(BARE_ELECTRODE, "unknown", text)]
+    found: list[Diagnostic] = []
+    for role in ("plate", "finger"):
+        series = {name: layers[name] for name in layers if roles[name] == "plate" or name in films}
+        series = {name: layer for name, layer in series.items() if roles[name] in {"plate", role}}
+        slabs, whole = pieces(series), in_one_piece(series)
+        last = {slab[-1]: whole[slab[-1]] for slab in slabs}
+        debye = {}
+        if len(last) > 1:
+            debye = {name: each.debye for name, each in reductions(scenario).items()}
+        fields = largest_fields(last, debye, lowest=supplied[0], highest=supplied[1])
+        found += [
+            film_diagnostic(name, whole[name], field=fields[slab[-1]], closed=closed)
+            for slab in slabs
+            for name in slab
+            if roles[name] == role and name in films
+        ]
+    return [each for each in found if each.limit is not None]
+
+
+def largest_fields(
+    films: Mapping[str, Layer], debye: Mapping[str, DebyeSum], *, lowest: float, highest: float
+) -> dict[str, float]:
+    """Bound the absolute fields of films in series, from the plate to the finger, under any voltage of a range with 0 in it.
+
+    Parameters
+    ----------
+    films : mapping of str to Layer
+        The films by name.
+    debye : mapping of str to DebyeSum
+        Bound permittivity of each; of a single film it is not needed.
+    lowest, highest : float
+        Range of the voltage [V].
+
+    Returns
+    -------
+    fields : dict of str to float
+        Of each film [V/m]; NaN where no bound is known: several films of which one leaks.
+
+    Notes
+    -----
+    A single film has V/T, whatever it is made of. The field of one of several is direct V(t) plus, for each relaxation mode,
+    its gain times a mean of earlier voltages, which lies in the same range: each term is bounded by the end of the range that
+    its sign selects. Where one of them conducts, each has the whole voltage at least: how far another one holds it depends on
+    conductivities that are hardly known. Initial charge between films adds at most the sum of the amplitudes that it excites;
+    that towards the conducting finger is neutralised.
+    """
+    end, peak = [*films][-1], max(-lowest, highest)
+    if len(films) == 1:
+        return {end: peak / films[end].thickness}
+    if any(each.leak is not None for each in films.values()):
+        return dict.fromkeys(films, math.nan)
+    conducts = any(each.material.conductivity for each in films.values())
+    slabs = [
+        Slab(each.thickness, debye[name], each.material.conductivity, each.initial_charge * (name != end))
+        for name, each in films.items()
+    ]
+    found = {}
+    for name, field in zip(films, stack_modes(slabs, area=1.0, element=SeriesElement()).fields, strict=True):
+        terms = np.append(field.gains, field.direct)
+        low, high = np.minimum(terms * lowest, terms * highest), np.maximum(terms * lowest, terms * highest)
+        free = float(np.sum(np.abs(field.free)))
+        reached = max(-float(np.sum(low)), float(np.sum(high))) + free
+        found[name] = max(reached, peak / films[name].thickness) if conducts else reached
+    return found
