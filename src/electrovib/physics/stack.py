@@ -79,13 +79,10 @@ class Layer(Model):
         return total
 
 
-_DECLARE: Final[Mapping[str, str]] = {
-    "plate": 'Declare that of the plate: material = { model = "Constant", permittivity = 3.35 }, or the name of one that'
-    " 'electrovib list material' shows",
-    "finger": 'Declare that of the skin: material = { model = "Constant", permittivity = 1560, conductivity = "1.8 uS/m" }, or'
-    " one of 'electrovib list skins'",
-}
-"""What to declare for a layer without a material, by its role."""
+_NO_MATERIAL: Final = (
+    'missing: only a gap is vacuum without one. Declare it, for instance material = { model = "Constant", permittivity = 3.35 },'
+    " or by the name of one that 'electrovib list material' or 'electrovib list skins' shows"
+)
 
 
 class Stack(Model):
@@ -154,14 +151,9 @@ class Stack(Model):
             for name, why in problems.items()
         ]
         wrong += [
-            (
-                name,
-                "material",
-                "missing_parameter",
-                f"missing: only a gap is vacuum without one. {_DECLARE[role]}",
-            )
+            (name, "material", "missing_parameter", _NO_MATERIAL)
             for name, role in roles.items()
-            if role in _DECLARE and "material" not in layers[name].model_fields_set
+            if role != "gap" and "material" not in layers[name].model_fields_set
         ]
         details = [
             InitErrorDetails(

@@ -268,8 +268,7 @@ def with_parts(
     its ``role``. Changes of a part whose model has to be chosen first are left out, with one problem for each.
     """
     found, problems = dict(changes), list[Problem]()
-    for name in _place_layers(content, found):
-        found.setdefault(f"stack.{name}", {})
+    _place_layers(content, found)
     for path in changes:
         part, family = _absent(kind, content, path.split(".")[:-1])
         if not part or any(part == each or part.startswith(f"{each}.") for each in map(_table, changes)):
@@ -295,14 +294,14 @@ def _members(family: type[Model]) -> str:
     return ", ".join(sorted(find_members(family)))
 
 
-def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> list[str]:
-    """Insert an empty table for each new layer into the stack, which may be new as a whole; return their names."""
+def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> None:
+    """Insert an empty table for each new layer into the stack, which may be new as a whole, and into the changes."""
     tables = changes if isinstance(changes.get("stack"), Mapping) else content
     stack = tables.get("stack")
     if not isinstance(stack, Mapping):
-        return []
+        return
     placed, added = dict(stack), dict[str, Any]()
-    for path in changes:
+    for path in tuple(changes):
         name = path.split(".")[1] if path.startswith("stack.") else ""
         table = changes.get(f"stack.{name}")
         role = _role(
@@ -313,8 +312,8 @@ def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> list[str]
             place = sum(_lies_before(added.get(other) or _role(other, own), role) for other, own in layers)
             placed = dict([*layers[:place], (name, {}), *layers[place:]])
             added[name] = role
+            changes.setdefault(f"stack.{name}", {})
     tables["stack"] = placed
-    return list(added)
 
 
 def _role(name: str, table: Any) -> Any:

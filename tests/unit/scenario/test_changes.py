@@ -74,7 +74,7 @@ def test_several_layers_are_added_at_once_in_any_order(order):
         ({"stack.insulater.thickness": "1 um"}, "no layer 'insulater'.* Did you mean 'insulator'"),
         (
             {"stack.glue": GLUE},
-            "stack.glue.material: missing: only a gap is vacuum without one. Declare that of the plate: material = ",
+            "stack.glue.material: missing: only a gap is vacuum without one. Declare it",
         ),
         ({"stack.gap": {}}, "stack.gap.thickness: missing"),
         ({"stack.gap": GLUE}, "contradicts the name"),
@@ -302,13 +302,10 @@ def bare(name):
     }
 
 
-@pytest.mark.parametrize(
-    ("name", "declare"),
-    [("insulator", "3.35"), ("coat", "electrovib list material"), ("stratum_corneum", "1560")],
-)
-def test_a_layer_that_is_no_gap_needs_a_material_wherever_it_is_declared(name, declare):
+@pytest.mark.parametrize("name", ["insulator", "coat", "stratum_corneum"])
+def test_a_layer_that_is_no_gap_needs_a_material_wherever_it_is_declared(name):
     """A thickness alone was vacuum in silence; a gap is vacuum, and vacuum that is declared is taken."""
-    sentence = rf"stack\.{name}\.material: missing: only a gap is vacuum.*{declare}"
+    sentence = rf"stack\.{name}\.material: missing: only a gap is vacuum.*electrovib list skins"
     with pytest.raises(InputError, match=sentence):
         TOUCHING.replace({"stack": bare(name)})
     with pytest.raises(InputError, match=sentence):

@@ -58,12 +58,10 @@ if TYPE_CHECKING:
 
 SQUEEZED = 8
 """Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
-MET = 1e-6
-"""Relative distance from a largest current within which an amplifier supplies it: rounding, and the error of a time step."""
 LESS = 0.01
 """Share of the asked voltage whose absence at the plate a bandwidth is named for; a choice."""
 ROUNDED = 1e-9
-"""Height of a discontinuity over the largest value of the drive, below which it is rounding."""
+"""Height of a discontinuity over the largest value of the drive, or distance from a limit over it, below which it is rounding."""
 
 
 def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solution, PeakRecord]:
@@ -333,8 +331,8 @@ def _amplifier(scenario: Scenario, record: PeakRecord, seen: float) -> list[Diag
     back = "source_current" if amplifier.sink_current is None else "sink_current"
     limits = (
         ("saturation", saturation, "V", asked > saturation * (1 + ROUNDED)),
-        ("source_current", source, "A", np.max(current) >= source * (1 - MET)),
-        (back, -sink, "A", np.min(current) <= sink * (1 - MET)),
+        ("source_current", source, "A", np.max(current) >= source * (1 - ROUNDED)),
+        (back, -sink, "A", np.min(current) <= sink * (1 - ROUNDED)),
         ("bandwidth", bandwidth, "Hz", math.isfinite(bandwidth) and seen < (1 - LESS) * asked),
     )
     met = [f"{name} = {format_quantity(value, unit)}" for name, value, unit, is_met in limits if is_met]

@@ -380,3 +380,15 @@ def test_everything_as_tables_without_numbers_that_json_does_not_have():
     assert len(table["distribution"]["draws"]) == 5
     assert table["text"] == list(found.lines)
     assert str(found) == "\n".join(found.lines)
+
+
+def test_a_parameter_is_held_within_what_the_amplifier_has():
+    """Of a sine on a stack that does not conduct the current is 2 pi f C V: the amplitude ends where it is the largest."""
+    own = {"circuit.amplifier": {"source_current": 1e-5}, "time": {"duration": "16 ms"}}
+    limited, peak = IDEAL.replace(own), "peak electrostatic_force"
+    slope = ev.check(limited.replace({FREE: 1.0})).value("asked peak current")
+    beyond = force(IDEAL.replace({"time": own["time"]}), peak, {FREE: 2 * 1e-5 / slope})
+    found = design(f"{peak} = {beyond} N", scenario=limited)
+    assert not found.is_achieved
+    assert found.obtainable.value == pytest.approx(1e-5 / slope, rel=1e-6)
+    assert "the current that the drive asks of the amplifier" in " ".join(found.lines), found.lines

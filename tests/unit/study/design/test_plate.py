@@ -130,6 +130,29 @@ def test_rows_of_a_candidate_are_those_of_the_check(case):
         assert mine.value == (theirs.value and pytest.approx(theirs.value, rel=1e-5))
 
 
+@pytest.mark.parametrize(
+    ("amplifier", "binds"),
+    [
+        ({"source_current": 4e-6}, "asked peak current"),
+        ({"gain": 2.0, "saturation": 250.0}, "asked peak voltage"),
+    ],
+    ids=["current", "saturation"],
+)
+def test_an_amplifier_bounds_a_plate_by_what_the_drive_asks_of_it(amplifier, binds):
+    """2 pi f C V of 100 V is within 4 uA, that of 150 V is not; twice 100 V is within 250 V."""
+    limited = STATIC.replace({"circuit.amplifier": amplifier, "time": {"duration": "16 ms"}})
+    found = plate(limited, volts(30, 100, 150))
+    assert [each.forbidden_by for each in found.candidates] == [(), (), (binds,)]
+    assert found.best.at[VOLTS] == 100
+    assert found.gains[0].limits == (binds,)
+    asked = row(
+        found.best, "asked peak current" if "source_current" in amplifier else "asked peak voltage"
+    ).value
+    capacitance = eps0 * AREA / (5e-6 / PERMITTIVITY + GAP)
+    expected = 2 * math.pi * 125 * 100 * capacitance if "source_current" in amplifier else 200
+    assert asked == pytest.approx(expected, rel=1e-4)
+
+
 def test_the_strictest_limit_counts_and_root_mean_squares_are_judged_where_declared_or_an_objective():
     plain = plate(STATIC, volts(50)).candidates[0]
     assert not [each for each in plain.rows if "rms" in each.quantity or "slew" in each.quantity]
