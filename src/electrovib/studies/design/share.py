@@ -83,14 +83,11 @@ def design_for_share(
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")
     fingers = DrawnFingers(scenario, wanted, over.draw(seed, 0, n))
     quadratic = fingers.is_quadratic()
-    cover = functools.partial(
-        uncertain.by_gain if quadratic else uncertain.by_solution, progress=meter.reporting(progress)
-    )
-    covered = cover(fingers, *ends)
+    by = uncertain.by_gain if quadratic else uncertain.by_solution
+    cover = functools.partial(by, progress=meter.reporting(progress))
     fresh = replace(fingers, draws=over.draw(seed, n, 2 * n))
-    sampled = _Sampled(fingers, fresh, covered, ends, share, seed, band is not None)
-    found = sampled.found()
-    top = found or sampled.top()
+    sampled = _Sampled(fingers, fresh, cover(fingers, *ends), ends, share, seed, band is not None)
+    top = (found := sampled.found()) or sampled.top()
     result = DesignedForShare(
         base=scenario,
         wanted=wanted,
@@ -101,7 +98,7 @@ def design_for_share(
         seed=seed,
         found=found,
         widths=() if top is None else _widths(sampled, cover, top.value, over.paths),
-        ranges=tuple(covered.where(uncertain.needed(share, n))),
+        ranges=tuple(sampled.covered.where(uncertain.needed(share, n))),
         top=top,
         method="proportional to the square of the parameter, one solution each"
         if quadratic
@@ -123,10 +120,10 @@ def _widths(
         low, high = (wanted.with_force(each, factor) for each in sampled.ends)
         return replace(sampled, fingers=of, covered=cover(of, low, high), ends=(low, high)).estimate()
 
-    main = sampled.estimate()
-    main = (value, value, value) if math.isnan(main[1]) else main
-    unit, words = fingers.wanted.declared.unit, f"the 95 % interval for {n} draws"
-    sampling = Width(name=SAMPLING, text=words, interval=main[::2], unit=unit)
+    main, unit, text = sampled.estimate(), fingers.wanted.declared.unit, f"the 95 % interval for {n} draws"
+    sampling = Width(name=SAMPLING, text=text, interval=main[::2], unit=unit)
+    if math.isnan(main[1]):
+        main, sampling = (value,) * 3, Width(name=SAMPLING, text="the share is not reached")
     return widths_of(fingers.scenario, fingers.wanted, main, sampling=sampling, drawn=drawn, needed=needed)
 
 
@@ -378,7 +375,7 @@ def _answer(design: DesignedForShare) -> str:
 def _uncertainty(design: DesignedForShare) -> list[str]:
     widths = sentences(design.widths)
     if design.found is None:
-        return [*widths[1:]]
+        return [*widths]
     ranges = " and ".join(_range(design, low, high) for low, high in design.ranges)
     return [
         f"{widths[0]} The share is reached from {ranges}.",
