@@ -22,6 +22,8 @@ NORMAL: Final = 1.959963984540054
 """Standard deviations of a normal distribution that hold 95 % of it on both sides."""
 MISFIT: Final = "misfit"
 """State of every parameter of a model that does not describe the recordings."""
+UNCLEAR: Final = "unclear"
+"""State of a parameter where correlated noise is not told from a model that does not describe the recordings."""
 _UPPER: Final = 0.975
 _FURTHEST: Final = 1e6
 """Factor between an estimate and a value, or distance in estimates, beyond which an interval counts as open."""

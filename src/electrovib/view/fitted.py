@@ -14,7 +14,7 @@ from electrovib.data.marks import WRITTEN_BY, Form, csv_text, unsigned
 from electrovib.recordings.fit.misfit import LEVEL
 from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
 from electrovib.recordings.fit.weighing import PRIOR
-from electrovib.recordings.interval import MISFIT
+from electrovib.recordings.interval import MISFIT, UNCLEAR
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ DETERMINED: Final = {
     "not": "not determined",
     "bound": "on its bound",
     MISFIT: "the model does not describe the data",
+    UNCLEAR: "not shown to be well",
 }
 REFERENCES: Final = (
     "M. Newville et al., LMFIT: non-linear least-square minimization and curve-fitting for Python, Zenodo",
@@ -137,7 +138,7 @@ def fit_answer(
 ) -> str:
     """State in a few sentences what the data determine, what they do not, and which model they support."""
     counted = found.estimate.count
-    known = [row for row in rows if row.method and row.state in {"well", "weakly", MISFIT}]
+    known = [row for row in rows if row.method and row.state in {"well", "weakly", MISFIT, UNCLEAR}]
     parts = [f"{row.name} = {with_interval(row)}" for row in known[:6]]
     told = found.misfit.sentence
     weighed = comparison.sentence if comparison is not None and comparison.is_weighed else ""
@@ -188,8 +189,9 @@ def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
         " most 0.05 standard deviations. Not determined: a member of a combination"
         " whose logarithm has a standard deviation above 1, or one that trades with a parameter on its bound. The model does not"
         f" describe the data: noise would leave such residuals in {1000 * LEVEL:g} of 1000 fits of the right model; the"
-        " intervals are widened by what is left. By calibration: interval by the stated systematic errors of the"
-        " signals alone, which do not average out."
+        " intervals are widened by what is left. Not shown to be well: the residuals are correlated, by"
+        " noise with a memory or by a model that is wrong, and the intervals include the correlation. By calibration: interval by"
+        " the stated systematic errors of the signals alone, which do not average out."
     )
     return Table("Parameters", headings, tuple(shown), caption=caption)
 

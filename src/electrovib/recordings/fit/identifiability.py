@@ -27,7 +27,7 @@ _MEMBER: Final = 0.1
 """Smallest exponent, relative to the largest, with which a parameter counts as a member of a combination."""
 _SLIGHT: Final = 0.01
 """The same where the data do not depend on the combination: nothing limits how far it moves each of its members."""
-_VANISHES: Final = 1e-6
+VANISHES: Final = 1e-6
 """Singular value over the largest one that cannot be told from the error of derivatives taken by differences."""
 
 _INFLATED: Final = 10.0
@@ -107,7 +107,7 @@ def identifiability(
     own = sloped[:, judged] - basis @ (basis.T @ sloped[:, judged])
     _, singular, rows = np.linalg.svd(own, full_matrices=False)
     deviations = [
-        math.inf if each <= _VANISHES * singular[0] or each == 0 else 1 / float(each) for each in singular
+        math.inf if each <= VANISHES * singular[0] or each == 0 else 1 / float(each) for each in singular
     ]
     bad = [at for at, deviation in enumerate(deviations) if deviation > NOT]
     found = [_combination([names[j] for j in judged], rows[at], deviations[at]) for at in reversed(bad)]
@@ -148,7 +148,7 @@ def _is_lost(sloped: Real, at: int, lost: Sequence[int], *, factor: float = _INF
     own, others = sloped[:, at], [each for each in range(sloped.shape[1]) if each != at]
     known = [each for each in others if each not in lost]
     alone, beside = (
-        np.linalg.norm(own - sloped[:, each] @ np.linalg.lstsq(sloped[:, each], own, rcond=_VANISHES)[0])
+        np.linalg.norm(own - sloped[:, each] @ np.linalg.lstsq(sloped[:, each], own, rcond=VANISHES)[0])
         for each in (known, others)
     )
     return bool(beside * factor < alone)
@@ -158,7 +158,7 @@ def response(derivatives: Real) -> Real:
     """Return the change of estimates, shape (unknowns, n), by that of weighted data: (J'J)^-1 J', without what has no effect."""
     scale = np.linalg.norm(derivatives, axis=0)
     scale[scale == 0] = 1.0
-    return np.asarray(np.linalg.pinv(derivatives / scale, rcond=_VANISHES) / scale[:, None])
+    return np.asarray(np.linalg.pinv(derivatives / scale, rcond=VANISHES) / scale[:, None])
 
 
 def _combination(names: Sequence[str], row: Real, deviation: float) -> UndeterminedCombination:

@@ -18,7 +18,14 @@ from electrovib.recordings.fit.misfit import Misfit
 from electrovib.recordings.fit.prediction import Residuals, Unknown
 from electrovib.recordings.fit.problem import WeightedProblem
 from electrovib.recordings.fit.sessions import BetweenSessions
-from electrovib.recordings.interval import MISFIT, NORMAL, EstimatedParameter, Interval, profile_interval
+from electrovib.recordings.interval import (
+    MISFIT,
+    NORMAL,
+    UNCLEAR,
+    EstimatedParameter,
+    Interval,
+    profile_interval,
+)
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
 
@@ -67,8 +74,15 @@ class ScenarioFit:
 
     @property
     def states(self) -> dict[str, str]:
-        """Unknown to its state: as `determined`, or ``"misfit"`` for all where the model does not describe the recordings."""
-        return dict.fromkeys(self.determined, MISFIT) if self.misfit.reasons else dict(self.determined)
+        """Unknown to its state: as `determined`, or ``"misfit"`` for all where the model does not describe the recordings.
+
+        What is determined is ``"unclear"`` where that cannot be told from correlated noise.
+        """
+        state = self.misfit.state
+        return {
+            name: state if state == MISFIT or (state == UNCLEAR and each in {"well", "weakly"}) else each
+            for name, each in self.determined.items()
+        }
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -182,7 +196,9 @@ def parameter_table(found: ScenarioFit) -> tuple[EstimatedParameter, ...]:
     systematic = systematic_deviations(found)
     rows = [_row(found, each, systematic.get(each.name, math.nan)) for each in found.unknowns]
     for path, spread in found.sessions.items():
-        mean = spread.estimated(path, quantity_at(found.scenario, path), found.misfit.verdict)
+        mean = spread.estimated(
+            path, quantity_at(found.scenario, path), found.misfit.remark, found.misfit.state
+        )
         name = f"{path} (mean of {len(spread.values)} sessions)"
         rows.append(dataclasses.replace(mean, name=name, systematic=systematic.get(path, math.nan)))
     return tuple(rows)
@@ -215,7 +231,7 @@ def _row(found: ScenarioFit, unknown: Unknown, systematic: float) -> EstimatedPa
         upper=ends[1],
         method=method,
         state=found.states[name],
-        note="; ".join(filter(None, [found.misfit.verdict, note])),
+        note="; ".join(filter(None, [found.misfit.remark, note])),
         systematic=systematic,
         low=found.problem.prediction.free[name].lower,
     )

@@ -45,10 +45,12 @@ class BetweenSessions:
     standard_error: float
     group: str = "session"
 
-    def estimated(self, name: str, quantity: Quantity, verdict: str) -> EstimatedParameter:
+    def estimated(
+        self, name: str, quantity: Quantity, remark: str = "", state: str = "well"
+    ) -> EstimatedParameter:
         """Return the mean with its interval, by Student's t with one degree of freedom less than groups.
 
-        `verdict` says that the model does not describe recordings; empty where it does.
+        `remark` says why it has another `state` than well determined.
         """
         mean = from_noise(self.mean, self.standard_error, freedom=len(self.values) - 1)
         return EstimatedParameter(
@@ -59,8 +61,8 @@ class BetweenSessions:
             lower=max(mean.lower, quantity.low),
             upper=mean.upper,
             method=f"{self.group}s",
-            state=MISFIT if verdict else "well",
-            note="; ".join(filter(None, [verdict, self.in_words(quantity.unit)])),
+            state=state,
+            note="; ".join(filter(None, [remark, self.in_words(quantity.unit)])),
             low=quantity.low,
         )
 
@@ -278,7 +280,7 @@ class SeparateFits:
                 for row in each.rows
                 if row.name == path and each.record in spread.values
             ]
-            mean = spread.estimated(path, quantity_at(self.scenario, path), why)
+            mean = spread.estimated(path, quantity_at(self.scenario, path), why, MISFIT if why else "well")
             found.append(replace(mean, systematic=statistics.fmean(errors)))
         return tuple(found)
 
