@@ -77,8 +77,8 @@ def measurements() -> dict[str, Measurement]:
             unknown=SKIN,
             of_model=ROUGH_GAP,
             note="Printed are 6 ms, 'considering the mechanics of the measurements system', of the lateral force under a square"
-            " drive, without insulator, voltage, load or speed: the film of 2014 stands in for the insulator. The 7.7 ms beside it"
-            " are calculated from values of skin.",
+            " drive, without insulator, voltage, load or speed: the film of 2014 stands in for the insulator. The 7.7 ms beside"
+            " it are calculated from values of skin.",
         ),
     }  # fmt: skip
 

@@ -66,8 +66,8 @@ class Evidence(Answer):
             remarks=[
                 REMARK,
                 f"{len(self.warned)} set-ups exceed a limit of validity, such as the voltage at which sweat saturates.",
-                f"{self.n} draws of what was not printed, seed {self.seed}. Other draws move what lies near the end of an interval,"
-                " and one group less may change the order of the laws.",
+                f"{self.n} draws of what was not printed, seed {self.seed}. Other draws move what lies near the end of an"
+                " interval, and one group less may change the order of the laws.",
             ],
             pages=[*([self._causes] if self.failures else []), self._all, self._beyond, self._not_predicted],
             references=list(dict.fromkeys(each.source for each in self.measured.values())),
@@ -200,7 +200,7 @@ class Evidence(Answer):
             id="overview",
             title="Prediction over measured: the best laws and the usual one",
             plot=functools.partial(_draw_ratios, scores=self.scores, models=list(shown), rows=rows),
-            size=(8.2, 1.2 + 0.3 * len(rows)),
+            size=(8.2, 1.4 + 0.3 * len(rows)),
             caption="Medians and 90 % of the draws of what was not printed, without the spread of the measurement.",
         )
 
@@ -264,7 +264,7 @@ def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], row
     ax.set_yticks(range(len(names)), list(rows.values()))
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.set_xlabel("predicted over measured")
-    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=len(models), frameon=False, fontsize="small")
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False, fontsize="small")
 
 
 def nobody(refused: Mapping[str, str]) -> str:
