@@ -28,6 +28,7 @@ from electrovib.core.mistakes import explained, near_members, problems, wants
 from electrovib.core.own_results import check_results
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import explained_path, put, stored_changes
+from electrovib.core.unchangeable import frozen
 
 M = TypeVar("M", bound="Model")
 
@@ -124,6 +125,11 @@ class Immutable(BaseModel):
     def __delattr__(self, name: str) -> NoReturn:
         """Refuse a deletion."""
         raise InputError(f"{type(self).__name__}.{name}: is not deleted in place; {_COPY}")
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Copy it with parameters that are not validated, and cannot be changed in place either."""
+        changes = {name: frozen(value) for name, value in (update or {}).items()}
+        return super().model_copy(update=changes, deep=deep)
 
 
 ABOUT: Final = frozenset({"equation", "reference", "status"})
