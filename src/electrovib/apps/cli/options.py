@@ -56,7 +56,7 @@ class Arguments(dict[str, Any]):
         for each in context.command.params:
             name, value = str(each.name), context.params.get(str(each.name))
             is_typed = name in self.typed and each.param_type_name == "argument"  # also as an empty text
-            if not (value in (None, [], ()) or value is False or (value == "" and not is_typed)):
+            if not (value in (None, [], (), [""]) or value is False or (value == "" and not is_typed)):
                 self[name] = names_of(value) if ",..." in str(each.metavar) else value
 
     def only(self, accepted: str, of: str, always: str = "models laws force") -> None:
@@ -146,7 +146,10 @@ def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None
     flags, word, name = _HEAD.fullmatch(head).groups()  # type: ignore[union-attr]
     about, required, default, variable = _HELP.fullmatch(words).groups()  # type: ignore[union-attr]
     name = name or flags.rpartition(", ")[2].strip("-[.]").replace("-", "_")
-    kind, many = _TYPES.get(word, str) if word else bool, about.endswith("; repeatable.")
+    kind, many = (
+        _TYPES.get(word, str) if word else bool,
+        about.endswith("; repeatable.") or ",..." in str(word),
+    )
     shown: dict[str, Any] = {"help": about, "metavar": word or None, "show_default": default is not None}
     if flags.startswith("-"):
         value = ... if required else False if kind is bool else default and kind(default)
