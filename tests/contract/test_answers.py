@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import html
 import importlib
+import pickle
 import pkgutil
+from dataclasses import FrozenInstanceError, fields, is_dataclass
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from electrovib.core.answer import Answer, Document, Drawing, Table, laid_out
 from electrovib.core.diagnostics import warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
+from electrovib.core.unchangeable import FrozenDict
 from electrovib.data.marks import Form, is_ours
 from electrovib.studies.texture import TextureDrive
 from electrovib.view.documents import check_answer
@@ -113,6 +117,67 @@ def test_every_kind_of_answer_is_here():
     leaves = {each.__name__ for each in own if not each.__subclasses__()}
     assert leaves >= {"Comparison", "Sensitivity", "PlateDesign"}
     assert leaves <= set(ANSWERS), "an answer without a test"
+
+
+def members(value):
+    """Return the parts of a container or of a frozen dataclass by their paths; tables of xarray are the user's own."""
+    if isinstance(value, dict):
+        return {f"[{name!r}]": each for name, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return {f"[{place}]": each for place, each in enumerate(value)}
+    if is_dataclass(value) and value.__dataclass_params__.frozen:
+        return {f".{each.name}": getattr(value, each.name) for each in fields(value)}
+    return {}
+
+
+def changeable(value, path, seen):
+    """Yield the paths of all that can be changed in place."""
+    if id(value) in seen:
+        return
+    seen[id(value)] = value
+    array = isinstance(value, np.ndarray) and value.flags.writeable
+    if array or isinstance(value, list) or (isinstance(value, dict) and not isinstance(value, FrozenDict)):
+        yield path
+    for name, each in members(value).items():
+        yield from changeable(each, path + name, seen)
+
+
+def test_an_answer_cannot_be_changed_afterwards(found):
+    assert list(changeable(found, type(found).__name__, {})) == []
+    with pytest.raises(FrozenInstanceError):
+        setattr(found, fields(found)[0].name, None)
+
+
+def test_plans_waveforms_and_scenarios_cannot_be_changed_afterwards(tmp_path):
+    plan = ev.plan_bench("vezzoli_2014/fig6")
+    written = ev.export_waveform(SINE, tmp_path / "a.csv", set=LIMITS, edge="line", ramp=1e-3)
+    assert list(changeable(plan, "plan", {})) == list(changeable(written, "written", {})) == []
+    with pytest.raises(ValueError, match="read-only"):
+        plan.codes[3] = 2047
+    scenario = ev.load(SINE)
+    other = scenario.stack.layers["insulator"]
+    for mapping in (scenario.stack.layers, scenario.sources):
+        for change in (
+            lambda each: each.__setitem__("insulator", other),
+            lambda each: each.update(insulator=other),
+            lambda each: each.__ior__({"insulator": other}),
+            lambda each: each.setdefault("more", other),
+            lambda each: each.clear(),
+            lambda each: each.popitem(),
+            lambda each: each.pop("insulator"),
+            lambda each: each.__delitem__("insulator"),
+        ):
+            with pytest.raises(InputError, match="not changed in place; replace returns"):
+                change(mapping)
+        for same in (copy.copy(mapping), copy.deepcopy(mapping), pickle.loads(pickle.dumps(mapping))):
+            assert same == mapping == dict(mapping)
+        assert type(mapping | {}) is dict
+    for same in (copy.copy(scenario), copy.deepcopy(scenario), pickle.loads(pickle.dumps(scenario))):
+        assert (same, hash(same), same.sources) == (scenario, hash(scenario), scenario.sources)
+    assert ev.load(scenario.to_dict()) == scenario
+    changed = scenario.replace({"drive.amplitude": 3.0})
+    with pytest.raises(InputError, match="not changed in place"):
+        changed.sources["drive.amplitude"] = "nobody"
 
 
 def test_text_notebook_and_page_say_the_same(found, tmp_path):

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
-from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.paths import value_at
 from electrovib.core.signals import is_trace
 from electrovib.core.tables import stored_changes
+from electrovib.data.checksum import CHECKSUM
 from electrovib.data.traces import open_if_trace
 from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
 from electrovib.solve.simulate import simulate
@@ -97,11 +98,14 @@ def run(
 
 
 def _warn_of_changed_models(trace: xarray.Dataset, source: Source, experiment: Scenario) -> None:
-    """Add a warning to a repeated run for each own model that is not the one of the Trace it repeats."""
+    """Add to a repeated run that the Trace it repeats was not verified, and each own model that is not the one of it."""
     found = open_if_trace(source)
     changed = changed_models(found, experiment) if is_trace(found) else []
-    if changed:
-        told = [Diagnostic("own models", "warning", text).to_dict() for text in changed]
+    told = [Diagnostic("own models", "warning", text).to_dict() for text in changed]
+    told += (
+        [each.to_dict() for each in diagnostics_of(found) if each.name == CHECKSUM] if is_trace(found) else []
+    )
+    if told:
         trace.attrs["validity"] = json.dumps([*json.loads(trace.attrs["validity"]), *told])
 
 

@@ -11,6 +11,7 @@ from electrovib.bench.instruments import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError
+from electrovib.core.unchangeable import Unchangeable
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario.grids import AtRest
@@ -39,7 +40,7 @@ _WITHIN = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class BenchPlan:
+class BenchPlan(Unchangeable):
     """A run on a bench, before anything is sent.
 
     Parameters

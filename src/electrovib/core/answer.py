@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Final, TypeAlias
 
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.unchangeable import Unchangeable
 
 REFERENCE: Final = -1
 """Look of a curve that is a reference or a range."""
@@ -166,7 +167,7 @@ class Document:
         return "\n".join([*shown, *self.warnings, *self.remarks]).strip("\n")
 
 
-class Answer(ABC):
+class Answer(Unchangeable, ABC):
     """A result that says what it is as a `Document`; `electrovib.save` writes it as a page, and its `FILES`."""
 
     FILES: ClassVar[Mapping[str, str | None]] = {}

@@ -25,8 +25,10 @@ from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import DeclaresFile
 from electrovib.core.mistakes import explained, near_members, problems, wants
+from electrovib.core.own_results import check_results
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import explained_path, put, stored_changes
+from electrovib.core.unchangeable import frozen
 
 M = TypeVar("M", bound="Model")
 
@@ -124,6 +126,11 @@ class Immutable(BaseModel):
         """Refuse a deletion."""
         raise InputError(f"{type(self).__name__}.{name}: is not deleted in place; {_COPY}")
 
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Copy it with parameters that are not validated, and cannot be changed in place either."""
+        changes = {name: frozen(value) for name, value in (update or {}).items()}
+        return super().model_copy(update=changes, deep=deep)
+
 
 ABOUT: Final = frozenset({"equation", "reference", "status"})
 """Attributes of a class that are listed beside its parameters, if they are not empty."""
@@ -170,6 +177,10 @@ class Model(Immutable, DeclaresFile, Written):
     """Parameters that can be given in place of stored ones, and are read as attributes."""
     former: ClassVar[Mapping[str, Former]] = {}
     """Former names: of a family those of its members, of a member those of its parameters."""
+    never_negative: ClassVar[frozenset[str]] = frozenset()
+    """Methods that return no negative number; of complex numbers no positive imaginary part."""
+    checked_elsewhere: ClassVar[frozenset[str]] = frozenset()
+    """Methods whose results are checked by what calls them."""
     derived_note: ClassVar[str] = ""
     """How stored and derived parameters go together, for the list of models."""
     offered_by: ClassVar[tuple[str, ...]] = ()
@@ -184,6 +195,7 @@ class Model(Immutable, DeclaresFile, Written):
                 raise TypeError(msg)
         cls.is_family = family
         cls.is_member = not family and cls.__mro__[1] is not Model
+        check_results(cls)
 
     @model_validator(mode="wrap")
     @classmethod

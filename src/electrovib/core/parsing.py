@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.budget import megabytes
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, shortened
 from electrovib.core.files import note_input
 
 if TYPE_CHECKING:
@@ -15,6 +15,16 @@ if TYPE_CHECKING:
 
 _DEEPEST: Final = 50
 """Most levels of nested tables and lists; a scenario needs about ten."""
+
+
+def truth(value: object, path: str) -> bool:
+    """Read yes or no: a truth, or a text or number as every parameter of a model takes it; anything else is refused."""
+    from pydantic import TypeAdapter, ValidationError
+
+    try:
+        return TypeAdapter(bool).validate_python(value.strip() if isinstance(value, str) else value)
+    except ValidationError:
+        raise InputError("expected true or false", path=path, value=shortened(str(value), 40)) from None
 
 
 def read_toml(text: str) -> dict[str, Any]:

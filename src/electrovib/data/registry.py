@@ -8,6 +8,7 @@ import pkgutil
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError, nearest
+from electrovib.core.parsing import truth
 from electrovib.data import readers
 from electrovib.data.faults import check_file
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded, choose
@@ -59,6 +60,8 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
     given = {name: value for name, value in options.items() if value is not None}
     if foreign := [name for name in given if name not in chosen.options]:
         raise DataFileError(f"the option {foreign[0]} does not belong to {chosen.description}.", path=path)
+    if "decimal_comma" in given:
+        given["decimal_comma"] = truth(given["decimal_comma"], "decimal_comma")
     return chosen.read(path, **given)
 
 

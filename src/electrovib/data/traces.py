@@ -17,6 +17,7 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
+from electrovib.data.checksum import verified
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.guarded import GuardedReading
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
@@ -108,7 +109,7 @@ def load_mat(path: Path) -> xarray.Dataset:
                 values = np.asarray(found[about["names"][entry["name"]]])
                 # MATLAB saves complex numbers without imaginary part as real ones
                 arrays[entry["name"]] = values.astype(np.complex128) if entry["kind"] == "complex" else values
-        return rebuilt(about["structure"], about["attributes"], arrays)
+        return verified(rebuilt(about["structure"], about["attributes"], arrays), path)
     except DAMAGE as error:
         raise damaged(path, "a MATLAB file", error) from None
 
@@ -167,15 +168,10 @@ def load_nc(path: Path) -> xarray.Dataset:
             array = np.array(values, dtype=str).reshape(about["shape"]) if about["text"] else values
             variables[name] = xarray.Variable(about["dims"], array, about["attributes"])
         stored = xarray.Dataset(variables, attrs=attributes)
-        return _as_saved(
-            xarray.decode_cf(
-                stored,
-                decode_times=False,
-                decode_timedelta=False,
-                mask_and_scale=False,
-                concat_characters=False,
-            )
+        decoded = xarray.decode_cf(
+            stored, decode_times=False, decode_timedelta=False, mask_and_scale=False, concat_characters=False
         )
+        return verified(_as_saved(decoded), path)
     except DAMAGE as error:
         raise damaged(path, "a netCDF file", error) from None
 

@@ -13,6 +13,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
+from electrovib.core.unchangeable import Unchangeable
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, output_path, writing
 from electrovib.exports.waveform_formats import FORMATS, INSTRUMENTS, Encoded, Scaling, WaveformFormat
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WrittenWaveform:
+class WrittenWaveform(Unchangeable):
     """A waveform that was written, with its error, its scale and its check.
 
     - `path`: the file.

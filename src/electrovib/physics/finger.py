@@ -28,6 +28,10 @@ class Finger(Model, family=True):
     Every member is one resonance with a static compliance, which the solver integrates.
     """
 
+    never_negative: ClassVar[frozenset[str]] = frozenset(
+        {"compliance", "compliance_at_rest", "natural_frequency", "damping_ratio"}
+    )
+
     @abstractmethod
     def compliance_at_rest(self) -> float:
         """Return the displacement per constant force [m/N]."""

@@ -54,6 +54,8 @@ class Distance(Separation, family=True):
     The distance is prescribed and does not depend on the attraction. It is smooth between its breaks.
     """
 
+    never_negative: ClassVar[frozenset[str]] = frozenset({"gap", "fastest"})
+
     @abstractmethod
     def gap(self, time: ArrayLike) -> NDArray[np.float64]:
         """Return the distance of the finger from the plate.

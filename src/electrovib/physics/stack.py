@@ -24,6 +24,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
+from electrovib.core.unchangeable import FrozenDict
 from electrovib.physics.conduction import Conduction
 from electrovib.physics.material import Constant, Material
 
@@ -170,7 +171,7 @@ class Stack(Model):
     @property
     def layers(self) -> dict[str, Layer]:
         """Name to layer, plate to finger."""
-        return dict(self.__pydantic_extra__ or {})
+        return FrozenDict(self.__pydantic_extra__ or {})
 
     @property
     def roles(self) -> dict[str, Role]:

@@ -27,6 +27,8 @@ class TimeProfile(Model, family=True):
     Linear between its corners, constant before the first and after the last.
     """
 
+    never_negative: ClassVar[frozenset[str]] = frozenset({"share"})
+
     @abstractmethod
     def corners(self) -> tuple[tuple[float, float], ...]:
         """Return time [s], increasing, and share [1] of every corner."""

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
@@ -15,6 +15,7 @@ from electrovib.core.model import Model, read_model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.tables import put, stored_changes
+from electrovib.core.unchangeable import FrozenDict
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact
@@ -71,9 +72,11 @@ class Scenario(Model):
     time: TimeGrid = TimeGrid()
     frequency: FrequencyGrid = FrequencyGrid()
     limits: Limits = Limits()
-    sources: Annotated[dict[str, str], Field(description="source of each value, by its dotted path")] = Field(
-        default_factory=dict
-    )
+    sources: Annotated[
+        dict[str, str],
+        Field(description="source of each value, by its dotted path"),
+        AfterValidator(FrozenDict),
+    ] = FrozenDict()
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.unchangeable import Unchangeable
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import extremes
 from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Linear
@@ -34,7 +35,7 @@ _FINER: Final = 0.25
 
 
 @dataclass(frozen=True, kw_only=True)
-class Waveform:
+class Waveform(Unchangeable):
     """Evenly spaced samples of a drive, as they are played or written, at `rate` per second.
 
     With `held` an instrument holds each sample until the next; else straight lines join them. `error` is the

@@ -74,7 +74,15 @@ def test_a_truth_of_a_recipe_is_no_text(here, said, cli):
     options = f"--column '{MEASURED}=u [N]' --set 'time=t [s]' --set 'delimiter=;'"
     said(f"import comma.csv {options} --set decimal_comma=true -o a.nc")
     assert ev.open_trace("a.nc").time.values[-1] == pytest.approx(0.019)
-    assert cli(f"import comma.csv {options} --set decimal_comma=false -o b.nc")[0] == 2
+    for no in ("false", "False", "no", "0", "off", " NO "):
+        assert cli(f"import comma.csv {options} --set 'decimal_comma={no}' -o b.nc")[0] == 2
+    for number, yes in enumerate(("True", "yes", "1", "on")):
+        said(f"import comma.csv {options} --set decimal_comma={yes} -o c{number}.nc")
+        assert ev.open_trace(f"c{number}.nc").time.values[-1] == pytest.approx(0.019)
+    for wrong in ("maybe", "2", "ja"):
+        code, _, err = cli(f"import comma.csv {options} --set decimal_comma={wrong} -o b.nc")
+        assert code == 2
+        assert f"decimal_comma = {wrong}: expected true or false" in err
 
 
 def test_calibration_and_a_second_clock(record, said):

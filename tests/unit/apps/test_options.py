@@ -4,6 +4,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from electrovib.apps.cli import app as program
 from electrovib.apps.cli.options import takes
 from electrovib.core.errors import InputError
 
@@ -77,3 +78,31 @@ def test_the_help_is_the_table():
         "--force Replace a file that electrovib did not write, or that was changed.",
     ):
         assert words in shown
+
+
+def every_option():
+    """Return each option of each command that takes a value, with the command."""
+    waiting, found = [((), typer.main.get_command(program))], []
+    while waiting:
+        path, command = waiting.pop()
+        if hasattr(command, "commands"):
+            waiting += [((*path, name), each) for name, each in command.commands.items()]
+            continue
+        options = [each for each in command.params if each.param_type_name == "option" and not each.is_flag]
+        found += [pytest.param(path, each, id=" ".join((*path, each.opts[0]))) for each in options]
+    return found
+
+
+@pytest.mark.parametrize(("path", "option"), every_option())
+def test_an_option_given_twice_counts_twice_or_is_refused(path, option):
+    assert option.multiple or ",..." not in str(option.metavar)
+    if option.multiple:
+        return
+    for flags in ([option.opts[0]] * 2, [option.opts[0], option.opts[-1]]):
+        done = CliRunner().invoke(program, [*path, flags[0], "7", flags[1], "8"])
+        assert isinstance(done.exception, InputError), (done.output, done.exception)
+        assert str(done.exception) == f"{option.opts[0]}: given 2 times; give it once"
+
+
+def test_names_of_an_option_that_is_repeated_are_added_up_and_a_flag_may_be_repeated(given):
+    assert given("-n 1 --name x,y --name z --ring --ring")["name"] == ["x", "y", "z"]

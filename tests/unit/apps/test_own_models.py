@@ -156,11 +156,11 @@ def found(folder):
             "taken",
             "two models are called EffectiveMedium: electrovib.physics.force.maxwell_stress and taken; rename",
         ),
-        ("Failing", ": law.py, line 23: NameError: name 'undefined' is not defined"),
+        ("Failing", ": Failing.pressure (law.py, line 23): NameError: name 'undefined' is not defined"),
         ("Bare", ": law.py, Bare: AttributeError: 'Bare' object has no attribute 'conductivity'"),
         (
             "Misnamed",
-            ": law.py, Misnamed: TypeError: Misnamed.pressure() got an unexpected keyword argument 'E'",
+            ": Misnamed.pressure (law.py, line 36): TypeError: Misnamed.pressure() got an unexpected keyword argument 'E'",
         ),
         ("Unfinished", ": force.model = 'Unfinished': the class does not define pressure(self, E)"),
     ],

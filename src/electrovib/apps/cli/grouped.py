@@ -88,7 +88,10 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; an option of another command is answered with the command that has it."""
         try:
-            return super().parse_args(ctx, args)
+            order = self.make_parser(ctx).parse_args(args=list(args))[2]
+            twice = [each for each in order if order.count(each) > 1 and _is_single(each)]
+            if not twice:
+                return super().parse_args(ctx, args)
         except Exception as wrong:
             if type(wrong).__name__ != "NoSuchOption":  # of click, or of the copy of it within typer
                 raise
@@ -96,6 +99,11 @@ class Command(TyperCommand):
 
             name = getattr(wrong, "option_name", "")
             raise InputError(_option_meant(name, self, ctx)) from None
+        from electrovib.core.errors import InputError
+
+        raise InputError(
+            f"{each.opts[0]}: given {order.count(each)} times; give it once" for each in dict.fromkeys(twice)
+        )
 
     def invoke(self, ctx: Any) -> Any:
         """Refuse a scenario in the place of another argument, with the order that was meant."""
@@ -110,6 +118,11 @@ class Command(TyperCommand):
                 f" {ctx.info_name} {' '.join(meant)}"
             )
         return super().invoke(ctx)
+
+
+def _is_single(parameter: Any) -> bool:
+    """Return whether a parameter is an option with one value."""
+    return parameter.param_type_name == "option" and not (parameter.multiple or parameter.is_flag)
 
 
 def _positional(command: TyperCommand, ctx: Any) -> Iterator[tuple[str, str]]:

@@ -144,7 +144,7 @@ def recipe_of(
             held = found.get(key)
             found[key] = {**(held if isinstance(held, dict) else {}), signal: value}
         else:
-            found[key] = {"true": True, "false": False}.get(value, value) if isinstance(value, str) else value
+            found[key] = value
     if "columns" in given:
         found["columns"] = {**found.get("columns", {}), **_columns(given["columns"])}
     if problems := [why for key, value in found.items() if (why := _wrong(key, value, only, of, tables))]:

@@ -70,7 +70,7 @@ class Arguments(dict[str, Any]):
             name, value = str(each.name), context.params.get(str(each.name))
             if name in self.typed and name not in _SEARCHED:
                 _refuse_blank(self.flags[name], value)
-            if not (value in (None, [], ()) or value is False or value == ""):
+            if not (value in (None, [], (), [""]) or value is False or value == ""):
                 self[name] = names_of(value) if ",..." in str(each.metavar) else value
 
     def only(self, accepted: str, of: str, always: str = "models laws force") -> None:
@@ -160,7 +160,10 @@ def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None
     flags, word, name = _HEAD.fullmatch(head).groups()  # type: ignore[union-attr]
     about, required, default, variable = _HELP.fullmatch(words).groups()  # type: ignore[union-attr]
     name = name or flags.rpartition(", ")[2].strip("-[.]").replace("-", "_")
-    kind, many = _TYPES.get(word, str) if word else bool, about.endswith("; repeatable.")
+    kind, many = (
+        _TYPES.get(word, str) if word else bool,
+        about.endswith("; repeatable.") or ",..." in str(word),
+    )
     shown: dict[str, Any] = {"help": about, "metavar": word or None, "show_default": default is not None}
     if flags.startswith("-"):
         value = ... if required else False if kind is bool else default and kind(default)

@@ -53,6 +53,10 @@ class Contact(Model, family=True):
     fingerprint has a third less contact area than flat skin (Warman and Ennos 2009); ridges are not modelled.
     """
 
+    never_negative: ClassVar[frozenset[str]] = frozenset(
+        {"gross_area", "mean_pressure", "outline", "sliding_length", "real_area"}
+    )
+
     grows: ClassVar[bool] = True
 
     if TYPE_CHECKING:  # declared by every member, beside its own parameters

@@ -30,6 +30,8 @@ class Surface(Model, family=True):
     surface topography is flattened, and the plate bears any further pressure.
     """
 
+    never_negative: ClassVar[frozenset[str]] = frozenset({"gap", "pressure", "real_share"})
+
     @abstractmethod
     def pressure(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the repulsion per area at a mean gap.

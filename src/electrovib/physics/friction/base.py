@@ -87,6 +87,8 @@ class SteadyFriction(Friction, family=True):
     friction is a linear function of load and attraction, and in `needs_real_area` that it needs the real contact area.
     """
 
+    never_negative: ClassVar[frozenset[str]] = frozenset({"lateral_force"})
+
     proportional_to: ClassVar[tuple[str, ...]] = ()
     is_linear: ClassVar[bool] = False
     needs_real_area: ClassVar[bool] = False

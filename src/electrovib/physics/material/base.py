@@ -43,6 +43,8 @@ class Material(Model, family=True):
     Passive: Im eps* <= 0 at all frequencies. Every member declares its `conductivity` at zero frequency.
     """
 
+    never_negative: ClassVar[frozenset[str]] = frozenset({"bound_permittivity", "complex_permittivity"})
+
     offered_by: ClassVar[tuple[str, ...]] = ("skins", "materials")
     later_parameters: ClassVar[frozenset[str]] = frozenset({"substance"})
 

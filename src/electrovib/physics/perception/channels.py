@@ -48,6 +48,8 @@ class DetectionThreshold:
 class Channel(Model, family=True):
     """A tactile channel: its sensitivity to a displacement of the skin over frequency."""
 
+    never_negative: ClassVar[frozenset[str]] = frozenset({"weight", "best"})
+
     published: ClassVar[tuple[DetectionThreshold, ...]] = ()
     """Published thresholds at frequencies at which this channel is the most sensitive one."""
 

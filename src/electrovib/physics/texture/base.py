@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 
@@ -40,6 +40,8 @@ class Texture(Model, family=True):
     A texture states the friction force that is added to the plate's own friction. Attraction cannot reduce friction, so the
     added force has to be 0 or more.
     """
+
+    checked_elsewhere: ClassVar[frozenset[str]] = frozenset({"added_friction", "along", "length", "across"})
 
     @abstractmethod
     def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:

@@ -31,6 +31,8 @@ _FURTHEST: Final = 10.0
 class FingerPath(Model, family=True):
     """Position of the finger on the plate over time."""
 
+    checked_elsewhere: ClassVar[frozenset[str]] = frozenset({"positions"})
+
     @abstractmethod
     def positions(self, time: Real) -> Real:
         """Return the position of the finger.

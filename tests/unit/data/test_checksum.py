@@ -1,0 +1,112 @@
+"""A Trace that was damaged or edited is never opened with other numbers in silence."""
+
+import os
+import re
+
+import numpy as np
+import pytest
+import xarray
+from typer.testing import CliRunner
+
+import electrovib as ev
+from electrovib.apps.cli import app
+from electrovib.core.diagnostics import diagnostics_of
+from electrovib.core.errors import InputError
+from electrovib.data.checksum import CHECKSUM, checksum
+
+FLIPS = int(os.environ.get("ELECTROVIB_FLIPS", "60"))
+"""Flipped bits of each file."""
+
+
+@pytest.fixture(scope="module")
+def trace():
+    scenario = ev.load("vezzoli_2014/fig6", changes={"time.duration": "20 ms"})
+    return ev.simulate(scenario).isel(time=slice(0, 40))
+
+
+def numbers_differ(one, two):
+    plain = [each.assign_attrs(validity="") for each in (one, two)]
+    return not plain[0].identical(plain[1])
+
+
+@pytest.mark.parametrize("name", ["a.nc", "a.csv", "a.frequency.csv"])
+def test_no_flipped_bit_changes_a_number_in_silence(name, trace, tmp_path):
+    opened = tmp_path / name.replace(".frequency", "")
+    ev.save(trace, opened)
+    saved = ev.open_trace(opened)
+    whole = (tmp_path / name).read_bytes()
+    generator, outcomes = np.random.default_rng(7), {"refused": 0, "the same": 0, "not verified": 0}
+    for place in generator.integers(0, len(whole), FLIPS).tolist():
+        spoiled = bytearray(whole)
+        spoiled[place] ^= 1 << int(generator.integers(0, 8))
+        (tmp_path / name).write_bytes(bytes(spoiled))
+        try:
+            found = ev.open_trace(opened)
+        except InputError:
+            outcomes["refused"] += 1
+            continue
+        told = any(each.name == CHECKSUM for each in diagnostics_of(found))
+        assert not numbers_differ(found, saved), (place, whole[max(0, place - 40) : place + 40])
+        outcomes["not verified" if told else "the same"] += 1
+    assert outcomes["refused"] > FLIPS / 4, outcomes
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".csv", ".mat"])
+def test_the_checksum_is_that_of_the_content_in_every_format(suffix, trace, tmp_path):
+    file = tmp_path / f"a{suffix}"
+    ev.save(trace, file)
+    found = ev.open_trace(file)
+    assert CHECKSUM not in found.attrs
+    assert checksum(found) == checksum(ev.open_trace(ev.save(found, tmp_path / f"b{suffix}")[0]))
+    assert not any(each.name == CHECKSUM for each in diagnostics_of(found))
+    for changed in (
+        found.assign(electrostatic_force=found.electrostatic_force * (1 + 1e-15)),
+        found.assign_coords(time=found.time + 1e-12),
+        found.assign_attrs(scenario="{}"),
+        found.assign_attrs(more=1),
+        found.rename(electrostatic_force="lateral"),
+        found.isel(time=slice(1, None)),
+        found.assign(current=found.current.assign_attrs(units="mA")),
+    ):
+        assert checksum(changed) != checksum(found)
+
+
+def test_an_edited_csv_says_what_to_do(trace, tmp_path):
+    file = tmp_path / "a.csv"
+    ev.save(trace, file)
+    lines = file.read_text(encoding="utf-8").splitlines()
+    cells = lines[-1].split(",")
+    cells[1] = "123.5"
+    lines[-1] = ",".join(cells)
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"a\.csv: is damaged, or was edited.*without its line '# checksum: \.\.\.'"
+    ):
+        ev.open_trace(file)
+    file.write_text(
+        "\n".join(each for each in lines if not each.startswith("# checksum")) + "\n", encoding="utf-8"
+    )
+    found = ev.open_trace(file)
+    assert 123.5 in found.to_array().values
+    assert [each.state for each in diagnostics_of(found) if each.name == CHECKSUM] == ["warning"]
+
+
+def test_a_trace_without_a_checksum_is_read_and_says_so_where_its_numbers_are_printed(trace, tmp_path):
+    file = tmp_path / "a.csv"
+    ev.save(trace, file)
+    text = re.sub(r"# checksum: .*\n", "", file.read_text(encoding="utf-8"))
+    file.write_text(text, encoding="utf-8")
+    words = "not verified: a.csv states no checksum"
+    assert words in ev.open_trace(file).attrs["validity"]
+    for command in (["run", file], ["report", file, "-o", tmp_path / "a.html"]):
+        done = CliRunner().invoke(app, [*map(str, command)])
+        assert words in done.output or words in (tmp_path / "a.html").read_text(encoding="utf-8"), command
+
+
+def test_comments_are_all_that_other_readers_have_to_skip(trace, tmp_path):
+    file = tmp_path / "a.csv"
+    ev.save(trace, file)
+    table = [line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    assert len(table) == 1 + trace.sizes["time"]
+    assert len({line.count(",") for line in table[1:]}) == 1
+    assert isinstance(ev.open_trace(file), xarray.Dataset)
