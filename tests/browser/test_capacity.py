@@ -28,6 +28,28 @@ async def opened(port, *, is_full=False):
     return visitor
 
 
+LEFT_AT_ONCE = "import electrovib.apps.explorer.server as server; server.UNCONNECTED = 0.1"
+
+
+def test_visitors_who_leave_while_something_is_made_leave_nothing_in_the_log(tmp_path_factory):
+    server = started(tmp_path_factory, "left", code=f"{LEFT_AT_ONCE}\n")
+
+    async def run():
+        visitors = [await opened(server.port) for _ in range(4)]
+        for each in visitors:
+            await each.until(lambda each=each: "mN" in each.texts)
+            for name, element in each.elements.items():
+                if element.get("tag") == "q-item":
+                    for one in element.get("events", []):
+                        to = {"id": int(name), "client_id": each.client, "listener_id": one["listener_id"]}
+                        await each.socket.emit("event", to | {"args": ["{}"]})
+        await asyncio.gather(*(each.close() for each in visitors))
+        await asyncio.sleep(15)
+
+    asyncio.run(asyncio.wait_for(run(), 120))
+    assert "Traceback" not in server.stop()
+
+
 def test_pages_that_were_left_give_way_and_connected_ones_do_not(server):
     async def run():
         for _ in range(10):

@@ -1,13 +1,17 @@
 """Every option of every command: a blank text, a name that no file can have, and a number that is no count of anything."""
 
 import inspect
+import shlex
 import sys
+import tomllib
 
 import pytest
 import typer
 
 import electrovib as ev
 from electrovib.apps.cli import app, main
+from electrovib.apps.cli.import_ import _KEYS as KEYS
+from electrovib.apps.cli.import_ import _OF_SIGNALS as TABLES
 from electrovib.core.errors import InputError
 
 SCENARIO = "vezzoli_2014/fig6"
@@ -72,7 +76,9 @@ def typed(name, option, value):
 def said(monkeypatch, capsys, tmp_path):
     """Return what a command line ends with, and what it says; an exception that is none of a user is a traceback."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "record.csv").write_text("time [s],a [V]\n0,0\n1e-3,1\n2e-3,0\n", encoding="utf-8")
+    (tmp_path / "record.csv").write_text(
+        "time [s],a [V]\n0,0\n1e-3,1\n2e-3,0\n3e-3,1\n4e-3,0\n", encoding="utf-8"
+    )
 
     def call(words):
         monkeypatch.setattr(sys, "argv", ["electrovib", *words])
@@ -159,3 +165,94 @@ def test_a_function_refuses_an_output_that_no_file_can_be(said, tmp_path, name):
             call(name)
         assert name.strip() or any("blank" in each or "record.csv" in each for each in found.value.problems)
     assert sorted(tmp_path.iterdir()) == before
+
+
+WRONG = {
+    "whole": "7", "number": "2.5", "truth": "true", "list": '["a", 3]', "table": "{ a = [1] }", "date": "1979-05-27",
+    "nested": "[[1]]",
+}  # fmt: skip
+RECIPES = {"trace": 'drive_voltage = "a"', "material": 'modulus = "a"', "measurement": 'value = "a"'}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("key", [*KEYS, *(f"{table}.drive_voltage" for table in TABLES)])
+def test_an_entry_of_a_recipe_of_another_type_is_answered_in_a_sentence(said, tmp_path, key, wrong):
+    own = key.rpartition(".")[0] == "columns"
+    for kind, columns in RECIPES.items():
+        text = f"{key} = {WRONG[wrong]}\n" + ("" if own or key == "columns" else f"[columns]\n{columns}\n")
+        (tmp_path / "lab.toml").write_text(text, encoding="utf-8")
+        code, words = said(["import", "record.csv", "--recipe", "lab.toml", "--as", kind])
+        is_right = wrong in ("whole", "number") and key.partition(".")[0] in ("step", "scale", "offset")
+        assert (code == 2 and words.startswith("electrovib: ")) or is_right, (kind, text)
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ("part = 7", "part = 7: expected a text in quotes"),
+        ("time = 3", "time = 3: expected a text in quotes"),
+        ("crop = 5", "crop = 5: expected a span of time, such as '0.1 s..0.5 s'"),
+        ("crop = [1, 2, 3]", "crop = [1, 2, 3]: expected a span of time"),
+        ('crop = ["1 V", 2]', "crop = 1 V: expected a time"),
+        ("step = true", "step = True: expected a number in SI, or a text with a unit"),
+        ("detrend = [3]", "detrend = 3: expected the name of a signal"),
+        ('decimal_comma = "no"', "decimal_comma = 'no': expected true or false"),
+    ],
+)
+def test_what_an_entry_has_to_be_is_said(said, tmp_path, entry, words):
+    (tmp_path / "lab.toml").write_text(f'{entry}\n[columns]\ndrive_voltage = "a"\n', encoding="utf-8")
+    assert words in said(["import", "record.csv", "--recipe", "lab.toml"])[1]
+
+
+@pytest.mark.parametrize("crop", ['"1 ms..3 ms"', "[0.001, 0.003]", '["1 ms", 0.003]'])
+def test_a_span_of_time_is_a_text_or_two_ends(said, tmp_path, crop):
+    del said
+    recipe = {"crop": tomllib.loads(f"crop = {crop}")["crop"]}
+    times = ev.import_file("record.csv", {"drive_voltage": "a"}, **recipe).time
+    assert times.size == 3
+
+
+PLAN = f"design {SCENARIO} --models MaxwellStressInGap,Vezzoli2014Causal --over drive.high=100V:1kV:3 --space fingers --seed 1"
+WANTED = (
+    f"design {SCENARIO} --want 'peak electrostatic_force = 1 mN' --free drive.high --space fingers --seed 1"
+)
+PLATE = f"design {SCENARIO} --over drive.high=100V:1kV:3 --want 'peak electrostatic_force = maximum'"
+COUNTED = {
+    "evidence": ("evidence vezzoli -n", ["0", "1", "-1"]),
+    "plan": (f"{PLAN} -n", ["0", "1", "-1"]),
+    "uncertain": (f"{WANTED} -n", ["0", "1", "-1"]),
+    "linear": (f"{WANTED} --linear -n", ["0", "1", "-1"]),
+    "share": (f"{WANTED} --share 0.9 -n", ["0", "1", "-1"]),
+    "rounds": (f"{PLATE} --refine", ["-1"]),
+    "study": (f"study {SCENARIO} --space fingers --seed 1 -o s.zarr -n", ["0", "-1"]),
+    "sensitivity": (
+        f"study {SCENARIO} --space fingers --seed 1 --sensitivity --quantity MEAN -n",
+        ["0", "1", "-1"],
+    ),
+    "workers": (f"study {SCENARIO} --space fingers --seed 1 -n 4 -o s.zarr --workers", ["0", "-1"]),
+    "posterior": (f"fit {SCENARIO} trace.nc --free {PATH} --posterior --seed 1 -n", ["0", "1", "-1"]),
+    "exponentials": ("times record.csv --exponentials", ["0", "-1"]),
+    "port": (f"explore {SCENARIO} --no-browser --port", ["0", "-1"]),
+    "evidence seed": ("evidence vezzoli --seed", ["-1"]),
+    "plan seed": (f"{PLAN[:-1]}", ["-1"]),
+}
+"""Command lines that end with a count, and the counts below the smallest."""
+HUGE = ["99999999", "1" + "0" * 24]
+
+
+@pytest.mark.parametrize(
+    ("line", "count"),
+    [
+        pytest.param(line, each, id=f"{name} {each}")
+        for name, (line, few) in COUNTED.items()
+        for each in [*few, *HUGE]
+    ],
+)
+def test_no_count_is_beyond_a_sentence(said, line, count):
+    ev.save(ev.simulate(SCENARIO, signals=["lateral_force"]), "trace.nc")
+    words = line.replace("MEAN", "'mean electrostatic_force'")
+    if "seed" in words[-6:] and count == HUGE[0]:
+        return  # a seed like any other
+    code, told = said([*shlex.split(words), count])
+    assert code == 2
+    assert told.startswith("electrovib: "), told

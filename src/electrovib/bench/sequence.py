@@ -363,9 +363,8 @@ def writable(output: Path | None) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise BenchError(
-            f"{output}: the record cannot be written there: {error.strerror or error}; nothing was sent to an instrument"
-        ) from None
+        why = f"the record cannot be written there: {error.strerror or error}; nothing was sent to an instrument"
+        raise BenchError(why, path=output) from None
 
 
 def tell(sentences: list[str]) -> None:

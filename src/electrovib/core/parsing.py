@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 _DEEPEST: Final = 50
 """Most levels of nested tables and lists; a scenario needs about ten."""
+MOST_KEYS: Final = 10_000
+"""Most keys and tables of a file: as many are read in a second, and no scenario, space or recipe has a tenth of them."""
+_KEY: Final = re.compile(r"=|^[ \t]*\[{1,2}[ \t]*[A-Za-z_]", re.MULTILINE)
 
 
 def truth(value: object, path: str) -> bool:
@@ -31,6 +35,8 @@ def read_toml(text: str) -> dict[str, Any]:
     """Read a text as TOML."""
     import tomllib
 
+    if sum(1 for _ in itertools.islice(_KEY.finditer(text), MOST_KEYS + 1)) > MOST_KEYS:
+        raise ValueError(f"it has more than {MOST_KEYS} keys")
     try:
         content = tomllib.loads(text)
     except RecursionError:

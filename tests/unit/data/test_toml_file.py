@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ import pytest
 import electrovib as ev
 from electrovib.bench.settings import read_settings
 from electrovib.core.errors import InputError
+from electrovib.core.parsing import MOST_KEYS, read_toml
 from electrovib.recordings.recording import recording_of
 from electrovib.scenario.space.reading import tables_of
 from electrovib.studies.check.result import limits_from
@@ -89,3 +91,19 @@ def test_no_other_module_reads_a_file_as_toml():
         "bench/settings.py",
         "scenario/space/shipped/__init__.py",
     }
+
+
+@pytest.mark.parametrize("keys", ["k{} = 1\n", "[k{}]\n", "[[k.k{}]]\n", '"k{}" = "="\n'])
+@pytest.mark.parametrize("name", DOORS)
+def test_more_keys_than_any_file_has_are_refused_before_they_are_read(tmp_path, monkeypatch, name, keys):
+    monkeypatch.setattr(tomllib, "loads", pytest.fail)
+    path = tmp_path / "many.toml"
+    path.write_text("".join(keys.format(number) for number in range(MOST_KEYS + 1)), encoding="utf-8")
+    with pytest.raises(InputError, match="it has more than 10000 keys"):
+        DOORS[name](str(path))
+
+
+def test_a_million_numbers_are_one_key():
+    rows = ",\n  ".join(f"[{number}, {number / 7}]" for number in range(20_000))
+    assert len(read_toml(f"values = [\n  {rows}\n]")["values"]) == 20_000
+    assert len(read_toml("".join(f"k{number} = 1\n" for number in range(MOST_KEYS)))) == MOST_KEYS

@@ -273,3 +273,22 @@ def test_a_space_reads_back_equal_from_toml(ours):
     assert read_space(SINE, ours.as_table()) == ours
     again = read_space(SINE, dataclasses.replace(ours, omitted={"a": "b"}))
     assert again.omitted == {"a": "b"}
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"model": "Triangular", "low": 1e-6, "likely": 2e-6, "high": 1e308},
+        {"model": "Triangular", "low": -1e308, "likely": 0.0, "high": "1e308 N"},
+        {"model": "Uniform", "low": -1e308, "high": 1e308},
+        {"model": "LogUniform", "low": 1e-300, "high": 1e101},
+        {"model": "LogNormal", "median": 1.0, "factor": 1e308},
+        {"model": "Normal", "mean": 1e308, "deviation": 1e308},
+        {"model": "Empirical", "values": [1.0, 1e308]},
+    ],
+)
+def test_a_number_whose_square_is_infinite_is_refused(table):
+    with pytest.raises(
+        InputError, match=r"load.normal_force\.\w+ = .*: expected a number .* at most 1e\+100"
+    ):
+        ev.read_space("vezzoli_2014/fig6", {"load.normal_force": table})

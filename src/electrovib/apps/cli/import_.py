@@ -19,6 +19,21 @@ OF_TRACE: Final = (
 )  # fmt: skip
 OF_SAMPLE: Final = (*READING, "area", "thickness", "series_resistance", "parallel_capacitance")
 OF_CLOCKS: Final = ("with", "edges", "clock_shift")
+_TEXTS: Final = (
+    "time", "stamps", "reader", "delimiter", "part", "trigger", "average", "with", "edges", "columns", "calibration",
+)  # fmt: skip
+_NUMBERS: Final = (
+    "step", "resample", "scale", "offset", "shift", "area", "thickness", "series_resistance", "parallel_capacitance",
+    "conductivity", "clock_shift",
+)  # fmt: skip
+_EXPECTED: Final[dict[str, tuple[tuple[type, ...], str]]] = {
+    **dict.fromkeys(_TEXTS, ((str,), "a text in quotes")),
+    **dict.fromkeys(_NUMBERS, ((str, int, float), "a number in SI, or a text with a unit such as '10 us'")),
+    **dict.fromkeys(("crop", "baseline"), ((str, list), "a span of time, such as '0.1 s..0.5 s'")),
+    "detrend": ((str,), "the name of a signal, or a list of names"),
+    "decimal_comma": ((bool,), "true or false"),
+}
+"""What an entry, each entry of a table, and each signal to detrend is."""
 _KEYS: Final = tuple(dict.fromkeys([*OF_TRACE, *OF_SAMPLE, "conductivity", *OF_CLOCKS]))
 """Keys, named as the parameters of `electrovib.import_file`, `import_material` and `merge_traces`."""
 
@@ -157,6 +172,7 @@ def recipe_of(
 def _wrong(key: str, value: object, only: tuple[str, ...], of: str, tables: tuple[str, ...]) -> str:
     """Say what is wrong with an entry of a recipe; empty if nothing is."""
     from electrovib.core.errors import nearest
+    from electrovib.core.mistakes import shown
 
     known = only if of == "a measurement" else _KEYS
     if key not in known:
@@ -166,6 +182,14 @@ def _wrong(key: str, value: object, only: tuple[str, ...], of: str, tables: tupl
     if (key in tables) != isinstance(value, dict):
         each = "SIGNAL" if tables is _OF_SIGNALS else "PATH"
         return f"{key}: expected {key}.{each}=VALUE" if key in tables else f"{key}: expected {key}=VALUE"
+    kinds, words = _EXPECTED.get(key, ((object,), ""))
+    entries = (
+        {f"{key}.{name}": each for name, each in value.items()} if isinstance(value, dict) else {key: value}
+    )
+    for name, held in entries.items():
+        for one in held if key == "detrend" and isinstance(held, list) else [held]:
+            if not isinstance(one, kinds) or (isinstance(one, bool) and int in kinds):
+                return f"{name} = {shown(one)}: expected {words}"
     return ""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import functools
 import logging
 from collections.abc import Awaitable, Callable, Mapping
@@ -117,8 +118,16 @@ class Session:
         """Run work of many seconds in a thread, outside of the event loop, and return what it returns.
 
         An `ElectrovibError` is raised as it is; any other exception becomes one with a sentence, and is
-        logged.
+        logged. Where the visitor has left meanwhile, the task that waits is cancelled: its page is no more.
         """
+        try:
+            return await self._worked(work)
+        finally:
+            if self._presence.has_left:
+                raise asyncio.CancelledError
+
+    async def _worked(self, work: Callable[[], R]) -> R:
+        """Run work of many seconds in a thread, within the budget of a visitor."""
 
         def limited() -> R:
             with budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN), self._presence.working():

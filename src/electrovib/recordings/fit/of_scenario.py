@@ -22,6 +22,7 @@ from electrovib.recordings.fit.problem import Callback, CancelledError, Weighted
 from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.sessions import between_sessions
 from electrovib.scenario import Source, read_scenario
+from electrovib.solve.meter import Meter
 
 if TYPE_CHECKING:
     import xarray
@@ -301,11 +302,19 @@ def sample_posterior(found: ScenarioFit, how: Sampling) -> Posterior:
     chains = 4 * count if how.walkers is None else how.walkers
     if chains < 2 * count or chains % 2:
         raise InputError(f"walkers = {chains}: expected an even number of at least {2 * count}")
+    meter = Meter.of_cases(
+        "this posterior",
+        f"{how.steps:.6g} steps",
+        how.steps,
+        numbers=chains * (count + 1),
+        remedy="take fewer steps (-n)",
+    )
     sampler = emcee.EnsembleSampler(chains, count, density)
     legacy = np.random.RandomState(how.seed)  # emcee takes the state of no other generator
     begin = density.begin(np.random.default_rng(how.seed), chains)
     state = emcee.State(begin, random_state=legacy.get_state())
     for done, _ in enumerate(sampler.sample(state, iterations=how.steps), start=1):
+        meter.count(done)
         if how.progress is not None and how.progress(done, how.steps):
             raise CancelledError("the sampling was cancelled")
     return _summary(sampler, density.free, how)
@@ -318,6 +327,10 @@ class _Density:
         self.problem, self.found = found.problem, found
         self.free: Mapping[str, FreeParameter] = found.problem.prediction.free
         self.variance = 1.0 if found.estimate.noise_is_known else found.estimate.variance
+        if not self.variance > 0:
+            raise InputError(
+                "the recordings are those of the model to the last digit, without noise; state one: --noise"
+            )
         self.best = np.array(
             [each.coordinate(found.estimate.values[name]) for name, each in self.free.items()]
         )

@@ -171,7 +171,7 @@ def number_in(unit: str, option: str, value: str | float) -> float:
     """Return a number in SI, given as it is or as text with a unit."""
     try:
         return parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
         raise InputError(f"{option} = {value}: {error}") from None
 
 
@@ -186,8 +186,10 @@ def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, flo
             raise InputError(f"{option} = {value}: expected a span of time, such as '0 s..2 s'")
         first = seconds(option, match[1]) if match[1] else -np.inf
         last = seconds(option, match[2]) if match[2] else np.inf
+    elif isinstance(value, (list, tuple)) and len(value) == 2:
+        first, last = (seconds(option, each) for each in value)
     else:
-        first, last = map(float, value)
+        raise InputError(f"{option} = {value}: expected a span of time, such as '0 s..2 s'")
     if not first < last:
         raise InputError(f"{option} = {value}: the end is not after the beginning")
     return first, last

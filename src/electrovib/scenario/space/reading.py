@@ -415,17 +415,25 @@ def _within(path: str, found: Distribution, quantity: Quantity) -> Distribution:
     )
 
 
+_LARGEST: Final = 1e100
+"""Largest number of a distribution in SI, whose square a float still holds."""
+
+
 def read_number(path: str, value: Any, unit: str) -> Any:
     """Read a finite number in SI or as a text with a unit, or a list of them as a tuple."""
     if isinstance(value, (list, tuple)):
         return tuple(read_number(path, each, unit) for each in value)
     if isinstance(value, str):
         try:
-            return parse_quantity(value, unit)
+            value = parse_quantity(value, unit)
         except ValueError as error:
             raise InputError(f"{path} = {value}: {error}") from None
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise InputError(f"{path} = {value!r}: expected a finite number, or a text with a unit")
+    if abs(value) > _LARGEST:
+        raise InputError(
+            f"{path} = {value!r}: expected a number of the size of the parameter, at most {_LARGEST:g}"
+        )
     return float(value)
 
 

@@ -171,6 +171,13 @@ def checked_seed(seed: object) -> int:
     raise InputError(f"seed = {seed!r}: expected a whole number from 0 to 2**64 - 1, for instance 1")
 
 
+def checked_draws(n: object, *, fewest: int = 2, example: int = 200) -> int:
+    """Return a number of draws, or refuse what is no whole number of at least so many."""
+    if isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= fewest:
+        return int(n)
+    raise InputError(f"n = {n!r}: expected a whole number of draws, {fewest} or more, for instance {example}")
+
+
 @functools.cache
 def _key_of(stream: str) -> int:
     return int.from_bytes(hashlib.blake2b(stream.encode(), digest_size=8).digest(), "little")

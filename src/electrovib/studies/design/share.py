@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.errors import InputError, Problem, gathered
 from electrovib.core.units import format_quantity
 from electrovib.scenario.space import Space, SpaceSource, read_space
-from electrovib.scenario.space.relations import checked_seed
+from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check import CheckResult, CheckRow, LimitsSource, checked
@@ -74,8 +74,8 @@ def design_for_share(
         checked_seed(seed)
     if isinstance(share, bool) or not isinstance(share, (int, float)) or not 0 < share < 1:
         problems.append(f"share = {share!r}: expected a number above 0 and below 1, for instance 0.9")
-    if isinstance(n, bool) or not isinstance(n, int) or n < _FEWEST:
-        problems.append(f"n = {n!r}: expected a whole number of draws, {_FEWEST} or more, for instance 1000")
+    with gathered(problems):
+        checked_draws(n, fewest=_FEWEST, example=1000)
     if problems:
         raise InputError(problems)
     given = several_limits(limits, scenario)

@@ -15,7 +15,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.tables import stored_changes
 from electrovib.scenario.space import Space, SpaceSource, read_space
-from electrovib.scenario.space.relations import checked_seed
+from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.studies.design import search
 from electrovib.studies.design.wanted import Evaluation, Wanted
@@ -331,10 +331,7 @@ def read_draws(
             )
         return None
     count = _DRAWS if n is None else n
-    if isinstance(count, bool) or not isinstance(count, int) or count < 2:
-        raise InputError(
-            "expected a whole number of draws, 2 or more, for instance 200", path="n", value=repr(n)
-        )
+    checked_draws(count)
     fingers = read_space(scenario, space)
     if seed is None:
         raise InputError(

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 from electrovib.core.budget import each_item
 from electrovib.core.errors import InputError
+from electrovib.scenario.space.relations import checked_draws, checked_seed
+from electrovib.solve.meter import Meter
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.evidence.files import measurements
 from electrovib.studies.evidence.measurement import Measurement
-from electrovib.studies.evidence.predicted import DRAWS, predict
+from electrovib.studies.evidence.predicted import DRAWS, NUMBERS, predict
 from electrovib.studies.evidence.result import Evidence, nobody
 from electrovib.studies.evidence.score import judge
 
@@ -54,6 +56,9 @@ def evidence(
     else:
         words = [measured] if isinstance(measured, str) else measured or [""]
         chosen = {name: each for word in words for name, each in measurements(word).items()}
+    of, count = f"{checked_draws(n):.6g} draws", n * sum(len(each.values) for each in chosen.values())
+    Meter.of_cases("this comparison", of, count, numbers=NUMBERS, remedy="draw fewer (-n)")
+    checked_seed(seed)
     scores, refused = [], {}
     names = each_item(list(chosen))
     for name, (_, each) in zip(names, chosen.items(), strict=True):

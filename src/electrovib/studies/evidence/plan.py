@@ -21,9 +21,12 @@ from electrovib.data.marks import Form, csv_text
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space.reading import read_space
+from electrovib.scenario.space.relations import checked_draws, checked_seed
+from electrovib.solve.meter import Meter
 from electrovib.solve.prepare import prepare
 from electrovib.solve.quantities import read_name
 from electrovib.studies.check import check
+from electrovib.studies.evidence.predicted import NUMBERS
 from electrovib.studies.evidence.score import ODDS
 from electrovib.studies.sweep import parse_over
 
@@ -225,8 +228,11 @@ def plan_experiment(
     """
     base = read_scenario(scenario, changes=set)
     _check_laws(laws)
+    checked_seed(seed)
     points = _grid(over if isinstance(over, Mapping) else parse_over(base, over))
     deviation = _noise(noise, unit=read_name(quantity, tuple(base.stack.layers)).unit)
+    of, count = f"{checked_draws(n):.6g} draws for each law and point", n * len(laws) * len(points)
+    Meter.of_cases("this plan", of, count, numbers=NUMBERS, remedy="draw fewer (-n), or compare fewer points")
     left_out: dict[str, str] = {}
     cases = [base.replace({"force": {"model": law}}) for law in laws]
     kept, values = [], []

@@ -63,6 +63,33 @@ def high(found):
     return found.scenario.drive.high
 
 
+@pytest.mark.parametrize("fails", [False, True])
+def test_what_waits_for_work_ends_with_its_visitor(fails):
+    begun, left = threading.Event(), threading.Event()
+
+    def report():
+        begun.set()
+        assert left.wait(LONGEST)
+        if fails:
+            raise InputError("no report")
+
+    async def actions(visit):
+        session, told = visit.session(), []
+
+        async def download():
+            await session.work(report)
+            told.append("downloaded")
+
+        task = asyncio.create_task(download())
+        await until(begun.is_set)
+        session.stop()
+        left.set()
+        await asyncio.wait([task])
+        return task.cancelled(), told
+
+    assert Visit(actions).found == (True, [])
+
+
 def test_what_is_shown_is_what_the_library_gives_to_each_visitor_and_a_mistake_is_a_sentence():
     async def actions(visit):
         one, other = visit.session(), visit.session()
