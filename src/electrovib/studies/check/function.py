@@ -115,7 +115,12 @@ def checked(
     return CheckResult(
         title=f"{name} in: {scenario.title or 'a scenario without a title'}",
         duration=values.end,
-        rows=(*_rows(scenario, values, declared), *asked_rows(scenario, asked), *slew_rows(scenario, asked)),
+        rows=(
+            *_rows(scenario, values, declared),
+            *asked_rows(scenario, asked),
+            *slew_rows(scenario, asked),
+            *_rest_rows(scenario, values.end),
+        ),
         comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
         numbers=(*_numbers(values, declared), *asked_numbers(asked)),
         notes=_notes(scenario, values.end),
@@ -202,6 +207,30 @@ def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, sc
         )
         words = words.replace("current into plate, stray capacitance and finger", contact)
     return limit_row(name, values.largest[name], limit, words=words)
+
+
+def _rest_rows(scenario: Scenario, end: float) -> list[CheckRow]:
+    """Return a row where the drive is larger after the last output time, in its duration or its period, than up to it."""
+    drive, whole = scenario.drive, max(scenario.drive.duration, scenario.drive.period or 0.0)
+    largest = drive.largest(whole)
+    if scenario.time.settled or end >= whole or largest <= drive.largest(end) * (1 + judge.ROUNDED):
+        return []
+    unit = "A" if drive.quantity == "current" else "V"
+    reached, checked_to, lasts = (
+        format_quantity(each, of, digits=4) for each, of in ((largest, unit), (end, "s"), (whole, "s"))
+    )
+    return [
+        CheckRow(
+            quantity="drive after the checked time",
+            value=largest,
+            limit=None,
+            unit=unit,
+            source="time.duration",
+            state=UNKNOWN,
+            text=f"the drive reaches {reached} within {lasts}, and only {checked_to} of it was checked",
+            remedy=f"set time.duration to {lasts}",
+        )
+    ]
 
 
 def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:

@@ -120,6 +120,10 @@ def unlimited_words(name: str) -> str:
 def _built(content: Mapping[str, Any], start: str) -> Limits:
     inner = content.get("limits")
     table = inner if isinstance(inner, Mapping) else content
+    if table is inner and (beside := [name for name in WORDS if name in content]):
+        raise InputError(
+            "stands beside a table 'limits'; put it into that table", path=f"{start}limits.{beside[0]}"
+        )
     table = {name: value for name, value in table.items() if name != "schema"}
     try:
         return read_model(Limits, table)
