@@ -136,3 +136,11 @@ def test_a_film_in_two_is_no_way_round():
         assert len(found.failed) == 2
         plate = ev.design_plate(SCREEN | {"stack": stack}, {"drive.amplitude": [90.0, 300.0]}, refine=0)
         assert [each.is_allowed for each in plate.candidates] == [True, False]
+
+
+def test_a_file_of_samples_that_is_refused_says_why(tmp_path):
+    """The sentence was once the name of a generator."""
+    place = tmp_path / "drive.csv"
+    place.write_text("time,voltage\n0,0\n0,0\n0.1,5\n", encoding="utf-8")
+    with pytest.raises(InputError, match="time must increase"):
+        ev.check(place, SCREEN)

@@ -439,7 +439,7 @@ def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
         if not path:
             raise
         raise (
-            InputError((each.reason for each in error.problems), path=path)
+            InputError(error.problems[0].reason, path=path)
             if len(error.problems) == 1
             else error
         ) from None

@@ -325,7 +325,7 @@ class CheckResult(Answer):
     def refuse(self, consequence: str = "Nothing was written") -> None:
         """Raise an error if a limit is exceeded, or a declared one could not be compared."""
         refused = sorted((row for row in self.rows if row.is_refused), key=lambda row: row.state != FAIL)
-        problems = [f"{row.text}. {consequence}" for row in refused]
+        problems = [f"{'; '.join(filter(None, (row.text, row.remedy)))}. {consequence}" for row in refused]
         if problems:
             raise InputError(problems)
 
@@ -459,7 +459,7 @@ def breakdown_row(found: Diagnostic) -> CheckRow:
         layer = found.name.removeprefix(f"{FILM}, ").removesuffix(GAP_CLOSED)
         remedy = f"declare stack.{layer}.breakdown_field, measured on such a film"
         if found.limit is not None and not is_known:
-            remedy = "films in series of which one leaks have no known bound: describe them as one layer, or by conductivities"
+            remedy = "films in series of which one leaks have no known bound: give that one a conductivity in place of the leak"
     elif state == UNKNOWN and (above or (not is_known and "not compared" in found.text)):
         remedy = "look for discharges in the gap (light, pulses of current) on the real set-up, or lower the voltage"
     return CheckRow(
