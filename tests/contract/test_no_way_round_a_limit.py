@@ -10,6 +10,8 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Smooth
 from electrovib.physics.drive.sines import Sine
+from electrovib.physics.safety import emission_diagnostic
+from electrovib.studies.check.result import breakdown_row
 
 
 def spike(self):
@@ -136,6 +138,30 @@ def test_a_film_in_two_is_no_way_round():
         assert len(found.failed) == 2
         plate = ev.design_plate(SCREEN | {"stack": stack}, {"drive.amplitude": [90.0, 300.0]}, refine=0)
         assert [each.is_allowed for each in plate.candidates] == [True, False]
+
+
+def test_charge_that_faces_the_gap_is_neutralised_where_the_gap_is_closed():
+    """What lies on the outer face of the last film meets a conductor; with the gap open its field counts."""
+    film = SCREEN["stack"]["insulator"] | {"role": "plate"}
+    other = film | {"material": {"model": "Constant", "permittivity": 7.8}, "initial_charge": 1e-3}
+    stack = {"first": film, "second": other} | {
+        name: SCREEN["stack"][name] for name in ("gap", "stratum_corneum")
+    }
+    rows = ev.check(SCREEN | {"stack": stack}).rows
+    for name, share in (("first", 2 / 3), ("second", 1 / 3)):
+        value = row(rows, f"film strength, {name}, gap closed").value
+        assert value == pytest.approx(300 * share / THICKNESS, rel=1e-9)
+
+
+def test_a_field_without_a_bound_is_not_shown_to_be_safe():
+    found = breakdown_row(emission_diagnostic(field=np.inf))
+    assert (found.state, found.value, bool(found.remedy)) == ("unknown", None, True)
+
+
+def test_the_check_says_which_values_are_those_of_the_declared_gap():
+    assert any("those of the gap as declared" in each for each in ev.check(SCREEN).notes)
+    bare = {name: SCREEN["stack"][name] for name in ("insulator", "stratum_corneum")}
+    assert not any("gap as declared" in each for each in ev.check(SCREEN | {"stack": bare}).notes)
 
 
 def test_a_file_of_samples_that_is_refused_says_why(tmp_path):

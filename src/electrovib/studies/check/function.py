@@ -278,6 +278,10 @@ def _notes(scenario: Scenario, end: float) -> tuple[str, ...]:
             "No stray capacitance of plate and cable is declared (circuit.amplifier.stray_capacitance): the current that"
             " charges it is missing, so the current and the stored energy of the real set-up are larger."
         )
+    if scenario.stack.gap_name is not None:
+        notes.append(
+            "Current, charge and energy are those of the gap as declared; where a ridge or sweat closes it, they are larger."
+        )
     if scenario.circuit.return_path.second_contact(1.0):
         notes.append("The body current is that through the finger from one contact to the other.")
     return (*notes, NOT_A_CLAIM)
@@ -439,9 +443,7 @@ def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
         if not path:
             raise
         raise (
-            InputError(error.problems[0].reason, path=path)
-            if len(error.problems) == 1
-            else error
+            InputError(error.problems[0].reason, path=path) if len(error.problems) == 1 else error
         ) from None
 
 

@@ -453,14 +453,13 @@ def breakdown_row(found: Diagnostic) -> CheckRow:
     is_film, is_known = found.name.startswith(FILM), found.value is not None
     if UNVERIFIED in found.text and not (state == FAIL and found.name == "Paschen"):
         state = UNKNOWN
-    above = is_known and found.limit is not None and found.value > found.limit  # type: ignore[operator]
     remedy = ""
     if state == UNKNOWN and is_film:
         layer = found.name.removeprefix(f"{FILM}, ").removesuffix(GAP_CLOSED)
         remedy = f"declare stack.{layer}.breakdown_field, measured on such a film"
         if found.limit is not None and not is_known:
             remedy = "films in series of which one leaks have no known bound: give that one a conductivity in place of the leak"
-    elif state == UNKNOWN and (above or (not is_known and "not compared" in found.text)):
+    elif state == UNKNOWN and (found.state == "warning" or (not is_known and "not compared" in found.text)):
         remedy = "look for discharges in the gap (light, pulses of current) on the real set-up, or lower the voltage"
     return CheckRow(
         quantity=found.name,
