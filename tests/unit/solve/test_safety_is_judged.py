@@ -534,7 +534,7 @@ def test_a_relaxing_film_hands_its_voltage_to_the_other():
 
 
 def test_films_that_leak_are_not_known_with_the_gap_closed_and_refused(tmp_path):
-    leaky = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)).replace(
+    leaky = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0), (1e-6, 5.0, 0.0)).replace(
         {"stack.film_0.leak": polarity(1e-9, 2e-9), "drive": RAMP, "limits": {"voltage": 1e3, "current": 1.0}}
     )
     film = told(leaky)["film strength, film_0, gap closed"]
@@ -542,10 +542,23 @@ def test_films_that_leak_are_not_known_with_the_gap_closed_and_refused(tmp_path)
     checked = ev.check(leaky)
     row = next(each for each in checked.rows if each.quantity == film.name)
     assert (row.state, row.forbids, row.is_refused) == ("unknown", True, True)
-    assert "one layer" in row.remedy
+    assert "a conductivity in place of the leak" in row.remedy
     assert checked.state == "unknown"
-    with pytest.raises(InputError, match="in 'film_0', with the finger a conductor, is not known"):
+    with pytest.raises(
+        InputError, match=r"in 'film_0', with the finger a conductor, is not known.*in place of the leak"
+    ):
         ev.export_waveform(leaky, tmp_path / "drive.csv", rate=50e3, edge="line")
+
+
+def test_of_two_films_one_may_leak():
+    """A leak that charges the interface hands the voltage to the other film, whose share of the swing counts besides."""
+    two = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0))
+    for place, share in enumerate((8 / 11, 3 / 11)):
+        found = told(two.replace({f"stack.film_{1 - place}.leak": polarity(1e-6, 2e-6)}), SQUARE)
+        for other, of in ((place, share), (1 - place, 1 - share)):
+            exact, bound = (found[f"film strength, film_{other}{end}"].value for end in ("", ", gap closed"))
+            assert bound == pytest.approx(max(100.0, 160 * of) / 1e-6, rel=1e-9)
+            assert exact <= bound * (1 + 1e-6)
 
 
 def test_films_that_insulate_share_the_voltage():

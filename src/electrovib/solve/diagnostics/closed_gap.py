@@ -76,31 +76,35 @@ def largest_fields(
     Returns
     -------
     fields : dict of str to float
-        Of each film [V/m]; NaN where no bound is known: several films of which one leaks.
+        Of each film [V/m]; NaN where no bound is known: of a film that leaks, beside several, charge or relaxation.
 
     Notes
     -----
     A single film has V/T, whatever it is made of. The field of one of several is direct V(t) plus, for each relaxation mode,
     its gain times a mean of earlier voltages, which lies in the same range: each term is bounded by the end of the range that
     its sign selects. Where one of them conducts, each has the whole voltage at least: how far another one holds it depends on
-    conductivities that are hardly known. Initial charge between films adds at most the sum of the amplitudes that it excites;
-    that towards the conducting finger is neutralised.
+    conductivities that are hardly known. Of two, a leak moves the voltage of one towards a value between 0 and V, so that it
+    never exceeds the larger of max |V| and its share of highest - lowest by capacitance. Initial charge between films adds at
+    most the sum of the amplitudes that it excites; that towards the conducting finger is neutralised.
     """
     end, peak = [*films][-1], max(-lowest, highest)
     if len(films) == 1:
         return {end: peak / films[end].thickness}
-    if any(each.leak is not None for each in films.values()):
-        return dict.fromkeys(films, math.nan)
-    conducts = any(each.material.conductivity for each in films.values())
+    leaks = any(each.leak is not None for each in films.values())
+    conducts = leaks or any(each.material.conductivity for each in films.values())
     slabs = [
         Slab(each.thickness, debye[name], each.material.conductivity, each.initial_charge * (name != end))
         for name, each in films.items()
     ]
+    if leaks and (len(slabs) > 2 or any(each.charge or each.debye.strengths for each in slabs)):
+        return dict.fromkeys(films, math.nan)
     found = {}
     for name, field in zip(films, stack_modes(slabs, area=1.0, element=SeriesElement()).fields, strict=True):
         terms = np.append(field.gains, field.direct)
         low, high = np.minimum(terms * lowest, terms * highest), np.maximum(terms * lowest, terms * highest)
         free = float(np.sum(np.abs(field.free)))
         reached = max(-float(np.sum(low)), float(np.sum(high))) + free
+        if leaks:
+            reached = float(np.sum(field.direct)) * (highest - lowest)
         found[name] = max(reached, peak / films[name].thickness) if conducts else reached
     return found

@@ -247,9 +247,18 @@ def supplied_voltages(scenario: Scenario, record: PeakRecord) -> tuple[float, fl
     else:
         until = max(end, drive.period or 0.0) if scenario.time.settled else end
         ends = [float(each) for each in scenario.circuit.supply.aim(drive.extremes(0.0, until))]
+        stated = max(map(abs, ends))
+        if (seen := _no_less(stated, record)) > stated:
+            ends = [-seen, seen]
     body = scenario.circuit.element()
     ends += [each - body.elastance * body.charge for each in ends]
     return min(0.0, *ends), max(0.0, *ends)
+
+
+def _no_less(stated: float, record: PeakRecord) -> float:
+    """Return the largest voltage that a drive states, or the one that was met where its formula states too little."""
+    met = float(np.max(np.abs((record.whole or record).rows["voltage"])))
+    return met if met > stated * (1 + MET) else stated
 
 
 def layer_diagnostics(
@@ -368,11 +377,11 @@ def largest_values(scenario: Scenario, section: ModalSection, record: PeakRecord
         name: value for name, value in record.peaks().items() if isinstance(name, str) and name in limited
     }
     if drive.quantity == "voltage" and circuit.amplifier is None:
-        reached["voltage"] = drive.largest(end)
+        reached["voltage"] = _no_less(drive.largest(end), record)
     elif drive.quantity == "voltage" and circuit.amplifier is not None:
         # the output of one pole or of a limited slope never passes its target, a parabola between times may
         target = float(np.max(np.abs(circuit.amplifier.aim([drive.largest(end)]))))
-        reached["voltage"] = min(reached["voltage"], target)
+        reached["voltage"] = min(reached["voltage"], _no_less(target, record))
         (sink, source), current = circuit.amplifier.current_limits, record.rows["current"]
         supplied = source if np.max(current) >= -np.min(current) else -sink
         reached["current"] = min(reached["current"], supplied)

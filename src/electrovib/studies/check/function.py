@@ -115,7 +115,12 @@ def checked(
     return CheckResult(
         title=f"{name} in: {scenario.title or 'a scenario without a title'}",
         duration=values.end,
-        rows=(*_rows(scenario, values, declared), *asked_rows(scenario, asked), *slew_rows(scenario, asked)),
+        rows=(
+            *_rows(scenario, values, declared),
+            *asked_rows(scenario, asked),
+            *slew_rows(scenario, asked),
+            *_rest_rows(scenario, values.end),
+        ),
         comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
         numbers=(*_numbers(values, declared), *asked_numbers(asked)),
         notes=_notes(scenario, values.end),
@@ -205,6 +210,30 @@ def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, sc
     return limit_row(name, values.largest[name], limit, words=words)
 
 
+def _rest_rows(scenario: Scenario, end: float) -> list[CheckRow]:
+    """Return a row where the drive is larger after the last output time, in its duration or its period, than up to it."""
+    drive, whole = scenario.drive, max(scenario.drive.duration, scenario.drive.period or 0.0)
+    largest = drive.largest(whole)
+    if scenario.time.settled or end >= whole or largest <= drive.largest(end) * (1 + judge.ROUNDED):
+        return []
+    unit = "A" if drive.quantity == "current" else "V"
+    reached, checked_to, lasts = (
+        format_quantity(each, of, digits=4) for each, of in ((largest, unit), (end, "s"), (whole, "s"))
+    )
+    return [
+        CheckRow(
+            quantity="drive after the checked time",
+            value=largest,
+            limit=None,
+            unit=unit,
+            source="time.duration",
+            state=UNKNOWN,
+            text=f"the drive reaches {reached} within {lasts}, and only {checked_to} of it was checked",
+            remedy=f"set time.duration to {lasts}",
+        )
+    ]
+
+
 def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:
     """Return the row of a published current; within an unverified one the state is unknown."""
     number = values.largest[threshold.of] if threshold.statistic == "peak" else values.rms[threshold.of]
@@ -249,6 +278,10 @@ def _notes(scenario: Scenario, end: float) -> tuple[str, ...]:
         notes.append(
             "No stray capacitance of plate and cable is declared (circuit.amplifier.stray_capacitance): the current that"
             " charges it is missing, so the current and the stored energy of the real set-up are larger."
+        )
+    if scenario.stack.gap_name is not None:
+        notes.append(
+            "Current, charge and energy are those of the gap as declared; where a ridge or sweat closes it, they are larger."
         )
     if scenario.circuit.return_path.second_contact(1.0):
         notes.append("The body current is that through the finger from one contact to the other.")
@@ -411,9 +444,7 @@ def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
         if not path:
             raise
         raise (
-            InputError((each.reason for each in error.problems), path=path)
-            if len(error.problems) == 1
-            else error
+            InputError(error.problems[0].reason, path=path) if len(error.problems) == 1 else error
         ) from None
 
 

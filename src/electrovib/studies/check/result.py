@@ -120,6 +120,10 @@ def unlimited_words(name: str) -> str:
 def _built(content: Mapping[str, Any], start: str) -> Limits:
     inner = content.get("limits")
     table = inner if isinstance(inner, Mapping) else content
+    if table is inner and (beside := [name for name in WORDS if name in content]):
+        raise InputError(
+            "stands beside a table 'limits'; put it into that table", path=f"{start}limits.{beside[0]}"
+        )
     table = {name: value for name, value in table.items() if name != "schema"}
     try:
         return read_model(Limits, table)
@@ -321,7 +325,7 @@ class CheckResult(Answer):
     def refuse(self, consequence: str = "Nothing was written") -> None:
         """Raise an error if a limit is exceeded, or a declared one could not be compared."""
         refused = sorted((row for row in self.rows if row.is_refused), key=lambda row: row.state != FAIL)
-        problems = [f"{row.text}. {consequence}" for row in refused]
+        problems = [f"{'; '.join(filter(None, (row.text, row.remedy)))}. {consequence}" for row in refused]
         if problems:
             raise InputError(problems)
 
@@ -449,16 +453,15 @@ def breakdown_row(found: Diagnostic) -> CheckRow:
     is_film, is_known = found.name.startswith(FILM), found.value is not None
     if UNVERIFIED in found.text and not (state == FAIL and found.name == "Paschen"):
         state = UNKNOWN
-    above = is_known and found.limit is not None and found.value > found.limit  # type: ignore[operator]
     remedy = ""
     if state == UNKNOWN and is_film:
         layer = found.name.removeprefix(f"{FILM}, ").removesuffix(GAP_CLOSED)
         remedy = f"declare stack.{layer}.breakdown_field, measured on such a film"
         if found.limit is not None and not is_known:
-            remedy = "films in series of which one leaks have no known bound: describe them as one layer, or by conductivities"
+            remedy = "films in series of which one leaks have no known bound: give that one a conductivity in place of the leak"
     elif found.name == BARE_ELECTRODE:
         remedy = "add a film, or the resistor in front of the plate that 'electrovib check --series-resistor' computes"
-    elif state == UNKNOWN and (above or (not is_known and "not compared" in found.text)):
+    elif state == UNKNOWN and (found.state == "warning" or (not is_known and "not compared" in found.text)):
         remedy = "look for discharges in the gap (light, pulses of current) on the real set-up, or lower the voltage"
     return CheckRow(
         quantity=found.name,
