@@ -74,12 +74,11 @@ def compare(
     bandwidth and largest current are left out, because the laws are compared at voltages that are held.
     """
     given = read_scenario(scenario, changes=set)
-    axes = over if isinstance(over, Mapping) else parse_over(given, over)
-    return _compared(given, models, axes)
+    return _compared(given, models, parse_over(given, over))
 
 
 def _compared(
-    scenario: Scenario, models: Sequence[str] | None, over: Mapping[str, Sequence[float] | Real]
+    scenario: Scenario, models: Sequence[str] | None, over: Mapping[str, Real]
 ) -> result.Comparison:
     if scenario.drive.quantity == "current":
         raise InputError(
@@ -113,7 +112,7 @@ def _compared(
     ]
     ordered = {entry.name: cases[entry.name] for entry in entries}
     panels += [
-        over_parameter(scenario, ordered, path, values=np.asarray(values), highest=highest)
+        over_parameter(scenario, ordered, path, values=values, highest=highest)
         for path, values in over.items()
     ]
     return result.Comparison(

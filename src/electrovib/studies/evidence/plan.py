@@ -225,7 +225,7 @@ def plan_experiment(
     """
     base = read_scenario(scenario, changes=set)
     _check_laws(laws)
-    points = _grid(over if isinstance(over, Mapping) else parse_over(base, over))
+    points = _grid(parse_over(base, over))
     deviation = _noise(noise, unit=read_name(quantity, tuple(base.stack.layers)).unit)
     left_out: dict[str, str] = {}
     cases = [base.replace({"force": {"model": law}}) for law in laws]
