@@ -151,6 +151,7 @@ def _without_limits(scenario: Scenario) -> tuple[Scenario, float]:
 
 def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, Scenario], dict[str, str]]:
     laws = find_members(ForceLaw)
+    models = None if models is not None and [*models] == ["all"] else models
     if models is not None and not models:
         raise InputError(f"--models: names no force law. Known: {', '.join(sorted(laws))}.")
     unknown = [name for name in models or () if name not in laws]
