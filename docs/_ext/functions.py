@@ -100,7 +100,7 @@ def index(found: list[tuple[str, str, Any]]) -> str:
     ]
     folders: dict[str, list[tuple[str, str]]] = {name: [] for name in PARTS}
     for name, _, thing in found:
-        folder = thing.__module__.split(".")[1]
+        folder = inspect.unwrap(thing).__module__.split(".")[1]
         folders.setdefault(folder, []).append((f":doc:`ev.{name} <{name}>`", summary(thing)))
     for folder, rows in folders.items():
         if rows:

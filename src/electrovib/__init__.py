@@ -31,7 +31,12 @@ def __getattr__(name: str) -> Any:
     module, own = _PLACES[name]
     if name == "plot":
         return importlib.import_module(f"{module}.{own}")
-    return getattr(importlib.import_module(module), own)
+    found = getattr(importlib.import_module(module), own)
+    if isinstance(found, type):
+        return found
+    from electrovib.apps.calls import public
+
+    return public(found, name)
 
 
 def __dir__() -> list[str]:

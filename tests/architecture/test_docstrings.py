@@ -63,7 +63,7 @@ def called_by_users():
     found = [getattr(electrovib, name) for name in dir(electrovib)]
     found += [getattr(electrovib.plot, name) for name in electrovib.plot.__all__]
     kinds = {thing for thing in found if inspect.isclass(thing)} | set(families())
-    names = {named(thing) for thing in found if inspect.isfunction(thing)}
+    names = {named(inspect.unwrap(thing)) for thing in found if inspect.isfunction(thing)}
     for kind in kinds:
         inherited = {name for base in kind.__mro__[1:] for name in vars(base)}
         names |= {f"{named(kind)}.{name}" for name in vars(kind) if is_public(name) and name not in inherited}

@@ -90,7 +90,7 @@ ANSWERS = {
         quantity=MEAN,
         n=8,
     ),
-    "FitResult": lambda: ev.fit(SINE, spectrum(), free=[GAP]),
+    "FitResult": lambda: ev.fit(SINE, spectrum(), free=[GAP], progress=lambda *_: None),
     "SeparateAnswer": lambda: SeparateAnswer(found=ev.fit_separately(SINE, [spectrum()], free=[GAP])),
     "TimesAnswer": lambda: TimesAnswer(found=ev.measure_times(edges(), signal="lateral_force_measured")),
     "SwipesAnswer": lambda: SwipesAnswer(swipes=swipe()),
@@ -178,6 +178,25 @@ def test_plans_waveforms_and_scenarios_cannot_be_changed_afterwards(tmp_path):
     changed = scenario.replace({"drive.amplitude": 3.0})
     with pytest.raises(InputError, match="not changed in place"):
         changed.sources["drive.amplitude"] = "nobody"
+
+
+def test_an_answer_is_pickled_and_copied(found):
+    for again in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found), copy.copy(found)):
+        assert type(again) is type(found)
+        assert again.document.text == found.document.text
+
+
+@pytest.mark.parametrize("listed", [ev.models, ev.scenarios, ev.spaces])
+def test_a_listing_is_pickled_and_copied(listed):
+    whole = listed()
+    for again in (pickle.loads(pickle.dumps(whole)), copy.deepcopy(whole), copy.copy(whole)):
+        assert repr(again) == repr(whole)
+        assert again._repr_html_() == whole._repr_html_()
+        assert [each.name for each in again] == [each.name for each in whole]
+        if listed is ev.models:
+            assert [each.thing for each in again if each.kind == "paper"] == [
+                each.thing for each in whole if each.kind == "paper"
+            ]
 
 
 def test_text_notebook_and_page_say_the_same(found, tmp_path):

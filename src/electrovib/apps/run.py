@@ -25,6 +25,8 @@ from electrovib.solve.simulate import simulate
 if TYPE_CHECKING:
     import xarray
 
+    from electrovib.core.arrays import Real
+
 
 def run(
     scenario: Source = DEFAULT,
@@ -149,7 +151,7 @@ def _prepared(
     axes, names = earlier.axes, quantities or earlier.quantities
     if experiment is not None:
         with gathered(problems):
-            axes = {**axes, **_axes(experiment, over)} if over else axes
+            axes = {**axes, **_swept(experiment, over)} if over else axes
         with gathered(problems):
             _check_names(experiment, names)
     problems += _set_and_swept(found, axes, earlier.axes, scenario)
@@ -235,12 +237,11 @@ def _check_outputs(
         raise InputError(problems)
 
 
-def _axes(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[float]]) -> dict[str, Any]:
-    if isinstance(over, Mapping):
-        return dict(over)
+def _swept(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[float]]) -> dict[str, Real]:
+    """Read the values of a sweep; a single run does not import what sweeps."""
     from electrovib.studies.sweep import parse_over
 
-    return dict(parse_over(experiment, over))
+    return parse_over(experiment, over)
 
 
 def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario, _Wanted]:

@@ -204,6 +204,8 @@ class Model(Immutable, DeclaresFile, Written):
             return value
         if isinstance(value, str) and cls.is_offer(value):
             return cls._offered(value)
+        if isinstance(value, str) and cls.is_family and find_member(cls, value):
+            value = {"model": value}
         if not isinstance(value, Mapping):
             raise PydanticCustomError("table", "{why}", {"why": wants(cls, value)})
         content = dict(value)

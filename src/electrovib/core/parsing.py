@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.budget import megabytes
 from electrovib.core.errors import InputError, shortened
+from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import note_input
 
 if TYPE_CHECKING:
@@ -99,8 +100,13 @@ def _advice(text: str, reason: str) -> str:
     line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
     # a name begins where none is before, or the search would take the square of the length of the line
     bare = re.search(
-        r"(?<![\w.-])([\w.-]+)\s*=\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[A-Za-z%µμΩ][\w/^µμΩ ]{0,20})", line
+        r"(?<![\w.-])([\w.-]+)\s*=\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[A-Za-z%µμΩ/#][\w/^µμΩ ]{0,20}|True|False)",
+        line,
     )
+    if bare and bare[2] in {"True", "False"}:
+        return f"; truths are written in small letters: {bare[1]} = {bare[2].lower()}"
+    if bare and "#" in bare[2]:
+        return f"; '#' begins a comment, which ends the line: {bare[1]} = {bare[2].partition('#')[0].strip()}"
     return f'; a value with a unit is a text in quotes: {bare[1]} = "{bare[2].strip()}"' if bare else ""
 
 
@@ -111,6 +117,8 @@ _LARGEST: Final = 64_000_000
 def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
     """Read the tables of an ordinary file; what else a name may stand for is not opened."""
     note_input(path)
+    if why := other_kind(path, kind):
+        raise InputError(why, path=path)
     try:
         if path.exists() and not path.is_file():
             raise InputError(
@@ -123,8 +131,11 @@ def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
     if len(content) > _LARGEST:
         raise InputError(f"is larger than {megabytes(_LARGEST)}, the most that {kind} may take", path=path)
     try:
-        return read_toml(content.decode("utf-8-sig"))  # editors of Windows begin with a byte-order mark
+        found = read_toml(content.decode("utf-8-sig"))  # editors of Windows begin with a byte-order mark
     except UnicodeDecodeError:
         raise InputError(f"not a text in UTF-8; {kind} is TOML, saved as UTF-8", path=path) from None
     except ValueError as error:
         raise InputError(f"not valid TOML: {error}", path=path) from None
+    if why := other_kind(path, kind, found):
+        raise InputError(why, path=path)
+    return found

@@ -103,6 +103,20 @@ def parse_quantity(text: str, unit: str) -> float:
     return value
 
 
+def parse_count(text: str) -> int:
+    """Read a whole number, also ``1e3`` and ``1_000``; a sign that may separate thousands or decimals is refused."""
+    if parts := re.fullmatch(r"\s*(\d{1,3})([.,' ])(\d{3}(?:\2\d{3})*)\s*", text):
+        whole = "".join(each for each in text if each.isdigit())
+        raise ValueError(f"it can be read as {whole} and as {parts[1]}; write {whole} or {parts[1]}")
+    try:
+        value = Decimal(text) if len(text) <= _LONGEST else Decimal("nan")
+    except ArithmeticError:
+        value = Decimal("nan")
+    if not value.is_finite() or value != value.to_integral_value() or value.adjusted() > _LONGEST:
+        raise ValueError("expected a whole number, such as 1000 or 1e3")
+    return int(value)
+
+
 def expected(unit: str) -> str:
     """Write what is expected of a parameter with this unit, with an example."""
     kind, example = KINDS[unit]

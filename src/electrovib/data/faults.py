@@ -8,6 +8,7 @@ import zlib
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import DataFileError, closest_file
+from electrovib.core.file_kinds import foreign, is_address
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,6 +25,8 @@ def check_file(path: Path) -> None:
     try:
         if path.is_dir():
             raise DataFileError("is a folder; give the name of a file in it.", path=path)
+        if is_address(path):
+            raise DataFileError(f"{foreign(path)}.", path=path)
         if not path.exists():
             siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
             raise DataFileError(f"there is no such file.{closest_file(path.name, siblings)}", path=path)

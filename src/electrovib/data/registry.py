@@ -8,6 +8,7 @@ import pkgutil
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError, nearest
+from electrovib.core.file_kinds import foreign
 from electrovib.core.parsing import truth
 from electrovib.data import readers
 from electrovib.data.faults import check_file
@@ -42,6 +43,8 @@ def format_of(path: Path) -> FileFormat:
     check_file(path)
     with path.open("rb") as file:
         head = file.read(HEAD)
+    if why := foreign(path, head):
+        raise DataFileError(f"{why}.", path=path)
     best = max(FORMATS, key=lambda each: each.can_read(head, path.suffix.lower()).value)
     if best.can_read(head, path.suffix.lower()) is CanRead.NO:
         listed = "; ".join(each.description for each in FORMATS)

@@ -14,6 +14,7 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed
 from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
@@ -228,6 +229,8 @@ def open_trace(path: str | Path) -> xarray.Dataset:
     place = Path(path)
     note_input(place)
     reader = FORMATS.get(place.suffix.lower())
+    if reader is None and (why := other_kind(place, "a Trace")):
+        raise DataFileError(why, path=place)
     if reader is None:
         if place.suffix or kind_of(place) == "folder":
             check_file(place)

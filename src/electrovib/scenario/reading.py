@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.discovery import offers, paper_names, papers
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, closest_file, shortened
+from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import missing_models, origins
@@ -153,6 +154,12 @@ def paper_scenario(name: str) -> Scenario:
     if name == "-":
         why = "a scenario is not read from the standard input; save it as a .toml file and give its name"
         raise InputError(why)
+    if why := other_kind(Path(name), "a scenario"):
+        raise InputError(f"'{name}' {why}")
+    if Path(f"{name}.toml").is_file():
+        raise InputError(
+            f"'{name}' is neither a file nor a paper's scenario, but '{name}.toml' is a file; give that name"
+        )
     author_year, _, wanted = name.partition("/")
     if author_year not in paper_names() and author_year not in papers():
         near = _near_file(name) or near_presets(name)

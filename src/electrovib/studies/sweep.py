@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -15,7 +16,8 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
 from electrovib.core.diagnostics import STATES, Diagnostic
-from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
+from electrovib.core.mistakes import shown
 from electrovib.core.paths import quantity_at, with_numbers
 from electrovib.core.signals import FORMAT, stamp
 from electrovib.core.tables import stored_changes
@@ -31,7 +33,7 @@ from electrovib.studies.perceive import perceive
 from electrovib.studies.widths import HIGHEST_LEVEL, LEVEL, LOWEST_LEVEL
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     import xarray
 
@@ -44,7 +46,7 @@ MOST_PROBLEMS: Final = 10
 
 def sweep(
     scenario: Source,
-    over: Mapping[str, Sequence[float] | Real],
+    over: Sequence[str] | Mapping[str, Sequence[float] | Real],
     *,
     quantities: Sequence[str] | None = None,
     records: bool = False,
@@ -56,9 +58,9 @@ def sweep(
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         Scenario of all cases, as for `electrovib.load`.
-    over : mapping of str to sequence of float
-        Dotted path to values: numbers in SI, or texts with a unit such as ``"100 V"``. Several paths give every
-        combination, none the scenario itself.
+    over : sequence of str, or mapping of str to sequence of float
+        ``"path=from:to:n"`` or ``"path=from:to:nlog"``, or dotted path to values: numbers in SI, or texts with a unit such as
+        ``"100 V"``. Several paths give every combination, none the scenario itself.
     quantities : sequence of str, optional
         Names such as ``"mean electrostatic_force"``, ``"swing lateral_force"``, ``"peak field in gap"``: ``peak``,
         ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal over time; or ``"detection
@@ -106,7 +108,7 @@ class Cases:
 @measured()
 def sweep_cases(
     scenario: Source,
-    over: Mapping[str, Sequence[float] | Real],
+    over: Sequence[str] | Mapping[str, Sequence[float] | Real],
     *,
     quantities: Sequence[str] | None = None,
     records: bool = False,
@@ -114,8 +116,7 @@ def sweep_cases(
 ) -> Cases:
     """Solve the cases of `sweep`, and return each with its diagnostics."""
     scenario = read_scenario(scenario)
-    asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
-    axes = _numbers(scenario, over)
+    axes, asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     report = _metered(scenario, axes, records=records).reporting(progress)
     points = [
         {path: float(value) for path, value in zip(axes, values, strict=True)}
@@ -143,38 +144,37 @@ def _metered(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> 
     return Meter.of_cases("this sweep", of, count, numbers=numbers, remedy="sweep fewer values")
 
 
-def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], *, records: bool) -> Asked:
-    """Check paths and names before any case is solved, and report all mistakes at once."""
-    asked, problems = Asked((), (), {}), list[str]()
+def _checked(
+    scenario: Scenario, over: Sequence[str] | Mapping[str, Any], names: Sequence[str], *, records: bool
+) -> tuple[dict[str, Real], Asked]:
+    """Read values and names before any case is solved, and report all mistakes at once."""
+    axes, asked, problems = dict[str, Real](), Asked((), (), {}), list[str]()
     with gathered(problems):
         asked = read_quantities(scenario, names)
-    for path, values in over.items():
-        with gathered(problems):
-            quantity_at(scenario, path)
-        if np.ndim(values) != 1 or not len(values):
-            problems.append(
-                f"over '{path}': expected a sequence of at least one number in SI units, for instance"
-                " numpy.geomspace(1e-6, 1e-4, 10)"
-            )
-        if records and path.startswith("frequency."):
-            problems.append(f"over '{path}': with records, all cases share the grid of frequencies")
+    with gathered(problems):
+        axes = parse_over(scenario, over)
+    shared = "with records, all cases share the grid of frequencies"
+    problems += [f"over '{path}': {shared}" for path in over if records and path.startswith("frequency.")]
     if problems:
         raise InputError(problems)
-    return asked
+    return axes, asked
 
 
 def _numbers(scenario: Scenario, over: Mapping[str, Any]) -> dict[str, Real]:
     """Return the values of each swept parameter in SI; texts are read with their units."""
-    found, problems = dict[str, Real](), list[Problem]()
+    found, problems = dict[str, Real](), list[str]()
     for path, values in over.items():
-        unit, numbers = quantity_at(scenario, path).unit, list[float]()
+        unit, numbers = "1", list[float]()
+        with gathered(problems):
+            unit = quantity_at(scenario, path).unit
+        if np.ndim(values) != 1 or not len(values):
+            problems.append(f"over '{path}': {_VALUES}")
+            continue
         for value in values:
             try:
                 numbers.append(parse_quantity(value, unit) if isinstance(value, str) else float(value))
             except (TypeError, ValueError):
-                problems.append(
-                    Problem(expected(unit), path=path, value=shortened(repr(value), LONGEST_QUOTED))
-                )
+                problems.append(Problem(expected(unit), path=path, value=shown(value)))
         found[path] = np.asarray(numbers)
     if problems:
         raise InputError(problems[:MOST_PROBLEMS])
@@ -250,14 +250,19 @@ def _words(scenario: Scenario, point: Mapping[str, float]) -> str:
 
 
 _RANGE = re.compile(r"([^=]+)=(.+):(.+):(\d+)(log)?")
+_VALUES = (
+    "expected a sequence of at least one number in SI units, for instance numpy.geomspace(1e-6, 1e-4, 10)"
+)
 _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1ms:100ms:30log"
 
 
-def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
-    """Read ``path=from:to:n``, or ``path=from:to:nlog`` for even spacing in the logarithm, as values in SI by path."""
+def parse_over(scenario: Scenario, over: Sequence[str] | Mapping[str, Any]) -> dict[str, Real]:
+    """Read ``path=from:to:n``, ``path=from:to:nlog`` (even in the logarithm), or values by path, as values in SI by path."""
+    if isinstance(over, Mapping):
+        return _numbers(scenario, over)
     found: dict[str, Real] = {}
     problems: list[str] = []
-    for text in texts:
+    for text in over:
         try:
             path, values = _parse_one(scenario, text)
             if path in found:

@@ -391,7 +391,7 @@ def without_mark(path):
 
 
 def test_the_function_keeps_its_name_and_takes_a_scenario_a_trace_or_its_tables_but_no_sweep(tmp_path):
-    assert electrovib.exports.save.save is ev.save
+    assert electrovib.exports.save.save is ev.save.__wrapped__
     path = ev.export(FIG6, tmp_path / "a.cir", set={"drive.high": "500 V"})
     np.testing.assert_array_equal(pwl(path.read_text(), "V_drive_1")[:, 1], [0, 500, 500, 0])
     ev.save(ev.simulate(scenario()), tmp_path / "one.nc")

@@ -84,7 +84,7 @@ def main() -> None:
 def _run() -> None:
     """Run the command line up to its exit code."""
     try:
-        app()
+        app(prog_name="electrovib")
     except ElectrovibError as error:
         _stop(*error.problems)
     except KeyboardInterrupt:

@@ -88,6 +88,10 @@ def fit(given: Arguments) -> None:
     scenario = files[0] if "free" in given or _is_scenario(files[0]) else None
     recorded = files if scenario is None else files[1:]
     columns = {text.partition("=")[0].strip() for text in given.get("columns", [])}
+    if set_too := next((each for each in given.get("free", []) if "=" in each), ""):
+        path, _, value = set_too.partition("=")
+        begin = f"--set {path}={value.partition(':')[0]}"
+        raise InputError(f"--free {set_too}: 'fit' takes the path alone, --free {path}; it begins at {begin}")
     if "free" in given:
         _fit_scenario(files[0], recorded, given, laws)
     elif scenario is None and columns & {"x", "y"}:  # which no spectrum has

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -11,6 +12,7 @@ from typing import Any, Final
 import typer
 
 from electrovib.core.errors import InputError
+from electrovib.core.units import parse_count, parse_quantity
 
 SHARED: Final = """
 scenario               A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.
@@ -93,6 +95,7 @@ class Arguments(dict[str, Any]):
         from electrovib.core.own_models import use_models
 
         named = self.pop("laws", None)
+        named = named and ["all" if name.lower() == "all" else name for name in named]
         files = [name for name in named or () if name.endswith(".py")]
         for file in files:
             use_models(file)
@@ -169,6 +172,8 @@ def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None
         value = ... if required else False if kind is bool else default and kind(default)
         if name in at_once:
             shown |= {"callback": at_once[name], "is_eager": True, "expose_value": False}
+        if kind in {int, float}:
+            shown["parser"] = functools.partial(_number, flags.split(", ")[-1], kind)
         found = typer.Option(value, *flags.split(", ")[::-1], envvar=variable, **shown)
     else:
         kind, many = str, flags.endswith("...")
@@ -177,6 +182,14 @@ def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None
     found.autocompletion = _COMPLETED.get(name)
     annotation = GenericAlias(list, kind) if many else kind
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=found, annotation=annotation)
+
+
+def _number(flag: str, kind: type, text: object) -> float:
+    """Read the number of an option."""
+    try:
+        return parse_count(str(text)) if kind is int else parse_quantity(str(text), "1")
+    except ValueError as error:
+        raise InputError(str(error), path=flag, value=str(text)) from None
 
 
 def scenario_names(incomplete: str) -> Iterator[str]:

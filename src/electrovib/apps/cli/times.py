@@ -105,6 +105,9 @@ def _levels(text: str) -> tuple[float, float]:
         low, high = (float(part.strip().removesuffix("%")) / 100 for part in text.split(":"))
     except ValueError:
         raise InputError(f"--levels {text}: expected two levels in per cent, such as 10:90") from None
+    if 0 <= low < high <= 0.01:
+        meant = f"{1e4 * low:g}:{1e4 * high:g}"
+        raise InputError(f"--levels {text}: levels are in per cent; write {meant}")
     return low, high
 
 

@@ -84,7 +84,20 @@ class Prediction:
         self.free = {each.name: self._parameter(each, start or {}) for each in self.unknowns}
         self._last: tuple[object, Real] | None = None
         self._linear: dict[str, NDArray[np.bool_] | None] = {}
-        self._predicted = functools.lru_cache(maxsize=2 * len(measured) + 2)(self._of_record)
+        self._remember()
+
+    def _remember(self) -> None:
+        """Keep the last predictions, of which those of other recordings do not change with each trial."""
+        self._predicted = functools.lru_cache(maxsize=2 * len(self.measured) + 2)(self._of_record)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled or copied: all but what is remembered."""
+        return {name: each for name, each in vars(self).items() if name != "_predicted"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Begin with nothing remembered."""
+        vars(self).update(state)
+        self._remember()
 
     def pieces(self) -> Iterator[tuple[int, int, Observed, slice]]:
         """Number each signal by recording and place there, and give it with its rows in one row of all data."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -60,6 +60,10 @@ class WeightedProblem:
             [np.tile(1 / (sigma * each.scale), each.parts) for (_, _, each, _), sigma in pieces]
         )
         self.data: Real = self.prediction.data
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled or copied: all but whom it tells."""
+        return vars(self) | {"progress": None}
 
     def residual(self, values: Mapping[str, float]) -> Real:
         """Return the weighted residuals, shape (n,), dimensionless; NaN where the models refuse the values."""

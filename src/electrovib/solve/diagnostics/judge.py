@@ -58,6 +58,8 @@ if TYPE_CHECKING:
 
 SQUEEZED = 8
 """Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
+MET = 1e-6
+"""Relative distance from a largest value within which it is reached: rounding, and the error of a time step."""
 LESS = 0.01
 """Share of the asked voltage whose absence at the plate a bandwidth is named for; a choice."""
 ROUNDED = 1e-9

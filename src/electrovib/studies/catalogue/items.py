@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from electrovib.core.citation import Citation
-from electrovib.core.discovery import find_members, offers, paper_of, papers
+from electrovib.core.discovery import find_members, offers, paper, paper_of, papers
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.search import Searchable
@@ -55,6 +55,16 @@ class Listed(Searchable):
     aliases: tuple[str, ...] = field(default=(), repr=False)
     texts: Mapping[str, str] = field(default_factory=dict, repr=False)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled or copied: all but a module, which cannot be."""
+        return vars(self) | ({"thing": None} if isinstance(self.thing, ModuleType) else {})
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Import the module of a paper again."""
+        vars(self).update(state)
+        if self.kind == "paper":
+            vars(self)["thing"] = paper(self.name)
+
 
 class Listing(tuple[Listed, ...]):  # noqa: SLOT001  # it holds how it is written
     """Records that show themselves: as the text of the command line in a terminal, as a table in a notebook."""
@@ -70,6 +80,10 @@ class Listing(tuple[Listed, ...]):  # noqa: SLOT001  # it holds how it is writte
         found.text, found.table = text, table
         return found
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what is written, because the functions that write it cannot be pickled."""
+        return _listing, (tuple(self), self.text(), self.table())
+
     def __repr__(self) -> str:
         return self.text().rstrip("\n")
 
@@ -77,6 +91,11 @@ class Listing(tuple[Listed, ...]):  # noqa: SLOT001  # it holds how it is writte
         from electrovib.core.answer import as_html
 
         return as_html(self.table())
+
+
+def _listing(records: Iterable[Listed], text: str, table: Table) -> Listing:
+    """Make a listing of what was written of another."""
+    return Listing(records, text=lambda: text, table=lambda: table)
 
 
 PREDICTS: dict[type[Model], str] = {

@@ -78,12 +78,11 @@ def compare(
     of a sine that it supplies.
     """
     given = read_scenario(scenario, changes=set)
-    axes = over if isinstance(over, Mapping) else parse_over(given, over)
-    return _compared(given, models, axes)
+    return _compared(given, models, parse_over(given, over))
 
 
 def _compared(
-    scenario: Scenario, models: Sequence[str] | None, over: Mapping[str, Sequence[float] | Real]
+    scenario: Scenario, models: Sequence[str] | None, over: Mapping[str, Real]
 ) -> result.Comparison:
     if scenario.drive.quantity == "current":
         raise InputError(
@@ -152,6 +151,7 @@ def _held_voltage(scenario: Scenario) -> float:
 
 def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, Scenario], dict[str, str]]:
     laws = find_members(ForceLaw)
+    models = None if models is not None and [*models] == ["all"] else models
     if models is not None and not models:
         raise InputError(f"--models: names no force law. Known: {', '.join(sorted(laws))}.")
     unknown = [name for name in models or () if name not in laws]

@@ -229,7 +229,7 @@ def plan_experiment(
     base = read_scenario(scenario, changes=set)
     _check_laws(laws)
     checked_seed(seed)
-    points = _grid(over if isinstance(over, Mapping) else parse_over(base, over))
+    points = _grid(parse_over(base, over))
     deviation = _noise(noise, unit=read_name(quantity, tuple(base.stack.layers)).unit)
     of, count = f"{checked_draws(n):.6g} draws for each law and point", n * len(laws) * len(points)
     Meter.of_cases("this plan", of, count, numbers=NUMBERS, remedy="draw fewer (-n), or compare fewer points")

@@ -175,6 +175,9 @@ def _percentiles(given: Sequence[float | str]) -> tuple[float, ...]:
     wrong = [each for each in found if not 0 < each < 100]
     if wrong:
         raise InputError(f"percentiles = {wrong[0]:g}: expected numbers above 0 and below 100")
+    if found and found[-1] < 1:
+        meant = ", ".join(f"{100 * each:g}" for each in found)
+        raise InputError(f"percentiles = {given!r}: they are in per cent; write {meant}")
     return tuple(found)
 
 

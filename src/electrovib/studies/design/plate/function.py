@@ -324,7 +324,7 @@ def design_plate(
     objectives: tuple[Objective, ...] = ()
     chosen = ""
     with gathered(problems):
-        axes = dict(over) if isinstance(over, Mapping) else dict(parse_over(given, over))
+        axes = dict(parse_over(given, over))
     with gathered(problems):
         if materials:
             chosen = layer_of_plate(given, layer)

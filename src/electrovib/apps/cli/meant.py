@@ -1,0 +1,199 @@
+"""What was meant by a word at the command line: the words of other commands, of Python and of other tools."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.errors import InputError, nearest, suggestion
+
+if TYPE_CHECKING:
+    from typer.core import TyperCommand, TyperGroup
+
+_COMMANDS: Final = {
+    "bench run": "plan-bench run-bench play record measure",
+    "check": "series-resistor validate verify limits safety",
+    "compare": "laws",
+    "compare SCENARIO --material A,B": "compare-materials materials",
+    "design": "design-plate optimise optimize target",
+    "design --texture": "texture texture-drive texture-stream render",
+    "evidence": "plan-experiment measurements judge",
+    "explore": "gui ui web serve server app page browser",
+    "export": "export-waveform spice waveform",
+    "fit": "fit-material fit-power-law estimate calibrate identify",
+    "fit --separately": "fit-separately",
+    "import": "import-file import-material merge-traces read open convert",
+    "init": "load scenario-of new create template scenario",
+    "list": "models show info describe search find papers version-of",
+    "list scenarios": "scenarios presets examples",
+    "list spaces": "spaces populations",
+    "report": "open-trace open-study plot view draw figure",
+    "reproduce": "paper validate-paper",
+    "run": "simulate perceive felt solve start",
+    "run --over PATH=FROM:TO:N": "sweep scan",
+    "run --states": "equilibrium hysteresis",
+    "run -o FILE": "save write",
+    "study": "population monte-carlo prepare",
+    "study --sensitivity": "sensitivity sobol",
+    "times": "measure-times fit-release rise-time",
+    "times --ring": "measure-ring measure-rings",
+    "times --swipes": "swipe reduce-swipe reduce-swipes",
+    "--version": "version versions",
+}
+"""Command, and the words for what it does in Python and in other tools."""
+_DONE_BY: Final = {word: command for command, words in _COMMANDS.items() for word in words.split()}
+_IN_PYTHON: Final = {
+    "changes": "--set", "columns": "--column", "exceed": "--exceed", "instrument": "--as", "laws": "--models", "n": "-n",
+    "path": "--output", "quantities": "--quantity", "signal": "--quantity", "signals": "--quantity", "target": "--want",
+    "maximise": "--want", "minimise": "--want", "varying": "--vary", "offsets": "--zero-error", "start": "--set",
+}  # fmt: skip
+"""Name of an argument in Python, where the option has another one."""
+_ELSEWHERE: Final = {
+    "-v": "--version", "-V": "--version", "-?": "--help", "--verbose": "--all", "--out": "--output", "--file": "--output",
+    "--param": "--set", "--parameter": "--set", "--config": "--set", "--law": "--models", "--scan": "--over",
+    "--sweep": "--over", "--samples": "-n", "--number": "-n", "--overwrite": "--force", "-f": "--force", "-y": "--force",
+    "--html": "--report",
+}  # fmt: skip
+"""Options of other tools."""
+_DASHES: Final = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212"
+_QUOTES: Final = "\u201c\u201d\u201e\u2018\u2019"
+_ALIKE: Final = (
+    ("--quantity", "--want", "--exceed", "--signal", "--target", "--maximise", "--minimise"),
+    ("--set", "--over", "--free", "--between"),
+    ("--material", "--materials"),
+    ("--output", "--csv"),
+    ("--workers", "--scheduler"),
+    ("--column", "--x", "--y"),
+    ("--gain-error", "--systematic"),
+    ("--layer", "--into"),
+    (
+        "--set",
+        "--step",
+        "--stamps",
+        "--offset",
+        "--shift",
+        "--baseline",
+        "--trigger",
+        "--detrend",
+        "--crop",
+        "--average",
+    ),
+    ("--set", "--resample", "--with", "--clock-shift", "--calibration", "--conductivity"),
+)
+"""Options, or words that one may try, for the same in different commands."""
+
+
+def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
+    """Say which command was meant by a word that is none; `path` is what stands before it."""
+    plain = word.lower().replace("_", "-")
+    lists = f"'{path} -h' lists the commands."
+    if word.startswith("-"):
+        return f"'{word}' stands before the command; options follow it: {path} COMMAND {word} ..."
+    if plain in commands:
+        return f"'{word}' is no command, but '{plain}' is: {path} {plain}"
+    if plain in _DONE_BY and path.count(" ") == 0:
+        return f"'{word}' is no command; this is done by '{path} {_DONE_BY[plain]}'"
+    place, suffix = Path(word), Path(word).suffix.lower()
+    if suffix in {".toml", ".nc"} or "/" in word:
+        return f"'{word}' is no command; a scenario is simulated by '{path} run {word}'"
+    if place.exists() or suffix in {".csv", ".mat", ".xlsx", ".txt"}:
+        does = (
+            f"report {word}' shows a study"
+            if place.is_dir()
+            else f"import {word}' reads a file of an instrument"
+        )
+        return f"'{word}' is no command; '{path} {does}. {lists}"
+    return f"'{word}' is no command.{nearest(word, commands)} {lists}"
+
+
+def told(
+    parse: Callable[[Any, list[str]], list[str]],
+    command: TyperCommand | TyperGroup,
+    ctx: Any,
+    args: list[str],
+) -> list[str]:
+    """Read arguments; what cannot be read is one sentence that names what was typed and what was meant."""
+    for before, each in zip(["", *args], args, strict=False):
+        if why := _typed_otherwise(each, before, command):
+            raise InputError(why)
+    try:
+        return parse(ctx, args)
+    except Exception as wrong:
+        kind = type(wrong).__name__  # of click, or of the copy of it within typer
+        if kind == "NoSuchOption":
+            raise InputError(_option_meant(getattr(wrong, "option_name", ""), command, ctx)) from None
+        if not hasattr(wrong, "format_message") or kind == "NoArgsIsHelpError":
+            raise
+        message = wrong.format_message()
+        extra = re.search(r"unexpected extra arguments?(?:\(s\))? \((.*)\)", message)
+        raise InputError(_too_many(extra[1], command, ctx) if extra else f"{message} {_shows(ctx)}") from None
+
+
+def _shows(ctx: Any) -> str:
+    return f"'{ctx.command_path} -h' shows what it takes."
+
+
+def _typed_otherwise(text: str, before: str, command: TyperCommand | TyperGroup) -> str:
+    """Say what is wrong with an argument by its form: dashes and quotation marks of a word processor, options as in Python."""
+    if text[:1] in _DASHES and (name := text.strip(f"{_DASHES}-").partition("=")[0])[:1].isalpha():
+        return f"'{text}' begins with a dash of a word processor; type two hyphens: --{name}"
+    if re.search(rf"(^|=\s*)[{_QUOTES}]", text):
+        return f"{text}: has quotation marks of a word processor; type straight ones, or none"
+    name, sign, value = text.partition("=")
+    flags = [name for each in command.params if getattr(each, "is_flag", False) for name in each.opts]
+    takes_text = before.startswith("-") and before not in flags
+    if not (sign and name.replace(".", "").replace("_", "").isalnum()) or takes_text or Path(text).exists():
+        return ""
+    option = _IN_PYTHON.get(name, f"-{'-' * (len(name) > 1)}{name.replace('_', '-')}")
+    if option in options_of(command):
+        return f"'{text}': an option begins with two hyphens: {option} '{value}'"
+    if "." in name and "--set" in options_of(command):
+        return f"'{text}': a parameter is changed by --set '{text}'"
+    return ""
+
+
+def _too_many(extra: str, command: TyperCommand | TyperGroup, ctx: Any) -> str:
+    """Say what an argument is that a command does not take."""
+    own = " ".join(str(each.name).upper() for each in command.params if each.param_type_name == "argument")
+    takes = f"'{ctx.command_path}' takes {own or 'no argument'} and options"
+    if Path(extra).suffix.lower() in {".toml", ".nc"} and own:
+        takes += f"; 'electrovib report {extra} ...' overlays several"
+    return f"'{extra}' is one argument too many; {takes}. {_shows(ctx)}"
+
+
+def _option_meant(wrong: str, command: TyperCommand | TyperGroup, ctx: Any) -> str:
+    """Say which commands have an option, and which one of this command is for the same."""
+    own, root = options_of(command), ctx.find_root().command
+    if ctx.parent is None:
+        if wrong in _ELSEWHERE and _ELSEWHERE[wrong] in own:
+            return f"'electrovib' has no option '{wrong}'; it is {_ELSEWHERE[wrong]}"
+        return f"'{wrong}' stands before the command; options of a command follow it: electrovib COMMAND {wrong} ..."
+    synonym = _IN_PYTHON.get(wrong.strip("-").replace("-", "_"), _ELSEWHERE.get(wrong, ""))
+    groups = [(synonym,), *(names for names in _ALIKE if wrong in names)]
+    alike = [name for names in groups for name in names if name in own]
+    owners = [name for name, each in _every(root) if wrong in options_of(each)]
+    if wrong in options_of(root):
+        said = f"'{wrong}' stands before the command: electrovib {wrong} ... {ctx.info_name}"
+    elif alike or not owners:
+        said = f"no option '{wrong}' of '{ctx.command_path}'"
+    else:
+        said = f"'{wrong}' belongs to {', '.join(repr(name) for name in owners if name != ctx.info_name)}"
+    if alike:
+        return f"{said}; '{ctx.info_name}' takes '{alike[0]}'"
+    if not set(own) - {"-h", "--help"}:
+        return f"{said}; '{ctx.command_path}' prints, and takes no option: {ctx.command_path} > FILE"
+    near = suggestion(wrong, own)
+    return f"{said}; '{ctx.info_name}' has no such option.{near} {_shows(ctx)}"
+
+
+def options_of(command: TyperCommand | TyperGroup) -> list[str]:
+    """List the options of a command."""
+    return [name for each in command.params if each.param_type_name == "option" for name in each.opts]
+
+
+def _every(group: Any, before: str = "") -> Iterator[tuple[str, Any]]:
+    """Iterate over all commands, those of a group after its name."""
+    for name, each in group.commands.items():
+        yield from _every(each, f"{name} ") if hasattr(each, "commands") else [(f"{before}{name}", each)]

@@ -1,0 +1,67 @@
+"""What a file is that stands in the place of another, in one sentence with what takes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+_OWN: Final = {
+    "a bench file": ({"current_limiter", "generator", "oscilloscope"}, "bench run SCENARIO --bench {}"),
+    "a measurement": ({"values", "spread_of", "made"}, "evidence {}"),
+    "a scenario": ({"drive", "stack", "force"}, "run {}"),
+    "a space": ({"space", "groups", "relations"}, "study SCENARIO --space {}"),
+    "a recipe": ({"columns"}, "import FILE --recipe {}"),
+    "a file of limits": ({"limits"}, "check SCENARIO --limits {}"),
+}
+"""Files that electrovib reads: the tables that tell each, and the command that takes it."""
+_ARCHIVE: Final = "an archive; unpack it, and give the file in it"
+_DOCUMENT: Final = "a document; save the table in it as .csv or .xlsx"
+_PICTURE: Final = "a picture; save the data that it shows as .csv"
+_SPREADSHEET: Final = "a spreadsheet in a format that is not read; save it as .csv or .xlsx"
+_TABLE: Final = "a table of numbers; 'electrovib import {}' reads it"
+_WORDS: Final = {
+    _ARCHIVE: ".zip .gz .rar .7z .tar .bz2 .xz",
+    _DOCUMENT: ".doc .docx .odt .pdf .ppt .pptx .rtf",
+    _PICTURE: ".png .jpg .jpeg .gif .bmp .tif .tiff .svg .webp",
+    _SPREADSHEET: ".xls .xlsb .ods .numbers .gsheet",
+    "a page of the web; save the data that it shows as .csv": ".html .htm",
+    "a study store; 'electrovib report {}' shows it": ".zarr",
+    "Python; models of your own are named before the command: 'electrovib --models {} ...'": ".py",
+    "a file of electrovib; a scenario is simulated by 'electrovib run {}'": ".toml",
+    _TABLE: ".csv .txt .dat .tsv .xlsx .tdms .wav .isf .h5 .hdf5 .mat .nc",
+}
+_BY_SUFFIX: Final = {suffix: words for words, suffixes in _WORDS.items() for suffix in suffixes.split()}
+_BEGINNINGS: Final = {
+    b"\xd0\xcf\x11\xe0": _SPREADSHEET, b"PK\x03\x04": _ARCHIVE, b"\x1f\x8b": _ARCHIVE, b"Rar!": _ARCHIVE,
+    b"7z\xbc\xaf": _ARCHIVE, b"%PDF": _DOCUMENT, b"\x89PNG": _PICTURE, b"\xff\xd8\xff": _PICTURE, b"GIF8": _PICTURE,
+}  # fmt: skip
+
+
+def is_address(path: Path) -> bool:
+    """Tell whether a name is the address of a page or file of the web."""
+    return str(path).startswith(("http:", "https:", "ftp:"))
+
+
+def foreign(path: Path, head: bytes = b"") -> str:
+    """Say what a file is that no reader of numbers takes, by its name and its first bytes; empty for any other."""
+    if is_address(path):
+        return "is a web address; download the file, and give its name"
+    begun = next((words for start, words in _BEGINNINGS.items() if head.startswith(start)), "")
+    words = _BY_SUFFIX.get(path.suffix.lower(), begun)
+    is_text = path.suffix.lower() == ".xls" and head and not begun  # as instruments call a table with tabs
+    return "" if words == _TABLE or not words or is_text else f"is {words.replace('{}', str(path))}"
+
+
+def other_kind(path: Path, kind: str, content: Mapping[str, Any] | None = None) -> str:
+    """Say what a file is where one of another kind is wanted, and what takes it; empty if that is not known."""
+    if content and _OWN.get(kind, (set(), ""))[0] & content.keys():
+        return ""
+    found = next((own for own, (tables, _) in _OWN.items() if content and tables & content.keys()), "")
+    if not found and (content or (path.suffix.lower() == ".toml" and not is_address(path))):
+        return ""
+    told = f"is {found}; 'electrovib {_OWN[found][1]}' takes it" if found else foreign(path)
+    if not told and path.suffix.lower() in _BY_SUFFIX:
+        told = f"is {_TABLE}"
+    what, sign, does = told.replace("{}", str(path)).partition(";")
+    return f"{what}, not {kind}{sign}{does}" if told else ""
