@@ -136,14 +136,14 @@ class Components:
     @functools.cached_property
     def correlated(self) -> float:
         """Largest ratio by which the variance of a combination of the estimates exceeds that by independent noise."""
-        power, basis = self.spectrum.power, orthonormal(self.slopes)
-        if not self.spectrum.is_correlated or not basis.size:
+        found, basis = self.spectrum, orthonormal(self.slopes)
+        if not found.is_correlated or not basis.size:
             return 1.0
-        power = np.tile(power / max(float(np.mean(power)), self.variance), self.of.observed.parts)
+        power = np.tile(found.power / np.mean(found.power), self.of.observed.parts)
         return max(1.0, float(np.linalg.eigvalsh((basis.T * power) @ basis)[-1]))
 
     def signs(self) -> list[Sign]:
-        """Test the sum of squares where the noise is stated, the slow components, the periodic and the brief ones."""
+        """Test the sum of squares if the noise is stated, what follows the prediction, and slow, periodic and brief parts."""
         tests = (self._of_sum, self._of_response, self._of_drift, self._of_periodic, self._of_brief)
         return [sign for test in tests if (sign := test()) is not None]
 
@@ -170,7 +170,7 @@ class Components:
 
     def _of_response(self) -> Sign | None:
         """Test what the course of the prediction explains, which noise does not resemble."""
-        predicted = np.asarray(self.of.predicted, dtype=complex)
+        predicted = np.asarray(self.of.predicted, dtype=complex) + 1e-300  # the logarithm of 0 is not finite
         course = np.log(predicted) if self.of.observed.relative else predicted
         return self._explained(
             (course.real, course.imag),
@@ -187,13 +187,13 @@ class Components:
         from scipy.special import chdtrc, fdtrc
 
         parts, own = self.of.observed.parts, self.slopes
+        if self.energy.size < _SHORTEST:
+            return None
         risen, left = (_turned(each).ravel() for each in (self.excess, self.residual))
         columns = block_diag(*(_turned(_courses(each)[None])[0] for each in courses[:parts]))
         both = orthonormal(np.column_stack([own, columns]))
-        freedom, squares = (
-            1 - np.sum(both**2, axis=1),
-            _spanned(both, risen) - _spanned(orthonormal(own), risen),
-        )
+        freedom = 1 - np.sum(both**2, axis=1)
+        squares = _spanned(both, risen) - _spanned(orthonormal(own), risen)
         more, free = both.shape[1] - orthonormal(own).shape[1], left.size - both.shape[1]
         if more < 1 or free < 3:
             return None
