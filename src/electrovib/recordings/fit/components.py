@@ -24,6 +24,8 @@ STATED: Final = 1.1
 """Ratio of variances by which noise may exceed the stated one: noise is stated to about 5 %."""
 _SMOOTH: Final = 32
 """Slowest components, whose sum shows where in the record a misfit is."""
+_FOLLOWED: Final = 16384
+"""Slowest components, in which a part that follows the prediction or drifts is looked for."""
 _BESIDE: Final = 32
 """Components on each side of a periodic one with which it is compared."""
 _SHORTEST: Final = 4
@@ -186,11 +188,12 @@ class Components:
         from scipy.linalg import block_diag
         from scipy.special import chdtrc, fdtrc
 
-        parts, own = self.of.observed.parts, self.slopes
-        if self.energy.size < _SHORTEST:
+        parts, size = self.of.observed.parts, min(self.energy.size, _FOLLOWED)
+        if size < _SHORTEST:
             return None
-        risen, left = (_turned(each).ravel() for each in (self.excess, self.residual))
-        columns = block_diag(*(_turned(_courses(each)[None])[0] for each in courses[:parts]))
+        own = self.slopes.reshape(parts, -1, self.slopes.shape[1])[:, :size].reshape(parts * size, -1)
+        risen, left = (_turned(each)[:, :size].ravel() for each in (self.excess, self.residual))
+        columns = block_diag(*(_turned(_courses(each)[None])[0, :size] for each in courses[:parts]))
         both = orthonormal(np.column_stack([own, columns]))
         freedom = 1 - np.sum(both**2, axis=1)
         squares = _spanned(both, risen) - _spanned(orthonormal(own), risen)
@@ -198,7 +201,8 @@ class Components:
         if more < 1 or free < 3:
             return None
         rest = self._added((left - both @ (both.T @ left)) ** 2)
-        noise = spectrum_of(rest, self._added(freedom), self.sensor)
+        sensor = None if self.sensor is None else self.sensor[:size]
+        noise = spectrum_of(rest, self._added(freedom), sensor)
         weights, share = np.tile(noise.power**-0.5, parts), np.tile(noise.share**2, parts)
         whole, part = (orthonormal(each * weights[:, None]) for each in (both, own))
         above = _spanned(whole, risen * weights) - _spanned(part, risen * weights)
