@@ -70,6 +70,20 @@ def test_correlated_noise_that_no_declared_sensor_makes_leaves_no_parameter_well
     assert all(unclear in row.note for row in rows)
 
 
+def test_the_widening_is_that_of_a_mean_of_correlated_samples_whatever_their_size():
+    """(1 + m)/(1 - m) for the mean of many samples of which each has the part m in common with the one before."""
+    drawn = [correlated(np.random.default_rng([45, seed]), 2000, 0.8) for seed in range(10)]
+    for size in (1.0, 3.0):
+        widened = [left(size * noise, stated=1.0).correlated for noise in drawn]
+        assert np.mean(widened) == pytest.approx(9, rel=0.2)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_few_samples_are_tested_without_an_error(count):
+    noise = np.random.default_rng(46).normal(size=count)
+    assert all(sign.chance >= 0 for sign in left(noise, stated=1.0, y=np.arange(1.0, count + 1)).signs())
+
+
 def test_a_course_explains_by_its_part_beyond_the_unknowns():
     """The square of the prediction, of 6 standard deviations of noise in all, is seen; noise of the same size is not."""
     rng, time = np.random.default_rng(44), np.arange(600) * 1e-3

@@ -24,6 +24,8 @@ STATED: Final = 1.1
 """Ratio of variances by which noise may exceed the stated one: noise is stated to about 5 %."""
 _SMOOTH: Final = 32
 """Slowest components, whose sum shows where in the record a misfit is."""
+_FOLLOWED: Final = 16384
+"""Slowest components, in which a part that follows the prediction or drifts is looked for."""
 _BESIDE: Final = 32
 """Components on each side of a periodic one with which it is compared."""
 _SHORTEST: Final = 4
@@ -136,14 +138,14 @@ class Components:
     @functools.cached_property
     def correlated(self) -> float:
         """Largest ratio by which the variance of a combination of the estimates exceeds that by independent noise."""
-        power, basis = self.spectrum.power, orthonormal(self.slopes)
-        if not self.spectrum.is_correlated or not basis.size:
+        found, basis = self.spectrum, orthonormal(self.slopes)
+        if not found.is_correlated or not basis.size:
             return 1.0
-        power = np.tile(power / max(float(np.mean(power)), self.variance), self.of.observed.parts)
+        power = np.tile(found.power / np.mean(found.power), self.of.observed.parts)
         return max(1.0, float(np.linalg.eigvalsh((basis.T * power) @ basis)[-1]))
 
     def signs(self) -> list[Sign]:
-        """Test the sum of squares where the noise is stated, the slow components, the periodic and the brief ones."""
+        """Test the sum of squares if the noise is stated, what follows the prediction, and slow, periodic and brief parts."""
         tests = (self._of_sum, self._of_response, self._of_drift, self._of_periodic, self._of_brief)
         return [sign for test in tests if (sign := test()) is not None]
 
@@ -170,7 +172,7 @@ class Components:
 
     def _of_response(self) -> Sign | None:
         """Test what the course of the prediction explains, which noise does not resemble."""
-        predicted = np.asarray(self.of.predicted, dtype=complex)
+        predicted = np.asarray(self.of.predicted, dtype=complex) + 1e-300  # the logarithm of 0 is not finite
         course = np.log(predicted) if self.of.observed.relative else predicted
         return self._explained(
             (course.real, course.imag),
@@ -186,19 +188,21 @@ class Components:
         from scipy.linalg import block_diag
         from scipy.special import chdtrc, fdtrc
 
-        parts, own = self.of.observed.parts, self.slopes
-        risen, left = (_turned(each).ravel() for each in (self.excess, self.residual))
-        columns = block_diag(*(_turned(_courses(each)[None])[0] for each in courses[:parts]))
+        parts, size = self.of.observed.parts, min(self.energy.size, _FOLLOWED)
+        if size < _SHORTEST:
+            return None
+        own = self.slopes.reshape(parts, -1, self.slopes.shape[1])[:, :size].reshape(parts * size, -1)
+        risen, left = (_turned(each)[:, :size].ravel() for each in (self.excess, self.residual))
+        columns = block_diag(*(_turned(_courses(each)[None])[0, :size] for each in courses[:parts]))
         both = orthonormal(np.column_stack([own, columns]))
-        freedom, squares = (
-            1 - np.sum(both**2, axis=1),
-            _spanned(both, risen) - _spanned(orthonormal(own), risen),
-        )
+        freedom = 1 - np.sum(both**2, axis=1)
+        squares = _spanned(both, risen) - _spanned(orthonormal(own), risen)
         more, free = both.shape[1] - orthonormal(own).shape[1], left.size - both.shape[1]
         if more < 1 or free < 3:
             return None
         rest = self._added((left - both @ (both.T @ left)) ** 2)
-        noise = spectrum_of(rest, self._added(freedom), self.sensor)
+        sensor = None if self.sensor is None else self.sensor[:size]
+        noise = spectrum_of(rest, self._added(freedom), sensor)
         weights, share = np.tile(noise.power**-0.5, parts), np.tile(noise.share**2, parts)
         whole, part = (orthonormal(each * weights[:, None]) for each in (both, own))
         above = _spanned(whole, risen * weights) - _spanned(part, risen * weights)

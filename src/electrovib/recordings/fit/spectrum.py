@@ -42,7 +42,7 @@ def spectrum_of(energy: Real, freedom: Real, sensor: Real | None = None) -> Spec
     `sensor` passes, which is taken unless the former is likelier by far; the likelihood is Whittle's.
     """
     count = energy.size
-    starts = np.unique(np.geomspace(1, count + 1, min(count, _BANDS)).astype(int))[:-1] - 1
+    starts = np.unique(np.geomspace(1, count + 1, min(count, _BANDS) + 1).astype(int))[:-1] - 1
     widths = np.diff(starts, append=count)
     knees = 2.0 ** np.arange(1, max(np.log2(count), 2))
     shapes = [1 / (1 + (np.arange(count) / knee) ** 2) for knee in knees]
