@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.contract.test_closed_gap import CLOSED, FILM, SCREEN, THICKNESS, row
+from tests.contract.test_closed_gap import CLOSED, FILM, SCREEN, STRENGTH, THICKNESS, row
 
 import electrovib as ev
 from electrovib.core.errors import InputError
@@ -162,6 +162,26 @@ def test_the_check_says_which_values_are_those_of_the_declared_gap():
     assert any("those of the gap as declared" in each for each in ev.check(SCREEN).notes)
     bare = {name: SCREEN["stack"][name] for name in ("insulator", "stratum_corneum")}
     assert not any("gap as declared" in each for each in ev.check(SCREEN | {"stack": bare}).notes)
+
+
+def test_a_share_is_that_of_films_of_which_the_thinnest_holds():
+    """The gap decides which draws have the largest force, and none of those has the thinnest film."""
+    space = {
+        "stack.insulator.thickness": {"model": "LogNormal", "median": THICKNESS, "factor": 1.5},
+        "stack.gap.thickness": {"model": "LogNormal", "median": 3e-6, "factor": 2.0},
+    }
+    thinnest = ev.read_space(SCREEN, space).draw(3, 0, 40)["stack.insulator.thickness"].min()
+    asked = {
+        "free": "drive.amplitude",
+        "between": "10 V:1 kV",
+        "space": space,
+        "seed": 3,
+        "n": 40,
+        "share": 0.9,
+    }
+    found = ev.design(SCREEN, want={"mean electrostatic_force": 5.0}, **asked)
+    assert CLOSED in {each.quantity for each in found.failed}
+    assert found.within.value <= STRENGTH * thinnest * (1 + 1e-9)
 
 
 def test_a_file_of_samples_that_is_refused_says_why(tmp_path):

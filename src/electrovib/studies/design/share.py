@@ -324,7 +324,8 @@ class _Sampled:
 def _compared(result: DesignedForShare, top: ShareAt, sampled: _Sampled) -> DesignedForShare:
     """Compare a value with the limits; where one is exceeded, find the largest share within them.
 
-    They are compared for the scenario as it is and for those draws that have the largest quantity.
+    They are compared for the scenario as it is, for the draws that have the largest quantity, and for those at either end of
+    every drawn parameter: the thinnest film breaks down first, and need not be that of the largest quantity.
     """
     fingers, covered, wanted = sampled.fingers, sampled.covered, result.wanted
 
@@ -332,7 +333,9 @@ def _compared(result: DesignedForShare, top: ShareAt, sampled: _Sampled) -> Desi
         point = {wanted.free: at} if finger is None else fingers.point(finger, at)
         return checked(result.base.replace(point), limits=list(result.limits))
 
-    chosen = np.argsort(-fingers.each_at(top.value), kind="stable")[:MOST_FINGERS].tolist()
+    largest = np.argsort(-fingers.each_at(top.value), kind="stable")[:MOST_FINGERS].tolist()
+    ends = [int(end) for values in fingers.draws.values() for end in (np.argmin(values), np.argmax(values))]
+    chosen = list(dict.fromkeys([*largest, *ends]))
     limited = Limited(*(functools.partial(member, each) for each in (None, *chosen)))
     check, within = limited(top.value), None
     if check is not None and check.forbidding:
@@ -408,8 +411,8 @@ def _limits(design: DesignedForShare) -> list[str]:
         lines.append("No value that was tried is within the limits.")
     lines += [f"{each[0].upper()}{each[1:]}." for each in not_shown(design.check.rows)]
     lines.append(
-        f"The limits were compared for the scenario as it is and for the {design.checked} draws with the largest quantity, not"
-        " for all draws."
+        f"The limits were compared for the scenario as it is and for {design.checked} draws, those with the largest quantity and"
+        " those at either end of every drawn parameter, not for all draws."
     )
     return lines
 
