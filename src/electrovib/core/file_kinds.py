@@ -11,7 +11,7 @@ _OWN: Final = {
     "a measurement": ({"values", "spread_of", "made"}, "evidence {}"),
     "a scenario": ({"drive", "stack", "force"}, "run {}"),
     "a space": ({"space", "groups", "relations"}, "study SCENARIO --space {}"),
-    "a recipe": ({"columns"}, "import FILE --recipe {}"),
+    "a recipe": ({"columns", "values", "quantity"}, "import FILE --recipe {}"),
     "a file of limits": ({"limits"}, "check SCENARIO --limits {}"),
 }
 """Files that electrovib reads: the tables that tell each, and the command that takes it."""

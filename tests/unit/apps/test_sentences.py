@@ -298,7 +298,7 @@ import a.gif => is a picture
 import a.svg => is a picture
 import a.html => is a page of the web
 import https://example.org/a.csv => is a web address; download
-run https://example.org/a.toml => is a web address; download
+run https://example.org/a.toml => is a web address && download
 times http://example.org/t.nc => is a web address; download
 evidence https://example.org/a.toml => web address
 """
