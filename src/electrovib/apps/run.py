@@ -17,8 +17,8 @@ from electrovib.core.files import inputs_noted
 from electrovib.core.paths import value_at
 from electrovib.core.signals import is_trace
 from electrovib.core.tables import stored_changes
-from electrovib.data.checksum import CHECKSUM
 from electrovib.data.traces import open_if_trace
+from electrovib.data.verified import VERIFIED
 from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
 from electrovib.solve.simulate import simulate
 
@@ -105,7 +105,7 @@ def _warn_of_changed_models(trace: xarray.Dataset, source: Source, experiment: S
     changed = changed_models(found, experiment) if is_trace(found) else []
     told = [Diagnostic("own models", "warning", text).to_dict() for text in changed]
     told += (
-        [each.to_dict() for each in diagnostics_of(found) if each.name == CHECKSUM] if is_trace(found) else []
+        [each.to_dict() for each in diagnostics_of(found) if each.name == VERIFIED] if is_trace(found) else []
     )
     if told:
         trace.attrs["validity"] = json.dumps([*json.loads(trace.attrs["validity"]), *told])

@@ -80,6 +80,12 @@ def sign(path: Path, form: Form) -> None:
             file.write(checksum)
 
 
+def is_marked(path: Path, form: Form) -> bool:
+    """Return whether a file states in its mark that this package wrote it in this form."""
+    with path.open("rb") as file:
+        return unsigned(form).removesuffix(_EMPTY).encode() in file.read(_HEAD)
+
+
 def is_ours(path: Path, form: Form) -> bool:
     """Return whether this package wrote a file in this form and it has not been changed since."""
     mark = re.escape(unsigned(form).removesuffix(_EMPTY).encode()) + b"([0-9a-f]{%d})" % len(_EMPTY)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import itertools
 import json
 import math
@@ -15,10 +16,10 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import note_input
 from electrovib.core.signals import FORMAT, stamp
 from electrovib.data.atomic import left_by_a_kill, writing
-from electrovib.data.checksum import CHECKSUM, checksum, verified
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.text.table import TextTable, read_table
+from electrovib.data.verified import verified
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
@@ -50,7 +51,7 @@ def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
         ]
     if problems:
         raise InputError(problems)
-    return stamped.assign_attrs({CHECKSUM: checksum(stamped)})
+    return stamped
 
 
 def _plain(value: Any) -> Any:
@@ -151,13 +152,15 @@ def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
             f"a CSV file holds one dimension, but '{both[0]}' has two; save as .nc or .mat.", path=path
         )
     structure = structure_of(path, stored, inside)
-    key = stored.attrs.pop(CHECKSUM)
-    said = f"# attributes: {_json(stored.attrs)}\n# structure: {_json(structure)}\n# {CHECKSUM}: {json.dumps(key)}\n"
+    said = f"# attributes: {_json(stored.attrs)}\n# structure: {_json(structure)}\n"
     judged = f"# validity: {json.dumps(stored.attrs['validity'])}\n" if "validity" in stored.attrs else ""
+    key = hashlib.sha256(said.encode())
+    for name in sorted(inside):
+        key.update(stored[name].values.tobytes())
     forms = csv_forms(files)
     with writing(forms, force=force) as temporaries:
         for file, over in files.items():
-            about = f"# table: {_json({'over': over, 'key': key[:16]})}\n"
+            about = f"# table: {_json({'over': over, 'key': key.hexdigest()[:16]})}\n"
             mark = f"# {WRITTEN_BY}: {json.dumps(unsigned(forms[file]))}\n"
             with temporaries[file].open("w", encoding="utf-8", newline="") as out:
                 out.write(f"# {FORMAT}\n{mark}{said if file == path else judged}{about}")
@@ -220,6 +223,7 @@ def load_csv(path: Path) -> xarray.Dataset:
         raise DataFileError("is one part of a Trace; load the file it belongs to instead.", path=path)
     structure = about["structure"]
     arrays: dict[str, NDArray[Any]] = {}
+    read: dict[Path, Form] = {}
     try:
         for file, over in csv_files(structure["sizes"], path).items():
             same_save = {"over": over, "key": about["table"]["key"]}
@@ -228,8 +232,8 @@ def load_csv(path: Path) -> xarray.Dataset:
             elif about["table"] != same_save:
                 raise _of_another_save(file)
             arrays |= _read_arrays(table, structure, over)
-        stated = {CHECKSUM: about[CHECKSUM]} if CHECKSUM in about else {}
-        return verified(rebuilt(structure, about["attributes"] | stated, arrays), path)
+            read[table.path] = Form.CSV if file == path else Form.CSV_PART
+        return verified(rebuilt(structure, about["attributes"], arrays), read)
     except DataFileError:
         raise
     except (*DAMAGE, InputError) as error:

@@ -18,13 +18,13 @@ from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
-from electrovib.data.checksum import verified
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.guarded import GuardedReading
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.readers.hdf5 import reader
 from electrovib.data.readers.matlab import read_variables
 from electrovib.data.trace_csv import load_csv, not_a_trace, prepared, rebuilt, structure_of
+from electrovib.data.verified import verified
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -110,7 +110,7 @@ def load_mat(path: Path) -> xarray.Dataset:
                 values = np.asarray(found[about["names"][entry["name"]]])
                 # MATLAB saves complex numbers without imaginary part as real ones
                 arrays[entry["name"]] = values.astype(np.complex128) if entry["kind"] == "complex" else values
-        return verified(rebuilt(about["structure"], about["attributes"], arrays), path)
+        return verified(rebuilt(about["structure"], about["attributes"], arrays), {path: Form.MATLAB})
     except DAMAGE as error:
         raise damaged(path, "a MATLAB file", error) from None
 
@@ -172,7 +172,7 @@ def load_nc(path: Path) -> xarray.Dataset:
         decoded = xarray.decode_cf(
             stored, decode_times=False, decode_timedelta=False, mask_and_scale=False, concat_characters=False
         )
-        return verified(_as_saved(decoded), path)
+        return verified(_as_saved(decoded), {path: Form.NETCDF})
     except DAMAGE as error:
         raise damaged(path, "a netCDF file", error) from None
 

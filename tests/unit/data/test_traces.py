@@ -208,8 +208,8 @@ def test_netcdf_cut_short(tmp_path, part):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("0.1,", "0.1x,", r"line 9, column 'time \[s\]': '0.1x' is not a number"),
-        (",-inf\n", "\n", "line 10 has 7 fields, but the headings have 8"),
+        ("0.1,", "0.1x,", r"line 8, column 'time \[s\]': '0.1x' is not a number"),
+        (",-inf\n", "\n", "line 9 has 7 fields, but the headings have 8"),
         ("time [s],", "t [s],", "its columns are not those that were saved"),
         ("# attributes: {", "# attributes: {{", "damaged or not a Trace"),
         ('"sizes": ', '"size": ', "damaged or not a Trace"),

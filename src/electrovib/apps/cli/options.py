@@ -165,7 +165,7 @@ def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None
     name = name or flags.rpartition(", ")[2].strip("-[.]").replace("-", "_")
     kind, many = (
         _TYPES.get(word, str) if word else bool,
-        about.endswith("; repeatable.") or ",..." in str(word),
+        about.endswith("; repeatable.") or (",..." in str(word) and not default),
     )
     shown: dict[str, Any] = {"help": about, "metavar": word or None, "show_default": default is not None}
     if flags.startswith("-"):
