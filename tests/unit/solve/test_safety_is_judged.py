@@ -550,6 +550,19 @@ def test_films_that_leak_are_not_known_with_the_gap_closed_and_refused(tmp_path)
         ev.export_waveform(leaky, tmp_path / "drive.csv", rate=50e3, edge="line")
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [{"stack.film_1.material": DEBYE}, {"stack.film_0.initial_charge": 1e-6}],
+    ids=["relaxing", "charged"],
+)
+def test_two_films_of_which_one_leaks_have_no_bound_beside_relaxation_or_charge(changes):
+    leaks = {"stack.film_0.leak": polarity(1e-9, 2e-9), "drive": RAMP}
+    two = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0)).replace(leaks)
+    assert told(two)["film strength, film_1, gap closed"].state == "ok"
+    found = told(two.replace(changes))["film strength, film_1, gap closed"]
+    assert (found.state, found.value) == ("unknown", None)
+
+
 def test_of_two_films_one_may_leak():
     """A leak that charges the interface hands the voltage to the other film, whose share of the swing counts besides."""
     two = plate_alone((1e-6, 3.0, 0.0), (1e-6, 8.0, 0.0))
