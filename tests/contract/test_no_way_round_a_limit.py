@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.contract.test_closed_gap import CLOSED, FILM, SCREEN, STRENGTH, THICKNESS, row
@@ -11,7 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Smooth
 from electrovib.physics.drive.sines import Sine
 from electrovib.physics.safety import emission_diagnostic
-from electrovib.studies.check.result import breakdown_row
+from electrovib.studies.check.result import CheckRow, breakdown_row
 
 
 def spike(self):
@@ -156,6 +158,19 @@ def test_charge_that_faces_the_gap_is_neutralised_where_the_gap_is_closed():
 def test_a_field_without_a_bound_is_not_shown_to_be_safe():
     found = breakdown_row(emission_diagnostic(field=np.inf))
     assert (found.state, found.value, bool(found.remedy)) == ("unknown", None, True)
+
+
+@pytest.mark.parametrize("name", [FILM, "field emission"])
+def test_what_forbids_a_design_or_a_file(name):
+    """A film above a doubtful strength, or of an unknown field; nothing at exactly the limit, and no doubtful limit of air."""
+    for value, is_forbidden in ((199e6, False), (200e6, False), (201e6, name == FILM), (None, name == FILM)):
+        doubtful = CheckRow(
+            quantity=name, value=value, limit=200e6, unit="V/m", source="", state="unknown", text=""
+        )
+        assert doubtful.forbids == is_forbidden
+        assert doubtful.is_refused == (is_forbidden or value is None)
+        assert not replace(doubtful, limit=None).forbids
+        assert replace(doubtful, state="fail").forbids
 
 
 def test_the_check_says_which_values_are_those_of_the_declared_gap():
