@@ -54,6 +54,9 @@ def test_a_charged_body_is_a_voltage_too():
     square = {"model": "Square", "low": 0.0, "high": 50.0, "frequency": 120, "edge": "1 ms"}
     found = ev.check(SCREEN, set={"drive": square, "circuit": circuit})
     assert row(found.rows, CLOSED).value == pytest.approx((50 + 1e-8 / 150e-12) / THICKNESS, rel=1e-9)
+    circuit["return_path"]["charge"] = 1e-8  # of the sign of the drive: the body may have lost it
+    found = ev.check(SCREEN, set={"drive": square | {"high": 100.0}, "circuit": circuit})
+    assert row(found.rows, CLOSED).value == pytest.approx(100 / THICKNESS, rel=1e-9)
 
 
 REST = "drive after the checked time"
