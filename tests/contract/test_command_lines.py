@@ -196,7 +196,7 @@ def test_an_entry_of_a_recipe_of_another_type_is_answered_in_a_sentence(said, tm
         ('crop = ["1 V", 2]', "crop = 1 V: expected a time"),
         ("step = true", "step = True: expected a number in SI, or a text with a unit"),
         ("detrend = [3]", "detrend = 3: expected the name of a signal"),
-        ('decimal_comma = "no"', "decimal_comma = 'no': expected true or false"),
+        ('decimal_comma = "maybe"', "decimal_comma = maybe: expected true or false"),
     ],
 )
 def test_what_an_entry_has_to_be_is_said(said, tmp_path, entry, words):

@@ -372,11 +372,11 @@ class Percept(Answer):
     @property
     def document(self) -> Document:
         """The sentences, and where the assumptions are."""
-        *first, last = self.sentences
         return Document(
             title=f"What is felt: {self.title or 'a scenario'}",
-            sentences=[*first, f"{last} (calibrated_on lists assumptions)"],
+            sentences=self.sentences,
             diagnostics=self.diagnostics,
+            remarks=["calibrated_on lists the assumptions."],
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -189,7 +189,7 @@ HEADED = "time [s],voltage [V]\n0,1\n"
         ("t [rpm],v\n0,1\n1,2\n", {"x": ("t", "Hz")}, "'rpm' is not a known unit"),
         ("v [kV]\n1\n1e307\n", {"x": ("v", "V")}, "line 3, column 'v .kV.': 1e.307 kV is too large a number"),
         (HEADED + "1,2\n", {"x": ("time", "sekunde")}, "'sekunde' is not a known unit"),
-        (b"PK\x03\x04\0\0\0\0", WANTED, "not a text file"),
+        (b"PK\x03\x04\0\0\0\0", WANTED, "is an archive; unpack it"),
     ],
 )
 def test_wrong_text_files_are_refused_in_one_sentence(tmp_path, content, wanted, words):
@@ -281,8 +281,8 @@ def test_several_arrays_and_a_size_that_is_a_lie_are_refused(tmp_path):
     np.savez(tmp_path / "a.npz", np.zeros((3, 2)))
     np.save(tmp_path / "a.npy", np.zeros((30, 2)))
     lie = (tmp_path / "a.npy").read_bytes().replace(b"(30, 2), }         ", b"(30000000000, 2), }")
-    for raw in ((tmp_path / "a.npz").read_bytes(), lie):
-        with pytest.raises(DataFileError, match="damaged"):
+    for raw, words in (((tmp_path / "a.npz").read_bytes(), "is an archive"), (lie, "damaged")):
+        with pytest.raises(DataFileError, match=words):
             read_columns(written(tmp_path, raw, "b.npy"), BY_NUMBER)
 
 

@@ -177,7 +177,7 @@ def test_the_answer_names_what_cannot_be_distinguished_and_what_has_no_influence
 REFUSED = {
     "no power": ({"n": 100}, "n = 100: expected a power of 2, for instance 128"),
     "one": ({"n": 1}, "power of 2"),
-    "no whole number": ({"n": 64.0}, "power of 2"),
+    "no whole number": ({"n": 64.5}, "whole number"),
     "seed": ({"seed": -1}, "seed = -1"),
     "quantity": ({"quantity": "peak electrostatic_forc"}, "Did you mean"),
     "space": ({"space": "finger"}, "Did you mean 'fingers'"),

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError, nearest, suggestion
+from electrovib.core.files import kind_of
 
 if TYPE_CHECKING:
     from typer.core import TyperCommand, TyperGroup
@@ -98,10 +99,10 @@ def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
     place, suffix = Path(word), Path(word).suffix.lower()
     if suffix in {".toml", ".nc"} or "/" in word:
         return f"'{word}' is no command; a scenario is simulated by '{path} run {word}'"
-    if place.exists() or suffix in {".csv", ".mat", ".xlsx", ".txt"}:
+    if kind_of(place) or suffix in {".csv", ".mat", ".xlsx", ".txt"}:
         does = (
             f"report {word}' shows a study"
-            if place.is_dir()
+            if kind_of(place) == "folder"
             else f"import {word}' reads a file of an instrument"
         )
         return f"'{word}' is no command; '{path} {does}. {lists}"
@@ -144,7 +145,7 @@ def _typed_otherwise(text: str, before: str, command: TyperCommand | TyperGroup)
     name, sign, value = text.partition("=")
     flags = [name for each in command.params if getattr(each, "is_flag", False) for name in each.opts]
     takes_text = before.startswith("-") and before not in flags
-    if not (sign and name.replace(".", "").replace("_", "").isalnum()) or takes_text or Path(text).exists():
+    if not (sign and name.replace(".", "").replace("_", "").isalnum()) or takes_text or kind_of(Path(text)):
         return ""
     option = _IN_PYTHON.get(name, f"-{'-' * (len(name) > 1)}{name.replace('_', '-')}")
     if option in options_of(command):

@@ -330,7 +330,7 @@ REFUSED = {
     "frequency": ({"want": "electrostatic_force at 2 Hz = 1 N"}, "at = 2 Hz: expected a time.*drive.freq"),
     "late": ({"want": "electrostatic_force at 9 s = 1 N"}, "at = 9 s: expected a time from 0 s to"),
     "no such path": ({"free": "drive.amplitud"}, "drive.amplitud: .*Did you mean 'drive.amplitude'"),
-    "several": ({"free": [FREE]}, r"free = \['drive.amplitude'\]: expected the dotted path of one"),
+    "several": ({"free": [FREE]}, r"free = \['drive.amplitude'\]: design takes a text"),
     "no number": ({"free": "drive"}, "drive: no physical parameter has this path"),
     "absent": ({"free": "limits.voltage"}, "limits.voltage: the scenario gives it no value; add one"),
     "a grid": ({"free": "frequency.high"}, "frequency.high: the frequencies of the output are no"),
