@@ -105,7 +105,7 @@ def test_a_trace_shows_its_warnings_first(shown, scenario, trace):
     lines = plain.splitlines()
     assert lines[0] == "Trace: <b>own</b>"
     assert lines[1].startswith("warning: the voltage across the stack reaches 1 kV, above 661 V")
-    assert lines[2] == "validity: 1 warning, 4 ok"
+    assert lines[2] == "validity: 1 warning, 5 ok"
     assert len(lines) < 15
     page, text, plain = shown(ev.simulate(scenario.replace({"drive.high": "10 V"})))
     assert "warning" not in plain
