@@ -58,19 +58,6 @@ _CARRIER = 1e5
 """Frequency at which the skin's conduction is negligible, the linear regime of the abstract [Hz]."""
 
 
-def electrical_thickness() -> float:
-    """Return the electrical thickness sum T/eps of coating and skin, without gap [m]."""
-    return (
-        values.COATING_THICKNESS / values.COATING_PERMITTIVITY
-        + values.SKIN_THICKNESS / values.SKIN_PERMITTIVITY
-    )
-
-
-def gap_for(*, rise: float) -> float:
-    """Return the gap (r - 1) K [m] that multiplies a capacitive impedance by the factor r [1]."""
-    return (rise - 1) * electrical_thickness()
-
-
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
     """Return one finger at rest, and one sliding with a gap inside the range of the abstract."""
