@@ -129,7 +129,7 @@ def sweep_cases(
         try:
             cases.append(_solved(point, together, done, asked, records=records))
         except ElectrovibError as error:
-            where = f" (at {_words(scenario, point)})" if point else ""
+            where = f" (at {point_words(scenario, point)})" if point else ""
             kind = BudgetError if isinstance(error, BudgetError) else InputError
             raise kind(problem.followed_by(where) for problem in error.problems) from None
     return Cases(scenario, axes, asked, cases)
@@ -241,7 +241,8 @@ def _solved(
     )
 
 
-def _words(scenario: Scenario, point: Mapping[str, float]) -> str:
+def point_words(scenario: Scenario, point: Mapping[str, float]) -> str:
+    """Write the values of a case."""
     shown = (
         f"{path} = {format_quantity(value, quantity_at(scenario, path).unit, digits=4)}"
         for path, value in point.items()
@@ -402,7 +403,7 @@ def _dataset(found: Cases, *, records: bool) -> xarray.Dataset:
 
 def _attributes(found: Cases, *, records: bool) -> dict[str, Any]:
     """Return the swept parameters, the methods and the validity as attributes."""
-    cases, words = found.cases, functools.partial(_words, found.scenario)
+    cases, words = found.cases, functools.partial(point_words, found.scenario)
     checks = over_all([(case.at, case.diagnostics) for case in cases], words=words)
     about = {"format": FORMAT} | provenance(found.scenario)
     about |= {

@@ -99,11 +99,6 @@ def reported(
     return {**studies, **shown}
 
 
-def collect(traces: Any) -> dict[str, xarray.Dataset]:
-    """Load or simulate the sources, and label each Trace by the caller's label, its title or its file name."""
-    return _simulated(_loaded(traces))
-
-
 def _loaded(traces: Any) -> dict[str, Any]:
     """Load the sources; label to Trace or Scenario."""
     import xarray

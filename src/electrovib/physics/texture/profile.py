@@ -37,8 +37,6 @@ class MeasuredTexture(TextureAlongLine, family=True):
 
     value_field: ClassVar[str] = ""
     """Parameter that holds the values, without ``_samples``."""
-    value_si: ClassVar[str] = ""
-    """SI unit of the values."""
 
     file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
     position_column: Annotated[str | int, Field(description="name or number of the column")] = "position"
@@ -105,7 +103,6 @@ class HeightProfile(MeasuredTexture):
     """
 
     value_field: ClassVar[str] = "height"
-    value_si: ClassVar[str] = "m"
     equation: ClassVar[Mapping[str, str]] = {
         "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
         "direction": "Max(-1, Min(1, along(velocity)/slow))",
@@ -180,7 +177,6 @@ class RecordedFrictionForce(FrictionRecord):
     """
 
     value_field: ClassVar[str] = "friction_force"
-    value_si: ClassVar[str] = "N"
     equation: ClassVar[Mapping[str, str]] = {
         "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
         "place": "position_samples[first] + along(position)",
@@ -223,7 +219,6 @@ class RecordedFrictionCoefficient(FrictionRecord):
     """
 
     value_field: ClassVar[str] = "friction_coefficient"
-    value_si: ClassVar[str] = "1"
     equation: ClassVar[Mapping[str, str]] = {
         "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
         "place": "position_samples[first] + along(position)",

@@ -13,8 +13,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
 from electrovib.core.paths import quantity_at
-from electrovib.core.quantity import quantity_of
-from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, unit_of_limit
+from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, limited, unit_of_limit
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits
 from electrovib.studies.check.amplifier import asked_rows
@@ -161,12 +160,10 @@ class Plates:
         asked = {LIMITED[each.name] for each in self.objectives if each.kind == LARGEST}
         values = {}
         for name in WORDS:
-            quantity = quantity_of(Limits, name)
-            assert quantity is not None
             if name in self.declared:
                 values[name] = self.declared[name].value
             elif name in asked or name not in ONLY_DECLARED:
-                values[name] = quantity.high
+                values[name] = limited(name).high
         return Limits(**values)
 
     def _candidate(self, material: str, case: Case, *, refined: bool) -> PlateCandidate:
