@@ -74,7 +74,25 @@ class MaxwellStressInGap(ForceLaw):
         return eps0 * E**2 / 2
 
 
-class MaxwellStressInInsulator(ForceLaw):
+class MaxwellStressInLayer(ForceLaw, family=True):
+    """Maxwell stress inside a layer, with its field and bound displacement."""
+
+    status: ClassVar[str] = "derived"
+    equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
+    of_second_degree: ClassVar[bool] = True
+    negative: ClassVar[str] = _NEGATIVE
+
+    def amplitudes(self, section: Section) -> dict[str, Linear]:
+        """Return field and bound displacement of the layer that the law needs."""
+        layer = layer_of(section, self.needs[0])
+        return {"E": layer.field, "D": layer.displacement}
+
+    def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the attraction per area [Pa] from field [V/m] and displacement [C/m2]."""
+        return E * D / 2
+
+
+class MaxwellStressInInsulator(MaxwellStressInLayer):
     """Maxwell stress inside the insulator: a convention, smaller than that in the gap by its permittivity.
 
     Notes
@@ -82,12 +100,8 @@ class MaxwellStressInInsulator(ForceLaw):
     p = E D/2 with the field and the bound displacement of the plate's layer nearest to the interface.
     """
 
-    status: ClassVar[str] = "derived"
-    equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     evaluation_surface: ClassVar[str] = "insulator"
-    of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("plate",)
-    negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -99,17 +113,8 @@ class MaxwellStressInInsulator(ForceLaw):
         ),
     )
 
-    def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Return field and bound displacement of the insulator."""
-        layer = layer_of(section, "plate")
-        return {"E": layer.field, "D": layer.displacement}
 
-    def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attraction per area [Pa] from field [V/m] and displacement [C/m2]."""
-        return E * D / 2
-
-
-class MaxwellStressInStratumCorneum(ForceLaw):
+class MaxwellStressInStratumCorneum(MaxwellStressInLayer):
     """Maxwell stress inside the stratum corneum: a convention, smaller than that in the gap by its permittivity.
 
     Notes
@@ -119,12 +124,8 @@ class MaxwellStressInStratumCorneum(ForceLaw):
     crosses the interface.
     """
 
-    status: ClassVar[str] = "derived"
-    equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     evaluation_surface: ClassVar[str] = "stratum_corneum"
-    of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("finger",)
-    negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -135,15 +136,6 @@ class MaxwellStressInStratumCorneum(ForceLaw):
             status="derived",
         ),
     )
-
-    def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Return field and bound displacement of the stratum corneum."""
-        layer = layer_of(section, "finger")
-        return {"E": layer.field, "D": layer.displacement}
-
-    def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attraction per area [Pa] from field [V/m] and displacement [C/m2]."""
-        return E * D / 2
 
 
 class EffectiveMedium(ForceLaw):

@@ -332,13 +332,10 @@ def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
     """Draw a curve dashed where it covers another one over at least half of its length, dotted for several."""
     shown: list[Curve] = []
     for curve in curves:
-        below = sum(_on_each_other(curve, other) for other in shown)
+        alike = (np.isclose(curve.y, other.y, rtol=SAME, atol=0.0) for other in shown)
+        below = sum(bool(np.mean(each) >= 1 / 2) for each in alike)
         shown.append(replace(curve, kind=KINDS[min(below, len(KINDS) - 1)]))
     return tuple(shown)
-
-
-def _on_each_other(one: Curve, other: Curve) -> bool:
-    return bool(np.mean(np.isclose(one.y, other.y, rtol=SAME, atol=0.0)) >= 1 / 2)
 
 
 def insulating(scenario: Scenario) -> Scenario:

@@ -244,7 +244,7 @@ class ImportedMeasurement:
         of_over = quantity_at(each.scenario, each.over).unit
         points = zip(each.at, each.values, each.spread, strict=True)
         return [
-            f"{each.title}: {_name(each)}",
+            f"{each.title}: {each.named}",
             self.history,
             *(
                 f"{each.over} = {format_quantity(at, of_over)}: {format_quantity(value, each.unit)}, spread"
@@ -252,10 +252,6 @@ class ImportedMeasurement:
                 for at, value, spread in points
             ),
         ]
-
-
-def _name(each: Measurement) -> str:
-    return f"{each.quantity} / {each.per}" if each.per else str(each.quantity)
 
 
 def import_measurement(

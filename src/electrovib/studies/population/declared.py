@@ -75,7 +75,7 @@ class DeclaredStudy:
         """Return what distinguishes this study from another one whose results differ, as structured text."""
         return {
             "scenario": self.scenario.canonical(),
-            "space": _numbers_of(self.space),
+            "space": json.dumps(_without_origins(_plain(self.space.as_table())), sort_keys=True),
             "n": self.fingers,
             "seed": self.seed,
             "signal": list(self.signals),
@@ -216,12 +216,8 @@ def scenario_text(scenario: Scenario) -> str:
     return tomlkit.dumps(_plain(content))
 
 
-def _numbers_of(space: Space) -> str:
-    """Write what the draws of a space depend on, without titles and sources, as JSON with sorted keys."""
-    return json.dumps(_without_origins(_plain(space.as_table())), sort_keys=True)
-
-
 def _without_origins(content: Any) -> Any:
+    """Omit titles and sources, on which no draw depends."""
     if not isinstance(content, Mapping):
         return content
     return {
