@@ -29,7 +29,7 @@ _WORDS: Final = {
     "a study store; 'electrovib report {}' shows it": ".zarr",
     "Python; models of your own are named before the command: 'electrovib --models {} ...'": ".py",
     "a file of electrovib; a scenario is simulated by 'electrovib run {}'": ".toml",
-    _TABLE: ".csv .txt .dat .tsv .xlsx .tdms .wav .isf .h5 .hdf5 .mat .nc",
+    _TABLE: ".csv .txt .dat .tsv .xlsx .xlsm .tdms .wav .isf .h5 .hdf5 .mat .nc",
 }
 _BY_SUFFIX: Final = {suffix: words for words, suffixes in _WORDS.items() for suffix in suffixes.split()}
 _BEGINNINGS: Final = {
@@ -48,7 +48,11 @@ def foreign(path: Path, head: bytes = b"") -> str:
     if is_address(path):
         return "is a web address; download the file, and give its name"
     begun = next((words for start, words in _BEGINNINGS.items() if head.startswith(start)), "")
+    if b"xl/" in head or b"[Content_Types]" in head:  # a workbook, which is packed as an archive is
+        begun = ""
     words = _BY_SUFFIX.get(path.suffix.lower(), begun)
+    if words == _TABLE:
+        words = begun or _TABLE
     is_text = path.suffix.lower() == ".xls" and head and not begun  # as instruments call a table with tabs
     return "" if words == _TABLE or not words or is_text else f"is {words.replace('{}', str(path))}"
 

@@ -25,6 +25,7 @@ CONTENTS = {
     "a.svg": b"<svg></svg>",
     "a.html": b"<html></html>",
     "zipped.dat": b"PK\x03\x04rows",
+    "photo.csv": b"\xff\xd8\xff\xe0rows",
     "own.py": b"x = 1\n",
     "m.csv": b"t,u\n" + b"".join(b"%d,%d\n" % (at, at % 7) for at in range(60)),
     "lab.toml": b'time = "t [s]"\n[columns]\ndrive_voltage = "u [V]"\n',
@@ -285,7 +286,8 @@ run a.zip => is an archive
 import a.gz => is an archive
 import a.rar => is an archive
 import a.7z => is an archive
-import zipped.dat => zipped.dat: | archive
+import zipped.dat => zipped.dat: is an archive
+import photo.csv => photo.csv: is a picture
 import a.docx => a.docx: is a document && .csv
 run a.docx => is a document
 import a.pdf => is a document

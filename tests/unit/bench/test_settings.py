@@ -241,3 +241,8 @@ def test_a_settings_file_that_is_missing_or_no_toml(tmp_path):
     file.write_text("schema = ", encoding="utf-8")
     with pytest.raises(InputError, match="not valid TOML"):
         read_settings(file)
+
+
+def test_a_step_of_several_points_is_no_lost_feature():
+    step = {"model": "Trapezium", "high": 20.0, "delay": 0.02, "rise": 0.0, "hold": 0.05, "fall": 0.0}
+    assert ev.plan_bench(SCENARIO, set={"drive": step, "time.duration": 0.1}).peak == 20

@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.recordings.fit.identifiability import VANISHES, rounded_signal
-from electrovib.recordings.fit.spectrum import Spectrum, spectrum_of
+from electrovib.recordings.fit.spectrum import NoiseSpectrum, spectrum_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -126,8 +126,8 @@ class Components:
         return np.asarray(np.sum(row.reshape(self.of.observed.parts, -1), axis=0))
 
     @functools.cached_property
-    def spectrum(self) -> Spectrum:
-        """Spectrum of the residuals."""
+    def spectrum(self) -> NoiseSpectrum:
+        """NoiseSpectrum of the residuals."""
         return spectrum_of(self.risen, self.freedom, self.sensor)
 
     @functools.cached_property

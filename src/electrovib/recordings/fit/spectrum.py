@@ -22,7 +22,7 @@ degrees of freedom of power and knee exceeds it once in 1000."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spectrum:
+class NoiseSpectrum:
     """Power of noise by components of a cosine transform, shape (samples,).
 
     - `power`: variance of each component; `share`: that of the correlated part in it.
@@ -35,7 +35,7 @@ class Spectrum:
     is_unexplained: bool
 
 
-def spectrum_of(energy: Real, freedom: Real, sensor: Real | None = None) -> Spectrum:
+def spectrum_of(energy: Real, freedom: Real, sensor: Real | None = None) -> NoiseSpectrum:
     """Find the spectrum of residuals from their sums of squares and degrees of freedom by component, the slowest first.
 
     It is a(1 + c/(1 + (k/knee)^2)), as of noise with a memory, or a(1 + c S) with the power S that a
@@ -62,7 +62,7 @@ def spectrum_of(energy: Real, freedom: Real, sensor: Real | None = None) -> Spec
     if white - among[ratio, shape] < _WORTH:
         ratio, shape = np.intp(0), np.intp(0)
     rise = _RATIOS[ratio] * shapes[shape]
-    return Spectrum(
+    return NoiseSpectrum(
         power=level[ratio, shape] * (1 + rise),
         share=rise / (1 + rise),
         is_correlated=white - min(best, declared) > _DOUBTED,

@@ -87,13 +87,13 @@ def largest_fields(
     never exceeds the larger of max |V| and its share of highest - lowest by capacitance. Initial charge between films adds at
     most the sum of the amplitudes that it excites; that towards the conducting finger is neutralised.
     """
-    end, peak = [*films][-1], max(-lowest, highest)
+    peak = max(-lowest, highest)
     if len(films) == 1:
-        return {end: peak / films[end].thickness}
+        return {name: peak / each.thickness for name, each in films.items()}
     leaks = any(each.leak is not None for each in films.values())
     conducts = leaks or any(each.material.conductivity for each in films.values())
     slabs = [
-        Slab(each.thickness, debye[name], each.material.conductivity, each.initial_charge * (name != end))
+        Slab(each.thickness, debye[name], each.material.conductivity, each.initial_charge)
         for name, each in films.items()
     ]
     if leaks and (len(slabs) > 2 or any(each.charge or each.debye.strengths for each in slabs)):

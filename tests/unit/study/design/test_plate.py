@@ -140,7 +140,7 @@ def test_rows_of_a_candidate_are_those_of_the_check(case):
 )
 def test_an_amplifier_bounds_a_plate_by_what_the_drive_asks_of_it(amplifier, binds):
     """2 pi f C V of 100 V is within 4 uA, that of 150 V is not; twice 100 V is within 250 V."""
-    limited = STATIC.replace({"circuit.amplifier": amplifier, "time": {"duration": "16 ms"}})
+    limited = STRONG.replace({"circuit.amplifier": amplifier, "time": {"duration": "16 ms"}})
     found = plate(limited, volts(30, 100, 150))
     assert [each.forbidden_by for each in found.candidates] == [(), (), (binds,)]
     assert found.best.at[VOLTS] == 100
