@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, raise_gathered
 from electrovib.core.model import Model
 from electrovib.core.paths import quantity_at, value_at, with_numbers
 from electrovib.core.signals import SIGNALS
@@ -98,8 +98,7 @@ class ParametricScenario:
         """Return values by the paths of the parameters that the models store."""
         others = {path: value for path, value in point.items() if path not in self._plain}
         changes, problems = stored_changes(self.base, others)
-        if problems:
-            raise InputError(problems)
+        raise_gathered(problems)
         return changes | {path: point[path] for path in self.free if path in self._plain}
 
     def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
 from electrovib.core.diagnostics import STATES, Diagnostic
-from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, raise_gathered
 from electrovib.core.mistakes import shown
 from electrovib.core.paths import quantity_at, with_numbers
 from electrovib.core.signals import FORMAT, stamp
@@ -155,8 +155,7 @@ def _checked(
         axes = parse_over(scenario, over)
     shared = "with records, all cases share the grid of frequencies"
     problems += [f"over '{path}': {shared}" for path in over if records and path.startswith("frequency.")]
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return axes, asked
 
 
@@ -219,8 +218,7 @@ def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[
 def _stored(scenario: Scenario, point: Mapping[str, float]) -> dict[str, float]:
     """Return the values of a case by the parameters that the scenario stores, not those of another case."""
     found, problems = stored_changes(scenario, point)
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return found
 
 
@@ -271,8 +269,7 @@ def parse_over(scenario: Scenario, over: Sequence[str] | Mapping[str, Any]) -> d
             found[path] = values
         except InputError as error:
             problems += error.problems
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return found
 
 
@@ -322,8 +319,7 @@ def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
             named = read_name(plain, layers, others=FELT)
             units[named.name] = named.unit, named.meaning
             solved.append(named)
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return Asked(tuple(dict.fromkeys(solved)), tuple(each for each in units if each in FELT), units)
 
 
