@@ -48,8 +48,6 @@ NOT_READ = (
     " (IEEE Trans. Haptics 11(2), 2018), were not read."
 )
 
-RISE = (2.0, 11.0)
-"""Impedance of a sliding finger over that of a resting one: a rise of 100 to 1000 %, abstract."""
 CHOICE = "not printed in the abstract; a choice"
 COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
 SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, raise_gathered
+from electrovib.core.errors import InputError, gathered, raise_gathered
 from electrovib.core.model import Model
 from electrovib.core.paths import quantity_at, value_at, with_numbers
 from electrovib.core.signals import SIGNALS
@@ -40,15 +40,12 @@ class ParametricScenario:
         found: list[str] = []
         self.free = tuple(free)
         for path in self.free:
-            try:
+            with gathered(found):
                 quantity_at(scenario, path)
-            except InputError as error:
-                found += error.problems
         found += [
             f"free: '{path}' is named twice" for path in {p for p in self.free if self.free.count(p) > 1}
         ]
-        if found or problems:
-            raise InputError([*found, *problems])
+        raise_gathered([*found, *problems])
         begin = {path: value_at(scenario, path) for path in self.free}
         self._plain = {path for path in self.free if is_stored_as_given(scenario, path, Model)}
         self.base = scenario if len(self._plain) == len(self.free) else scenario.replace(begin)

@@ -262,13 +262,11 @@ def parse_over(scenario: Scenario, over: Sequence[str] | Mapping[str, Any]) -> d
     found: dict[str, Real] = {}
     problems: list[str] = []
     for text in over:
-        try:
+        with gathered(problems):
             path, values = _parse_one(scenario, text)
             if path in found:
                 problems.append(f"--over {text}: '{path}' is swept twice")
             found[path] = values
-        except InputError as error:
-            problems += error.problems
     raise_gathered(problems)
     return found
 

@@ -18,7 +18,7 @@ from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.scenario.space.writing import KEYS
 from electrovib.studies.catalogue import items
 from electrovib.studies.catalogue.items import Listed, Listing
-from electrovib.studies.catalogue.pages import page
+from electrovib.studies.catalogue.pages import labelled, page
 
 MOST: Final = 15
 """Entries shown of a search; the number of the others is stated."""
@@ -204,22 +204,19 @@ def overview(entries: Iterable[Listed]) -> str:
     unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != items.SCENARIOS]
     width = max(map(len, [*rows, *offered, *outside])) + 2
     lines = ["Key of a scenario file, and the models to choose from:", ""]
-    lines += [line for label, names in rows.items() for line in _row(label, names, width)]
+    lines += [line for label, names in rows.items() for line in labelled(label, ", ".join(names), width)]
     lines += ["", "Outside a scenario:", ""] if outside else []
-    lines += [line for label, names in outside.items() for line in _row(label, names, width)]
+    lines += [line for label, names in outside.items() for line in labelled(label, ", ".join(names), width)]
     lines += ["", "Ready-made, used by name:", ""]
-    lines += [line for label, names in offered.items() if names for line in _row(label, names, width)]
-    lines += _row(items.SCENARIOS, [f"{count}, listed by 'electrovib list scenarios'"], width)
+    lines += [
+        line for label, names in offered.items() if names for line in labelled(label, ", ".join(names), width)
+    ]
+    lines += labelled(items.SCENARIOS, f"{count}, listed by 'electrovib list scenarios'", width)
     lines += [
         "",
         *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),
     ]
     return "\n".join([*lines, *textwrap.wrap(_MORE, terminal_width())]) + "\n"
-
-
-def _row(label: str, names: list[str], width: int) -> list[str]:
-    parts = textwrap.wrap(", ".join(names), terminal_width() - width, break_on_hyphens=False)
-    return [f"{label if place == 0 else '':<{width}}{part}" for place, part in enumerate(parts)]
 
 
 USE: Final = (

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Final, TypeAlias
+from typing import Any, ClassVar, Final, Self, TypeAlias
 
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.citation import UNVERIFIED
@@ -112,11 +112,6 @@ def refuse_unlimited(
         )
 
 
-def unlimited_words(name: str) -> str:
-    """Return how to declare a limit that is not declared."""
-    return f"not declared; add limits.{name}"
-
-
 def _built(content: Mapping[str, Any], start: str) -> Limits:
     inner = content.get("limits")
     table = inner if isinstance(inner, Mapping) else content
@@ -199,6 +194,11 @@ class CheckNumber:
     quantity: str
     value: float | None
     unit: str
+
+    @classmethod
+    def of(cls, quantity: str, value: float, unit: str) -> Self:
+        """Return a value without a limit, which may be NaN."""
+        return cls(quantity=quantity, value=None if math.isnan(value) else value, unit=unit)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -435,7 +435,7 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
         value=value,
         limit=None if limit is None else limit.value,
         unit=unit,
-        source=unlimited_words(name) if limit is None else limit.source,
+        source=f"not declared; add limits.{name}" if limit is None else limit.source,
         state=state,
         text=text,
         remedy=remedy,
