@@ -50,7 +50,7 @@ def public(function: Callable[..., Any], public_name: str) -> Callable[..., Any]
     kinds = {
         name: _kind(each.annotation, _UNITS.get(name, "1"))
         for name, each in signature.parameters.items()
-        if each.kind is not each.VAR_KEYWORD
+        if each.kind is not each.VAR_KEYWORD and isinstance(each.annotation, str)
     }
 
     @functools.wraps(function)

@@ -117,8 +117,6 @@ _LARGEST: Final = 64_000_000
 def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
     """Read the tables of an ordinary file; what else a name may stand for is not opened."""
     note_input(path)
-    if why := other_kind(path, kind):
-        raise InputError(why, path=path)
     try:
         if path.exists() and not path.is_file():
             raise InputError(
@@ -127,15 +125,17 @@ def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:  # a name with a zero byte is no OSError
-        raise InputError(f"{getattr(error, 'strerror', '') or error}. {advice}", path=path) from None
+        why = other_kind(path, kind) or f"{getattr(error, 'strerror', '') or error}. {advice}"
+        raise InputError(why, path=path) from None
     if len(content) > _LARGEST:
         raise InputError(f"is larger than {megabytes(_LARGEST)}, the most that {kind} may take", path=path)
     try:
         found = read_toml(content.decode("utf-8-sig"))  # editors of Windows begin with a byte-order mark
     except UnicodeDecodeError:
-        raise InputError(f"not a text in UTF-8; {kind} is TOML, saved as UTF-8", path=path) from None
+        why = other_kind(path, kind) or f"not a text in UTF-8; {kind} is TOML, saved as UTF-8"
+        raise InputError(why, path=path) from None
     except ValueError as error:
-        raise InputError(f"not valid TOML: {error}", path=path) from None
+        raise InputError(other_kind(path, kind) or f"not valid TOML: {error}", path=path) from None
     if why := other_kind(path, kind, found):
         raise InputError(why, path=path)
     return found

@@ -31,7 +31,6 @@ _EXPECTED: Final[dict[str, tuple[tuple[type, ...], str]]] = {
     **dict.fromkeys(_NUMBERS, ((str, int, float), "a number in SI, or a text with a unit such as '10 us'")),
     **dict.fromkeys(("crop", "baseline"), ((str, list), "a span of time, such as '0.1 s..0.5 s'")),
     "detrend": ((str,), "the name of a signal, or a list of names"),
-    "decimal_comma": ((bool,), "true or false"),
 }
 """What an entry, each entry of a table, and each signal to detrend is."""
 _KEYS: Final = tuple(dict.fromkeys([*OF_TRACE, *OF_SAMPLE, "conductivity", *OF_CLOCKS]))

@@ -79,14 +79,28 @@ class Components:
     @functools.cached_property
     def residual(self) -> Real:
         """Residuals over their noise, shape (parts, samples)."""
-        return self._weighted(np.asarray(self.of.values))
+        return self._weighted(self.left)
+
+    @functools.cached_property
+    def left(self) -> NDArray[Any]:
+        """Residuals less what stated errors of gain and zero explain of them, each as likely as its uncertainty says."""
+        observed, values = self.of.observed, np.asarray(self.of.values)
+        if observed.calibration is None:
+            return values
+        gain, zero = (getattr(observed.calibration, name) for name in ("gain", "zero"))
+        rows = np.column_stack([gain * np.asarray(self.of.predicted), np.full(values.size, zero)])
+        seen = rows / (observed.scale * self.of.noise)[:, None]
+        errors = np.linalg.solve(
+            seen.T @ seen + np.eye(2), seen.T @ (values / (observed.scale * self.of.noise))
+        )
+        return np.asarray(values - rows @ errors)
 
     @functools.cached_property
     def excess(self) -> Real:
         """Residuals less what rounding that does not average out may add, half a step, over their noise, likewise."""
         if rounded_signal(self.of) is None:
             return self.residual
-        values = np.asarray(self.of.values)
+        values = self.left
         left = np.maximum(np.abs(values) - self.of.observed.resolution / 2, 0.0)
         return self._weighted(np.sign(values) * left)
 
@@ -138,8 +152,17 @@ class Components:
     @functools.cached_property
     def correlated(self) -> float:
         """Largest ratio by which the variance of a combination of the estimates exceeds that by independent noise."""
-        found, basis = self.spectrum, orthonormal(self.slopes)
-        if not found.is_correlated or not basis.size:
+        return self.correlated_by(self.spectrum)
+
+    def correlated_of(self, left: Real) -> float:
+        """Return this ratio for the spectrum of other residuals of this signal, over their noise, in the order of `residual`."""
+        energy = np.sum(_turned(left.reshape(self.residual.shape)) ** 2, axis=0)
+        return self.correlated_by(spectrum_of(energy, self.freedom, self.sensor))
+
+    def correlated_by(self, found: NoiseSpectrum) -> float:
+        """Return this ratio for a spectrum; rounding that does not average out has an interval of its own."""
+        basis = orthonormal(self.slopes)
+        if not found.is_correlated or not basis.size or rounded_signal(self.of) is not None:
             return 1.0
         power = np.tile(found.power / np.mean(found.power), self.of.observed.parts)
         return max(1.0, float(np.linalg.eigvalsh((basis.T * power) @ basis)[-1]))

@@ -80,6 +80,7 @@ class Observed:
     - `scale`: what the noise is proportional to: 1 in the signal's unit, or the modulus of the data.
     - `offset`: whether its zero is unknown.
     - `resolution`: step to which a real signal was rounded; 0 where none is found in its values.
+    - `calibration`: stated errors of gain and zero, which are no misfit; None without them and of complex signals.
     """
 
     signal: str
@@ -91,6 +92,7 @@ class Observed:
     offset: bool
     resolution: float = 0.0
     noise_alone: float | None = None
+    calibration: CalibrationError | None = None
 
     @property
     def relative(self) -> bool:
@@ -170,6 +172,7 @@ def _observed(measured: MeasuredTrace, name: str, axis: str) -> Observed:
         offset=name in measured.offsets,
         resolution=resolution,
         noise_alone=noise,
+        calibration=None if np.iscomplexobj(y) else measured.calibration_of(name),
     )
 
 

@@ -163,12 +163,17 @@ def _between(
     joint = orthonormal(slopes)
     more = sum(each.shape[1] for each in removed) - joint.shape[1]
     free = left.size - more - joint.shape[1]
-    explained = sum(float(np.sum((each.T @ rest) ** 2)) for each, (_, rest) in zip(removed, own, strict=True))
-    unexplained = float(left @ left) - explained
+    rest = np.concatenate(
+        [each - basis @ (basis.T @ each) for basis, (_, each) in zip(removed, own, strict=True)]
+    )
+    unexplained = float(rest @ rest)
+    explained = float(left @ left) - unexplained
     if more < 1 or free < 3 or unexplained <= 0:
         return {}, []
     least = STATED if all(each.of.observed.noise is not None for each in parts) else 0.0
-    noise, larger = unexplained / free, max(each.correlated for each in parts)
+    lefts = np.split(rest, np.cumsum([each.residual.size for each in parts])[:-1])
+    larger = max(each.correlated_of(row) for each, row in zip(parts, lefts, strict=True))
+    noise = unexplained / free
     gained = (explained - float(np.sum((joint.T @ left) ** 2))) / more
     ratio, noise = gained / max(noise, least), max(noise * larger, least)
     spreads = _spreads(prediction, values, [_step(*each) for each in own], noise)
