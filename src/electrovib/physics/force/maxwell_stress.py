@@ -33,7 +33,17 @@ _NEGATIVE = (
 )
 
 
-class MaxwellStressInGap(ForceLaw):
+class StressOfField(ForceLaw, family=True):
+    """Maxwell stress of one field in vacuum, that in a gap or an equivalent one."""
+
+    equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
+
+    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the attraction per area [Pa] from the field [V/m]."""
+        return eps0 * E**2 / 2
+
+
+class MaxwellStressInGap(StressOfField):
     """Maxwell stress in the air gap between plate and finger, where they separate.
 
     Notes
@@ -47,7 +57,6 @@ class MaxwellStressInGap(ForceLaw):
 
     reference: ClassVar[str] = "virtual work at fixed voltage"
     status: ClassVar[str] = "derived"
-    equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     evaluation_surface: ClassVar[str] = "gap"
     of_second_degree: ClassVar[bool] = True
     checks: ClassVar[tuple[Check, ...]] = (
@@ -68,10 +77,6 @@ class MaxwellStressInGap(ForceLaw):
             status="abstract",
         ),
     )
-
-    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attraction per area [Pa] from the gap field [V/m]."""
-        return eps0 * E**2 / 2
 
 
 class MaxwellStressInLayer(ForceLaw, family=True):
@@ -138,7 +143,7 @@ class MaxwellStressInStratumCorneum(MaxwellStressInLayer):
     )
 
 
-class EffectiveMedium(ForceLaw):
+class EffectiveMedium(StressOfField):
     """Energy of the capacitor divided by the geometric thickness: the static law of Vezzoli et al. 2014.
 
     Notes
@@ -172,10 +177,6 @@ class EffectiveMedium(ForceLaw):
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Return the equivalent field."""
         return {"E": equivalent_field(section, section.voltage)}
-
-    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attraction per area [Pa] from the equivalent field [V/m]."""
-        return eps0 * E**2 / 2
 
     def effective_voltage(self, section: Section) -> Linear:
         """Return the whole voltage of the stack."""
