@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.discovery import find_members
+from electrovib.core.errors import ElectrovibError
 from electrovib.core.model import read_model
 from electrovib.papers import kaczmarek_2006 as kaczmarek
 from electrovib.physics.force import ForceLaw
@@ -15,32 +15,42 @@ from electrovib.physics.material import Material
 from electrovib.solve.simulate import simulate
 
 
+def polarity_of_laws(scenario):
+    """Return the polarity ratio of every force law, or the reason why there is none."""
+    found = {}
+    for name, law in find_members(ForceLaw).items():
+        try:
+            found[name] = kaczmarek.polarity_ratio(
+                scenario.replace({"force": {"model": name, **law.example}})
+            )
+        except ElectrovibError as error:
+            found[name] = str(error)
+    return found
+
+
 @pytest.fixture(scope="module")
 def blind():
-    return kaczmarek.polarity_of_laws(kaczmarek.scenarios()["positive"])
+    return polarity_of_laws(kaczmarek.scenarios()["positive"])
 
 
 @pytest.fixture(scope="module")
 def without_gap():
     skin, slow = "stack.stratum_corneum", kaczmarek.skin_conductivity(kaczmarek.SLOW)
     changes = {f"{skin}.leak": None, f"{skin}.material.conductivity": slow}
-    return kaczmarek.polarity_of_laws(kaczmarek.scenarios()["skin_positive"].replace(changes))
+    return polarity_of_laws(kaczmarek.scenarios()["skin_positive"].replace(changes))
 
 
-def test_every_law_on_linear_layers_is_reported_as_unable(blind, without_gap):
+def test_every_law_on_linear_layers_is_unable(blind, without_gap):
     """Exactly: not a bit of the attraction changes with the sign of the voltage."""
     able = []
     for name, law in find_members(ForceLaw).items():
         told = [found[name] for found in (blind, without_gap)]
         if law.causal:
-            assert any(ratio == 1.0 for ratio, _ in told), f"{name}: {told}"
-            able += [text for ratio, text in told if not np.isnan(ratio) and ratio != 1]
-        assert all(text == kaczmarek.BLIND for ratio, text in told if ratio == 1)
+            assert 1.0 in told, f"{name}: {told}"
+            able += [ratio for ratio in told if isinstance(ratio, float) and ratio != 1]
     assert not able
-    assert blind["EffectiveMedium"] == (1.0, kaczmarek.BLIND)  # the baseline of the paper
-    ratio, why = blind["Vezzoli2014PerFrequency"]  # a law that cannot run says why
-    assert np.isnan(ratio)
-    assert "not causal" in why
+    assert blind["EffectiveMedium"] == 1.0  # the baseline of the paper
+    assert "not causal" in blind["Vezzoli2014PerFrequency"]  # a law that cannot run says why
 
 
 @settings(max_examples=15)
@@ -61,9 +71,7 @@ def test_linear_layers_of_any_material_are_blind(kind, high, pulse):
 def test_charge_left_in_the_layers_tells_the_polarity():
     """The blindness is one of the equations, not of the comparison: an offset of charge breaks it."""
     charged = kaczmarek.scenarios()["positive"].replace({"stack.gap.initial_charge": 1e-6})
-    ratio = kaczmarek.polarity_ratio(charged)
-    assert ratio != 1.0
-    assert "positive pulses are" in kaczmarek.verdict(ratio=ratio)
+    assert kaczmarek.polarity_ratio(charged) != 1.0
 
 
 @pytest.mark.slow
@@ -76,9 +84,7 @@ def test_positive_pulses_are_weaker(kind):
     }
     assert peaks["positive"] < 0.95 * peaks["negative"]
     assert peaks["positive"] < 0.95 * peaks["biphasic"]
-    ratio = kaczmarek.polarity_ratio(kaczmarek.scenarios()[f"{kind}_positive"])
-    assert 0.4 < ratio < 0.5
-    assert "weaker" in kaczmarek.verdict(ratio=ratio)
+    assert 0.4 < kaczmarek.polarity_ratio(kaczmarek.scenarios()[f"{kind}_positive"]) < 0.5
 
 
 @pytest.mark.slow
@@ -90,7 +96,7 @@ def test_the_other_asymmetry_has_the_other_sign(kind):
     turned = kaczmarek.rectifying(conductivity, positive=kaczmarek.SLOW, negative=kaczmarek.FAST)
     ratio = kaczmarek.polarity_ratio(base.replace({f"stack.{layer}.leak": turned}))
     assert ratio * kaczmarek.polarity_ratio(base) == pytest.approx(1, rel=1e-9)
-    assert "stronger" in kaczmarek.verdict(ratio=ratio)
+    assert ratio > 1
     alike = kaczmarek.rectifying(conductivity, positive=kaczmarek.FAST, negative=kaczmarek.FAST)
     same = kaczmarek.polarity_ratio(base.replace({f"stack.{layer}.leak": alike}))
     assert same == pytest.approx(1, abs=1e-9)
@@ -103,14 +109,11 @@ def test_the_cut_decides():
     changes = {"stack.gap.leak": None, "stack.stratum_corneum.leak": leak}
     ratio = kaczmarek.polarity_ratio(kaczmarek.scenarios()["gap_positive"].replace(changes))
     assert 1 < ratio < 1.01
-    assert "hardly stronger" in kaczmarek.verdict(ratio=ratio)
-    found = kaczmarek.polarity_of_laws(kaczmarek.scenarios()["skin_positive"])
-    assert found["Vezzoli2014Causal"][0] < 0.5
-    assert abs(found["EffectiveMedium"][0] - 1) < 1e-6  # it never loses charge
-    assert 1 < found["MaxwellStressInGap"][0] < 1.01
+    found = polarity_of_laws(kaczmarek.scenarios()["skin_positive"])
+    assert found["Vezzoli2014Causal"] < 0.5
+    assert abs(found["EffectiveMedium"] - 1) < 1e-6  # it never loses charge
+    assert 1 < found["MaxwellStressInGap"] < 1.01
     # the numbers of the disagreement
-    assert f"{found['Vezzoli2014Causal'][0]:.2f} of a negative one" in kaczmarek.DEFECTS[0]
-    assert (
-        f"{found['MaxwellStressInGap'][0]:.3f} of it in the Maxwell stress in the gap" in kaczmarek.DEFECTS[0]
-    )
+    assert f"{found['Vezzoli2014Causal']:.2f} of a negative one" in kaczmarek.DEFECTS[0]
+    assert f"{found['MaxwellStressInGap']:.3f} of it in the Maxwell stress in the gap" in kaczmarek.DEFECTS[0]
     assert round(kaczmarek.SLOW / kaczmarek.FAST) == 3

@@ -120,6 +120,12 @@ def gathered(problems: list[str], *, within: str = "") -> Iterator[None]:
         problems += [each.within(within) if within else each for each in error.problems]
 
 
+def raise_gathered(problems: Sequence[str]) -> None:
+    """Raise all problems that were found in an input as one InputError, if there are any."""
+    if problems:
+        raise InputError(problems)
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """Write ``" Did you mean 'x'?"`` with the closest known name, or the list of all known names."""
     names = sorted(known)

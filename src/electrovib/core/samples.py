@@ -14,6 +14,8 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from electrovib.core.budget import content_allowed, megabytes
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, NDArray
     from pydantic import GetCoreSchemaHandler
 
@@ -30,6 +32,23 @@ _LOOKS = 256
 _HEAD = 1 << 16
 _WORTH = 0.6
 """Compressed size over size of the first bytes, above which nothing is compressed."""
+
+
+def fault_of_record(
+    columns: Mapping[str, NDArray[np.float64]], *, missing: str, differing: str, needing: str
+) -> str:
+    """Return why columns of samples by name are no record, in these words and the number of samples; empty if they are one."""
+    sizes = {len(values) for values in columns.values()}
+    if sizes == {0}:
+        return f"holds no samples: {missing}"
+    if len(sizes) > 1:
+        return differing
+    if sizes == {1}:
+        return f"{needing} needs at least 2 samples, not 1"
+    for name, values in columns.items():
+        if not np.all(np.isfinite(values)):
+            return f"the {name} of sample {int(np.argmin(np.isfinite(values)))} is not a finite number"
+    return ""
 
 
 class Samples:

@@ -71,8 +71,6 @@ DEFECTS = (
     " fingers.",
 )
 
-DIVISION = 250.0
-"""Frequency below which leakage, and above which properties of the stratum corneum act, abstract of the thesis [Hz]."""
 FITTED_RESISTIVITY = 9.13e7
 """Resistivity of the gap, fitted so that the maximum is at 250 Hz with the skin of plutchik_1963: circular [ohm m]."""
 

@@ -23,7 +23,6 @@ from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.simulate import simulate
 
 CITATIONS = (
     Citation(
@@ -129,14 +128,6 @@ def harmonics(signal: NDArray[np.float64]) -> NDArray[np.float64]:
     spectrum = np.abs(np.fft.rfft(signal)) / len(signal)
     spectrum[1:] *= 2
     return np.asarray(spectrum)
-
-
-def force_harmonics(scenario: Scenario) -> NDArray[np.float64]:
-    """Return mean and harmonics of the attraction in the periodic state, over that of a constant 1 V [V2]."""
-    time = np.arange(_SAMPLES) / _SAMPLES / MODULATION
-    force = simulate(scenario, time=time).electrostatic_force.values
-    held = scenario.replace({"drive": {"model": "Step", "level": 1.0}, "time.initial_state.model": "AtRest"})
-    return harmonics(force / float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1]))
 
 
 def square_harmonics(drive: dict[str, Any]) -> NDArray[np.float64]:

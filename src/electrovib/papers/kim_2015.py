@@ -58,15 +58,6 @@ CHOICE = "not read; a choice"
 VEZZOLI = "not read; as in vezzoli_2014, section 3.1"
 
 
-def uniform_force(*, current: float, frequency: float, area: float = AREA) -> float:
-    """Compute the mean attraction [N] of a sinusoidal current through a gap that does not leak: I^2/(2 eps0 A w^2).
-
-    The root-mean-square current I [A] flows through the gap alone.
-    """
-    angular = 2 * math.pi * frequency
-    return current**2 / (2 * eps0 * area * angular**2)
-
-
 def gap_field(*, current: float, frequency: float, area: float = AREA) -> float:
     """Return the root-mean-square gap field [V/m] of a current [A, rms] at a frequency [Hz] on an area [m2]."""
     return current / (2 * math.pi * frequency * eps0 * area)

@@ -48,27 +48,12 @@ NOT_READ = (
     " (IEEE Trans. Haptics 11(2), 2018), were not read."
 )
 
-RISE = (2.0, 11.0)
-"""Impedance of a sliding finger over that of a resting one: a rise of 100 to 1000 %, abstract."""
 CHOICE = "not printed in the abstract; a choice"
 COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
 SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
 
 _CARRIER = 1e5
 """Frequency at which the skin's conduction is negligible, the linear regime of the abstract [Hz]."""
-
-
-def electrical_thickness() -> float:
-    """Return the electrical thickness sum T/eps of coating and skin, without gap [m]."""
-    return (
-        values.COATING_THICKNESS / values.COATING_PERMITTIVITY
-        + values.SKIN_THICKNESS / values.SKIN_PERMITTIVITY
-    )
-
-
-def gap_for(*, rise: float) -> float:
-    """Return the gap (r - 1) K [m] that multiplies a capacitive impedance by the factor r [1]."""
-    return (rise - 1) * electrical_thickness()
 
 
 @functools.cache

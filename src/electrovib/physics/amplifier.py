@@ -110,6 +110,16 @@ class Amplifier(Model):
         """Whether its response is not linear because it has a largest voltage or current."""
         return self.saturation is not None or bool(np.isfinite(self.current_limits[1]))
 
+    @property
+    def largest_voltage(self) -> float:
+        """Largest voltage of either sign at the plate [V]; infinite if it is unlimited."""
+        return np.inf if self.saturation is None else self.saturation
+
+    @property
+    def largest_input(self) -> float:
+        """Largest voltage of the drive that is amplified without saturation [V]; infinite if there is none."""
+        return self.largest_voltage / abs(self.gain) if self.gain else np.inf
+
     def aim(self, voltage: ArrayLike) -> NDArray[np.float64]:
         """Target voltage: the gain times the drive, within the saturation.
 
@@ -124,8 +134,7 @@ class Amplifier(Model):
             Target voltage [V], same shape.
         """
         wanted = self.gain * np.asarray(voltage, dtype=float)
-        highest = np.inf if self.saturation is None else self.saturation
-        return np.asarray(np.clip(wanted, -highest, highest))
+        return np.asarray(np.clip(wanted, -self.largest_voltage, self.largest_voltage))
 
 
 IDEAL: Final = Amplifier()

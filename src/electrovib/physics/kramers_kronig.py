@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, raise_gathered
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -108,8 +108,7 @@ def _checked(
     ]
     if not problems and (hertz.min() <= 0 or np.unique(hertz).size < hertz.size):
         problems.append("frequency: all values must be above 0 Hz and none may be repeated.")
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     order = np.argsort(hertz)
     loss = columns["conductivity"] / (2 * np.pi * hertz * VACUUM_PERMITTIVITY)
     values = (columns["permittivity"] - 1j * loss)[order]

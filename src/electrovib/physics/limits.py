@@ -2,32 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 from electrovib.core.diagnostics import Diagnostic, against
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, quantity_of
+from electrovib.core.quantity import Number, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-_CURRENT = "of the amplifier into plate, stray capacitance and finger together, by its own limiter"
+_INTO: Final = "into plate, stray capacitance and finger"
+_CURRENT: Final = f"of the amplifier {_INTO} together, by its own limiter"
+_ENERGY: Final = "the energy stored in contact and stray capacitance"
 PEAK: Final = "peak"
 MEAN_SQUARE: Final = "root mean square"
 
 
-@dataclass(frozen=True, kw_only=True)
-class LimitedQuantity:
-    """The quantity that a limit is compared with, in words.
+@dataclass(frozen=True)
+class LimitedQuantity(Quantity):
+    """The range of a limit, and the quantity that it is compared with.
 
-    `order` is the power of the drive in which it grows while the set-up responds linearly; `statistic` is `PEAK` or
-    `MEAN_SQUARE` where the name of the limit does not say which value counts.
+    `named` are its words where they are not those of the meaning of the limit. `order` is the power of the drive in which it
+    grows while the set-up responds linearly; `statistic` is `PEAK` or `MEAN_SQUARE` where the name of the limit does not say
+    which value counts.
     """
 
-    words: str = field(kw_only=False)
-    order: int
+    named: str = ""
+    order: int = 1
     statistic: str = ""
+
+    @property
+    def words(self) -> str:
+        """The quantity in words."""
+        return self.named or f"the {self.doc.removeprefix('largest ')}"
 
 
 class Limits(Model):
@@ -45,48 +53,43 @@ class Limits(Model):
     """
 
     voltage: Annotated[
-        Number | None,
-        Quantity("V", 1e-3, 1e6, "largest voltage of the plate"),
-        LimitedQuantity("the voltage of the plate", order=1, statistic=PEAK),
+        Number | None, LimitedQuantity("V", 1e-3, 1e6, "largest voltage of the plate", statistic=PEAK)
     ] = None
     current: Annotated[
         Number | None,
-        Quantity("A", 1e-9, 10, f"largest current {_CURRENT}"),
-        LimitedQuantity("the current into plate, stray capacitance and finger", order=1, statistic=PEAK),
+        LimitedQuantity(
+            "A", 1e-9, 10, f"largest current {_CURRENT}", named=f"the current {_INTO}", statistic=PEAK
+        ),
     ] = None
     charge: Annotated[
-        Number | None,
-        Quantity("C", 1e-15, 1, "largest charge on the plate under the finger"),
-        LimitedQuantity("the charge on the plate under the finger", order=1),
+        Number | None, LimitedQuantity("C", 1e-15, 1, "largest charge on the plate under the finger")
     ] = None
     stored_energy: Annotated[
         Number | None,
-        Quantity("J", 1e-15, 1e3, "largest energy in contact and stray capacitance"),
-        LimitedQuantity("the energy stored in contact and stray capacitance", order=2),
+        LimitedQuantity(
+            "J", 1e-15, 1e3, "largest energy in contact and stray capacitance", named=_ENERGY, order=2
+        ),
     ] = None
     body_current: Annotated[
-        Number | None,
-        Quantity("A", 1e-9, 10, "largest current through the finger"),
-        LimitedQuantity("the current through the finger", order=1, statistic=PEAK),
+        Number | None, LimitedQuantity("A", 1e-9, 10, "largest current through the finger", statistic=PEAK)
     ] = None
     rms_voltage: Annotated[
         Number | None,
-        Quantity("V", 1e-3, 1e6, "largest root-mean-square voltage of the plate"),
-        LimitedQuantity("the root-mean-square voltage of the plate", order=1, statistic=MEAN_SQUARE),
+        LimitedQuantity(
+            "V", 1e-3, 1e6, "largest root-mean-square voltage of the plate", statistic=MEAN_SQUARE
+        ),
     ] = None
     rms_current: Annotated[
         Number | None,
-        Quantity("A", 1e-9, 10, f"largest root-mean-square current {_CURRENT}"),
         LimitedQuantity(
-            "the root-mean-square current into plate, stray capacitance and finger",
-            order=1,
+            *("A", 1e-9, 10, f"largest root-mean-square current {_CURRENT}"),
+            named=f"the root-mean-square current {_INTO}",
             statistic=MEAN_SQUARE,
         ),
     ] = None
     slew_rate: Annotated[
         Number | None,
-        Quantity("V/s", 1e-3, 1e13, "largest rate of change of the drive times the gain"),
-        LimitedQuantity("the rate of change of the drive times the gain", order=1),
+        LimitedQuantity("V/s", 1e-3, 1e13, "largest rate of change of the drive times the gain"),
     ] = None
     example: ClassVar[dict[str, Any]] = {}
 
@@ -120,8 +123,7 @@ def limit_diagnostics(
         limit = getattr(limits, name)
         if limit is None:
             continue
-        entering = "current into plate, stray capacitance and finger"
-        what = words if amplified else words.replace(entering, "current into the contact")
+        what = words if amplified else words.replace(_INTO, "into the contact")
         why = f"the declared limit (limits.{name})"
         for when, more in (("", ""), (SWITCH_ON, " in the step at time 0")):
             if name + when in reached:
@@ -136,9 +138,7 @@ def limit_diagnostics(
 
 def unit_of_limit(name: str) -> str:
     """Return the SI unit of a limit."""
-    quantity = quantity_of(Limits, name)
-    assert quantity is not None
-    return quantity.unit
+    return limited(name).unit
 
 
 def _title(name: str) -> str:

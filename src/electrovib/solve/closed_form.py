@@ -124,10 +124,6 @@ class ExponentialSum:
                     )
         return found
 
-    def at_begins(self) -> Numbers:
-        """Return the signal just after the begin of each piece, shape (pieces,), in its unit."""
-        return np.asarray(self.terms[0].sum(axis=(1, 2)))
-
     def at_ends(self) -> Numbers:
         """Return the signal just before the end of each piece but the last, shape (pieces - 1,), in its unit."""
         since = self.decays.pieces.part.lengths
@@ -242,7 +238,7 @@ def _particular(pole: complex, given: ExponentialSum) -> ExponentialSum:
 
 def _homogeneous(pole: complex, particular: ExponentialSum, level: float) -> Complex:
     """Return the amplitude of exp(p s) in each piece, shape (pieces,)."""
-    begins, ends = particular.at_begins(), particular.at_ends()
+    begins, ends = particular.terms[0].sum(axis=(1, 2)), particular.at_ends()
     decay = np.exp(pole * particular.decays.pieces.part.lengths)
     found = np.empty(len(begins), complex)
     state = complex(level)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.budget import BudgetError
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import ElectrovibError, gathered
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.one_by_one import ParametricScenario
@@ -122,10 +122,8 @@ class Prepared(ParametricScenario):
         layers = tuple(scenario.stack.layers)
         self._names: list[Named] = []
         for text in quantities:
-            try:
+            with gathered(problems):
                 self._names.append(read_name(" ".join(text.split()), layers))
-            except InputError as error:
-                problems += error.problems
         super().__init__(scenario, free, problems)
         self._last: Expanded | None = None
 

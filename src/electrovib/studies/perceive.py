@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from electrovib.core.answer import Answer, Document
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
@@ -29,10 +29,6 @@ from electrovib.solve.quantities.answer import validity
 from electrovib.studies import felt_spectrum, widths
 from electrovib.studies.felt_spectrum import Stimulus
 from electrovib.studies.widths import Width
-
-if TYPE_CHECKING:
-    pass
-
 
 SILENT: Final = 1e-9
 """Relative change of a force below which it counts as constant: rounding."""

@@ -16,7 +16,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
 from electrovib.core.diagnostics import STATES, Diagnostic
-from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, raise_gathered
 from electrovib.core.mistakes import shown
 from electrovib.core.paths import quantity_at, with_numbers
 from electrovib.core.signals import FORMAT, stamp
@@ -129,7 +129,7 @@ def sweep_cases(
         try:
             cases.append(_solved(point, together, done, asked, records=records))
         except ElectrovibError as error:
-            where = f" (at {_words(scenario, point)})" if point else ""
+            where = f" (at {point_words(scenario, point)})" if point else ""
             kind = BudgetError if isinstance(error, BudgetError) else InputError
             raise kind(problem.followed_by(where) for problem in error.problems) from None
     return Cases(scenario, axes, asked, cases)
@@ -155,8 +155,7 @@ def _checked(
         axes = parse_over(scenario, over)
     shared = "with records, all cases share the grid of frequencies"
     problems += [f"over '{path}': {shared}" for path in over if records and path.startswith("frequency.")]
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return axes, asked
 
 
@@ -219,8 +218,7 @@ def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[
 def _stored(scenario: Scenario, point: Mapping[str, float]) -> dict[str, float]:
     """Return the values of a case by the parameters that the scenario stores, not those of another case."""
     found, problems = stored_changes(scenario, point)
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return found
 
 
@@ -241,7 +239,8 @@ def _solved(
     )
 
 
-def _words(scenario: Scenario, point: Mapping[str, float]) -> str:
+def point_words(scenario: Scenario, point: Mapping[str, float]) -> str:
+    """Write the values of a case."""
     shown = (
         f"{path} = {format_quantity(value, quantity_at(scenario, path).unit, digits=4)}"
         for path, value in point.items()
@@ -263,15 +262,12 @@ def parse_over(scenario: Scenario, over: Sequence[str] | Mapping[str, Any]) -> d
     found: dict[str, Real] = {}
     problems: list[str] = []
     for text in over:
-        try:
+        with gathered(problems):
             path, values = _parse_one(scenario, text)
             if path in found:
                 problems.append(f"--over {text}: '{path}' is swept twice")
             found[path] = values
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return found
 
 
@@ -321,8 +317,7 @@ def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
             named = read_name(plain, layers, others=FELT)
             units[named.name] = named.unit, named.meaning
             solved.append(named)
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return Asked(tuple(dict.fromkeys(solved)), tuple(each for each in units if each in FELT), units)
 
 
@@ -402,7 +397,7 @@ def _dataset(found: Cases, *, records: bool) -> xarray.Dataset:
 
 def _attributes(found: Cases, *, records: bool) -> dict[str, Any]:
     """Return the swept parameters, the methods and the validity as attributes."""
-    cases, words = found.cases, functools.partial(_words, found.scenario)
+    cases, words = found.cases, functools.partial(point_words, found.scenario)
     checks = over_all([(case.at, case.diagnostics) for case in cases], words=words)
     about = {"format": FORMAT} | provenance(found.scenario)
     about |= {

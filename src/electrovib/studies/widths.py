@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import plain
 from electrovib.physics.perception import Perception
 from electrovib.studies.felt_spectrum import not_proportional
 
@@ -75,11 +74,6 @@ def shown_end(value: float, unit: str) -> str:
 def sentences(widths: Iterable[Width]) -> tuple[str, ...]:
     """Return one sentence for each width, those that are not included last."""
     return tuple(each.sentence for each in sorted(widths, key=lambda each: each.interval is None))
-
-
-def record(widths: Iterable[Width]) -> list[dict[str, Any]]:
-    """Return the widths as tables."""
-    return [plain(asdict(each)) for each in widths]
 
 
 ONE_FINGER: Final = Width(name=SAMPLING, text="these are numbers of one finger; a space draws others")

@@ -36,7 +36,7 @@ class SeparateAnswer(Answer):
             title=f"Separate fits: {found.scenario.title or 'a scenario'}",
             sentences=[separate_answer(found)],
             diagnostics=found.diagnostics,
-            figures=parameter_panels(found),
+            figures=[_panel(found, path) for path in found.free],
             tables=[_estimates(found), *([_means(found)] if found.spreads else [])],
             references=[*cited_of(found.scenario), *REFERENCES[:1]],
         )
@@ -134,12 +134,8 @@ def _space_toml(found: SeparateFits) -> str:
     return f"# {unsigned(Form.SPACE)}\n# {remark}\n{text}"
 
 
-def parameter_panels(found: SeparateFits) -> list[Panel]:
-    """Make one figure of each parameter over the numbered recordings, with 95 % intervals and the mean."""
-    return [_panel(found, path) for path in found.free]
-
-
 def _panel(found: SeparateFits, path: str) -> Panel:
+    """Make the figure of a parameter over the numbered recordings, with 95 % intervals and the mean."""
     own = [next((row for row in each.rows if row.name == path), None) for each in found.fits]
     rows = [row for row in own if row is not None]
     numbers = np.array([number for number, row in enumerate(own, start=1) if row is not None], dtype=float)

@@ -140,13 +140,10 @@ def lines_of(
                 y = np.asarray(ordered.values[(*pick, layer) if names else pick])
                 x = stamps[pick] if stamps.ndim > 1 else stamps
                 kept = np.isfinite(x)
-                found.append(Line(x=x[kept], y=y[kept], measured=is_recording(known[label]), **looks))
+                found.append(
+                    Line(x=x[kept], y=y[kept], measured="scenario" not in known[label].attrs, **looks)
+                )
     return found
-
-
-def is_recording(trace: xarray.Dataset) -> bool:
-    """Return whether a Trace was recorded: it holds no scenario from which it was computed."""
-    return "scenario" not in trace.attrs
 
 
 def _even(count: int, most: int) -> list[int]:
@@ -168,7 +165,7 @@ def _looks(
     if value is not None:
         keys.append((value[0], between(value[2]), value[1]))
     if layer is not None:
-        keys.append((_readable(layer[0]), layer_colours(layer[2])[layer[0]], layer[1]))
+        keys.append((layer[0].replace("_", " "), layer_colours(layer[2])[layer[0]], layer[1]))
     if not keys:
         return {"label": "", "colour": COLOURS[0]}
     words, colour, _ = keys[0]
@@ -188,10 +185,6 @@ def shown_value(value: object, unit: str) -> str:
     if isinstance(value, (int, float, np.integer, np.floating)):
         return pretty_quantity(float(value), unit, digits=4)
     return str(value)
-
-
-def _readable(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def scenario_or_none(trace: xarray.Dataset) -> Scenario | None:

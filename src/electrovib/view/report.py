@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
-from electrovib.core.errors import ElectrovibError, InputError, gathered
+from electrovib.core.errors import ElectrovibError, InputError, gathered, raise_gathered
 from electrovib.core.files import inputs_noted, kind_of
 from electrovib.core.signals import is_study_result, is_trace, signal
 from electrovib.data.atomic import output_path, write_text
@@ -88,8 +88,7 @@ def reported(
         found = _loaded(traces)
     with gathered(problems):
         check_page(output, inputs=inputs, force=force)
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     studies = {label: found.pop(label) for label in list(found) if is_study_result(found[label])}
     if len(studies) > 1:
         raise InputError(f"a report shows one study, alone or with Traces; these are {len(studies)}")
@@ -97,11 +96,6 @@ def reported(
     shown = _simulated(found) if found or studied is None else {}
     write_text(output, html(document_of(shown, title=title, studied=studied)), Form.PAGE, force=force)
     return {**studies, **shown}
-
-
-def collect(traces: Any) -> dict[str, xarray.Dataset]:
-    """Load or simulate the sources, and label each Trace by the caller's label, its title or its file name."""
-    return _simulated(_loaded(traces))
 
 
 def _loaded(traces: Any) -> dict[str, Any]:
@@ -127,8 +121,7 @@ def _loaded(traces: Any) -> dict[str, Any]:
                 found[label] = studied
                 continue
             found[label] = opened if is_trace(opened := open_if_trace(item)) else read_scenario(opened)
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return found
 
 
@@ -157,8 +150,7 @@ def _simulated(found: Mapping[str, Any]) -> dict[str, xarray.Dataset]:
             traces[label] = simulate(item) if isinstance(item, Scenario) else item
         except ElectrovibError as error:
             problems += error.problems
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return labelled(traces)
 
 

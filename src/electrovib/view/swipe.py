@@ -35,7 +35,7 @@ class SwipesAnswer(Answer):
         return Document(
             title=f"{'Swipes' if many else 'Swipe'}{f' in {self.source}' if self.source else ''}",
             sentences=[" ".join(text for each in swipes for text in _answer(each))],
-            figures=swipe_panels(swipes),
+            figures=[_panel(each, number if many else 0) for number, each in enumerate(swipes, start=1)],
             tables=[numbers_table("Friction and forces", swipe_rows(swipes)), _zeros(swipes)],
             pages=[
                 Page(f"Limits of swipe {number}" if many else "Limits", each.words)
@@ -49,12 +49,8 @@ class SwipesAnswer(Answer):
         return numbers_csv(swipe_rows(self.swipes))
 
 
-def swipe_panels(swipes: Sequence[SwipeResult]) -> list[Panel]:
-    """Make the figures of swipes: both forces of the record, with the windows over which they are averaged."""
-    return [_panel(each, number if len(swipes) > 1 else 0) for number, each in enumerate(swipes, start=1)]
-
-
 def _panel(swipe: SwipeResult, number: int) -> Panel:
+    """Make the figure of a swipe: both forces of the record, with the window over which they are averaged."""
     time = np.asarray(swipe.trace["time"].values)
     before, after = swipe.contact
     margin = 0.3 * (after - before)

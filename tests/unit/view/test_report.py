@@ -14,7 +14,7 @@ from electrovib.scenario.toml import to_toml
 from electrovib.solve.simulate import simulate
 from electrovib.studies.sweep import sweep
 from electrovib.view import report as module
-from electrovib.view.report import collect, report
+from electrovib.view.report import report, reported
 
 VOID = {"meta", "link", "br", "wbr"}
 
@@ -148,11 +148,12 @@ def test_a_measurement_shows_what_there_is_and_its_text_stays_text(tmp_path, mea
 def test_files_scenarios_and_labels(tmp_path, scenario, measured):
     file = tmp_path / "film.toml"
     file.write_text(to_toml(scenario), encoding="utf-8")
-    found = collect([str(file), file, measured, scenario])
+    page = tmp_path / "page.html"
+    found = reported([str(file), file, measured, scenario], page)
     assert list(found) == ["film", "film (2)", "tribometer", "Glass & <film>"]
     assert "electrostatic_force" in found["film"]
-    assert list(collect({"mine": file})) == ["mine"]
-    assert list(collect(measured)) == ["tribometer"]
+    assert list(reported({"mine": file}, page)) == ["mine"]
+    assert list(reported(measured, page)) == ["tribometer"]
 
 
 def test_what_cannot_be_loaded_or_written_is_refused_before_the_work(tmp_path, monkeypatch, trace):

@@ -362,17 +362,6 @@ def figure_6() -> tuple[TrapeziumForce, ...]:
     )
 
 
-def under_cited_skins() -> tuple[TrapeziumForce, ...]:
-    """Return the results of figure 6 under law (1) for the skins of other publications."""
-    own = {POINT_BY_FORCE, values.skins()["point"].name, *LEAKY_GAPS}
-    return tuple(case for case in figure_6() if case.name not in own)
-
-
-def in_leaky_gaps() -> tuple[TrapeziumForce, ...]:
-    """Return the results of figure 6 for the Maxwell stress in leaky gaps."""
-    return tuple(case for case in figure_6() if case.name in LEAKY_GAPS)
-
-
 @functools.cache
 def figure_7() -> dict[str, Shape]:
     """Compute figure 7 for every skin that may predict a force."""

@@ -12,7 +12,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.force import SUMS, ForceLaw, equivalent_field, layer_of
+from electrovib.physics.force import SUMS, StressOfField, equivalent_field, layer_of
 from electrovib.physics.stack import Layer, Linear, Role, Section, beside_interface, roles_of
 
 READINGS_AGREE = 0.1
@@ -45,7 +45,7 @@ def plate_thickness(section: Section) -> float:
     return sum(section[name].thickness / dielectric_permittivity(section, name) for name in names)
 
 
-class Vezzoli2014Causal(ForceLaw):
+class Vezzoli2014Causal(StressOfField):
     """The force of Vezzoli et al. 2014 with only direct conduction as lost charge: causal, for any drive.
 
     Notes
@@ -84,10 +84,6 @@ class Vezzoli2014Causal(ForceLaw):
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Return the equivalent field v_e/sqrt(K L) [V/m]."""
         return {"E": equivalent_field(section, self.effective_voltage(section))}
-
-    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Attraction per area from the equivalent field [V/m]."""
-        return eps0 * E**2 / 2
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
         """Warn where nothing conducts, and where a table does not determine how much does."""
@@ -141,7 +137,7 @@ def _interval(layers: Mapping[str, Layer], skin: Layer, bounds: tuple[float, flo
     )
 
 
-class Vezzoli2014PerFrequency(ForceLaw):
+class Vezzoli2014PerFrequency(StressOfField):
     """The force of Vezzoli et al. 2014 as printed, with the skin's values at the frequency: magnitudes of one sine only.
 
     Notes
@@ -187,10 +183,6 @@ class Vezzoli2014PerFrequency(ForceLaw):
         electrical = plate_thickness(section) + sum(each)
         length = sum(section[name].thickness for name, role in section.roles.items() if role in _LAYERS)
         return {"E": self.effective_voltage(section) * (electrical * length) ** -0.5}
-
-    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Attraction per area from the equivalent field [V/m]."""
-        return eps0 * E**2 / 2
 
 
 def literal_response(

@@ -19,6 +19,12 @@ if TYPE_CHECKING:
 _HIGH = Quantity("V", -1e5, 1e5, "high level")
 _LOW = Quantity("V", -1e5, 1e5, "low level")
 _EDGE = Quantity("s", 0, 1e3, "duration of an edge; 0 for a step")
+_TRAIN = (
+    "low + (high - low)*elapsed/edge if elapsed < edge"
+    " else high if edge <= elapsed < width"
+    " else high - (high - low)*(elapsed - width)/edge if width <= elapsed < width + edge"
+    " else low"
+)
 _ROUNDED = 1 - 1e-12
 """Share of a period above which a time counts as the period, because sums of times are rounded."""
 
@@ -122,12 +128,7 @@ class Square(Levels):
     equation: ClassVar[Mapping[str, str]] = {
         "elapsed": "time % (1/frequency)",
         "width": "1/(2*frequency)",
-        "voltage": (
-            "low + (high - low)*elapsed/edge if elapsed < edge"
-            " else high if edge <= elapsed < width"
-            " else high - (high - low)*(elapsed - width)/edge if width <= elapsed < width + edge"
-            " else low"
-        ),
+        "voltage": _TRAIN,
     }
     example: ClassVar[Mapping[str, Any]] = {"high": 100, "low": -100, "frequency": 60}
 
@@ -158,12 +159,7 @@ class PulseTrain(Levels):
 
     equation: ClassVar[Mapping[str, str]] = {
         "elapsed": "time % (1/frequency)",
-        "voltage": (
-            "low + (high - low)*elapsed/edge if elapsed < edge"
-            " else high if edge <= elapsed < width"
-            " else high - (high - low)*(elapsed - width)/edge if width <= elapsed < width + edge"
-            " else low"
-        ),
+        "voltage": _TRAIN,
     }
     example: ClassVar[Mapping[str, Any]] = {"high": 100, "width": 1e-3, "frequency": 60}
 

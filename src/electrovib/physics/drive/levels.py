@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 import numpy as np
 from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError
 
-from electrovib.core.errors import InputError, Problem
+from electrovib.core.errors import InputError, gathered, raise_gathered
 from electrovib.core.mistakes import shown
 from electrovib.core.quantity import Number, Quantity, quantity_of
 from electrovib.physics.drive.base import Drive
@@ -141,15 +141,12 @@ class LevelledDrive(Drive, family=True):
     @classmethod
     def _converted(cls, pair: Mapping[str, Any], others: Mapping[str, Any]) -> dict[str, Any]:
         """Convert a whole derived pair into the stored one."""
-        problems: list[Problem] = []
+        problems: list[str] = []
         numbers = {}
         for name, value in pair.items():
-            try:
+            with gathered(problems):
                 numbers[name] = cls._number(name, value)
-            except InputError as error:
-                problems += error.problems
-        if problems:
-            raise InputError(problems)
+        raise_gathered(problems)
         crest = cls._crest_of(others)
         if cls._stored_pair == LEVELS:
             amplitude, offset = numbers["amplitude"], numbers["offset"]

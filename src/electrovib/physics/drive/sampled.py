@@ -14,7 +14,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
-from electrovib.core.samples import Samples
+from electrovib.core.samples import Samples, fault_of_record
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.drive.readback import Readback, WholeVoltage
@@ -172,16 +172,9 @@ def _even_step(time: Real, largest: float) -> float | None:
 
 def _check_numbers(time: Real, voltage: Real, file: str) -> None:
     """Refuse a record that is not a finite voltage within range at two times or more."""
-    why = ""
-    if not len(time) and not len(voltage):
-        why = f"holds no samples: {UNREAD if file else _NAME_ONE}"
-    elif len(time) != len(voltage):
-        why = f"{len(time)} time stamps but {len(voltage)} voltages"
-    elif len(time) < 2:
-        why = f"a drive needs at least 2 samples, not {len(time)}"
-    for name, values in (("time", time), ("voltage", voltage)):
-        if not why and not np.all(np.isfinite(values)):
-            why = f"the {name} of sample {int(np.argmin(np.isfinite(values)))} is not a finite number"
+    differing = f"{len(time)} time stamps but {len(voltage)} voltages"
+    columns, missing = {"time": time, "voltage": voltage}, UNREAD if file else _NAME_ONE
+    why = fault_of_record(columns, missing=missing, differing=differing, needing="a drive")
     beyond = np.abs(voltage) > _VOLTAGE.high
     if not why and np.any(beyond):
         first = int(np.argmax(beyond))

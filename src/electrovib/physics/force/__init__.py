@@ -12,6 +12,7 @@ from electrovib.physics.force.maxwell_stress import (
     MaxwellStressInGap,
     MaxwellStressInInsulator,
     MaxwellStressInStratumCorneum,
+    StressOfField,
     equivalent_field,
 )
 
@@ -22,6 +23,7 @@ __all__ = [
     "MaxwellStressInGap",
     "MaxwellStressInInsulator",
     "MaxwellStressInStratumCorneum",
+    "StressOfField",
     "equivalent_field",
     "gap_field",
     "layer_of",

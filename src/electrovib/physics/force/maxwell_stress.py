@@ -33,7 +33,17 @@ _NEGATIVE = (
 )
 
 
-class MaxwellStressInGap(ForceLaw):
+class StressOfField(ForceLaw, family=True):
+    """Maxwell stress of one field in vacuum, that in a gap or an equivalent one."""
+
+    equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
+
+    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the attraction per area [Pa] from the field [V/m]."""
+        return eps0 * E**2 / 2
+
+
+class MaxwellStressInGap(StressOfField):
     """Maxwell stress in the air gap between plate and finger, where they separate.
 
     Notes
@@ -47,7 +57,6 @@ class MaxwellStressInGap(ForceLaw):
 
     reference: ClassVar[str] = "virtual work at fixed voltage"
     status: ClassVar[str] = "derived"
-    equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     evaluation_surface: ClassVar[str] = "gap"
     of_second_degree: ClassVar[bool] = True
     checks: ClassVar[tuple[Check, ...]] = (
@@ -69,12 +78,26 @@ class MaxwellStressInGap(ForceLaw):
         ),
     )
 
-    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attraction per area [Pa] from the gap field [V/m]."""
-        return eps0 * E**2 / 2
+
+class MaxwellStressInLayer(ForceLaw, family=True):
+    """Maxwell stress inside a layer, with its field and bound displacement."""
+
+    status: ClassVar[str] = "derived"
+    equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
+    of_second_degree: ClassVar[bool] = True
+    negative: ClassVar[str] = _NEGATIVE
+
+    def amplitudes(self, section: Section) -> dict[str, Linear]:
+        """Return field and bound displacement of the layer that the law needs."""
+        layer = layer_of(section, self.needs[0])
+        return {"E": layer.field, "D": layer.displacement}
+
+    def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the attraction per area [Pa] from field [V/m] and displacement [C/m2]."""
+        return E * D / 2
 
 
-class MaxwellStressInInsulator(ForceLaw):
+class MaxwellStressInInsulator(MaxwellStressInLayer):
     """Maxwell stress inside the insulator: a convention, smaller than that in the gap by its permittivity.
 
     Notes
@@ -82,12 +105,8 @@ class MaxwellStressInInsulator(ForceLaw):
     p = E D/2 with the field and the bound displacement of the plate's layer nearest to the interface.
     """
 
-    status: ClassVar[str] = "derived"
-    equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     evaluation_surface: ClassVar[str] = "insulator"
-    of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("plate",)
-    negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -99,17 +118,8 @@ class MaxwellStressInInsulator(ForceLaw):
         ),
     )
 
-    def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Return field and bound displacement of the insulator."""
-        layer = layer_of(section, "plate")
-        return {"E": layer.field, "D": layer.displacement}
 
-    def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attraction per area [Pa] from field [V/m] and displacement [C/m2]."""
-        return E * D / 2
-
-
-class MaxwellStressInStratumCorneum(ForceLaw):
+class MaxwellStressInStratumCorneum(MaxwellStressInLayer):
     """Maxwell stress inside the stratum corneum: a convention, smaller than that in the gap by its permittivity.
 
     Notes
@@ -119,12 +129,8 @@ class MaxwellStressInStratumCorneum(ForceLaw):
     crosses the interface.
     """
 
-    status: ClassVar[str] = "derived"
-    equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     evaluation_surface: ClassVar[str] = "stratum_corneum"
-    of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("finger",)
-    negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -136,17 +142,8 @@ class MaxwellStressInStratumCorneum(ForceLaw):
         ),
     )
 
-    def amplitudes(self, section: Section) -> dict[str, Linear]:
-        """Return field and bound displacement of the stratum corneum."""
-        layer = layer_of(section, "finger")
-        return {"E": layer.field, "D": layer.displacement}
 
-    def pressure(self, E: NDArray[np.float64], D: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attraction per area [Pa] from field [V/m] and displacement [C/m2]."""
-        return E * D / 2
-
-
-class EffectiveMedium(ForceLaw):
+class EffectiveMedium(StressOfField):
     """Energy of the capacitor divided by the geometric thickness: the static law of Vezzoli et al. 2014.
 
     Notes
@@ -180,10 +177,6 @@ class EffectiveMedium(ForceLaw):
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Return the equivalent field."""
         return {"E": equivalent_field(section, section.voltage)}
-
-    def pressure(self, E: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attraction per area [Pa] from the equivalent field [V/m]."""
-        return eps0 * E**2 / 2
 
     def effective_voltage(self, section: Section) -> Linear:
         """Return the whole voltage of the stack."""

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity, column_unit
-from electrovib.core.samples import Samples
+from electrovib.core.samples import Samples, fault_of_record
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -153,19 +153,11 @@ class RecordedPath(FingerPath):
 
 def _fault(columns: Mapping[str, Real], file: str) -> str:
     """Return what is wrong with the columns of a path; empty if nothing is."""
-    time = columns["time"]
-    sizes = {name: len(values) for name, values in columns.items()}
-    if not any(sizes.values()):
-        return f"holds no samples: {UNREAD if file else _NAME_ONE}"
-    if len(set(sizes.values())) > 1:
-        listed = ", ".join(f"{size} of {name}" for name, size in sizes.items())
-        return f"the columns have different numbers of samples: {listed}"
-    if len(time) < 2:
-        return f"a path needs at least 2 samples, not {len(time)}"
-    for name, values in columns.items():
-        if not np.all(np.isfinite(values)):
-            return f"the {name} of sample {int(np.argmin(np.isfinite(values)))} is not a finite number"
-    return _out_of_range(columns)
+    listed = ", ".join(f"{len(values)} of {name}" for name, values in columns.items())
+    differing = f"the columns have different numbers of samples: {listed}"
+    missing = UNREAD if file else _NAME_ONE
+    why = fault_of_record(columns, missing=missing, differing=differing, needing="a path")
+    return why or _out_of_range(columns)
 
 
 def _out_of_range(columns: Mapping[str, Real]) -> str:

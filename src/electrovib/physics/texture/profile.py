@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.quantity import Number, Quantity, column_unit
-from electrovib.core.samples import Samples
+from electrovib.core.samples import Samples, fault_of_record
 from electrovib.physics.texture.base import RenderingPlate, Texture, TextureAlongLine
 
 if TYPE_CHECKING:
@@ -37,8 +37,6 @@ class MeasuredTexture(TextureAlongLine, family=True):
 
     value_field: ClassVar[str] = ""
     """Parameter that holds the values, without ``_samples``."""
-    value_si: ClassVar[str] = ""
-    """SI unit of the values."""
 
     file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
     position_column: Annotated[str | int, Field(description="name or number of the column")] = "position"
@@ -105,7 +103,6 @@ class HeightProfile(MeasuredTexture):
     """
 
     value_field: ClassVar[str] = "height"
-    value_si: ClassVar[str] = "m"
     equation: ClassVar[Mapping[str, str]] = {
         "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
         "direction": "Max(-1, Min(1, along(velocity)/slow))",
@@ -180,7 +177,6 @@ class RecordedFrictionForce(FrictionRecord):
     """
 
     value_field: ClassVar[str] = "friction_force"
-    value_si: ClassVar[str] = "N"
     equation: ClassVar[Mapping[str, str]] = {
         "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
         "place": "position_samples[first] + along(position)",
@@ -223,7 +219,6 @@ class RecordedFrictionCoefficient(FrictionRecord):
     """
 
     value_field: ClassVar[str] = "friction_coefficient"
-    value_si: ClassVar[str] = "1"
     equation: ClassVar[Mapping[str, str]] = {
         "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
         "place": "position_samples[first] + along(position)",
@@ -260,16 +255,9 @@ class RecordedFrictionCoefficient(FrictionRecord):
 def _check(places: Real, values: Real, what: str, file: str) -> None:
     """Refuse a record without two finite values at increasing positions."""
     words = what.replace("_", " ")
-    why = ""
-    if not len(places) and not len(values):
-        why = f"holds no samples: {UNREAD if file else _NAME_ONE}"
-    elif len(places) != len(values):
-        why = f"{len(places)} positions but {len(values)} values of the {words}"
-    elif len(places) < 2:
-        why = f"a record needs at least 2 samples, not {len(places)}"
-    for name, numbers in (("position", places), (words, values)):
-        if not why and not np.all(np.isfinite(numbers)):
-            why = f"the {name} of sample {int(np.argmin(np.isfinite(numbers)))} is not a finite number"
+    differing = f"{len(places)} positions but {len(values)} values of the {words}"
+    columns, missing = {"position": places, words: values}, UNREAD if file else _NAME_ONE
+    why = fault_of_record(columns, missing=missing, differing=differing, needing="a record")
     if not why and np.min(np.diff(places)) < _SHORTEST:
         first = int(np.argmax(np.diff(places) < _SHORTEST)) + 1
         why = (

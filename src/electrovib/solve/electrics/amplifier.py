@@ -143,7 +143,7 @@ class LimitedPlate:
         self.amplifier, self.corner = self.unlimited.amplifier, self.unlimited.corner
         self.limits = amplifier.current_limits
         self.limits_current = bool(np.isfinite(self.limits[1]))
-        self.largest = np.inf if amplifier.saturation is None else amplifier.saturation
+        self.largest = amplifier.largest_voltage
         bound = abs(amplifier.gain) * sum(part.bound() for part in drive.parts())
         self.scale = max(1e-12, min(bound, self.largest))
         admittance = self.network.direct + self.network.capacitance * (self.corner or 0.0)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import InputError, gathered, nearest, raise_gathered
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
@@ -173,11 +173,8 @@ def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -
         if path.partition(".")[0] in GRIDS
     ]
     for path in free:
-        try:
+        with gathered(problems):
             quantity_at(scenario, path)
-        except InputError as error:
-            problems += error.problems
     if not free:
         problems.append("free: name at least one parameter that differs between fingers")
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)

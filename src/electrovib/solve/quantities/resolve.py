@@ -305,7 +305,7 @@ def first_mesh(expanded: Expanded, kinks: tuple[float, ...] = ()) -> Mesh:
         return Mesh(even)
     edges = [corners, even]
     if len(corners) <= FEW_CORNERS and bends:
-        rate = max(_fastest_rate(expanded), 1 / end)
+        rate = float(np.max(expanded.section.modes.rates, initial=1 / end))
         edges += [
             start + _graded(length, rate)
             for start, length in zip(corners[:-1].tolist(), np.diff(corners).tolist(), strict=True)
@@ -315,11 +315,6 @@ def first_mesh(expanded: Expanded, kinks: tuple[float, ...] = ()) -> Mesh:
     while nodes > 4 and len(apart) * (nodes + 1) > MOST_VALUES // 2:
         nodes //= 2
     return Mesh(np.append(apart[:-1], end), nodes)
-
-
-def _fastest_rate(expanded: Expanded) -> float:
-    """Return the fastest rate of the stack [1/s]; 0 without modes."""
-    return float(np.max(expanded.section.modes.rates, initial=0.0))
 
 
 def _apart(times: Real, end: float) -> Real:

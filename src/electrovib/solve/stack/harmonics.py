@@ -31,14 +31,10 @@ def spectrum(drive: Drive, *, harmonics: int) -> tuple[Real, Complex]:
 def count_harmonics(drive: Drive) -> int | None:
     """Return the number of frequencies in a drive, with a constant; None where it is infinite, as for edges."""
     parts = drive.parts()
-    if drive.period is None or not all(_is_tones(part) for part in parts):
+    if drive.period is None or not all(isinstance(part, Tones) or part.is_step for part in parts):
         return None
     frequencies, amplitudes = spectrum(drive, harmonics=1)
     return int(np.count_nonzero(amplitudes[np.argsort(frequencies)]))
-
-
-def _is_tones(part: Part) -> bool:
-    return isinstance(part, Tones) or part.is_step
 
 
 def _part_spectrum(part: Part, harmonics: int) -> tuple[Real, Complex]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any, Final
@@ -18,7 +18,7 @@ from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.scenario.space.writing import KEYS
 from electrovib.studies.catalogue import items
 from electrovib.studies.catalogue.items import Listed, Listing
-from electrovib.studies.catalogue.pages import page
+from electrovib.studies.catalogue.pages import labelled, page
 
 MOST: Final = 15
 """Entries shown of a search; the number of the others is stated."""
@@ -57,11 +57,7 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
             text=lambda: laid_out(all_table(entries)) if complete else overview(entries),
             table=lambda: all_table(entries, "Models, papers and scenarios"),
         )
-    matches = search(query, entries)
-    if not matches or matches[0].stage == SPELLING:
-        what = "no model, material, skin, paper or scenario has this name or these words"
-        question = as_question(suggestions(query, entries))
-        raise InputError(f"'{query}': {what}.{question} 'electrovib list' lists them.")
+    matches = _matches(query, entries, "model, material, skin, paper or scenario", "list' lists them")
     full = _in_full(matches)
     records = _with_reasons(matches)
     return Listing(
@@ -94,12 +90,7 @@ def scenarios(query: str = "") -> Listing:
     entries = list(items.scenario_items())
     title, full = "Ready-made scenarios", list[Listed]()
     if query.strip():
-        matches = search(query, entries)
-        if not matches or matches[0].stage == SPELLING:
-            question = as_question(suggestions(query, entries))
-            raise InputError(
-                f"'{query}': no scenario has this name or these words.{question} 'electrovib list scenarios' lists all."
-            )
+        matches = _matches(query, entries, "scenario", "list scenarios' lists all")
         title, full = f"Scenarios found for '{query}'", _in_full(matches)
         entries = _with_reasons(matches)
     return Listing(
@@ -107,6 +98,17 @@ def scenarios(query: str = "") -> Listing:
         text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(entries))}\n{RUN}\n",
         table=lambda: scenario_table(entries, title),
     )
+
+
+def _matches(query: str, entries: Sequence[Listed], kind: str, advice: str) -> tuple[Match, ...]:
+    """Return what is found; a query that only resembles a name is refused with a question."""
+    matches = search(query, entries)
+    if not matches or matches[0].stage == SPELLING:
+        question = as_question(suggestions(query, entries))
+        raise InputError(
+            f"'{query}': no {kind} has this name or these words.{question} 'electrovib {advice}."
+        )
+    return matches
 
 
 def find(name: str) -> type[Model] | ModuleType:
@@ -202,22 +204,19 @@ def overview(entries: Iterable[Listed]) -> str:
     unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != items.SCENARIOS]
     width = max(map(len, [*rows, *offered, *outside])) + 2
     lines = ["Key of a scenario file, and the models to choose from:", ""]
-    lines += [line for label, names in rows.items() for line in _row(label, names, width)]
+    lines += [line for label, names in rows.items() for line in labelled(label, ", ".join(names), width)]
     lines += ["", "Outside a scenario:", ""] if outside else []
-    lines += [line for label, names in outside.items() for line in _row(label, names, width)]
+    lines += [line for label, names in outside.items() for line in labelled(label, ", ".join(names), width)]
     lines += ["", "Ready-made, used by name:", ""]
-    lines += [line for label, names in offered.items() if names for line in _row(label, names, width)]
-    lines += _row(items.SCENARIOS, [f"{count}, listed by 'electrovib list scenarios'"], width)
+    lines += [
+        line for label, names in offered.items() if names for line in labelled(label, ", ".join(names), width)
+    ]
+    lines += labelled(items.SCENARIOS, f"{count}, listed by 'electrovib list scenarios'", width)
     lines += [
         "",
         *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),
     ]
     return "\n".join([*lines, *textwrap.wrap(_MORE, terminal_width())]) + "\n"
-
-
-def _row(label: str, names: list[str], width: int) -> list[str]:
-    parts = textwrap.wrap(", ".join(names), terminal_width() - width, break_on_hyphens=False)
-    return [f"{label if place == 0 else '':<{width}}{part}" for place, part in enumerate(parts)]
 
 
 USE: Final = (

@@ -49,16 +49,16 @@ def _of_model(model: type[Model]) -> list[str]:
     lines = [(inspect.getdoc(model) or "").replace("``", "'"), ""]
     lines += _written_as(model)
     formulas = [line for name, text in model.equation.items() for line in formula_lines(name, text)]
-    lines += [part for formula in formulas for part in _line("equation", formula)]
+    lines += [part for formula in formulas for part in labelled("equation", formula)]
     table = parameters(model)
-    lines += ["", laid_out(table)] if table.rows else _line("parameters", "none")
-    lines += _line("both pairs", model.derived_note)
-    lines += _line("source status", status_text(model.status))
-    lines += _line("reference", model.reference)
+    lines += ["", laid_out(table)] if table.rows else labelled("parameters", "none")
+    lines += labelled("both pairs", model.derived_note)
+    lines += labelled("source status", status_text(model.status))
+    lines += labelled("reference", model.reference)
     name = paper_of(model)
     if name:
         module = papers()[name]
-        lines += _line("paper", name)
+        lines += labelled("paper", name)
         lines += _labelled(claims(module).items())
         lines += _disagreements(module) + _checks(getattr(module, "CHECKS", ()))
     return lines + _checks(model.checks) + _beside_the_stress_in_the_gap(model)
@@ -72,8 +72,8 @@ def _written_as(model: type[Model]) -> list[str]:
     if family is None or not found or not model.is_member:
         return []
     return [
-        *_line("in a scenario", f'{found} = {{ model = "{model.__name__}", ... }}'),
-        *_line(
+        *labelled("in a scenario", f'{found} = {{ model = "{model.__name__}", ... }}'),
+        *labelled(
             "own model", f"a subclass of {family.__name__}: from {family.__module__} import {family.__name__}"
         ),
     ]
@@ -99,15 +99,15 @@ def _beside_the_stress_in_the_gap(model: type[Model]) -> list[str]:
 
 
 def _of_paper(module: ModuleType, name: str) -> list[str]:
-    lines = [module.CITATION, "", *_line("source status", status_text(module.STATUS))]
+    lines = [module.CITATION, "", *labelled("source status", status_text(module.STATUS))]
     lines += _labelled(claims(module).items())
-    lines += _line("not read", " ".join(getattr(module, "NOT_READ", "").split()))
+    lines += labelled("not read", " ".join(getattr(module, "NOT_READ", "").split()))
     lines += _labelled(ready_made(module, name))
     table = values(module)
     if table:
         lines += ["", laid_out(table)]
     checks = getattr(module, "CHECKS", ())
-    return [*lines, *_disagreements(module), *_line("checked", counted(checks)), *_checks(checks)]
+    return [*lines, *_disagreements(module), *labelled("checked", counted(checks)), *_checks(checks)]
 
 
 def _of_scenario(scenario: Scenario, item: Listed) -> list[str]:
@@ -161,25 +161,25 @@ def _of_offer(item: Listed) -> list[str]:
 
 
 def _labelled(pairs: Iterable[tuple[str, str]]) -> list[str]:
-    return [line for label, text in pairs for line in _line(label, text)]
+    return [line for label, text in pairs for line in labelled(label, text)]
 
 
-def _line(label: str, text: str) -> list[str]:
+def labelled(label: str, text: str, width: int = _LABEL) -> list[str]:
     """Write a label and its text, wrapped beside it; nothing for an empty text."""
-    room = terminal_width() - _LABEL
+    room = terminal_width() - width
     parts = textwrap.wrap(text, room, break_long_words=False, break_on_hyphens=False)
-    return [f"{label if place == 0 else '':<{_LABEL}}{part}" for place, part in enumerate(parts)]
+    return [f"{label if place == 0 else '':<{width}}{part}" for place, part in enumerate(parts)]
 
 
 def _disagreements(module: Any) -> list[str]:
-    return [line for text in getattr(module, "DEFECTS", ()) for line in _line("disagrees", text)]
+    return [line for text in getattr(module, "DEFECTS", ()) for line in labelled("disagrees", text)]
 
 
 def _checks(checks: Iterable[Check]) -> list[str]:
     return [
         line
         for check in checks
-        for line in _line(
+        for line in labelled(
             "check",
             f"{check.name}: {check.expect:g} within {100 * check.rtol:.2g} %"
             f" ({status_text(check.status)}; {check.source})",

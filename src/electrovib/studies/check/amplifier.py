@@ -89,9 +89,4 @@ def asked_numbers(asked: CheckedValues) -> list[CheckNumber]:
         ("slew_rate", asked.largest["slew_rate"], "V/s"),
         ("apparent_power", asked.rms["voltage"] * asked.rms["current"], "VA"),
     )
-    return [
-        CheckNumber(
-            quantity=f"{ASKED}{limited_quantity(name)}", value=None if math.isnan(value) else value, unit=unit
-        )
-        for name, value, unit in found
-    ]
+    return [CheckNumber.of(f"{ASKED}{limited_quantity(name)}", value, unit) for name, value, unit in found]

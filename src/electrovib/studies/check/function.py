@@ -260,9 +260,7 @@ def _numbers(values: CheckedValues, declared: Mapping[str, DeclaredLimit]) -> tu
     found = {f"rms_{name}": value for name, value in values.rms.items()}
     found["slew_rate"] = values.largest["slew_rate"]
     return tuple(
-        CheckNumber(
-            quantity=name.replace("_", " "), value=None if math.isnan(found[name]) else found[name], unit=unit
-        )
+        CheckNumber.of(name.replace("_", " "), found[name], unit)
         for name, unit in units.items()
         if name not in declared
     )

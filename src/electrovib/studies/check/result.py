@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Final, TypeAlias
+from typing import Any, ClassVar, Final, Self, TypeAlias
 
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.citation import UNVERIFIED
 from electrovib.core.diagnostics import Diagnostic, warning_lines
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, raise_gathered
 from electrovib.core.model import read_model
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
@@ -112,11 +112,6 @@ def refuse_unlimited(
         )
 
 
-def unlimited_words(name: str) -> str:
-    """Return how to declare a limit that is not declared."""
-    return f"not declared; add limits.{name}"
-
-
 def _built(content: Mapping[str, Any], start: str) -> Limits:
     inner = content.get("limits")
     table = inner if isinstance(inner, Mapping) else content
@@ -199,6 +194,11 @@ class CheckNumber:
     quantity: str
     value: float | None
     unit: str
+
+    @classmethod
+    def of(cls, quantity: str, value: float, unit: str) -> Self:
+        """Return a value without a limit, which may be NaN."""
+        return cls(quantity=quantity, value=None if math.isnan(value) else value, unit=unit)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -326,8 +326,7 @@ class CheckResult(Answer):
         """Raise an error if a limit is exceeded, or a declared one could not be compared."""
         refused = sorted((row for row in self.rows if row.is_refused), key=lambda row: row.state != FAIL)
         problems = [f"{'; '.join(filter(None, (row.text, row.remedy)))}. {consequence}" for row in refused]
-        if problems:
-            raise InputError(problems)
+        raise_gathered(problems)
 
     def value(self, quantity: str) -> float | None:
         """Return the value of a row or number such as ``"peak voltage"``, in its unit; None where it is not known."""
@@ -436,7 +435,7 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
         value=value,
         limit=None if limit is None else limit.value,
         unit=unit,
-        source=unlimited_words(name) if limit is None else limit.source,
+        source=f"not declared; add limits.{name}" if limit is None else limit.source,
         state=state,
         text=text,
         remedy=remedy,

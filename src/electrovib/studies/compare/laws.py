@@ -89,7 +89,7 @@ def _compared(
             f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
             " current. Take a drive in volts, for instance Sine"
         )
-    voltage = _held_voltage(scenario)
+    voltage = min(scenario.drive.largest(), scenario.circuit.supply.largest_input)
     if voltage == 0:
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: it stays at 0 V, where every law gives 0 N; set a voltage"
@@ -139,14 +139,6 @@ def _left_out(scenario: Scenario) -> dict[str, Any]:
     if not isinstance(scenario.friction, SteadyFriction):
         changes["friction"] = {"model": "Coulomb", "coefficient": 0.5}  # any: no law reads the friction
     return changes
-
-
-def _held_voltage(scenario: Scenario) -> float:
-    """Return the largest voltage of the drive that its amplifier amplifies without saturation [V]."""
-    amplifier, largest = scenario.circuit.supply, scenario.drive.largest()
-    if amplifier.saturation is None or not amplifier.gain:
-        return largest
-    return min(largest, amplifier.saturation / abs(amplifier.gain))
 
 
 def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, Scenario], dict[str, str]]:
@@ -293,7 +285,7 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
         varied = [_with(case, path, float(value)) for value in values]
-        voltages = [_held_voltage(one) for one in varied]
+        voltages = [min(one.drive.largest(), one.circuit.supply.largest_input) for one in varied]
         forces = np.array(
             [static_force(one, voltage=each) for one, each in zip(varied, voltages, strict=True)]
         )
@@ -340,13 +332,10 @@ def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
     """Draw a curve dashed where it covers another one over at least half of its length, dotted for several."""
     shown: list[Curve] = []
     for curve in curves:
-        below = sum(_on_each_other(curve, other) for other in shown)
+        alike = (np.isclose(curve.y, other.y, rtol=SAME, atol=0.0) for other in shown)
+        below = sum(bool(np.mean(each) >= 1 / 2) for each in alike)
         shown.append(replace(curve, kind=KINDS[min(below, len(KINDS) - 1)]))
     return tuple(shown)
-
-
-def _on_each_other(one: Curve, other: Curve) -> bool:
-    return bool(np.mean(np.isclose(one.y, other.y, rtol=SAME, atol=0.0)) >= 1 / 2)
 
 
 def insulating(scenario: Scenario) -> Scenario:

@@ -191,16 +191,16 @@ def _nearness(result: CheckResult) -> tuple[bool, float]:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The strictest declared limits of a drive, and the largest voltage that its amplifier aims at, if it has one."""
+    """The strictest declared limits of a drive, and its largest voltage without saturation of its amplifier [V]."""
 
     declared: dict[str, DeclaredLimit]
-    saturation: float | None = None
+    largest_drive: float
 
     @classmethod
     def of(cls, scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource]) -> Bounds:
         """Return the strictest limits of a scenario, of its amplifier and of further places."""
         several = [*several_limits(limits, scenario), LimitsFrom(PLACE, own_limits(scenario))]
-        return cls(declared_limits(scenario, several), scenario.circuit.supply.saturation)
+        return cls(declared_limits(scenario, several), scenario.circuit.supply.largest_input)
 
     def value(self, name: str) -> float | None:
         """Return a limit in its unit, by its name in `Limits`; None if it is not declared."""
@@ -216,13 +216,6 @@ class Bounds:
         """Return the largest rate of change of the drive itself [V/s], before the gain of an amplifier; None for no limit."""
         limit, amplifier = self.value("slew_rate"), scenario.circuit.amplifier
         return limit if limit is None or amplifier is None else limit / abs(amplifier.gain)
-
-    def largest_drive(self, scenario: Scenario) -> float:
-        """Return the largest voltage of the drive that its amplifier amplifies without saturation [V]; infinite without it."""
-        amplifier = scenario.circuit.amplifier
-        if amplifier is None or self.saturation is None:
-            return math.inf
-        return self.saturation / abs(amplifier.gain)
 
     def overload(self, scenario: Scenario) -> dict[str, float]:
         """Return the largest value of a drive over each declared limit, NaN where it is not known.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from electrovib.core.answer import Answer, Document, Table
@@ -13,7 +13,7 @@ from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, json_text, plain
 from electrovib.studies.check.result import UNKNOWN, not_shown
-from electrovib.studies.widths import Width, record, sentences
+from electrovib.studies.widths import Width, sentences
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
@@ -110,7 +110,7 @@ class Designed(Answer):
     def to_dict(self) -> dict[str, Any]:
         """Return everything as nested tables with numbers in SI; what is not known or infinite is None."""
         found = {"form": self.form, **self.numbers(), "is_achieved": self.is_achieved}
-        found["widths"] = record(self.widths)
+        found["widths"] = [asdict(each) for each in self.widths]
         told = {"diagnostics": [each.to_dict() for each in self.diagnostics], "text": list(self.lines)}
         return {name: plain(value) for name, value in found.items()} | told
 

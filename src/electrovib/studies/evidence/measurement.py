@@ -145,6 +145,13 @@ class Measurement:
         return np.array(self.at) if self.over else np.full(1, np.nan)
 
     @property
+    def named(self) -> str:
+        """Name of the quantity; that of a function is not shown."""
+        if callable(self.quantity):
+            return "value"
+        return f"{self.quantity} / {self.per}" if self.per else self.quantity
+
+    @property
     def axis(self) -> tuple[str, str]:
         """Name and SI unit of the parameter that was varied."""
         return (self.over, quantity_at(self.scenario, self.over).unit) if self.over else ("", "1")

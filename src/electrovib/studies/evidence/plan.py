@@ -13,9 +13,8 @@ import numpy as np
 from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import ElectrovibError, InputError, raise_gathered
 from electrovib.core.mistakes import near_members
-from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.force import ForceLaw
@@ -28,7 +27,7 @@ from electrovib.solve.quantities import read_name
 from electrovib.studies.check import check
 from electrovib.studies.evidence.predicted import NUMBERS
 from electrovib.studies.evidence.score import ODDS
-from electrovib.studies.sweep import parse_over
+from electrovib.studies.sweep import parse_over, point_words
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
@@ -123,11 +122,7 @@ class ExperimentPlan(Answer):
         return " and ".join(self._at(point) for point in experiment.points)
 
     def _at(self, point: Mapping[str, float]) -> str:
-        shown = (
-            f"{path} = {format_quantity(value, quantity_at(self.scenario, path).unit, digits=4)}"
-            for path, value in point.items()
-        )
-        return "at " + ", ".join(shown) if point else "the scenario as it stands"
+        return f"at {point_words(self.scenario, point)}" if point else "the scenario as it stands"
 
     @property
     def _table(self) -> Table:
@@ -252,7 +247,8 @@ def plan_experiment(
         raise InputError([f"over: {point}: {why}" for point, why in left_out.items()])
     found = np.array(values)  # points, laws, draws
     sets = [(i,) for i in range(1, len(kept))] + list(itertools.combinations(range(1, len(kept)), 2))
-    experiments = sorted((_experiment(kept, found, which, deviation) for which in sets), key=_rank)
+    experiments = [_experiment(kept, found, which, deviation) for which in sets]
+    experiments.sort(key=lambda each: (each.repeats, -float(each.log_odds[-1])))
     return ExperimentPlan(
         scenario=base,
         laws=tuple(laws),
@@ -266,10 +262,6 @@ def plan_experiment(
     )
 
 
-def _rank(experiment: Experiment) -> tuple[float, float]:
-    return experiment.repeats, -float(experiment.log_odds[-1])
-
-
 def _check_laws(laws: Sequence[str]) -> None:
     known = find_members(ForceLaw)
     problems = [
@@ -279,8 +271,7 @@ def _check_laws(laws: Sequence[str]) -> None:
     ]
     if len(dict.fromkeys(laws)) < 2:
         problems.append("laws: name two different ones at least")
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
 
 
 def _noise(given: tuple[float | str, float | str], *, unit: str) -> tuple[float, float]:

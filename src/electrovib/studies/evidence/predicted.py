@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from electrovib.studies.evidence.measurement import Measurement
 
 DRAWS: Final = 64
+"""Draws of what was not printed, by default."""
 NUMBERS: Final = 25.0
 """Numbers that are held for one draw at one point, about, while a law is computed."""
-"""Draws of what was not printed, by default."""
 SKIN: Final = "material"
 """Last part of a path whose candidates are the skins that papers offer; other paths have the members of their family."""
 

@@ -275,12 +275,6 @@ def nobody(refused: Mapping[str, str]) -> str:
     )
 
 
-def _quantity(measured: Measurement) -> str:
-    if callable(measured.quantity):
-        return "value"
-    return f"{measured.quantity} / {measured.per}" if measured.per else measured.quantity
-
-
 def _rounded(value: float, *, digits: int = 2) -> str:
     """Write 160 and not 1.6e+02."""
     return f"{float(f'{value:.{digits}g}'):g}"
@@ -327,7 +321,7 @@ def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
             )
         ),
         x=(over, unit),
-        y=(_quantity(measured), measured.unit),
+        y=(measured.named, measured.unit),
         curves=tuple(curves),
         log_x=bool(np.min(x) > 0 and np.max(x) / np.min(x) > 20),
         log_y=True,

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Final
 
 from electrovib.core.budget import amount_of_memory
-from electrovib.core.errors import InputError, gathered, nearest
+from electrovib.core.errors import InputError, gathered, nearest, raise_gathered
 from electrovib.core.own_models import use_models, used_files
 from electrovib.core.samples import Samples
 from electrovib.core.signals import SIGNALS, STUDY_FORMAT
@@ -75,7 +75,7 @@ class DeclaredStudy:
         """Return what distinguishes this study from another one whose results differ, as structured text."""
         return {
             "scenario": self.scenario.canonical(),
-            "space": _numbers_of(self.space),
+            "space": json.dumps(_without_origins(_plain(self.space.as_table())), sort_keys=True),
             "n": self.fingers,
             "seed": self.seed,
             "signal": list(self.signals),
@@ -195,8 +195,7 @@ def _thresholds(
             problems.append(f"exceed = {each}: expected a value in {units}, for instance '5 m{units[:1]}'")
         for name, value in read.items() if isinstance(each, str) else list(read.items())[:1]:
             found[name].add(value)
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     return {name: tuple(sorted(values)) for name, values in found.items() if values}
 
 
@@ -216,12 +215,8 @@ def scenario_text(scenario: Scenario) -> str:
     return tomlkit.dumps(_plain(content))
 
 
-def _numbers_of(space: Space) -> str:
-    """Write what the draws of a space depend on, without titles and sources, as JSON with sorted keys."""
-    return json.dumps(_without_origins(_plain(space.as_table())), sort_keys=True)
-
-
 def _without_origins(content: Any) -> Any:
+    """Omit titles and sources, on which no draw depends."""
     if not isinstance(content, Mapping):
         return content
     return {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,7 +19,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.core.versions import versions
 from electrovib.data.atomic import check_writable, write_text
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.marks import Form, csv_text, plain
 from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
 from electrovib.solve.population.kernels import quantiles
@@ -142,7 +143,7 @@ def attributes(evaluator: Evaluator) -> dict[str, Any]:
         "scenario_toml": scenario_text(declared.scenario),
         "space_toml": declared.space.to_toml(),
         "space_remarks": list(declared.space.remarks),
-        "widths": widths.record(_widths(declared)),
+        "widths": [plain(asdict(each)) for each in _widths(declared)],
         "own_models": json.dumps(origins(declared.scenario), sort_keys=True),
         "validity": json.dumps([each.to_dict() for each in validity(declared.scenario)]),
     }

@@ -11,6 +11,7 @@ from electrovib.core.diagnostics import STATES, diagnostics_of
 from electrovib.core.signals import FORMAT, SIGNALS
 from electrovib.view import plots, summary, tables
 from electrovib.view.pages import filled, to_png
+from electrovib.view.plots.layers import return_path
 from electrovib.view.plots.layers import values as values_of
 from electrovib.view.style import layer_colours, new_figure, style
 from electrovib.view.summary import is_sweep, quantities_of, swept_texts
@@ -55,17 +56,11 @@ def scenario_html(scenario: Scenario) -> str:
     """Write a scenario as HTML for a notebook."""
     parameters = parameters_of(scenario)
     models = tables.model_rows(scenario)
-    back = scenario.circuit.return_path
-    paths = {
-        path: pretty_quantity(value, quantity.unit)
-        for path, value, quantity in back.parameters()
-        if value is not None
-    }
     return filled(
         "notebook_scenario.html.jinja",
         title=f"Scenario: {scenario.title or 'without a title'}",
         layers=layers_of(scenario),
-        return_path=", ".join([type(back).__name__, *(f"{path} {text}" for path, text in paths.items())]),
+        return_path=return_path(scenario),
         models=[(row, _is_unverified(row.facts)) for row in models],
         given=[row for row in parameters if not row.default],
         defaults=[row for row in parameters if row.default],

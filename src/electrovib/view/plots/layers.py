@@ -89,14 +89,19 @@ def _surroundings(ax: Axes, scenario: Scenario, top: float) -> None:
     for words, low, colour, text in strips:
         ax.add_patch(Rectangle((0, low), _WIDTH, _STRIP, facecolor=colour, edgecolor="none"))
         ax.text(_WIDTH / 2, low + _STRIP / 2, words, ha="center", va="center", color=text, fontsize=8)
+    words = f"return path: {return_path(scenario)}"
+    ax.text(_WIDTH + 0.03, top + _STRIP / 2, words, va="center", fontsize=7.5, color="#5a5a5a")
+
+
+def return_path(scenario: Scenario) -> str:
+    """Write the model of the return path and its values."""
     back = scenario.circuit.return_path
     values = [
-        f"{path} {pretty_quantity(value, q.unit)}"
-        for path, value, q in back.parameters()
+        f"{path} {pretty_quantity(value, quantity.unit)}"
+        for path, value, quantity in back.parameters()
         if value is not None
     ]
-    words = f"return path: {type(back).__name__}" + (f", {', '.join(values)}" if values else "")
-    ax.text(_WIDTH + 0.03, top + _STRIP / 2, words, va="center", fontsize=7.5, color="#5a5a5a")
+    return ", ".join([type(back).__name__, *values])
 
 
 def _slabs(ax: Axes, scenario: Scenario, heights: Mapping[str, float]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, raise_gathered
 from electrovib.core.model import read_model
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.current import CurrentAmplifier
@@ -134,8 +134,7 @@ def refuse_nonlinear(scenario: Scenario) -> None:
             "motion: the sliding film leaves the contact with its charge, which the gain at one frequency does not contain;"
             " omit the renewal of the film"
         )
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
 
 
 def _not_of_second_degree(scenario: Scenario) -> InputError:
@@ -253,7 +252,7 @@ def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
     candidates = lowest * 10.0 ** (np.arange(_DECADES * _PER_DECADE + 1) / _PER_DECADE)
     gain = carrier_gain(scenario, candidates)
     peak = gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))
-    peak = np.minimum(peak, bounds.largest_drive(scenario))
+    peak = np.minimum(peak, bounds.largest_drive)
     force = gain.force * np.where(np.isfinite(peak), peak, 1.0) ** 2
     return float(candidates[int(np.argmax(force > 0.999 * np.max(force)))])
 
@@ -281,7 +280,7 @@ def design_carrier(
     played = Played(scenario, used * per_period)
     times, edges = played.times(periods * per_period + 1), np.arange(periods + 1) / used
     largest = float(gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))[0])
-    largest = min(largest, saturated := bounds.largest_drive(scenario))
+    largest = min(largest, saturated := bounds.largest_drive)
     root = target.root(times) / math.sqrt(float(gain.force[0]))
     wave = _Wave(times, edges, per_period, root, is_current=scenario.drive.quantity == "current")
     wanted = target.means(edges)

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, raise_gathered
 from electrovib.core.paths import quantity_at
-from electrovib.core.quantity import quantity_of
-from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, unit_of_limit
+from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, limited, unit_of_limit
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits
 from electrovib.studies.check.amplifier import asked_rows
@@ -161,12 +160,10 @@ class Plates:
         asked = {LIMITED[each.name] for each in self.objectives if each.kind == LARGEST}
         values = {}
         for name in WORDS:
-            quantity = quantity_of(Limits, name)
-            assert quantity is not None
             if name in self.declared:
                 values[name] = self.declared[name].value
             elif name in asked or name not in ONLY_DECLARED:
-                values[name] = quantity.high
+                values[name] = limited(name).high
         return Limits(**values)
 
     def _candidate(self, material: str, case: Case, *, refined: bool) -> PlateCandidate:
@@ -340,8 +337,7 @@ def design_plate(
         problems.append(f"over: name at least one parameter that is varied, for instance {_EXAMPLE}")
     if not 0 <= refine <= MOST_ROUNDS:
         problems.append(f"refine = {refine}: expected a whole number of rounds from 0 to {MOST_ROUNDS}")
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     is_calibrated = _is_calibrated(given)
     plates = Plates(members=members, declared=declared, objectives=objectives, perceived=is_calibrated)
     found = plates.solve(axes, materials=tuple(members), progress=progress)
@@ -378,8 +374,7 @@ def _objectives(
             if objective.name in found:
                 problems.append(f"{option}: '{objective.name}' is an objective already; name it once")
             found[objective.name] = objective
-    if problems:
-        raise InputError(problems)
+    raise_gathered(problems)
     if not found:
         raise InputError("name at least one objective, for instance maximise = 'mean electrostatic_force'")
     return tuple(found.values())
