@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from electrovib.core.errors import InputError, gathered
+from electrovib.core.units import number_in
 from electrovib.data.atomic import output_path
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.own_material import read_sample
-from electrovib.recordings.importing.reduction import number_in
 from electrovib.recordings.spectra.fitted import (
     FittedMaterial,
     InstrumentError,

@@ -186,6 +186,7 @@ def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None
 
 def _number(flag: str, kind: type, text: object) -> float:
     """Read the number of an option."""
+    _refuse_blank(flag, text)
     try:
         return parse_count(str(text)) if kind is int else parse_quantity(str(text), "1")
     except ValueError as error:
