@@ -180,12 +180,15 @@ def duration(seconds: float) -> str:
     return f"{float(f'{seconds / length:.2g}'):g} {unit}"
 
 
-def _positive(name: str, value: float | str, read: Callable[[str], float]) -> float:
+_EXPECTED: Final = "a time above 0 such as '30 min', or a memory such as '8 GB'"
+
+
+def _positive(
+    name: str, value: float | str, read: Callable[[str], float], expected: str = _EXPECTED
+) -> float:
     number = read(value) if isinstance(value, str) else float(value)
     if not (math.isfinite(number) and number > 0):
-        raise InputError(
-            f"{name} = {value}: expected a time above 0 such as '30 min', or a memory such as '8 GB'"
-        )
+        raise InputError(f"{name} = {value}: expected {expected}")
     return number
 
 
@@ -203,10 +206,7 @@ def _bytes(text: str) -> float:
 
 def amount_of_memory(name: str, value: float | str) -> float:
     """Read an amount of memory [bytes], given as a number above 0 or as a text such as ``"8 GB"``."""
-    number = _bytes(value) if isinstance(value, str) else float(value)
-    if not (math.isfinite(number) and number > 0):
-        raise InputError(f"{name} = {value}: expected an amount of memory above 0, for instance '1 GB'")
-    return number
+    return _positive(name, value, _bytes, "an amount of memory above 0, for instance '1 GB'")
 
 
 ONE_THREAD: Final = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
