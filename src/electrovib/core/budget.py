@@ -112,24 +112,22 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
 def read_budget(text: str) -> dict[str, float]:
     """Read ``time`` [s] and ``memory`` [bytes], or one of them, from a text such as ``"2 h, 16 GB"``."""
     found: dict[str, float] = {}
-    for part in text.split(","):
+    for part in map(str.strip, text.split(",")):
         name, read = ("memory", _bytes) if _MEMORY.fullmatch(part) else ("time", _seconds)
         if not any(sign.isalpha() for sign in part.lower().replace("e", "")) and any(map(str.isdigit, part)):
-            number = part.strip()
             raise InputError(
-                f"--budget = '{text}': {number} of what? Give its unit: '{number} min' or '{number} GB'"
+                f"--budget = '{text}': {part} of what? Give its unit: '{part} min' or '{part} GB'"
             )
         if name in found:
             raise InputError(f"--budget = '{text}': names {name} twice")
-        found[name] = _positive("--budget", part.strip(), read)
+        found[name] = _positive("--budget", part, read)
     return found
 
 
 def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
     """Refuse a computation whose estimate exceeds the budget; times of `works` add up, and the largest memory counts."""
     limit = allowed()
-    time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
-    if time > limit.time or memory > limit.memory:
+    if sum(work.time for work in works) > limit.time or any(work.memory > limit.memory for work in works):
         raise too_much(works, what)
 
 
