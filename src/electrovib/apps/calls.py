@@ -196,9 +196,7 @@ def _array(unit: str) -> _Kind:
         return np.atleast_1d(_numeric(value))
 
     def holds(value: Any) -> bool:
-        return (
-            getattr(value, "ndim", 0) > 0 and type(value).__name__ == "ndarray" and value.dtype.kind in "fiub"
-        )
+        return type(value).__name__ == "ndarray" and value.ndim > 0 and value.dtype.kind in "fiub"
 
     return _Kind("numbers" if unit in {"", "1"} else f"numbers [{unit}]", holds, convert)
 

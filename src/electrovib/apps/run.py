@@ -140,7 +140,7 @@ def _prepared(
     *,
     force: bool,
 ) -> tuple[Scenario, _Wanted | None]:
-    """Read scenario and sweep; report mistakes of file, options and outputs at once."""
+    """Read scenario and sweep; report mistakes of file, options and outputs, which replace no file of the user, at once."""
     found, problems = readable_changes(changes)
     experiment: Scenario | None = None
     earlier = _Wanted({}, (), records=False)
@@ -165,7 +165,17 @@ def _prepared(
         problems.append("--records: keeps the records of a sweep; add --over")
     wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
     dimensions = ["time", "frequency", "layer"] if wanted is None else wanted.dimensions
-    _check_outputs(*outputs, dimensions, inputs, problems, force=force)
+    output, report = outputs
+    if output is not None:
+        from electrovib.exports.save import check_output
+
+        with gathered(problems):
+            check_output(output, dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
+    if report is not None:
+        from electrovib.view.pages import check_page
+
+        with gathered(problems):
+            check_page(report, inputs=inputs, force=force)
     if problems or experiment is None:
         raise InputError(problems)
     return experiment, wanted
@@ -203,28 +213,6 @@ def _follows(experiment: Scenario, path: str, point: Mapping[str, Any]) -> bool:
     if not problems:
         return path in stored and path not in point
     return not stored_changes(experiment, {**point, path: value_at(experiment, path)})[1]
-
-
-def _check_outputs(
-    output: str | Path | None,
-    report: str | Path | None,
-    dimensions: Sequence[str],
-    inputs: Sequence[Path],
-    problems: list[str],
-    *,
-    force: bool,
-) -> None:
-    """Check before the computation that its results can be written, and that they replace no file of the user."""
-    if output is not None:
-        from electrovib.exports.save import check_output
-
-        with gathered(problems):
-            check_output(output, dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
-    if report is not None:
-        from electrovib.view.pages import check_page
-
-        with gathered(problems):
-            check_page(report, inputs=inputs, force=force)
 
 
 def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario, _Wanted]:

@@ -118,7 +118,7 @@ def _is_scenario(first: str) -> bool:
 def _fit_scenario(scenario: str, recorded: list[str], given: Arguments, laws: list[str] | None) -> None:
     """Fit all recordings together, or each alone."""
     from electrovib.apps.changes import read_changes
-    from electrovib.recordings.fit.measured import PRESCRIBING
+    from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
 
     if "separately" in given:
         given.only(_OF_EACH, "--separately, but to a joint fit")
@@ -126,7 +126,8 @@ def _fit_scenario(scenario: str, recorded: list[str], given: Arguments, laws: li
         given.only(f"{_OF_EACH} {_OF_ALL}", "the fit of a scenario")
     wanted = given.take("free signals keep offsets output force")
     wanted |= {} if laws is None else {"laws": laws, "seed": given.get("seed", 0)}
-    wanted["noise"] = noises_of(given.get("noise", []))
+    noises = given.get("noise", [])
+    wanted["noise"] = dict(_of_signal(text, "--noise", relative=PROPORTIONAL) for text in noises)
     wanted["calibration"] = calibrations_of(given.get("gain_error", []), given.get("zero_error", []))
     stated = read_changes(given.get("set", []))
     of_recordings = PRESCRIBING.values()  # what a recording may contradict
@@ -229,13 +230,6 @@ def share_of(text: str, option: str) -> float:
         return parse_quantity(text, "1")
     except ValueError:
         raise InputError(f"{option} {text}: expected a share such as '1 %' or 0.01") from None
-
-
-def noises_of(texts: Sequence[str]) -> dict[str, float]:
-    """Read the noise of signals, in the unit of each or relative to it."""
-    from electrovib.recordings.fit.measured import PROPORTIONAL
-
-    return dict(_of_signal(text, "--noise", relative=PROPORTIONAL) for text in texts)
 
 
 def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, CalibrationError]:
@@ -387,11 +381,8 @@ def _warnings(found: FitResult) -> list[str]:
 
 def summary(found: FitResult) -> list[str]:
     """Report each estimate with its interval, what is not determined, and which model the data support."""
-    lines = (
-        _compared(found, each=True)
-        + _warnings(found)
-        + [line for row in found.rows for line in row_lines(row)]
-    )
+    lines = _compared(found, each=True) + _warnings(found)
+    lines += [line for row in found.rows for line in row_lines(row)]
     lines += [
         f"{each.recording}, {each.observed.signal}: {each.observed.x.size} samples, residual"
         f" {_spread(each.root_mean_square, each.observed.signal, relative=each.observed.relative)} rms"

@@ -146,7 +146,7 @@ def recipe_of(
     `only` are the keys of what is made, which `of` names; those of `tables` have an entry for each signal or path.
     """
     from electrovib.apps.changes import read_changes
-    from electrovib.core.parsing import read_toml_file
+    from electrovib.core.parsing import read_toml_file, truth
 
     found: dict[str, Any] = {}
     if "recipe" in given:
@@ -154,6 +154,7 @@ def recipe_of(
         found = read_toml_file(Path(given["recipe"]), kind="a recipe", advice=advice)
     for path, value in read_changes(given.get("set", ())).items():
         key, dot, signal = path.partition(".")
+        value = truth(value, key) if key == "decimal_comma" else value  # noqa: PLW2901
         held = found.get(key)
         found[key] = {**(held if isinstance(held, dict) else {}), signal: value} if dot else value
     if "columns" in given:

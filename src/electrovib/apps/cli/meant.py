@@ -86,12 +86,9 @@ def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
     if suffix in {".toml", ".nc"} or "/" in word:
         return f"'{word}' is no command; a scenario is simulated by '{path} run {word}'"
     if place.exists() or suffix in {".csv", ".mat", ".xlsx", ".txt"}:
-        does = (
-            f"report {word}' shows a study"
-            if place.is_dir()
-            else f"import {word}' reads a file of an instrument"
-        )
-        return f"'{word}' is no command; '{path} {does}. {lists}"
+        of_file = "import", "reads a file of an instrument"
+        command, does = ("report", "shows a study") if place.is_dir() else of_file
+        return f"'{word}' is no command; '{path} {command} {word}' {does}. {lists}"
     return f"'{word}' is no command.{nearest(word, commands)} {lists}"
 
 

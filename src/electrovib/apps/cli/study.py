@@ -60,11 +60,8 @@ def _processes(workers: str | None) -> dict[str, int | str | None]:
     if workers is None or ":" in workers:
         return {"scheduler": workers}
     if not workers.isdecimal():
-        raise InputError(
-            "expected a number, or the address of a scheduler: tcp://host:8786",
-            path="--workers",
-            value=workers,
-        )
+        why = "expected a number, or the address of a scheduler: tcp://host:8786"
+        raise InputError(why, path="--workers", value=workers)
     return {"workers": int(workers)}
 
 

@@ -226,9 +226,8 @@ def _drawn(space: str) -> str:
     known = dict.fromkeys(path for each in _spaces(_population()) for path in each)
     lacking = [path for path in known if path not in paths]
     words = f"The band is that of {FINGERS} fingers of the population '{POPULATION}', which differ in {_named(paths)}."
-    return words + (
-        f" Not drawn, because the scenario does not take it: {_named(lacking)}." if lacking else ""
-    )
+    more = f" Not drawn, because the scenario does not take it: {_named(lacking)}."
+    return f"{words}{more}" if lacking else words
 
 
 def _named(paths: Iterable[str]) -> str:

@@ -190,10 +190,9 @@ class _Teller:
             return f"{self._voltage(last)}, and {course} while the gap changes."
         if not passing:
             return f"{self._voltage(last)}, and {course}."
-        across = (
-            f": the voltage across the {self._follower} goes from {self._volts(first)} to {self._volts(last)}"
-        )
-        return f"{self._voltage(last)}, but charge {passing}{across if self._follower else ''}, and {course}."
+        ends = f"goes from {self._volts(first)} to {self._volts(last)}"
+        across = f": the voltage across the {self._follower} {ends}" if self._follower else ""
+        return f"{self._voltage(last)}, but charge {passing}{across}, and {course}."
 
     def _over(self, last: int) -> str:
         """Say what the force has become, and why it stays so."""
@@ -258,12 +257,10 @@ class _Teller:
         gained, through = abs(self._between[last] - self._between[first]), self._through(first, last)
         if not through or gained < _FEW * max(before, after, _LITTLE * self._most):
             return ""
-        if self._between[first] * self._between[last] < 0 and min(before, after) > _BEGUN * max(
-            before, after
-        ):
-            return (
-                f"passes {through} and replaces that which was left {self._place} by charge of the other sign"
-            )
+        is_turned = self._between[first] * self._between[last] < 0
+        if is_turned and min(before, after) > _BEGUN * max(before, after):
+            replaced = f"replaces that which was left {self._place} by charge of the other sign"
+            return f"passes {through} and {replaced}"
         if after >= before:
             return f"passes {through} and gathers {self._place}"
         if not self._pulse.drive[last]:
