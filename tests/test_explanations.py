@@ -167,8 +167,12 @@ def test_the_paper_counts_what_there_is():
     assert len(text.split()) <= 1000
     known, words = ev.measurements(), " ".join(text.split())
     assert one(r"(\d+) published measurements, \d+ numbers", words) == len(known)
-    assert one(r"published measurements, (\d+) numbers", words) == sum(len(each.values) for each in known.values())
-    assert one(r"numbers of (\d+) groups, are declared", words) == len({each.group for each in known.values()})
+    assert one(r"published measurements, (\d+) numbers", words) == sum(
+        len(each.values) for each in known.values()
+    )
+    assert one(r"numbers of (\d+) groups, are declared", words) == len(
+        {each.group for each in known.values()}
+    )
     assert one(r"experiments of (\d+) publications", words) == len(papers())
     cited = set(re.findall(r"@(\w+)", text))
     assert cited == set(

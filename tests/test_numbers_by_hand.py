@@ -118,8 +118,9 @@ def test_the_voltage_that_an_example_designs_for_1_mn():
 
 def test_the_series_resistor_and_the_peak_current_of_an_example():
     """V/I, V^2/R, R C and C V^2/2 of the film under the contact; C_i (dV/dt - dV_s/dt) at the end of the rise, 915.437 nA."""
-    assert 'check my.toml --set limits.voltage="1 kV" --set limits.current="250 uA" --series-resistor' in document(
-        "docs/how_to/commands.md"
+    assert (
+        'check my.toml --set limits.voltage="1 kV" --set limits.current="250 uA" --series-resistor'
+        in document("docs/how_to/commands.md")
     )
     found = ev.series_resistor(my_toml(), set={"limits.body_current": "250 uA"})
     film, skin = EPS0 * PERMITTIVITY * AREA / FILM, EPS0 * OF_SKIN * AREA / SKIN

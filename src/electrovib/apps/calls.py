@@ -31,6 +31,8 @@ _MEANT: Final = {
     "SensorSource": "Sensor | str | None",
 }
 """Names that stand for several types, which their functions do not refuse."""
+_WRONG: Final = (ValueError, TypeError, OverflowError)
+_NO_LIST: Final = (str, bytes, Mapping, set, frozenset)
 _PARTS: Final = re.compile(r"(\w[\w.]*)(?:\[(.*)\])?")
 
 
@@ -41,6 +43,10 @@ class _Kind:
     words: str
     holds: Callable[[Any], bool]
     convert: Callable[[Any], Any]
+
+    def read(self, value: Any) -> Any:
+        """Return a value that is of this kind as it is, and any other converted."""
+        return value if self.holds(value) else self.convert(value)
 
 
 @functools.cache
@@ -61,11 +67,13 @@ def public(function: Callable[..., Any], public_name: str) -> Callable[..., Any]
             return function(*args, **options)
         problems = []
         for name, value in given.arguments.items():
-            if name in kinds and not kinds[name].holds(value):
-                try:
-                    given.arguments[name] = kinds[name].convert(value)
-                except (ValueError, TypeError, OverflowError):
-                    problems.append(_problem(public_name, name, value, kinds[name].words))
+            try:
+                given.arguments[name] = kinds[name].read(value) if name in kinds else value
+            except _WRONG:
+                from electrovib.core.mistakes import shown
+
+                why = f"{public_name} takes {kinds[name].words}"
+                problems.append(Problem(why, path=name, value=shown(value)))
         if problems:
             raise InputError(problems)
         return function(*given.args, **given.kwargs)
@@ -73,13 +81,6 @@ def public(function: Callable[..., Any], public_name: str) -> Callable[..., Any]
     call.__module__ = __name__.partition(".")[0]  # where it is public, so that it can be pickled
     call.__name__ = call.__qualname__ = public_name
     return call
-
-
-def _problem(function: str, name: str, value: object, words: str) -> Problem:
-    """State what a function takes in the place of a value."""
-    from electrovib.core.mistakes import shown
-
-    return Problem(f"{function} takes {words}", path=name, value=shown(value))
 
 
 def _kind(annotation: str, unit: str) -> _Kind:
@@ -92,7 +93,7 @@ def _kind(annotation: str, unit: str) -> _Kind:
         for kind in kinds:
             try:
                 return kind.convert(value)
-            except (ValueError, TypeError, OverflowError):
+            except _WRONG:
                 continue
         raise TypeError(value)
 
@@ -195,9 +196,7 @@ def _array(unit: str) -> _Kind:
         return np.atleast_1d(_numeric(value))
 
     def holds(value: Any) -> bool:
-        return (
-            getattr(value, "ndim", 0) > 0 and type(value).__name__ == "ndarray" and value.dtype.kind in "fiub"
-        )
+        return type(value).__name__ == "ndarray" and value.ndim > 0 and value.dtype.kind in "fiub"
 
     return _Kind("numbers" if unit in {"", "1"} else f"numbers [{unit}]", holds, convert)
 
@@ -219,9 +218,9 @@ def _list_of(each: _Kind) -> _Kind:
     def convert(value: Any) -> Any:
         if each.holds(value):
             return (value,)
-        if isinstance(value, (str, bytes, Mapping, set, frozenset)) or not isinstance(value, Iterable):
+        if isinstance(value, _NO_LIST) or not isinstance(value, Iterable):
             raise TypeError(value)
-        return tuple(one if each.holds(one) else each.convert(one) for one in value)
+        return tuple(map(each.read, value))
 
     return _Kind(f"a list of {each.words or 'values'}", holds, convert)
 
@@ -236,7 +235,7 @@ def _table_of(name: _Kind, each: _Kind) -> _Kind:
     def convert(value: Any) -> Any:
         if not isinstance(value, Mapping) or not all(map(name.holds, value)):
             raise TypeError(value)
-        return {key: one if each.holds(one) else each.convert(one) for key, one in value.items()}
+        return {key: each.read(one) for key, one in value.items()}
 
     return _Kind(f"a table of {each.words or 'values'} by name", holds, convert)
 
@@ -245,11 +244,9 @@ def _row_of(*each: _Kind) -> _Kind:
     """Read as many values as an annotation lists."""
 
     def convert(value: Any) -> Any:
-        if isinstance(value, (str, bytes, Mapping, set, frozenset)) or len(value) != len(each):
+        if isinstance(value, _NO_LIST) or len(value) != len(each):
             raise TypeError(value)
-        return tuple(
-            one if kind.holds(one) else kind.convert(one) for kind, one in zip(each, value, strict=True)
-        )
+        return tuple(kind.read(one) for kind, one in zip(each, value, strict=True))
 
     return _Kind(f"{len(each)} values, each {each[0].words}", lambda _: False, convert)
 

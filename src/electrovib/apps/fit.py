@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -21,18 +22,8 @@ from electrovib.recordings.fit import (
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.fit.of_scenario import Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.result import parameter_table
-from electrovib.recordings.fit.sessions import (
-    RecordedFit,
-    SeparateFits,
-    failed_rows,
-    spreads_of,
-)
-from electrovib.recordings.fit.weighing import (
-    LawCase,
-    cases_of,
-    compare_fits,
-    weigh,
-)
+from electrovib.recordings.fit.sessions import RecordedFit, SeparateFits, failed_rows, spreads_of
+from electrovib.recordings.fit.weighing import LawCase, cases_of, compare_fits, weigh
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.documents import check_answer, save_answer
 from electrovib.view.fitted import CHAINS, FitResult
@@ -174,13 +165,9 @@ def _compared(
     if cases:
         laws = {each: cases[each].law if each in cases else each for each in named}
         comparison = weigh(named, laws, scenario, seed=seed, refused=refused)
-    return FitResult(
-        best=best,
-        rows=parameter_table(best),
-        others=fits,
-        comparison=comparison,
-        posterior=None if posterior is None else sample_posterior(best, posterior),
-    )
+    sampled = None if posterior is None else sample_posterior(best, posterior)
+    rows = parameter_table(best)
+    return FitResult(best=best, rows=rows, others=fits, comparison=comparison, posterior=sampled)
 
 
 def _tried(
@@ -228,15 +215,11 @@ def _named(source: Source, number: int) -> str:
 
 def _paths_of(scenario: Scenario, free: Sequence[str], name: str) -> list[str]:
     """Return the free parameters that another scenario has."""
-    from electrovib.core.paths import quantity_at
-
     found = []
     for path in free:
-        try:
+        with contextlib.suppress(ElectrovibError):
             quantity_at(scenario, path)
-        except ElectrovibError:
-            continue
-        found.append(path)
+            found.append(path)
     if not found:
         raise InputError(f"{name}: has none of the free parameters {', '.join(free)}")
     return found
@@ -298,14 +281,12 @@ def fit_separately(
 
     require_lmfit()
     problems: list[str] = []
-    opened: list[MeasuredTrace | tuple[str, str]] = []
     base: Scenario | None = None
     units: dict[str, str] = {}
     with inputs_noted() as inputs:
         with gathered(problems):
             base = read_scenario(scenario)
-        for number, each in enumerate(listed(recordings)):
-            opened.append(_opened(each, number))
+        opened = [_opened(each, number) for number, each in enumerate(listed(recordings))]
     if base is not None:
         for path in free:
             with gathered(problems):
@@ -352,19 +333,17 @@ def _fitted_alone(
     for each in recordings:
         if cancelled():
             raise CancelledError("the fits were cancelled")
-        if isinstance(each, tuple):
-            name, why = each
-            fits.append(RecordedFit(record=name, found=None, rows=failed_rows(units, why)))
-            continue
+        name, why = each if isinstance(each, tuple) else (each.name, "")
+        found = None
         try:
-            found = fit_scenario(scenario, each, free=list(units), progress=cancelled, **options)
-            fitted = RecordedFit(record=each.name, found=found, rows=parameter_table(found))
+            if not isinstance(each, tuple):
+                found = fit_scenario(scenario, each, free=list(units), progress=cancelled, **options)
         except CancelledError:
             raise
         except ElectrovibError as error:
-            rows = failed_rows(units, "; ".join(error.problems))
-            fitted = RecordedFit(record=each.name, found=None, rows=rows)
-        fits.append(fitted)
+            why = "; ".join(error.problems)
+        rows = failed_rows(units, why) if found is None else parameter_table(found)
+        fits.append(RecordedFit(record=name, found=found, rows=rows))
     cancelled()
     return fits
 
@@ -431,18 +410,13 @@ def described(
     for each in measured:
         own = set(map(str, each.trace.data_vars))
         given = each.session or (each.name if varying else "")
-        found.append(
-            dataclasses.replace(
-                each,
-                changes=dict(stated or {}) | dict(each.changes),
-                noise={name: value for name, value in noise.items() if name in own} | dict(each.noise),
-                offsets=[
-                    *each.offsets,
-                    *(name for name in offsets if name in own and name not in each.offsets),
-                ],
-                session=by_name.get(each.name, given),
-                calibration={name: error for name, error in errors.items() if name in own}
-                | dict(each.calibration),
-            )
+        told = dataclasses.replace(
+            each,
+            changes=dict(stated or {}) | dict(each.changes),
+            noise={name: value for name, value in noise.items() if name in own} | dict(each.noise),
+            offsets=list(dict.fromkeys([*each.offsets, *(name for name in offsets if name in own)])),
+            session=by_name.get(each.name, given),
+            calibration={name: one for name, one in errors.items() if name in own} | dict(each.calibration),
         )
+        found.append(told)
     return found

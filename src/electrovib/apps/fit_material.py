@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.errors import InputError, gathered
-from electrovib.data.atomic import output_path
+from electrovib.core.errors import InputError, gathered, nearest
+from electrovib.core.units import number_in
+from electrovib.data.atomic import check_writable, output_path, write_text
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.own_material import read_sample
-from electrovib.recordings.importing.reduction import number_in
 from electrovib.recordings.spectra.fitted import (
     FittedMaterial,
     InstrumentError,
@@ -139,11 +139,8 @@ def fit_material(
 
 def _with_layer(scenario: Scenario, layer: str) -> Scenario:
     if layer not in scenario.stack.layers:
-        from electrovib.core.errors import nearest
-
-        raise InputError(
-            f"layer = '{layer}': the scenario has no such layer.{nearest(layer, scenario.stack.layers)}"
-        )
+        meant = nearest(layer, scenario.stack.layers)
+        raise InputError(f"layer = '{layer}': the scenario has no such layer.{meant}")
     return scenario
 
 
@@ -161,9 +158,7 @@ def _within(sample: SampleSpectrum, band: tuple[str | float, str | float]) -> Sa
 
 
 def _error(
-    systematic: float | None,
-    reference: tuple[str | Path, str | float] | None,
-    shared: Mapping[str, Any],
+    systematic: float | None, reference: tuple[str | Path, str | float] | None, shared: Mapping[str, Any]
 ) -> InstrumentError | None:
     """Return the systematic error, as declared and as measured with a resistor, the larger modulus of both."""
     declared = None if systematic is None else InstrumentError(gain=systematic, words="as declared")
@@ -214,8 +209,6 @@ def _known(value: str | float) -> tuple[float, float]:
 
 
 def _check(target: Path | None, inputs: Sequence[Path], base: Scenario | None, *, force: bool) -> None:
-    from electrovib.data.atomic import check_writable
-
     if target is None:
         return
     if target.suffix.lower() != ".toml":
@@ -227,9 +220,6 @@ def _written(
     found: FittedMaterial, target: Path | None, base: Scenario | None, layer: str, *, force: bool
 ) -> FittedMaterial:
     """Write the material alone, or the scenario with it, where that is asked for; return it."""
-    from electrovib.data.atomic import writing
-    from electrovib.scenario.toml import to_toml
-
     if target is None:
         return found
     form = None if base is None else Form.SCENARIO
@@ -238,7 +228,6 @@ def _written(
     else:
         changed = base.replace(found.changes(layer))
         changed = changed.model_copy(update={"sources": changed.sources | found.sources(layer)})
-        text = f"# {unsigned(Form.SCENARIO)}\n{to_toml(changed)}"
-    with writing({target: form}, force=force) as temporaries:
-        temporaries[target].write_text(text, encoding="utf-8")
+        text = f"# {unsigned(Form.SCENARIO)}\n{changed.to_toml()}"
+    write_text(target, text, form, force=force)
     return found

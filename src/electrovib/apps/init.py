@@ -43,20 +43,13 @@ def init(
         If there is no such scenario, or if the output cannot be written or would replace a file that is read, that
         electrovib did not write, or that was changed since.
     """
-    from electrovib.scenario.toml import left_away, to_toml
+    from electrovib.scenario.toml import left_away
 
     with inputs_noted() as inputs:
         found = read_scenario(scenario, changes=set, before_sweep=True)
     lines = [f"#   {path}: {what}" for path, what in left_away(found).items()]
-    text = to_toml(found) + "".join(
-        f"{line}\n"
-        for line in [
-            "",
-            _NAMES,
-            "# Parts that can be added; 'electrovib list NAME' lists what each needs:",
-            *lines,
-        ]
-    )
+    added = "# Parts that can be added; 'electrovib list NAME' lists what each needs:"
+    text = "\n".join([found.to_toml(), _NAMES, added, *lines, ""])
     if output is not None:
         from electrovib.data.atomic import check_writable, output_path, write_text
         from electrovib.data.marks import Form, unsigned

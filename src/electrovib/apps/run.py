@@ -25,8 +25,6 @@ from electrovib.solve.simulate import simulate
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.core.arrays import Real
-
 
 def run(
     scenario: Source = DEFAULT,
@@ -102,13 +100,13 @@ def run(
 def _warn_of_changed_models(trace: xarray.Dataset, source: Source, experiment: Scenario) -> None:
     """Add to a repeated run that the Trace it repeats was not verified, and each own model that is not the one of it."""
     found = open_if_trace(source)
-    changed = changed_models(found, experiment) if is_trace(found) else []
-    told = [Diagnostic("own models", "warning", text).to_dict() for text in changed]
-    told += (
-        [each.to_dict() for each in diagnostics_of(found) if each.name == VERIFIED] if is_trace(found) else []
-    )
+    if not is_trace(found):
+        return
+    told = [Diagnostic("own models", "warning", text) for text in changed_models(found, experiment)]
+    told += [each for each in diagnostics_of(found) if each.name == VERIFIED]
     if told:
-        trace.attrs["validity"] = json.dumps([*json.loads(trace.attrs["validity"]), *told])
+        validity = [*json.loads(trace.attrs["validity"]), *(each.to_dict() for each in told)]
+        trace.attrs["validity"] = json.dumps(validity)
 
 
 def _named(trace: xarray.Dataset, source: Source) -> xarray.Dataset | dict[str, xarray.Dataset]:
@@ -142,7 +140,7 @@ def _prepared(
     *,
     force: bool,
 ) -> tuple[Scenario, _Wanted | None]:
-    """Read scenario and sweep; report mistakes of file, options and outputs at once."""
+    """Read scenario and sweep; report mistakes of file, options and outputs, which replace no file of the user, at once."""
     found, problems = readable_changes(changes)
     experiment: Scenario | None = None
     earlier = _Wanted({}, (), records=False)
@@ -150,19 +148,34 @@ def _prepared(
         experiment, earlier = _experiment(scenario, found)
     axes, names = earlier.axes, quantities or earlier.quantities
     if experiment is not None:
-        with gathered(problems):
-            axes = {**axes, **_swept(experiment, over)} if over else axes
-        with gathered(problems):
-            _check_names(experiment, names)
+        if over:
+            from electrovib.studies.sweep import parse_over
+
+            with gathered(problems):
+                axes = {**axes, **parse_over(experiment, over)}
+        if names:
+            from electrovib.studies.sweep import read_quantities
+
+            with gathered(problems):
+                read_quantities(experiment, names)
     problems += _set_and_swept(found, axes, earlier.axes, scenario)
     if experiment is not None and not problems:
         axes = _set_levels(experiment, found, axes) | dict(axes)
     if records and not axes:
         problems.append("--records: keeps the records of a sweep; add --over")
     wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
-    with gathered(problems):
-        dimensions = ["time", "frequency", "layer"] if wanted is None else wanted.dimensions
-        _check_outputs(*outputs, dimensions, inputs, force=force)
+    dimensions = ["time", "frequency", "layer"] if wanted is None else wanted.dimensions
+    output, report = outputs
+    if output is not None:
+        from electrovib.exports.save import check_output
+
+        with gathered(problems):
+            check_output(output, dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
+    if report is not None:
+        from electrovib.view.pages import check_page
+
+        with gathered(problems):
+            check_page(report, inputs=inputs, force=force)
     if problems or experiment is None:
         raise InputError(problems)
     return experiment, wanted
@@ -187,12 +200,8 @@ def _set_levels(
     """Return as axes of one value the set parameters that would otherwise follow a swept one, as low follows high."""
     found = {}
     for path in (path for path in changes if path not in axes):
-        points = [
-            {swept: value}
-            for swept, values in axes.items()
-            if len(values)
-            for value in (values[0], values[-1])
-        ]
+        ends = ((swept, values[at]) for swept, values in axes.items() if len(values) for at in (0, -1))
+        points = [{swept: value} for swept, value in ends]
         if any(_follows(experiment, path, point) for point in points):
             found[path] = [value_at(experiment, path)]
     return found
@@ -204,44 +213,6 @@ def _follows(experiment: Scenario, path: str, point: Mapping[str, Any]) -> bool:
     if not problems:
         return path in stored and path not in point
     return not stored_changes(experiment, {**point, path: value_at(experiment, path)})[1]
-
-
-def _check_names(experiment: Scenario, names: Sequence[str]) -> None:
-    if names:
-        from electrovib.studies.sweep import read_quantities
-
-        read_quantities(experiment, names)
-
-
-def _check_outputs(
-    output: str | Path | None,
-    report: str | Path | None,
-    dimensions: Sequence[str],
-    inputs: Sequence[Path],
-    *,
-    force: bool,
-) -> None:
-    """Check before the computation that its results can be written, and that they replace no file of the user."""
-    from electrovib.exports.save import check_output
-
-    problems: list[str] = []
-    if output is not None:
-        with gathered(problems):
-            check_output(output, dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
-    if report is not None:
-        from electrovib.view.pages import check_page
-
-        with gathered(problems):
-            check_page(report, inputs=inputs, force=force)
-    if problems:
-        raise InputError(problems)
-
-
-def _swept(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[float]]) -> dict[str, Real]:
-    """Read the values of a sweep; a single run does not import what sweeps."""
-    from electrovib.studies.sweep import parse_over
-
-    return parse_over(experiment, over)
 
 
 def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario, _Wanted]:

@@ -112,24 +112,22 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
 def read_budget(text: str) -> dict[str, float]:
     """Read ``time`` [s] and ``memory`` [bytes], or one of them, from a text such as ``"2 h, 16 GB"``."""
     found: dict[str, float] = {}
-    for part in text.split(","):
+    for part in map(str.strip, text.split(",")):
         name, read = ("memory", _bytes) if _MEMORY.fullmatch(part) else ("time", _seconds)
         if not any(sign.isalpha() for sign in part.lower().replace("e", "")) and any(map(str.isdigit, part)):
-            number = part.strip()
             raise InputError(
-                f"--budget = '{text}': {number} of what? Give its unit: '{number} min' or '{number} GB'"
+                f"--budget = '{text}': {part} of what? Give its unit: '{part} min' or '{part} GB'"
             )
         if name in found:
             raise InputError(f"--budget = '{text}': names {name} twice")
-        found[name] = _positive("--budget", part.strip(), read)
+        found[name] = _positive("--budget", part, read)
     return found
 
 
 def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
     """Refuse a computation whose estimate exceeds the budget; times of `works` add up, and the largest memory counts."""
     limit = allowed()
-    time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
-    if time > limit.time or memory > limit.memory:
+    if sum(work.time for work in works) > limit.time or any(work.memory > limit.memory for work in works):
         raise too_much(works, what)
 
 
@@ -180,12 +178,15 @@ def duration(seconds: float) -> str:
     return f"{float(f'{seconds / length:.2g}'):g} {unit}"
 
 
-def _positive(name: str, value: float | str, read: Callable[[str], float]) -> float:
+_EXPECTED: Final = "a time above 0 such as '30 min', or a memory such as '8 GB'"
+
+
+def _positive(
+    name: str, value: float | str, read: Callable[[str], float], expected: str = _EXPECTED
+) -> float:
     number = read(value) if isinstance(value, str) else float(value)
     if not (math.isfinite(number) and number > 0):
-        raise InputError(
-            f"{name} = {value}: expected a time above 0 such as '30 min', or a memory such as '8 GB'"
-        )
+        raise InputError(f"{name} = {value}: expected {expected}")
     return number
 
 
@@ -203,10 +204,7 @@ def _bytes(text: str) -> float:
 
 def amount_of_memory(name: str, value: float | str) -> float:
     """Read an amount of memory [bytes], given as a number above 0 or as a text such as ``"8 GB"``."""
-    number = _bytes(value) if isinstance(value, str) else float(value)
-    if not (math.isfinite(number) and number > 0):
-        raise InputError(f"{name} = {value}: expected an amount of memory above 0, for instance '1 GB'")
-    return number
+    return _positive(name, value, _bytes, "an amount of memory above 0, for instance '1 GB'")
 
 
 ONE_THREAD: Final = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")

@@ -82,10 +82,8 @@ class ElectrovibError(Exception):
                 break
             theirs.append(FrameSummary(frame.f_code.co_filename, number, frame.f_code.co_name))
         line = f"in line {theirs[-1].lineno}: {theirs[-1].line}" if theirs and theirs[-1].line else ""
-        return [
-            *(f"{type(self).__name__}: {problem}" for problem in self.problems),
-            *([line] if line else []),
-        ]
+        told = [f"{type(self).__name__}: {problem}" for problem in self.problems]
+        return [*told, line] if line else told
 
 
 class InputError(ElectrovibError):

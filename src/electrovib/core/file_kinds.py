@@ -20,6 +20,7 @@ _DOCUMENT: Final = "a document; save the table in it as .csv or .xlsx"
 _PICTURE: Final = "a picture; save the data that it shows as .csv"
 _SPREADSHEET: Final = "a spreadsheet in a format that is not read; save it as .csv or .xlsx"
 _TABLE: Final = "a table of numbers; 'electrovib import {}' reads it"
+_TABLES: Final = ".csv .txt .dat .tsv .xlsx .xlsm .tdms .wav .isf .h5 .hdf5 .mat .nc"
 _WORDS: Final = {
     _ARCHIVE: ".zip .gz .rar .7z .tar .bz2 .xz",
     _DOCUMENT: ".doc .docx .odt .pdf .ppt .pptx .rtf",
@@ -29,7 +30,6 @@ _WORDS: Final = {
     "a study store; 'electrovib report {}' shows it": ".zarr",
     "Python; models of your own are named before the command: 'electrovib --models {} ...'": ".py",
     "a file of electrovib; a scenario is simulated by 'electrovib run {}'": ".toml",
-    _TABLE: ".csv .txt .dat .tsv .xlsx .xlsm .tdms .wav .isf .h5 .hdf5 .mat .nc",
 }
 _BY_SUFFIX: Final = {suffix: words for words, suffixes in _WORDS.items() for suffix in suffixes.split()}
 _BEGINNINGS: Final = {
@@ -51,10 +51,8 @@ def foreign(path: Path, head: bytes = b"") -> str:
     if b"xl/" in head or b"[Content_Types]" in head:  # a workbook, which is packed as an archive is
         begun = ""
     words = _BY_SUFFIX.get(path.suffix.lower(), begun)
-    if words == _TABLE:
-        words = begun or _TABLE
     is_text = path.suffix.lower() == ".xls" and head and not begun  # as instruments call a table with tabs
-    return "" if words == _TABLE or not words or is_text else f"is {words.replace('{}', str(path))}"
+    return f"is {words.replace('{}', str(path))}" if words and not is_text else ""
 
 
 def other_kind(path: Path, kind: str, content: Mapping[str, Any] | None = None) -> str:
@@ -64,8 +62,7 @@ def other_kind(path: Path, kind: str, content: Mapping[str, Any] | None = None) 
     found = next((own for own, (tables, _) in _OWN.items() if content and tables & content.keys()), "")
     if not found and (content or (path.suffix.lower() == ".toml" and not is_address(path))):
         return ""
-    told = f"is {found}; 'electrovib {_OWN[found][1]}' takes it" if found else foreign(path)
-    if not told and path.suffix.lower() in _BY_SUFFIX:
-        told = f"is {_TABLE}"
+    table = f"is {_TABLE}" if path.suffix.lower() in _TABLES.split() else ""
+    told = f"is {found}; 'electrovib {_OWN[found][1]}' takes it" if found else foreign(path) or table
     what, sign, does = told.replace("{}", str(path)).partition(";")
     return f"{what}, not {kind}{sign}{does}" if told else ""

@@ -82,12 +82,10 @@ def problems(items: Iterable[Mapping[str, Any]]) -> list[Problem]:
 def _together(alike: list[tuple[Problem, str]]) -> Problem:
     """Write as one problem those that differ in a name alone."""
     (first, name), rest = alike[0], len(alike) - MOST_NAMES
-    listed = ", ".join(f"'{each}'" for _, each in alike[:MOST_NAMES]) + (
-        f" and {rest} more" if rest > 0 else ""
-    )
-    why = first.reason.replace(f"parameter '{name}'", f"parameters '{name}'", 1).replace(
-        f"'{name}'", listed, 1
-    )
+    listed = ", ".join(f"'{each}'" for _, each in alike[:MOST_NAMES])
+    listed += f" and {rest} more" if rest > 0 else ""
+    why = first.reason.replace(f"parameter '{name}'", f"parameters '{name}'", 1)
+    why = why.replace(f"'{name}'", listed, 1)
     return Problem(why, path=first.path.rpartition(".")[0])
 
 
@@ -102,11 +100,8 @@ def problem(item: Mapping[str, Any]) -> Problem:
 def shown(value: Any) -> str:
     """Write the value of an error on one short line."""
     if isinstance(value, Mapping):
-        named = [
-            f"{key} = {shortened(repr(value[key]), LONGEST_QUOTED)}, "
-            for key in ("model", "file")
-            if value.get(key)
-        ]
+        held = {key: value[key] for key in ("model", "file") if value.get(key)}
+        named = (f"{key} = {shortened(repr(each), LONGEST_QUOTED)}, " for key, each in held.items())
         return f"{{{''.join(named)}...}}"
     try:
         text = repr(value)

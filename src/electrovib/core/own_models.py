@@ -94,11 +94,10 @@ def family_of(member: type[Model]) -> type[Model]:
 
 def _told(error: Exception, path: Path, file: str | Path) -> str:
     """State file, line and kind of an error of a user's file."""
-    line = (
-        error.lineno if isinstance(error, SyntaxError) and error.filename == str(path) else _line(error, path)
-    )
+    line, what = _line(error, path), str(error)
+    if isinstance(error, SyntaxError):
+        line, what = error.lineno if error.filename == str(path) else line, error.msg
     where = f"{file}, line {line}" if line else str(file)
-    what = error.msg if isinstance(error, SyntaxError) else str(error)
     return f"{where}: {type(error).__name__}: {what}"
 
 

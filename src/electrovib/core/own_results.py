@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import is_dataclass
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any, Final
 
 import numpy as np
@@ -65,7 +66,7 @@ def _checked(method: Callable[..., Any], declared: str, kind: type[Any]) -> Call
         except (ElectrovibError, MemoryError):
             raise
         except Exception as error:
-            lines = [each.tb_lineno for each in _frames(error) if each.tb_frame.f_code is method.__code__]
+            lines = [at for frame, at in walk_tb(error.__traceback__) if frame.f_code is method.__code__]
             why = f"{type(error).__name__}: {error}"
             raise wrong(why, lines[0] if lines else method.__code__.co_firstlineno) from error
         arguments = [*given, *named.values()]
@@ -75,13 +76,6 @@ def _checked(method: Callable[..., Any], declared: str, kind: type[Any]) -> Call
             raise wrong(f"returns {error}", method.__code__.co_firstlineno) from None
 
     return call
-
-
-def _frames(error: BaseException) -> Iterator[Any]:
-    place = error.__traceback__
-    while place is not None:
-        yield place
-        place = place.tb_next
 
 
 def _allowed(result: Any, declared: str, arguments: list[Any], model: Any, name: str) -> Any:

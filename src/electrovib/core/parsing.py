@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.budget import megabytes
 from electrovib.core.errors import InputError, shortened
 from electrovib.core.file_kinds import other_kind
-from electrovib.core.files import note_input
+from electrovib.core.files import kind_of, note_input
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -118,10 +118,9 @@ def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
     """Read the tables of an ordinary file; what else a name may stand for is not opened."""
     note_input(path)
     try:
-        if path.exists() and not path.is_file():
-            raise InputError(
-                f"is {'a folder' if path.is_dir() else 'not an ordinary file'}. {advice}", path=path
-            )
+        if (found := kind_of(path)) in ("folder", "other"):
+            what = "a folder" if found == "folder" else "not an ordinary file"
+            raise InputError(f"is {what}. {advice}", path=path)
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:  # a name with a zero byte is no OSError
@@ -130,12 +129,12 @@ def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
     if len(content) > _LARGEST:
         raise InputError(f"is larger than {megabytes(_LARGEST)}, the most that {kind} may take", path=path)
     try:
-        found = read_toml(content.decode("utf-8-sig"))  # editors of Windows begin with a byte-order mark
+        tables = read_toml(content.decode("utf-8-sig"))  # editors of Windows begin with a byte-order mark
     except UnicodeDecodeError:
         why = other_kind(path, kind) or f"not a text in UTF-8; {kind} is TOML, saved as UTF-8"
         raise InputError(why, path=path) from None
     except ValueError as error:
         raise InputError(other_kind(path, kind) or f"not valid TOML: {error}", path=path) from None
-    if why := other_kind(path, kind, found):
+    if why := other_kind(path, kind, tables):
         raise InputError(why, path=path)
-    return found
+    return tables

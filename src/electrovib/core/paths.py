@@ -128,12 +128,8 @@ def _has_ranges_only(kind: type[Model]) -> bool:
 def _is_in_range(kind: type[Model], name: str, value: Any) -> bool:
     """Tell whether a number is what the validation of a physical parameter would keep unchanged."""
     quantity = _declared(kind).get(name)
-    return (
-        quantity is not None
-        and type(value) is float
-        and quantity.low <= value <= quantity.high
-        and value != 0
-    )
+    is_number = type(value) is float and value != 0
+    return quantity is not None and is_number and quantity.low <= value <= quantity.high
 
 
 @functools.cache

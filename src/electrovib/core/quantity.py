@@ -96,11 +96,8 @@ class Quantity:
 
     def _in_si(self, given: object, number: float) -> str:
         """Say what a number without a unit was taken for; nothing where a unit was given, or there is none."""
-        if (
-            self.unit == "1"
-            or number == 0
-            or (isinstance(given, str) and any(sign.isalpha() for sign in given.lower().replace("e", "")))
-        ):
+        letters = given.lower().replace("e", "") if isinstance(given, str) else ""
+        if self.unit == "1" or number == 0 or any(map(str.isalpha, letters)):
             return ""
         return f"a number without a unit is in SI, so this is {number:g} {self.unit}; "
 

@@ -76,12 +76,9 @@ def suggestions(query: str, entries: Iterable[Searchable], *, count: int = 3) ->
     candidates = list(entries)
     found = search(query, candidates, nearest=count)[:count]
     names = {match.entry.name for match in found}
-    more = (
-        match
-        for match in closest_entries(query, candidates, count=2 * count)
-        if match.entry.name not in names
-    )
-    return (*found, *list(more)[: count - len(found)])
+    close = closest_entries(query, candidates, count=2 * count)
+    more = [match for match in close if match.entry.name not in names]
+    return (*found, *more[: count - len(found)])
 
 
 def as_question(matches: Iterable[Match]) -> str:

@@ -87,9 +87,7 @@ def _inner(table: Any, key: str, *, strict: bool, optional: bool) -> list[Any] |
 
 def _set(table: Any, key: str, value: Any, fresh: list[Any], *, strict: bool) -> bool:
     """Set an item; return whether its key exists."""
-    if isinstance(table, list):
-        if (place := place_of(table, key)) is None:
-            return False
+    if isinstance(table, list) and (place := place_of(table, key)) is not None:
         table[place] = _own(value, fresh)
         return True
     if not isinstance(table, dict):

@@ -8,6 +8,8 @@ import re
 from decimal import Decimal
 from typing import Final
 
+from electrovib.core.errors import InputError
+
 PREFIXES: Final = {
     "f": -15,
     "p": -12,
@@ -115,6 +117,14 @@ def parse_count(text: str) -> int:
     if not value.is_finite() or value != value.to_integral_value() or value.adjusted() > _LONGEST:
         raise ValueError("expected a whole number, such as 1000 or 1e3")
     return int(value)
+
+
+def number_in(unit: str, option: str, value: str | float) -> float:
+    """Return a number in SI that a parameter or an option is given, as it is or as a text with a unit."""
+    try:
+        return parse_quantity(value, unit) if isinstance(value, str) else float(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(str(error), path=option, value=str(value)) from None
 
 
 def expected(unit: str) -> str:

@@ -104,8 +104,8 @@ def _take_places(moves: Mapping[Path, Path]) -> None:
         raise
 
 
-def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> None:
-    """Write a text that has the mark of its form as a whole, or keep the older file."""
+def write_text(path: Path, text: str, form: Form | None, *, force: bool = False) -> None:
+    """Write a text, which has the mark of its form if there is one, as a whole, or keep the older file."""
     with writing({path: form}, force=force) as temporaries:
         temporaries[path].write_text(text, encoding="utf-8", newline="")
 

@@ -151,14 +151,32 @@ class Scenario(Model):
         """Put changes into tables of a scenario; optional parts that they lead into are added."""
         changes, problems = with_parts(cls, content, changes)
         for problem in put(content, changes, strict=strict):
-            how = how_to_add(cls, content, problem.path)
+            how = cls.how_to_add(content, problem.path)
             problems.append(Problem(how, path=problem.path) if how else problem)
         return problems
 
     @classmethod
     def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
         """Explain how to add the layer or table that a dotted path leads into; empty where it leads into none."""
-        return how_to_add(cls, content, path)
+        *parents, last = parts = path.split(".")
+        stack = content.get("stack")
+        if isinstance(stack, Mapping) and parts[0] == "stack" and "".join(parts[1:2]) not in {"", *stack}:
+            name, layers = parts[1], ", ".join(stack)
+            if name not in IMPLIED:
+                meant = suggestion(name, [*stack, *IMPLIED])
+                return (
+                    f"the stack has no layer '{name}'; its layers are {layers}.{meant} A new layer needs a thickness, a material"
+                    " and a role, 'plate', 'gap' or 'finger'"
+                )
+            return (
+                f"the stack has no layer '{name}'; its layers are {layers}. Add it, for instance with"
+                f" --set stack.{name}='{{ thickness = \"5 um\" }}' or as the table [stack.{name}] of the file"
+            )
+        part, family = _absent(cls, content, parents)
+        if not part:
+            return ""
+        first = f'model = "{min(find_members(family))}", ' if family is not None else ""
+        return f"'{part}' is not given. Add it, for instance with --set {part}='{{ {first}{last} = ... }}'"
 
     def to_change(self, changes: Mapping[str, Any]) -> dict[str, Any]:
         """Return the nested tables of the parts that changes lead into; the other parts stay the models that they are."""
@@ -271,30 +289,20 @@ def with_parts(
     its ``role``. Changes of a part whose model has to be chosen first are left out, with one problem for each.
     """
     found, problems = dict(changes), list[Problem]()
+    tables = [path.removesuffix(".model") for path in changes]
     _place_layers(content, found)
     for path in changes:
         part, family = _absent(kind, content, path.split(".")[:-1])
-        if not part or any(part == each or part.startswith(f"{each}.") for each in map(_table, changes)):
+        if not part or any(part == each or part.startswith(f"{each}.") for each in tables):
             continue
         if family is None:
             found.setdefault(part, {})
         else:
             del found[path]
-            problems.append(
-                Problem(
-                    f"'{part}' is not given; choose its model too, {part}.model, one of: {_members(family)}",
-                    path=path,
-                )
-            )
+            known = ", ".join(sorted(find_members(family)))
+            why = f"'{part}' is not given; choose its model too, {part}.model, one of: {known}"
+            problems.append(Problem(why, path=path))
     return found, problems
-
-
-def _table(path: str) -> str:
-    return path.removesuffix(".model")
-
-
-def _members(family: type[Model]) -> str:
-    return ", ".join(sorted(find_members(family)))
 
 
 def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> None:
@@ -344,29 +352,6 @@ def _absent(kind: type[Model], content: Any, keys: Sequence[str]) -> tuple[str, 
             return "", None
         model = chosen
     return "", None
-
-
-def how_to_add(kind: type[Model], content: Mapping[str, Any], path: str) -> str:
-    """Explain how to add the optional part that a path leads into; empty where it leads into none."""
-    *parents, last = parts = path.split(".")
-    stack = content.get("stack")
-    if isinstance(stack, Mapping) and parts[0] == "stack" and "".join(parts[1:2]) not in {"", *stack}:
-        name, layers = parts[1], ", ".join(stack)
-        if name not in IMPLIED:
-            meant = suggestion(name, [*stack, *IMPLIED])
-            return (
-                f"the stack has no layer '{name}'; its layers are {layers}.{meant} A new layer needs a thickness, a material"
-                " and a role, 'plate', 'gap' or 'finger'"
-            )
-        return (
-            f"the stack has no layer '{name}'; its layers are {layers}. Add it, for instance with"
-            f" --set stack.{name}='{{ thickness = \"5 um\" }}' or as the table [stack.{name}] of the file"
-        )
-    part, family = _absent(kind, content, parents)
-    if not part:
-        return ""
-    first = f'model = "{min(find_members(family))}", ' if family is not None else ""
-    return f"'{part}' is not given. Add it, for instance with --set {part}='{{ {first}{last} = ... }}'"
 
 
 def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:

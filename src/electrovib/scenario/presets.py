@@ -29,11 +29,7 @@ def plain() -> Scenario:
 
 
 def preset(
-    base: Scenario | str | None = None,
-    *,
-    title: str,
-    changes: Mapping[str, Any],
-    unchanged: str = "",
+    base: Scenario | str | None = None, *, title: str, changes: Mapping[str, Any], unchanged: str = ""
 ) -> Scenario:
     """Make a ready-made scenario, with the source of each value, from another one; `plain` if `base` is absent.
 

@@ -156,7 +156,7 @@ def paper_scenario(name: str) -> Scenario:
         raise InputError(why)
     if why := other_kind(Path(name), "a scenario"):
         raise InputError(f"'{name}' {why}")
-    if kind_of(Path(f"{name}.toml")) == "file":
+    if kind_of(f"{name}.toml") == "file":
         raise InputError(
             f"'{name}' is neither a file nor a paper's scenario, but '{name}.toml' is a file; give that name"
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, get_args
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.discovery import find_members
 from electrovib.core.model import Model
@@ -72,12 +72,9 @@ def _meaning(model: Model, name: str) -> str:
 def left_away(model: Model, prefix: str = "") -> dict[str, str]:
     """Find the optional parts that a tree of models does not have, by path, and what can be added there."""
     found: dict[str, str] = {}
-    for name, field in type(model).model_fields.items():
-        kinds = [
-            kind for kind in get_args(field.annotation) if isinstance(kind, type) and issubclass(kind, Model)
-        ]
-        if kinds and getattr(model, name) is None:
-            kind = kinds[0]
+    for name, value in model:
+        kind = type(model).part(name)
+        if value is None and kind is not None:
             names = sorted(find_members(kind)) if kind.is_family else list(kind.model_fields)
             found[f"{prefix}{name}"] = ("one of " if kind.is_family else "") + ", ".join(names)
     for name, value in model:

@@ -118,7 +118,7 @@ def _is_scenario(first: str) -> bool:
 def _fit_scenario(scenario: str, recorded: list[str], given: Arguments, laws: list[str] | None) -> None:
     """Fit all recordings together, or each alone."""
     from electrovib.apps.changes import read_changes
-    from electrovib.recordings.fit.measured import PRESCRIBING
+    from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
 
     if "separately" in given:
         given.only(_OF_EACH, "--separately, but to a joint fit")
@@ -126,7 +126,8 @@ def _fit_scenario(scenario: str, recorded: list[str], given: Arguments, laws: li
         given.only(f"{_OF_EACH} {_OF_ALL}", "the fit of a scenario")
     wanted = given.take("free signals keep offsets output force")
     wanted |= {} if laws is None else {"laws": laws, "seed": given.get("seed", 0)}
-    wanted["noise"] = noises_of(given.get("noise", []))
+    noises = given.get("noise", [])
+    wanted["noise"] = dict(_of_signal(text, "--noise", relative=PROPORTIONAL) for text in noises)
     wanted["calibration"] = calibrations_of(given.get("gain_error", []), given.get("zero_error", []))
     stated = read_changes(given.get("set", []))
     of_recordings = PRESCRIBING.values()  # what a recording may contradict
@@ -223,31 +224,20 @@ def _end(lines: Sequence[str], output: str | None, *, misfit: bool) -> None:
 
 def share_of(text: str, option: str) -> float:
     """Read a relative standard deviation, such as ``1 %`` or ``0.01``."""
-    number, per_cent = text.strip().removesuffix("%").strip(), text.strip().endswith("%")
-    if not _is_number(number):
-        raise InputError(f"{option} {text}: expected a share such as '1 %' or 0.01")
-    return float(number) / (100 if per_cent else 1)
+    from electrovib.core.units import parse_quantity
 
-
-def noises_of(texts: Sequence[str]) -> dict[str, float]:
-    """Read the noise of signals, in the unit of each or relative to it."""
-    from electrovib.recordings.fit.measured import PROPORTIONAL
-
-    return dict(_of_signal(text, "--noise", relative=PROPORTIONAL) for text in texts)
+    try:
+        return parse_quantity(text, "1")
+    except ValueError:
+        raise InputError(f"{option} {text}: expected a share such as '1 %' or 0.01") from None
 
 
 def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, CalibrationError]:
     """Read the calibration errors of signals: shares of the gain, and zeros in the unit of each signal."""
-    from electrovib.core.errors import nearest
     from electrovib.core.signals import SIGNALS
     from electrovib.recordings.calibration import CalibrationError
 
-    found: dict[str, float] = {}
-    for text in gains:
-        name, value = pair_of(text, "--gain-error", "SIGNAL=SHARE")
-        if name not in SIGNALS:
-            raise InputError(f"--gain-error {text}: no signal has this name.{nearest(name, SIGNALS)}")
-        found[name] = share_of(value, "--gain-error")
+    found = dict(_of_signal(text, "--gain-error", relative=SIGNALS) for text in gains)
     at_zero = dict(_of_signal(text, "--zero-error") for text in zeros)
     for name, error in (*found.items(), *at_zero.items()):
         if not 0 <= error < float("inf"):
@@ -259,27 +249,20 @@ def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, Cal
 
 
 def _of_signal(text: str, option: str, *, relative: Collection[str] = ()) -> tuple[str, float]:
-    """Read ``SIGNAL=VALUE`` in the unit of the signal; a number without unit is in SI."""
+    """Read ``SIGNAL=VALUE`` in the unit of the signal, or as a share of it."""
     from electrovib.core.errors import nearest
     from electrovib.core.signals import SIGNALS
     from electrovib.core.units import parse_quantity
 
-    name, value = pair_of(text, option, "SIGNAL=VALUE")
+    name, value = pair_of(text, option, f"SIGNAL={'SHARE' if relative is SIGNALS else 'VALUE'}")
     if name not in SIGNALS:
         raise InputError(f"{option} {text}: no signal has this name.{nearest(name, SIGNALS)}")
-    unit = "1" if name in relative else SIGNALS[name].unit
+    if name in relative:
+        return name, share_of(value, option)
     try:
-        return name, float(value) if _is_number(value) else parse_quantity(value, unit)
+        return name, parse_quantity(value, SIGNALS[name].unit)
     except ValueError as error:
         raise InputError(f"{option} {text}: {error}") from None
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 _MOST: Final = 5  # lines of a verdict
@@ -398,11 +381,8 @@ def _warnings(found: FitResult) -> list[str]:
 
 def summary(found: FitResult) -> list[str]:
     """Report each estimate with its interval, what is not determined, and which model the data support."""
-    lines = (
-        _compared(found, each=True)
-        + _warnings(found)
-        + [line for row in found.rows for line in row_lines(row)]
-    )
+    lines = _compared(found, each=True) + _warnings(found)
+    lines += [line for row in found.rows for line in row_lines(row)]
     lines += [
         f"{each.recording}, {each.observed.signal}: {each.observed.x.size} samples, residual"
         f" {_spread(each.root_mean_square, each.observed.signal, relative=each.observed.relative)} rms"

@@ -98,11 +98,8 @@ def _positional(command: TyperCommand, ctx: Any) -> Iterator[tuple[str, str]]:
     for each in command.params:
         if each.param_type_name == "argument" and each.name:
             value = ctx.params.get(each.name)
-            yield from (
-                (each.name, str(one))
-                for one in (value if isinstance(value, (list, tuple)) else [value])
-                if one
-            )
+            values = value if isinstance(value, (list, tuple)) else [value]
+            yield from ((each.name, str(one)) for one in values if one)
 
 
 def _swapped(given: list[tuple[str, str]]) -> tuple[str, str] | None:

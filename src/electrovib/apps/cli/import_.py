@@ -107,7 +107,7 @@ def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: 
 
 def _into_toml(given: Arguments) -> None:
     """Import a material or a measurement, print what is known of it, and write it."""
-    from electrovib.data.atomic import check_writable, writing
+    from electrovib.data.atomic import check_writable, write_text
     from electrovib.data.marks import Form
     from electrovib.recordings.importing import import_material
     from electrovib.studies.evidence.files import ENTRIES, TABLES, import_measurement
@@ -133,8 +133,7 @@ def _into_toml(given: Arguments) -> None:
         lines, text = points.lines, points.to_toml()
     say(*lines)
     for target in targets:
-        with writing(targets, force=force) as temporaries:
-            temporaries[target].write_text(text, encoding="utf-8")
+        write_text(target, text, form, force=force)
         say(f"written: {target}")
 
 
@@ -146,7 +145,7 @@ def recipe_of(
     `only` are the keys of what is made, which `of` names; those of `tables` have an entry for each signal or path.
     """
     from electrovib.apps.changes import read_changes
-    from electrovib.core.parsing import read_toml_file
+    from electrovib.core.parsing import read_toml_file, truth
 
     found: dict[str, Any] = {}
     if "recipe" in given:
@@ -154,11 +153,9 @@ def recipe_of(
         found = read_toml_file(Path(given["recipe"]), kind="a recipe", advice=advice)
     for path, value in read_changes(given.get("set", ())).items():
         key, dot, signal = path.partition(".")
-        if dot:
-            held = found.get(key)
-            found[key] = {**(held if isinstance(held, dict) else {}), signal: value}
-        else:
-            found[key] = value
+        value = truth(value, key) if key == "decimal_comma" else value  # noqa: PLW2901
+        held = found.get(key)
+        found[key] = {**(held if isinstance(held, dict) else {}), signal: value} if dot else value
     if "columns" in given:
         found["columns"] = {**found.get("columns", {}), **_columns(given["columns"])}
     if problems := [why for key, value in found.items() if (why := _wrong(key, value, only, of, tables))]:
@@ -179,8 +176,8 @@ def _wrong(key: str, value: object, only: tuple[str, ...], of: str, tables: tupl
     if key not in only:
         return f"{key}: does not belong to {of}; omit it"
     if (key in tables) != isinstance(value, dict):
-        each = "SIGNAL" if tables is _OF_SIGNALS else "PATH"
-        return f"{key}: expected {key}.{each}=VALUE" if key in tables else f"{key}: expected {key}=VALUE"
+        each = ".SIGNAL" if tables is _OF_SIGNALS else ".PATH"
+        return f"{key}: expected {key}{each if key in tables else ''}=VALUE"
     kinds, words = _EXPECTED.get(key, ((object,), ""))
     entries = (
         {f"{key}.{name}": each for name, each in value.items()} if isinstance(value, dict) else {key: value}
@@ -207,18 +204,16 @@ def _columns(given: list[str]) -> dict[str, str]:
 
 def write_recipe(entries: Mapping[str, Any], target: Path, inputs: list[Path], *, force: bool) -> None:
     """Write a recipe as TOML."""
-    from electrovib.data.atomic import check_writable, writing
+    from electrovib.data.atomic import check_writable, write_text
 
     check_writable({target: None}, inputs=inputs, force=force)
     lines = [f"{key} = {_toml(value)}" for key, value in entries.items() if not isinstance(value, dict)]
     for key, value in entries.items():
         if isinstance(value, dict):
             lines += ["", f"[{key}]", *(f"{name} = {_toml(text)}" for name, text in value.items())]
-    with writing({target: None}, force=force) as temporaries:
-        temporaries[target].write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(target, "\n".join(lines) + "\n", None, force=force)
 
 
 def _toml(value: object) -> str:
-    return json.dumps(
-        value, ensure_ascii=False
-    )  # texts, numbers, truths and lists of them are the same in TOML
+    """Write texts, numbers, truths and lists of them, which are the same in JSON and TOML."""
+    return json.dumps(value, ensure_ascii=False)

@@ -46,11 +46,10 @@ _COMMANDS: Final = {
 """Command, and the words for what it does in Python and in other tools."""
 _DONE_BY: Final = {word: command for command, words in _COMMANDS.items() for word in words.split()}
 _IN_PYTHON: Final = {
-    "changes": "--set", "columns": "--column", "exceed": "--exceed", "instrument": "--as", "laws": "--models", "n": "-n",
-    "path": "--output", "quantities": "--quantity", "signal": "--quantity", "signals": "--quantity", "target": "--want",
-    "maximise": "--want", "minimise": "--want", "varying": "--vary", "offsets": "--zero-error", "start": "--set",
+    "changes": "--set", "path": "--output", "target": "--want", "maximise": "--want", "minimise": "--want", "start": "--set",
+    "laws": "--models", "quantities": "--quantity", "signal": "--quantity", "signals": "--quantity",
 }  # fmt: skip
-"""Name of an argument in Python, where the option has another one."""
+"""Name of an argument in Python, where the command has no parameter of that name."""
 _ELSEWHERE: Final = {
     "-v": "--version", "-V": "--version", "-?": "--help", "--verbose": "--all", "--out": "--output", "--file": "--output",
     "--param": "--set", "--parameter": "--set", "--config": "--set", "--law": "--models", "--scan": "--over",
@@ -60,30 +59,18 @@ _ELSEWHERE: Final = {
 """Options of other tools."""
 _DASHES: Final = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212"
 _QUOTES: Final = "\u201c\u201d\u201e\u2018\u2019"
-_ALIKE: Final = (
-    ("--quantity", "--want", "--exceed", "--signal", "--target", "--maximise", "--minimise"),
-    ("--set", "--over", "--free", "--between"),
-    ("--material", "--materials"),
-    ("--output", "--csv"),
-    ("--workers", "--scheduler"),
-    ("--column", "--x", "--y"),
-    ("--gain-error", "--systematic"),
-    ("--layer", "--into"),
-    (
-        "--set",
-        "--step",
-        "--stamps",
-        "--offset",
-        "--shift",
-        "--baseline",
-        "--trigger",
-        "--detrend",
-        "--crop",
-        "--average",
-    ),
-    ("--set", "--resample", "--with", "--clock-shift", "--calibration", "--conductivity"),
-)
-"""Options, or words that one may try, for the same in different commands."""
+_ALIKE: Final = """
+--quantity --want --exceed --signal --target --maximise --minimise
+--set --over --free --between
+--output --csv
+--workers --scheduler
+--column --x --y
+--gain-error --systematic
+--layer --into
+--set --step --stamps --offset --shift --baseline --trigger --detrend --crop --average --resample
+--set --with --clock-shift --calibration --conductivity
+"""
+"""Options, or words that one may try, for the same in different commands, a line each."""
 
 
 def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
@@ -100,12 +87,9 @@ def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
     if suffix in {".toml", ".nc"} or "/" in word:
         return f"'{word}' is no command; a scenario is simulated by '{path} run {word}'"
     if kind_of(place) or suffix in {".csv", ".mat", ".xlsx", ".txt"}:
-        does = (
-            f"report {word}' shows a study"
-            if kind_of(place) == "folder"
-            else f"import {word}' reads a file of an instrument"
-        )
-        return f"'{word}' is no command; '{path} {does}. {lists}"
+        of_file = "import", "reads a file of an instrument"
+        command, does = ("report", "shows a study") if kind_of(place) == "folder" else of_file
+        return f"'{word}' is no command; '{path} {command} {word}' {does}. {lists}"
     return f"'{word}' is no command.{nearest(word, commands)} {lists}"
 
 
@@ -147,7 +131,7 @@ def _typed_otherwise(text: str, before: str, command: TyperCommand | TyperGroup)
     takes_text = before.startswith("-") and before not in flags
     if not (sign and name.replace(".", "").replace("_", "").isalnum()) or takes_text or kind_of(Path(text)):
         return ""
-    option = _IN_PYTHON.get(name, f"-{'-' * (len(name) > 1)}{name.replace('_', '-')}")
+    option = _in_python(name, command) or f"--{name.replace('_', '-')}"
     if option in options_of(command):
         return f"'{text}': an option begins with two hyphens: {option} '{value}'"
     if "." in name and "--set" in options_of(command):
@@ -171,8 +155,8 @@ def _option_meant(wrong: str, command: TyperCommand | TyperGroup, ctx: Any) -> s
         if wrong in _ELSEWHERE and _ELSEWHERE[wrong] in own:
             return f"'electrovib' has no option '{wrong}'; it is {_ELSEWHERE[wrong]}"
         return f"'{wrong}' stands before the command; options of a command follow it: electrovib COMMAND {wrong} ..."
-    synonym = _IN_PYTHON.get(wrong.strip("-").replace("-", "_"), _ELSEWHERE.get(wrong, ""))
-    groups = [(synonym,), *(names for names in _ALIKE if wrong in names)]
+    synonym = _in_python(wrong.strip("-").replace("-", "_"), command) or _ELSEWHERE.get(wrong, "")
+    groups = [(synonym,), *(line.split() for line in _ALIKE.splitlines() if wrong in line.split())]
     alike = [name for names in groups for name in names if name in own]
     owners = [name for name, each in _every(root) if wrong in options_of(each)]
     if wrong in options_of(root):
@@ -187,6 +171,12 @@ def _option_meant(wrong: str, command: TyperCommand | TyperGroup, ctx: Any) -> s
         return f"{said}; '{ctx.command_path}' prints, and takes no option: {ctx.command_path} > FILE"
     near = suggestion(wrong, own)
     return f"{said}; '{ctx.info_name}' has no such option.{near} {_shows(ctx)}"
+
+
+def _in_python(name: str, command: TyperCommand | TyperGroup) -> str:
+    """Return the option for an argument of that name in Python; empty if there is none."""
+    own = {str(each.name): each.opts[0] for each in command.params if each.param_type_name == "option"}
+    return own.get(name, _IN_PYTHON.get(name, ""))
 
 
 def options_of(command: TyperCommand | TyperGroup) -> list[str]:

@@ -163,10 +163,8 @@ def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None
     flags, word, name = _HEAD.fullmatch(head).groups()  # type: ignore[union-attr]
     about, required, default, variable = _HELP.fullmatch(words).groups()  # type: ignore[union-attr]
     name = name or flags.rpartition(", ")[2].strip("-[.]").replace("-", "_")
-    kind, many = (
-        _TYPES.get(word, str) if word else bool,
-        about.endswith("; repeatable.") or (",..." in str(word) and not default),
-    )
+    kind = _TYPES.get(word, str) if word else bool
+    many = about.endswith("; repeatable.") or (",..." in str(word) and not default)
     shown: dict[str, Any] = {"help": about, "metavar": word or None, "show_default": default is not None}
     if flags.startswith("-"):
         value = ... if required else False if kind is bool else default and kind(default)

@@ -13,6 +13,7 @@ from electrovib.apps.cli.options import Arguments, pair_of, takes
 from electrovib.apps.cli.terminal import answered, say, say_state, show, show_answer, warned
 from electrovib.apps.exit_codes import FAILED, NOT_SHOWN
 from electrovib.core.errors import InputError
+from electrovib.core.units import number_in
 
 if TYPE_CHECKING:
     from electrovib.exports.waveform import WrittenWaveform
@@ -307,7 +308,7 @@ def export(given: Arguments) -> None:
         return
     for name, unit in {"rate": "Hz", "ramp": "s", "full_scale": "V"}.items():
         if name in given:
-            given[name] = _number(given[name], unit, given.flags[name])
+            given[name] = number_in(unit, given.flags[name], given[name])
     with tracked("sampling and checking"):
         found = export_waveform(**given | edge_of(given), path=path)
     say(*warned(found), *waveform_lines(found))
@@ -328,14 +329,4 @@ def waveform_lines(found: WrittenWaveform) -> list[str]:
 def edge_of(given: Arguments) -> dict[str, float | str]:
     """Read the edge, if there is one: a time [s], or the word that stands for straight lines."""
     text = given.get("edge")
-    return {"edge": text if text == "line" else _number(text, "s", "--edge")} if text else {}
-
-
-def _number(text: str, unit: str, option: str) -> float:
-    """Read a number with a unit."""
-    from electrovib.core.units import parse_quantity
-
-    try:
-        return parse_quantity(text, unit)
-    except ValueError as error:
-        raise InputError(str(error), path=option, value=text) from None
+    return {"edge": text if text == "line" else number_in("s", "--edge", text)} if text else {}

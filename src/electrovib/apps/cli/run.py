@@ -103,17 +103,13 @@ def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
 
 def _print_states(given: Arguments) -> None:
     from electrovib.apps.progress import tracked
-    from electrovib.core.errors import InputError
-    from electrovib.core.units import parse_quantity
+    from electrovib.core.units import number_in
     from electrovib.scenario import read_scenario
     from electrovib.solve.equilibrium import equilibrium
 
     given.read_set()
-    found, voltage = read_scenario(given["scenario"], changes=given["set"]), given.get("voltage")
-    try:
-        held = None if voltage is None else parse_quantity(voltage, "V")
-    except ValueError as error:
-        raise InputError(f"--voltage {voltage}: {error}") from None
+    found = read_scenario(given["scenario"], changes=given["set"])
+    held = number_in("V", "--voltage", given["voltage"]) if "voltage" in given else None
     with tracked("finding equilibria"):
         balance = equilibrium(found, voltage=held)
     say(*states_summary(balance), *chosen(found, given["scenario"]))

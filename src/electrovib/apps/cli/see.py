@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -99,20 +100,18 @@ def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
     from electrovib.data.traces import open_if_trace
     from electrovib.recordings.importing import import_file
 
-    if recipe and "columns" not in recipe:
-        raise InputError(f"{next(iter(recipe))}: belongs to --column SIGNAL=COLUMN, which is missing")
     if not recipe:
         return {}
+    if "columns" not in recipe:
+        raise InputError(f"{next(iter(recipe))}: belongs to --column SIGNAL=COLUMN, which is missing")
     found: dict[str, Any] = {}
     for name in names:
         label = Path(name).stem if Path(name).stem not in found else name
         found[label] = name
         if kind_of(name) == "file" and Path(name).suffix.lower() != ".toml":
-            try:
+            with suppress(DataFileError):
                 found[label] = open_if_trace(name)
-                if found[label] is name:
-                    found[label] = import_file(name, **recipe)
-            except DataFileError:
+            if found[label] is name:
                 found[label] = import_file(name, **recipe)
     return found
 

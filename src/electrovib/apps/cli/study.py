@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import answered, complain, say
 from electrovib.apps.exit_codes import INTERRUPTED
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, gathered
 
 if TYPE_CHECKING:
     import xarray
@@ -59,11 +60,8 @@ def _processes(workers: str | None) -> dict[str, int | str | None]:
     if workers is None or ":" in workers:
         return {"scheduler": workers}
     if not workers.isdecimal():
-        raise InputError(
-            "expected a number, or the address of a scheduler: tcp://host:8786",
-            path="--workers",
-            value=workers,
-        )
+        why = "expected a number, or the address of a scheduler: tcp://host:8786"
+        raise InputError(why, path="--workers", value=workers)
     return {"workers": int(workers)}
 
 
@@ -85,10 +83,20 @@ def _print_bands(given: dict[str, Any], store: str, csv: str | None) -> None:
     from electrovib.apps.progress import tracked
     from electrovib.exports.save import save
     from electrovib.studies.population import study
+    from electrovib.studies.population.result import check_bands
+    from electrovib.view.pages import check_page
     from electrovib.view.report import report as write_report
 
     report, force = given.pop("report", None), given.pop("force", False)
-    _check_outputs(csv, report, force=force)
+    problems: list[str] = []
+    with gathered(problems):
+        if csv is not None:
+            check_bands(Path(csv), force=force)
+    with gathered(problems):
+        if report is not None:
+            check_page(report, force=force)
+    if problems:
+        raise InputError(problems)
     done = [0, given["n"]]
     try:
         with tracked("evaluating fingers", counted=True) as progress:
@@ -108,25 +116,6 @@ def _print_bands(given: dict[str, Any], store: str, csv: str | None) -> None:
         with tracked("drawing the report"):
             page = write_report(found, report, force=force)
         say(f"written: {page}")
-
-
-def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
-    """Check before the study that its outputs can be written."""
-    from pathlib import Path
-
-    from electrovib.core.errors import gathered
-    from electrovib.studies.population.result import check_bands
-    from electrovib.view.pages import check_page
-
-    problems: list[str] = []
-    with gathered(problems):
-        if csv is not None:
-            check_bands(Path(csv), force=force)
-    with gathered(problems):
-        if report is not None:
-            check_page(report, force=force)
-    if problems:
-        raise InputError(problems)
 
 
 def summary(found: xarray.Dataset) -> list[str]:

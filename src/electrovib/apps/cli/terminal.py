@@ -110,11 +110,8 @@ def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -
     found = not_in_paper(scenario, paper) if paper else {}
     swept = set(without)
     paths = ", ".join(path for path in found if path not in swept)
-    return (
-        [f"values not from {paper}: {paths} ('electrovib list {paper}' states their sources)"]
-        if paths
-        else []
-    )
+    line = f"values not from {paper}: {paths} ('electrovib list {paper}' states their sources)"
+    return [line] if paths else []
 
 
 def complain(*lines: str) -> None:

@@ -128,16 +128,16 @@ def slices(tab: str, found: Computed) -> Iterator[Slice]:
     Each takes what is known so far and returns it with one more result. A mistake becomes a sentence in
     `problems`.
     """
-    if tab == FREQUENCY:
-        yield _guarded(lambda known: _with_band(known, found), "The band of fingers")
-    elif tab == LAWS:
-        for name in find_members(ForceLaw):
-            if name != type(found.scenario.force).__name__:
-                yield functools.partial(_with_law, found=found, name=name)
-    elif tab == FELT:
-        yield _guarded(lambda known: _with_percept(known, found), "What is felt")
-    elif tab == SAFETY:
-        yield _guarded(lambda known: _with_check(known, found), "The comparison with limits")
+    works = {
+        FREQUENCY: (_with_band, "The band of fingers"),
+        FELT: (_with_percept, "What is felt"),
+        SAFETY: (_with_check, "The comparison with limits"),
+    }
+    if tab in works:
+        yield functools.partial(_guarded, *works[tab], found=found)
+    for name in find_members(ForceLaw) if tab == LAWS else ():
+        if name != type(found.scenario.force).__name__:
+            yield functools.partial(_with_law, found=found, name=name)
 
 
 def with_answers(known: Further, found: Computed) -> Further:
@@ -174,15 +174,14 @@ def _with_check(known: Further, found: Computed) -> Further:
     return replace(known, check=check(found.scenario))
 
 
-def _guarded(slice_: Slice, what: str) -> Slice:
-    def guarded(known: Further) -> Further:
-        try:
-            return slice_(known)
-        except ElectrovibError as error:
-            problem = f"{what} is not shown: {error}"
-            return replace(known, band=None, drawn="", problems=(*known.problems, problem))
-
-    return guarded
+def _guarded(
+    work: Callable[[Further, Computed], Further], what: str, known: Further, *, found: Computed
+) -> Further:
+    try:
+        return work(known, found)
+    except ElectrovibError as error:
+        problem = f"{what} is not shown: {error}"
+        return replace(known, band=None, drawn="", problems=(*known.problems, problem))
 
 
 def _with_band(known: Further, found: Computed) -> Further:
@@ -227,9 +226,8 @@ def _drawn(space: str) -> str:
     known = dict.fromkeys(path for each in _spaces(_population()) for path in each)
     lacking = [path for path in known if path not in paths]
     words = f"The band is that of {FINGERS} fingers of the population '{POPULATION}', which differ in {_named(paths)}."
-    return words + (
-        f" Not drawn, because the scenario does not take it: {_named(lacking)}." if lacking else ""
-    )
+    more = f" Not drawn, because the scenario does not take it: {_named(lacking)}."
+    return f"{words}{more}" if lacking else words
 
 
 def _named(paths: Iterable[str]) -> str:

@@ -330,9 +330,8 @@ def inline(name: str, parameters: Mapping[str, Any]) -> str:
 
 def _number(value: Any) -> str:
     """Write a number as short as it is read again without a difference; anything else as TOML."""
-    return (
-        f"{value:.12g}" if isinstance(value, float) and float(f"{value:.12g}") == value else json.dumps(value)
-    )
+    is_short = isinstance(value, float) and float(f"{value:.12g}") == value
+    return f"{value:.12g}" if is_short else json.dumps(value)
 
 
 _PRESCRIBED: Final = {"voltage": "V", "current": "A"}

@@ -34,14 +34,6 @@ def _saved(shown: Computed, name: str) -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in save(shown.trace, Path(folder) / name)}
 
 
-def _toml(shown: Computed) -> bytes:
-    return shown.scenario.to_toml().encode()
-
-
-def _netcdf(shown: Computed) -> bytes:
-    return _saved(shown, "trace.nc")["trace.nc"]
-
-
 def _csv(shown: Computed) -> bytes:
     """Return the tables over time and over frequency as one archive."""
     archive = BytesIO()
@@ -101,9 +93,19 @@ def _bibliography(shown: Computed) -> bytes:
 
 
 DOWNLOADS: Final = (
-    Download("Scenario (TOML)", "scenario.toml", "application/toml", _toml),
+    Download(
+        "Scenario (TOML)",
+        "scenario.toml",
+        "application/toml",
+        lambda shown: shown.scenario.to_toml().encode(),
+    ),
     Download("Numbers (CSV, zipped)", "trace.zip", "application/zip", _csv),
-    Download("Trace (netCDF)", "trace.nc", "application/x-netcdf", _netcdf),
+    Download(
+        "Trace (netCDF)",
+        "trace.nc",
+        "application/x-netcdf",
+        lambda shown: _saved(shown, "trace.nc")["trace.nc"],
+    ),
     Download("Figures (PNG)", "figures.png", "image/png", lambda shown: _drawn(shown, "png")),
     Download("Figures (SVG)", "figures.svg", "image/svg+xml", lambda shown: _drawn(shown, "svg")),
     Download("Report (HTML)", "report.html", "text/html", _report),

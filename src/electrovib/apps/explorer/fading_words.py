@@ -88,6 +88,7 @@ class _Teller:
         self._above = at + 1
         self._place = f"between {pulse.layers[at]} and {pulse.layers[at + 1]}" if len(inner) else ""
         self._follower = "" if pulse.followed is None else pulse.layers[pulse.followed]
+        self._across = pulse.voltages[pulse.followed or 0]
 
     def tell(self, stretch: VoltageStretch) -> Iterator[tuple[int, str]]:
         """Give the sentences of a stretch, each with its first sample."""
@@ -112,7 +113,7 @@ class _Teller:
         """Say what happens while the voltage goes back to 0: charge between the layers can stay behind, and attract."""
         words = f"The voltage goes back from {self._drive(first)} to {self._drive(last)}, and the plate gives its charge back"
         is_behind = abs(self._between[last]) > max(abs(self._plate[last]), _FEW * self._most)
-        is_turned = self._follower and self._followed_voltage()[last] * self._pulse.drive[first] < 0
+        is_turned = self._follower and self._across[last] * self._pulse.drive[first] < 0
         if not (is_behind and is_turned and self._force[last] > _FEW * self._peak):
             return f"{words}; {self._course(first, last)}."
         turned = f"The voltage across the {self._follower} turns round, to {self._volts(last)}"
@@ -189,23 +190,19 @@ class _Teller:
             return f"{self._voltage(last)}, and {course} while the gap changes."
         if not passing:
             return f"{self._voltage(last)}, and {course}."
-        across = (
-            f": the voltage across the {self._follower} goes from {self._volts(first)} to {self._volts(last)}"
-        )
-        return f"{self._voltage(last)}, but charge {passing}{across if self._follower else ''}, and {course}."
+        ends = f"goes from {self._volts(first)} to {self._volts(last)}"
+        across = f": the voltage across the {self._follower} {ends}" if self._follower else ""
+        return f"{self._voltage(last)}, but charge {passing}{across}, and {course}."
 
     def _over(self, last: int) -> str:
         """Say what the force has become, and why it stays so."""
         part = self._force[last] / self._peak
         size = "less than 1 % of" if part < 0.01 else f"{self._newtons(last)}, {_percent(part)} of"
         words = f"{self._voltage(last)}, and the force is now {size} its largest value"
-        if self._is_opposite(last) and self._is_behind_charge() and self._part(last) > _NEARLY_ALL:
+        is_behind = self._pulse.followed is not None and self._pulse.followed >= self._above
+        if self._is_opposite(last) and is_behind and self._part(last) > _NEARLY_ALL:
             words += f": the field of the plate ends on the charge {self._place}, before the {self._follower}"
         return f"{words}."
-
-    def _is_behind_charge(self) -> bool:
-        """Return whether the force follows a layer on the finger's side of the charge between the layers."""
-        return self._pulse.followed is not None and self._pulse.followed >= self._above
 
     def answer_of(self, held: VoltageStretch) -> str:
         """Answer for the longest time in which a voltage is held."""
@@ -260,12 +257,10 @@ class _Teller:
         gained, through = abs(self._between[last] - self._between[first]), self._through(first, last)
         if not through or gained < _FEW * max(before, after, _LITTLE * self._most):
             return ""
-        if self._between[first] * self._between[last] < 0 and min(before, after) > _BEGUN * max(
-            before, after
-        ):
-            return (
-                f"passes {through} and replaces that which was left {self._place} by charge of the other sign"
-            )
+        is_turned = self._between[first] * self._between[last] < 0
+        if is_turned and min(before, after) > _BEGUN * max(before, after):
+            replaced = f"replaces that which was left {self._place} by charge of the other sign"
+            return f"passes {through} and {replaced}"
         if after >= before:
             return f"passes {through} and gathers {self._place}"
         if not self._pulse.drive[last]:
@@ -311,16 +306,11 @@ class _Teller:
         time = self._pulse.time
         return bool(time[last] - time[first] >= part * (time[-1] - time[0]))
 
-    def _followed_voltage(self) -> Real:
-        assert self._pulse.followed is not None
-        row: Real = self._pulse.voltages[self._pulse.followed]
-        return row
-
     def _drive(self, at: int) -> str:
         return _quantity(self._pulse.drive, at, "V")
 
     def _volts(self, at: int) -> str:
-        return _quantity(self._followed_voltage(), at, "V") if self._follower else ""
+        return _quantity(self._across, at, "V") if self._follower else ""
 
     def _newtons(self, at: int) -> str:
         return _quantity(self._force, at, "N")

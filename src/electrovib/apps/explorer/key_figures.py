@@ -110,7 +110,5 @@ def limit(row: CheckRow | None, state: str) -> KeyFigure:
     sizes = " of ".join(pretty_quantity(each, row.unit, digits=3) for each in (row.value, row.limit))
     doubt = f", {UNCERTAIN}" if row.state == UNKNOWN else ""
     reached = outcome if state == FAIL else f"{100 * row.value / row.limit:.2g} % reached"
-    note = (
-        f"{row.quantity}: {sizes}{doubt}" if state == FAIL else f"{row.quantity}: {sizes}{doubt}; {outcome}"
-    )
-    return KeyFigure(reached, note, state)
+    rest = "" if state == FAIL else f"; {outcome}"
+    return KeyFigure(reached, f"{row.quantity}: {sizes}{doubt}{rest}", state)

@@ -112,10 +112,8 @@ def _through_a_file(name: str, content: bytes, most: int, read: Callable[[Path],
 
 def shown_name(name: str) -> str:
     """Return the name of a file as it is shown: a line of at most `LONGEST_NAME` letters, with its suffix."""
-    plain = printable(name.replace("\\", "/").rpartition("/")[2]) or "the file"
-    return (
-        plain if len(plain) <= limits.LONGEST_NAME else f"{plain[: limits.LONGEST_NAME - 20]}...{plain[-17:]}"
-    )
+    plain, most = printable(name.replace("\\", "/").rpartition("/")[2]) or "the file", limits.LONGEST_NAME
+    return plain if len(plain) <= most else f"{plain[: most - 20]}...{plain[-17:]}"
 
 
 def read_apart(

@@ -142,9 +142,8 @@ def _guard(app: Any, host: str, port: int, token: str) -> None:
     app.on_disconnect(put_last)
     handlers = core.sio.handlers["/"]
     check_events(handlers)
-    core.sio.eio.transports = [
-        "websocket"
-    ]  # by requests of HTTP, sessions would be opened that no connection limits
+    # by requests of HTTP, sessions would be opened that no connection limits
+    core.sio.eio.transports = ["websocket"]
     inner = app.build_middleware_stack
     names = LOOPBACK if is_loopback(host) else (*LOOPBACK, *_names(host))
 

@@ -121,20 +121,7 @@ class Session:
         logged. Where the visitor has left meanwhile, the task that waits is cancelled: its page is no more.
         """
         try:
-            return await self._worked(work)
-        finally:
-            if self._presence.has_left:
-                raise asyncio.CancelledError
-
-    async def _worked(self, work: Callable[[], R]) -> R:
-        """Run work of many seconds in a thread, within the budget of a visitor."""
-
-        def limited() -> R:
-            with budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN), self._presence.working():
-                return work()
-
-        try:
-            return await apart(self.workers.patient, limited)
+            return await apart(self.workers.patient, functools.partial(self._limited, work))
         except ElectrovibError:
             raise
         except InterruptedWorkError as error:
@@ -142,6 +129,15 @@ class Session:
         except Exception as error:
             logging.getLogger(__name__).exception("the page could not do what was asked")
             raise InputError(_mistake_of_ours(error)) from None
+        finally:
+            if self._presence.has_left:
+                raise asyncio.CancelledError
+
+    def _limited(self, work: Callable[[], R], is_in_vain: Callable[[], bool] = bool) -> R:
+        """Do work in a thread, within the budget of a visitor."""
+        within = budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN)
+        with within, self._presence.working(is_in_vain):
+            return work()
 
     async def read(self, work: Callable[[], R]) -> R:
         """Read a file of the visitor as `work`; while another file of this visitor is being read, it is refused."""
@@ -228,15 +224,11 @@ class Session:
         if self._updates.is_stale:
             return False
         try:
-            self.further = await apart(executor, functools.partial(self._slice, work, self.further))
+            piece = functools.partial(work, self.further)
+            self.further = await apart(executor, lambda: self._limited(piece, lambda: self._updates.is_stale))
         except InterruptedWorkError:
             return False
         return not self._updates.is_stale
-
-    def _slice(self, work: Slice, known: Further) -> Further:
-        within = budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN)
-        with within, self._presence.working(lambda: self._updates.is_stale):
-            return work(known)
 
 
 def _mistake_of_ours(error: Exception) -> str:

@@ -12,7 +12,7 @@ from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer.computed import TABS
 from electrovib.apps.explorer.limits import LONGEST_LINK, LONGEST_VALUE, MOST_CHANGES, MOST_SAMPLES
 from electrovib.apps.explorer.stories import STEPS, StoryStep
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.scenario import Scenario, read_scenario
 from electrovib.studies.catalogue import scenarios
 
@@ -84,7 +84,9 @@ def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> Page
     for value in [text for name, text in items if name == "set"]:
         path, equals, text = value.partition("=")
         if not equals:
-            raise InputError(f"The link has 'set={_short(value)}'; it has to be 'set=path=value'.")
+            raise InputError(
+                f"The link has 'set={shortened(value, LONGEST_QUOTED)}'; it has to be 'set=path=value'."
+            )
         changes[path.strip()] = text
     named = {"preset": default, "tab": TABS[0], "story": ""} | dict(items)
     state = PageState(
@@ -98,7 +100,9 @@ def _known(named: Mapping[str, str], name: str, known: Collection[str]) -> str:
     """Return one part of a link that has to be a known name."""
     if (found := named[name]) in known:
         return found
-    raise InputError(f"{name}: no {name} is called '{_short(found)}'.{nearest(found, known)}")
+    raise InputError(
+        f"{name}: no {name} is called '{shortened(found, LONGEST_QUOTED)}'.{nearest(found, known)}"
+    )
 
 
 def scenario_of(state: PageState, *, own: Mapping[str, Scenario]) -> Scenario:
@@ -112,7 +116,7 @@ def scenario_of(state: PageState, *, own: Mapping[str, Scenario]) -> Scenario:
     known = presets(own)
     if state.preset not in known:
         raise InputError(
-            f"preset: no scenario is called '{_short(state.preset)}'.{nearest(state.preset, known)}"
+            f"preset: no scenario is called '{shortened(state.preset, LONGEST_QUOTED)}'.{nearest(state.preset, known)}"
         )
     if len(state.changes) > MOST_CHANGES:
         raise InputError(
@@ -120,7 +124,9 @@ def scenario_of(state: PageState, *, own: Mapping[str, Scenario]) -> Scenario:
         )
     for path, text in state.changes.items():
         if len(path) > LONGEST_VALUE or len(text) > LONGEST_VALUE:
-            raise InputError(f"{_short(path)}: a value of a link has at most {LONGEST_VALUE} letters.")
+            raise InputError(
+                f"{shortened(path, LONGEST_QUOTED)}: a value of a link has at most {LONGEST_VALUE} letters."
+            )
     wanted = read_changes([f"{path}={text}" for path, text in state.changes.items()])
     refuse_files(wanted)
     base = own.get(state.preset) or read_scenario(state.preset)
@@ -160,7 +166,3 @@ def _is_inside(path: str, part: str) -> bool:
     """Return whether a path is that of a part, or of something inside it; a model counts as its whole part."""
     part = part.removesuffix(".model")
     return path == part or path.startswith(f"{part}.")
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 60 else f"{text[:57]}..."

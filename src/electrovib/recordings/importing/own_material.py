@@ -13,13 +13,12 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.core.units import exact_text, format_quantity
+from electrovib.core.units import exact_text, format_quantity, number_in
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.physics.tabulated import Tabulated
 from electrovib.recordings.importing.notices import about_parts
 from electrovib.recordings.importing.parallel_part import phase_offset
-from electrovib.recordings.importing.reduction import number_in
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

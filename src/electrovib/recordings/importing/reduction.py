@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.core.units import format_quantity, number_in
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -165,14 +165,6 @@ def span_words(time: Real) -> str:
 
 
 _SPAN: Final = re.compile(r"\s*(.*?)\s*(?:\.\.|:| to )\s*(.*?)\s*")
-
-
-def number_in(unit: str, option: str, value: str | float) -> float:
-    """Return a number in SI, given as it is or as text with a unit."""
-    try:
-        return parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{option} = {value}: {error}") from None
 
 
 seconds = functools.partial(number_in, "s")

@@ -89,20 +89,14 @@ class _Reading:
         correlations = self._correlations(tables.get("correlation", {}))
         relations = self._relations(tables.get("relations", ()))
         if not self.problems and not entries and not groupings:
-            left = ", ".join(self.omitted)
-            self.problems.append(
-                f"space: the scenario has none of the parameters {left}"
-                if left
-                else "space: it has no parameter"
-            )
+            left = f"the scenario has none of the parameters {', '.join(self.omitted)}"
+            self.problems.append(f"space: {left if self.omitted else 'it has no parameter'}")
         if self.problems:
             raise InputError(self.problems)
         found = Space(
             distributions=entries,
-            correlations={
-                pair: value for pair, value in correlations.items() if not set(pair) & set(self.omitted)
-            },
-            relations=tuple(pair for pair in relations if not set(pair) & set(self.omitted)),
+            correlations={pair: r for pair, r in correlations.items() if not {*pair} & self.omitted.keys()},
+            relations=tuple(pair for pair in relations if not {*pair} & self.omitted.keys()),
             groupings=groupings,
             title=str(tables.get("title", "")),
             units=self.units,
@@ -177,11 +171,11 @@ class _Reading:
             if len(groups) == len(table):
                 with gathered(self.problems):
                     found[name] = _named(f"groups.{name}", groups)
-        kept = {name: each for name, each in found.items() if each.paths}
-        for name in set(found) - set(kept):
+        for name in [name for name, each in found.items() if not each.paths]:
+            del found[name]
             dropped = [where for where in self.origins if where.startswith(f"groups.{name}.")]
-            self.origins = {where: each for where, each in self.origins.items() if where not in dropped}
-        return kept
+            self.origins = _lacking(self.origins, dropped)
+        return found
 
     def _group(self, where: str, content: Any) -> Group:
         if not isinstance(content, Mapping):
@@ -349,12 +343,8 @@ def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Pa
         found = _built(kind, numbers, names)
     except TypeError:
         missing = [name for name in names if name not in numbers]
-        why = (
-            f".{missing[0]}: missing parameter of {kind.__name__}"
-            if missing
-            else ": expected numbers, not lists"
-        )
-        raise InputError(f"{path}{why}") from None
+        why = f".{missing[0]}: missing parameter of {kind.__name__}" if missing else ""
+        raise InputError(f"{path}{why or ': expected numbers, not lists'}") from None
     except InputError as error:
         raise InputError(f"{path}: {problem}" for problem in error.problems) from None
     return _within(path, found, quantity)

@@ -112,9 +112,9 @@ class Grouping:
     def __post_init__(self) -> None:
         """Refuse shares that are not those of one whole."""
         shares = {name: group.share for name, group in self.groups.items()}
-        if any(not 0 < share <= 1 for share in shares.values()):
-            name = next(name for name, share in shares.items() if not 0 < share <= 1)
-            raise InputError(f"{name}.share = {shares[name]:g}: expected more than 0 and at most 1")
+        for name, share in shares.items():
+            if not 0 < share <= 1:
+                raise InputError(f"{name}.share = {share:g}: expected more than 0 and at most 1")
         if abs(math.fsum(shares.values()) - 1) > _ROUNDING:
             listed = " + ".join(f"{share:g} ({name})" for name, share in shares.items())
             raise InputError(f"shares {listed} = {math.fsum(shares.values()):g}: expected 1")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.core.units import format_quantity, number_in
 from electrovib.physics.texture.base import RenderingPlate, Texture
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.solve.expanded import Expanded
@@ -207,10 +207,7 @@ class RenderingSetUp:
 
 def amount(value: Amount, unit: str, name: str, *, low: float, high: float) -> float:
     """Read a number with a unit within a range."""
-    try:
-        number = parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except (TypeError, ValueError) as error:
-        raise InputError(str(error), path=name, value=str(value)) from None
+    number = number_in(unit, name, value)
     if not (math.isfinite(number) and low <= number <= high):
         raise InputError(f"must lie between {low:g} and {high:g} {unit}", path=name, value=str(value))
     return number

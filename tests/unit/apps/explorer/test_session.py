@@ -378,7 +378,7 @@ def test_files_are_read_one_at_a_time_and_mistakes_of_the_program_are_sentences(
             await one.read(lambda: 1 / 0)
         assert await one.read(lambda: 3) == 3
         one.stop()
-        with pytest.raises(asyncio.CancelledError):
+        with pytest.raises(asyncio.CancelledError):  # its page is no more
             await one.read(lambda: 4)
 
     Visit(actions, quick=2)

@@ -61,11 +61,7 @@ class Guide:
         place = story.steps.index(STEPS[state.story])
         self._place.set_text(f"Story for a {story.reader}, {place + 1} of {len(story.steps)}")
         self._sentence.set_text(_unbroken(story.steps[place].sentence))
-        near = (
-            story.steps[place - 1 : place],
-            story.steps[place : place + 1],
-            story.steps[place + 1 : place + 2],
-        )
+        near = (story.steps[at : at + 1] for at in (place - 1, place, place + 1))
         for link, steps in zip(self._links.values(), near, strict=True):
             link.set_visibility(bool(steps))
             for step in steps:

@@ -146,12 +146,10 @@ class Plots:
         is_dark = self._page.bar.is_dark
         ink, grid = _INK[is_dark]
         layout = figure["layout"]
-        if is_dark:
-            for look in (
-                each[part] for each in figure["data"] for part in ("line", "marker") if part in each
-            ):
-                if "color" in look:
-                    look["color"] = _LIGHTER.get(look["color"], look["color"])
+        looks = (each.get(part, {}) for each in figure["data"] for part in ("line", "marker"))
+        for look in looks if is_dark else ():
+            if "color" in look:
+                look["color"] = _LIGHTER.get(look["color"], look["color"])
         layout |= {"font": {"color": ink}, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)"}
         for axis in ("xaxis", "yaxis"):
             layout[axis] |= {"gridcolor": grid, "linecolor": ink, "tickcolor": ink}
@@ -223,10 +221,8 @@ def content(
     kept = [each.computed for each in pinned]
     shown = Content([], above)
     if tab == TIME:
-        lacking = [
-            f"The {each} is not shown: it has no value in this scenario."
-            for each in pictures.unknown_signals(found)
-        ]
+        unknown = pictures.unknown_signals(found)
+        lacking = [f"The {each} is not shown: it has no value in this scenario." for each in unknown]
         figures = pictures.over_time(found, kept, former)
         shown = Content(figures, above + _paragraphs(lacking) + kept_words(pinned))
     elif tab == FADING:
@@ -336,9 +332,8 @@ def safety_words(check: CheckResult) -> str:
     table = _table(("state", "quantity", "value", "limit", "source of the limit"), rows, states=True)
     warning = "A comparison with limits protects nobody: hardware has to limit the current."
     outcome = f'<p class="{CLASSES[check.state]}">{escape(typeset(check.verdict))}</p>'
-    return (
-        outcome + _paragraphs([warning, *map(typeset, not_shown(check.rows))]) + table + _notes(check.notes)
-    )
+    told = _paragraphs([warning, *map(typeset, not_shown(check.rows))])
+    return outcome + told + table + _notes(check.notes)
 
 
 def fit_words(result: FitResult) -> str:
