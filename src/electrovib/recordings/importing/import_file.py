@@ -19,7 +19,7 @@ from electrovib.core.units import format_quantity
 from electrovib.data.faults import check_file
 from electrovib.data.recorded import column_of
 from electrovib.data.registry import format_of, read_recorded
-from electrovib.data.spectrum import refuse_spectrum, spectrum_of, split_part
+from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration, calibrate
 from electrovib.recordings.importing.choice import calibrated_column, check_names
@@ -127,7 +127,8 @@ def import_file(
         return spectrum_trace(recorded, wanted, origin, spectrum=spectrum)
     if problems := _wrong_names(wanted, steps):
         raise InputError(problems)
-    refuse_spectrum(part, spectrum)
+    if spectrum:
+        raise InputError(f"part = {part}: the columns are signals over time, not a spectrum")
     clock = sample_times(recorded, time=time, step=step, stamps=stamps)
     return _over_time(recorded, wanted, clock, steps, origin)
 
