@@ -92,6 +92,12 @@ class InputError(ElectrovibError):
     """One or several mistakes in an input, all listed at once."""
 
 
+def refuse(problems: Sequence[str]) -> None:
+    """Raise an `InputError` of all problems, where there are any."""
+    if problems:
+        raise InputError(problems)
+
+
 class DataFileError(InputError):
     """A file that cannot be read as the kind of file that is needed."""
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.data.unit_words import kind_and_factor, name_and_unit
 
 if TYPE_CHECKING:
@@ -162,8 +162,7 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
         for meaning in columns
         if meaning not in _PATTERNS
     ]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     found = {meaning: by_name[name] for meaning, name in columns.items()}
     for channel in recorded.channels:
         heading = re.sub(r"\s+", " ", channel.name.lower().replace("_", " ").replace("/", " ")).strip()
