@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from electrovib.bench.drivers.hp_33120a import Hp33120a
 from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b
 from electrovib.bench.link import BenchError, Link
-from electrovib.core.errors import ElectrovibError, InputError, nearest
+from electrovib.core.errors import ElectrovibError, nearest, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -34,8 +34,7 @@ def check_drivers(settings: BenchSettings) -> None:
         for path, name, known in asked
         if name not in known
     ]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import socket
 from contextlib import ExitStack
@@ -44,9 +45,10 @@ class Link:
         self.name = name
         self._connection = connection
 
-    def write(self, command: str) -> None:
-        """Send a command."""
-        self._guarded(command, lambda: self._connection.send(command.encode("ascii")))
+    def write(self, *commands: str) -> None:
+        """Send commands, one after the other."""
+        for command in commands:
+            self._guarded(command, functools.partial(self._connection.send, command.encode("ascii")))
 
     def write_block(self, command: str, data: bytes) -> None:
         """Send a command that ends with a definite-length block, ``#<digits><length><data>``."""

@@ -16,13 +16,6 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario.grids import AtRest
 from electrovib.studies import check as checks
-from electrovib.studies.check import (
-    LimitsFrom,
-    cleared_as_played,
-    declared_limits,
-    not_shown,
-    without_its_limits,
-)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -151,7 +144,7 @@ class BenchPlan(Unchangeable):
             ),
             "current read back: "
             + ("yes" if settings.oscilloscope.current is not None else "no, no input is declared for it"),
-            *not_shown(self.check.rows),
+            *checks.not_shown(self.check.rows),
             *warning_lines(self.diagnostics),
         ]
 
@@ -306,24 +299,24 @@ def cleared(
     current, and every limit that is exceeded or could not be compared.
     """
     limiter = settings.current_limiter
-    places = [LimitsFrom("the bench", settings.limits)]
-    declared = declared_limits(scenario, places)["current"]
+    places = [checks.LimitsFrom("the bench", settings.limits)]
+    declared = checks.declared_limits(scenario, places)["current"]
     if limiter.current > declared.value:
         raise InputError(
             f"current_limiter.current = {format_quantity(limiter.current, 'A')}: '{limiter.name}' allows more than the largest"
             f" current that is declared, {format_quantity(declared.value, 'A')} ({declared.source}); software alone does not"
             " protect: set the hardware to that value, or declare a larger limit"
         )
-    places.append(LimitsFrom(f"the current limiter ({limiter.name})", Limits(current=limiter.current)))
-    consequence, relied_on = "Nothing is played", without_its_limits(scenario)
+    places.append(checks.LimitsFrom(f"the current limiter ({limiter.name})", Limits(current=limiter.current)))
+    consequence, relied_on = "Nothing is played", checks.without_its_limits(scenario)
     if relied_on is not scenario:
         consequence += (
             ". On the bench saturation, current limit and bandwidth of circuit.amplifier do not count"
         )
-    result = cleared_as_played(
+    result = checks.cleared_as_played(
         relied_on, times=times, voltages=voltages, edge=None if settings.edge is None else settings.edge.time, declare=_DECLARE,
         limits=places, what="a burst on the bench", name="the points of the generator", consequence=consequence,
     )  # fmt: skip
-    strict = declared_limits(scenario, places)
+    strict = checks.declared_limits(scenario, places)
     checks.refuse_demanded(scenario, strict["voltage"], result.duration, consequence)
     return Limits(**{name: each.value for name, each in strict.items()}), result

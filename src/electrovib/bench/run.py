@@ -23,7 +23,6 @@ from electrovib.bench.sequence import (
     reserved,
     saved,
     tell,
-    writable,
 )
 from electrovib.bench.settings import BenchSettings, read_settings
 from electrovib.bench.twin.simulated import SimulatedBench
@@ -217,9 +216,12 @@ class BenchRun:
         """Rehearse the end, keep room for what is read, and connect; nothing is sent."""
         raw = None
         try:
-            with writable(output):
+            try:
                 rehearse(self.plan, output, about)
                 raw = reserved(self.plan, output)
+            except OSError as error:
+                why = f"the record cannot be written there: {error.strerror or error}; nothing was sent to an instrument"
+                raise BenchError(why, path=output) from None
             connections = self.connections or connect(self.plan.settings.resources)
             return Instruments.of(self.plan.settings, connections), raw
         except BaseException as error:

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import tempfile
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -25,7 +25,7 @@ from electrovib.solve.quantities import of_record
 from electrovib.solve.simulate import provenance
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Mapping
 
     import xarray
     from numpy.typing import NDArray
@@ -355,16 +355,6 @@ def reserved(plan: BenchPlan, output: Path | None) -> Path | None:
         remove(Path(name))
         raise
     return Path(name)
-
-
-@contextmanager
-def writable(output: Path | None) -> Iterator[None]:
-    """Refuse in the block an output beside which nothing can be written."""
-    try:
-        yield
-    except OSError as error:
-        why = f"the record cannot be written there: {error.strerror or error}; nothing was sent to an instrument"
-        raise BenchError(why, path=output) from None
 
 
 def tell(sentences: list[str]) -> None:

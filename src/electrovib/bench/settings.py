@@ -272,12 +272,14 @@ def read_settings(source: str | Path | Mapping[str, Any] | BenchSettings | None 
     if isinstance(source, BenchSettings):
         _refuse_undeclared(source.to_dict(), "the bench")
         return source
-    name = "the bench" if source is None or not isinstance(source, (str, Path)) else str(source)
-    if source is None or isinstance(source, (str, Path)):
-        tables = read_toml(default_text()) if source is None else _of_file(Path(source))
+    name = str(source) if isinstance(source, (str, Path)) else "the bench"
+    if source is None:
+        tables = read_toml(default_text())
+    elif isinstance(source, (str, Path)):
+        advice = "'electrovib bench init' prints a bench file to start from"
+        tables = read_toml_file(Path(source), kind="a bench file", advice=advice)
     else:
-        tables = {str(key): item for key, item in source.items()}
-        tables.setdefault("schema", SCHEMA)
+        tables = {"schema": SCHEMA} | {str(key): item for key, item in source.items()}
     schema = tables.pop("schema", None)
     if schema != SCHEMA:
         raise InputError(
@@ -291,11 +293,6 @@ def read_settings(source: str | Path | Mapping[str, Any] | BenchSettings | None 
 def default_text() -> str:
     """Return the TOML of the set-up of Vezzoli et al. 2014."""
     return resources.files("electrovib.bench").joinpath(DEFAULT).read_text(encoding="utf-8")
-
-
-def _of_file(path: Path) -> dict[str, Any]:
-    advice = "'electrovib bench init' prints a bench file to start from"
-    return read_toml_file(path, kind="a bench file", advice=advice)
 
 
 _LINES: Final = {

@@ -90,6 +90,12 @@ class InputError(ElectrovibError):
     """One or several mistakes in an input, all listed at once."""
 
 
+def refuse(problems: Sequence[str]) -> None:
+    """Raise an `InputError` of all problems, where there are any."""
+    if problems:
+        raise InputError(problems)
+
+
 class DataFileError(InputError):
     """A file that cannot be read as the kind of file that is needed."""
 
@@ -116,12 +122,6 @@ def gathered(problems: list[str], *, within: str = "") -> Iterator[None]:
         yield
     except InputError as error:
         problems += [each.within(within) if within else each for each in error.problems]
-
-
-def raise_gathered(problems: Sequence[str]) -> None:
-    """Raise all problems that were found in an input as one InputError, if there are any."""
-    if problems:
-        raise InputError(problems)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -7,10 +7,10 @@ import inspect
 import math
 import re
 import sys
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import is_dataclass
 from pathlib import Path
-from traceback import walk_tb
 from typing import Any, Final
 
 import numpy as np
@@ -53,11 +53,6 @@ def _declared(kind: type[Any], name: str) -> str:
 def _checked(method: Callable[..., Any], declared: str, kind: type[Any]) -> Callable[..., Any]:
     """Return a method that states class, file and line if it fails or returns what its family does not allow."""
 
-    def wrong(why: str, line: int) -> InputError:
-        file = getattr(sys.modules.get(kind.__module__), "__file__", None)
-        where = f" ({Path(file).name}, line {line})" if file else ""
-        return InputError(f"{kind.__name__}.{method.__name__}{where}: {shortened(why, _LONGEST)}")
-
     @functools.wraps(method)
     def call(model: Any, *given: Any, **named: Any) -> Any:
         try:
@@ -66,16 +61,29 @@ def _checked(method: Callable[..., Any], declared: str, kind: type[Any]) -> Call
         except (ElectrovibError, MemoryError):
             raise
         except Exception as error:
-            lines = [at for frame, at in walk_tb(error.__traceback__) if frame.f_code is method.__code__]
-            why = f"{type(error).__name__}: {error}"
-            raise wrong(why, lines[0] if lines else method.__code__.co_firstlineno) from error
+            raise failed(kind, method, error) from error
         arguments = [*given, *named.values()]
         try:
             return _allowed(result, declared, arguments, model, method.__name__)
         except ValueError as error:
-            raise wrong(f"returns {error}", method.__code__.co_firstlineno) from None
+            raise at_line(kind, method, f"returns {error}") from None
 
     return call
+
+
+def failed(kind: type[Any], method: Callable[..., Any], error: Exception) -> InputError:
+    """Return the error of a method of a user that raised one."""
+    tracked = traceback.walk_tb(error.__traceback__)
+    lines = [line for frame, line in tracked if frame.f_code is method.__code__]
+    words = f": {error}" if str(error) else ""
+    return at_line(kind, method, f"{type(error).__name__}{words}", *lines[:1])
+
+
+def at_line(kind: type[Any], method: Callable[..., Any], why: str, line: int = 0) -> InputError:
+    """Return an error with class, method, file and line, the first of the method unless another is given."""
+    file = getattr(sys.modules.get(kind.__module__), "__file__", None)
+    where = f" ({Path(file).name}, line {line or method.__code__.co_firstlineno})" if file else ""
+    return InputError(f"{kind.__name__}.{method.__name__}{where}: {shortened(why, _LONGEST)}")
 
 
 def _allowed(result: Any, declared: str, arguments: list[Any], model: Any, name: str) -> Any:

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.core.files import kind_of
 from electrovib.data.marks import Form, is_ours, sign
 
@@ -168,8 +168,7 @@ def check_writable(
         if not why and (first := taken.setdefault(os.path.realpath(path), path)) != path:
             why = f"is the same file as the output '{first}'; give two names."
         problems += [f"{path}: {why}"] if why else []
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
 
 
 def _input_of(path: Path, inputs: Iterable[Path]) -> str:

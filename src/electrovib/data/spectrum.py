@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.data.unit_words import kind_and_factor, name_and_unit
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def _impedance(found: Mapping[str, DataColumn], phase_unit: str) -> tuple[Comple
     pairs: list[tuple[Complex, str]] = []
     if "modulus" in found and "phase" in found and np.any(found["modulus"].values):
         unit = _unit_of_phase(found["phase"], phase_unit)
-        turned = np.exp(1j * _in_si_angle(found["phase"], unit))
+        turned = np.exp(1j * _in_si(dataclasses.replace(found["phase"], unit=unit), "rad"))
         pairs.append((_in_si(found["modulus"], "ohm") * turned, unit))
     if "real" in found and ("imaginary" in found or "minus_imaginary" in found):
         sign, name = (1, "imaginary") if "imaginary" in found else (-1, "minus_imaginary")
@@ -162,8 +162,7 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
         for meaning in columns
         if meaning not in _PATTERNS
     ]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     found = {meaning: by_name[name] for meaning, name in columns.items()}
     for channel in recorded.channels:
         heading = re.sub(r"\s+", " ", channel.name.lower().replace("_", " ").replace("/", " ")).strip()
@@ -223,13 +222,6 @@ def _unit_of_phase(channel: DataColumn, otherwise: str) -> str:
             f" '{channel.name} [deg]' or '{channel.name} [rad]' (--column phase=...)"
         )
     return unit or otherwise
-
-
-def _in_si_angle(channel: DataColumn, unit: str) -> Real:
-    known = kind_and_factor(unit)
-    if known is None or known[0] != "rad":
-        raise InputError(f"column '{channel.name}': '{unit}' is not a unit of angle")
-    return np.asarray(channel.values * known[1])
 
 
 def _permittivity(found: Mapping[str, DataColumn], grid: Real) -> tuple[Complex, bool]:
@@ -292,12 +284,6 @@ def split_part(part: str | None) -> tuple[str | None, int]:
     """Split a part such as ``"Sheet1, spectrum 2"`` into the table and the number of the spectrum, 0 where none is stated."""
     found = _NAME.fullmatch(part or "")
     return (part, 0) if found is None else (found[1], int(found[2]))
-
-
-def refuse_spectrum(part: str | None, spectrum: int) -> None:
-    """Refuse the name of a spectrum for columns over time."""
-    if spectrum:
-        raise InputError(f"part = {part}: the columns are signals over time, not a spectrum")
 
 
 def sweeps_of(frequency: Real) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]]:

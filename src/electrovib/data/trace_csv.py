@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.errors import DataFileError, InputError, refuse
 from electrovib.core.files import note_input
 from electrovib.core.signals import FORMAT, stamp
 from electrovib.data.atomic import left_by_a_kill, writing
@@ -49,8 +49,7 @@ def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
             for name, value in carrier.attrs.items()
             if not isinstance(value, (str, int, float))
         ]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     return stamped
 
 

@@ -25,7 +25,6 @@ from electrovib.studies.design.drive import DesignedDrive
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from electrovib.scenario import Scenario
     from electrovib.studies.design import Designed
 
 
@@ -143,23 +142,18 @@ def write_design(
     if suffix == ".json":
         write_text(place, found.content("design.json"), Form.DESIGN, force=force)
         return [f"written: {place}"]
-    scenario = _scenario_of(found, place)
-    if suffix == ".toml":
-        text = f"# {unsigned(Form.SCENARIO)}\n{to_toml(scenario)}"
-        write_text(place, text, Form.SCENARIO, force=force)
-        return [f"written: {place}"]
-    rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive) else (None, ())
-    written = export_waveform(
-        scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes, edge=edge,
-        amplifier_present=amplifier_present,
-    )  # fmt: skip
-    return [*(each for each in written.notes if each not in notes), f"written: {written.path}"]
-
-
-def _scenario_of(found: Designed, place: Path) -> Scenario:
     if found.scenario is None:
         raise InputError(
             "there is no result within the limits that could be written; nothing was written. All numbers are written as .json",
             path=place,
         )
-    return found.scenario
+    if suffix == ".toml":
+        text = f"# {unsigned(Form.SCENARIO)}\n{to_toml(found.scenario)}"
+        write_text(place, text, Form.SCENARIO, force=force)
+        return [f"written: {place}"]
+    rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive) else (None, ())
+    written = export_waveform(
+        found.scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes, edge=edge,
+        amplifier_present=amplifier_present,
+    )  # fmt: skip
+    return [*(each for each in written.notes if each not in notes), f"written: {written.path}"]

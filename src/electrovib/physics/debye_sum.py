@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from electrovib.core.errors import raise_gathered
+from electrovib.core.errors import refuse
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class DebyeSum:
             for index, value in enumerate(self.relaxation_times)
             if not _is_at_least(value, above=True)
         ]
-        raise_gathered(problems)
+        refuse(problems)
 
     def permittivity(self, frequency: npt.ArrayLike) -> npt.NDArray[np.complex128]:
         """Return the relative permittivity ``eps' - j eps''`` without conduction, of the shape of the frequency [Hz].

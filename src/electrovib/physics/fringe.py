@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from electrovib.core.errors import InputError, raise_gathered
+from electrovib.core.errors import InputError, refuse
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -202,7 +202,7 @@ def _checked_share(total: Real, film: Real, permittivity: Real, radius: Real) ->
         problems.append(
             f"film_permittivity = {np.max(permittivity):.4g}: compared with the field from {low:g} to {high:g} only"
         )
-    raise_gathered(problems)
+    refuse(problems)
     within = film <= LARGEST_SHARE * (1 + ROUNDING) * total * permittivity
     if not np.all(within & (total > 0)):
         raise InputError(

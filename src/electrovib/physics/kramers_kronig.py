@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY
-from electrovib.core.errors import InputError, raise_gathered
+from electrovib.core.errors import InputError, refuse
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -108,7 +108,7 @@ def _checked(
     ]
     if not problems and (hertz.min() <= 0 or np.unique(hertz).size < hertz.size):
         problems.append("frequency: all values must be above 0 Hz and none may be repeated.")
-    raise_gathered(problems)
+    refuse(problems)
     order = np.argsort(hertz)
     loss = columns["conductivity"] / (2 * np.pi * hertz * VACUUM_PERMITTIVITY)
     values = (columns["permittivity"] - 1j * loss)[order]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.core.files import note_input
 from electrovib.core.model import read_model
 from electrovib.core.parsing import read_toml_file
@@ -108,8 +108,7 @@ def calibrated(
     if len({values.shape for values in given.values()}) > 1:
         sizes = ", ".join(f"{name} {len(values)}" for name, values in given.items())
         problems.append(f"{source}: the columns differ in length: {sizes}.")
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     whole = without_missing(given, channels.missing_rows, source)
     rows = np.flatnonzero(whole)  # an omitted row leaves a gap in time
     if isinstance(channels.clock, TimeColumn):

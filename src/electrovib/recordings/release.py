@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase, WholeVoltage
 from electrovib.physics.drive.sampled import Refuse
 from electrovib.recordings.fit.least_squares import FreeParameter
@@ -161,8 +161,7 @@ def _checked(
         )
     if not 0 < duration < np.inf:
         problems.append(f"duration = {duration}: expected a positive time in seconds, for instance 20e-3")
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     whole = without_missing(columns, missing_rows, "the record")
     missing = int(np.count_nonzero(~whole))
     columns = {name: values[whole] for name, values in columns.items()}

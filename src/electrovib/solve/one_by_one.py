@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, gathered, raise_gathered
+from electrovib.core.errors import InputError, gathered, refuse
 from electrovib.core.model import Model
 from electrovib.core.paths import quantity_at, value_at, with_numbers
 from electrovib.core.signals import SIGNALS
@@ -45,7 +45,7 @@ class ParametricScenario:
         found += [
             f"free: '{path}' is named twice" for path in {p for p in self.free if self.free.count(p) > 1}
         ]
-        raise_gathered([*found, *problems])
+        refuse([*found, *problems])
         begin = {path: value_at(scenario, path) for path in self.free}
         self._plain = {path for path in self.free if is_stored_as_given(scenario, path, Model)}
         self.base = scenario if len(self._plain) == len(self.free) else scenario.replace(begin)
@@ -95,7 +95,7 @@ class ParametricScenario:
         """Return values by the paths of the parameters that the models store."""
         others = {path: value for path, value in point.items() if path not in self._plain}
         changes, problems = stored_changes(self.base, others)
-        raise_gathered(problems)
+        refuse(problems)
         return changes | {path: point[path] for path in self.free if path in self._plain}
 
     def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:

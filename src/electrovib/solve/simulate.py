@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.errors import InputError, nearest, raise_gathered
+from electrovib.core.errors import InputError, nearest, refuse
 from electrovib.core.model import Model
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import origins
@@ -148,7 +148,7 @@ def _refuse_unknown(signals: Sequence[str] | None) -> None:
     problems = [
         f"signals = '{name}': not a signal.{nearest(name, SIGNALS)}" for name in names if name not in SIGNALS
     ]
-    raise_gathered(problems)
+    refuse(problems)
 
 
 def _chosen(variables: Mapping[str, Any], signals: Sequence[str] | None) -> Mapping[str, Any]:

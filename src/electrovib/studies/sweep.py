@@ -16,7 +16,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
 from electrovib.core.diagnostics import STATES, Diagnostic
-from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, raise_gathered
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, refuse
 from electrovib.core.mistakes import shown
 from electrovib.core.paths import quantity_at, with_numbers
 from electrovib.core.signals import FORMAT, stamp
@@ -155,7 +155,7 @@ def _checked(
         axes = parse_over(scenario, over)
     shared = "with records, all cases share the grid of frequencies"
     problems += [f"over '{path}': {shared}" for path in over if records and path.startswith("frequency.")]
-    raise_gathered(problems)
+    refuse(problems)
     return axes, asked
 
 
@@ -218,7 +218,7 @@ def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[
 def _stored(scenario: Scenario, point: Mapping[str, float]) -> dict[str, float]:
     """Return the values of a case by the parameters that the scenario stores, not those of another case."""
     found, problems = stored_changes(scenario, point)
-    raise_gathered(problems)
+    refuse(problems)
     return found
 
 
@@ -267,7 +267,7 @@ def parse_over(scenario: Scenario, over: Sequence[str] | Mapping[str, Any]) -> d
             if path in found:
                 problems.append(f"--over {text}: '{path}' is swept twice")
             found[path] = values
-    raise_gathered(problems)
+    refuse(problems)
     return found
 
 
@@ -317,7 +317,7 @@ def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
             named = read_name(plain, layers, others=FELT)
             units[named.name] = named.unit, named.meaning
             solved.append(named)
-    raise_gathered(problems)
+    refuse(problems)
     return Asked(tuple(dict.fromkeys(solved)), tuple(each for each in units if each in FELT), units)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, raise_gathered
+from electrovib.core.errors import InputError, refuse
 from electrovib.core.unchangeable import Unchangeable
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import extremes
@@ -147,7 +147,7 @@ def refuse_unless_zero_at_both_ends(drive: Drive, end: float) -> None:
                 " what an instrument plays begins and ends at 0 V. Nothing was written. Give the drive edges from and to 0 V,"
                 " end it after whole periods with time.duration, or add ramps with --ramp"
             )
-    raise_gathered(problems)
+    refuse(problems)
 
 
 def _check(drive: Drive, end: float, rate: float | None, largest_error: float, most_points: int) -> None:

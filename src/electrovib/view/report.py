@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
-from electrovib.core.errors import ElectrovibError, InputError, gathered, raise_gathered
+from electrovib.core.errors import ElectrovibError, InputError, gathered, refuse
 from electrovib.core.files import inputs_noted, kind_of
 from electrovib.core.signals import is_study_result, is_trace, signal
 from electrovib.data.atomic import output_path, write_text
@@ -88,7 +88,7 @@ def reported(
         found = _loaded(traces)
     with gathered(problems):
         check_page(output, inputs=inputs, force=force)
-    raise_gathered(problems)
+    refuse(problems)
     studies = {label: found.pop(label) for label in list(found) if is_study_result(found[label])}
     if len(studies) > 1:
         raise InputError(f"a report shows one study, alone or with Traces; these are {len(studies)}")
@@ -121,7 +121,7 @@ def _loaded(traces: Any) -> dict[str, Any]:
                 found[label] = studied
                 continue
             found[label] = opened if is_trace(opened := open_if_trace(item)) else read_scenario(opened)
-    raise_gathered(problems)
+    refuse(problems)
     return found
 
 
@@ -150,7 +150,7 @@ def _simulated(found: Mapping[str, Any]) -> dict[str, xarray.Dataset]:
             traces[label] = simulate(item) if isinstance(item, Scenario) else item
         except ElectrovibError as error:
             problems += error.problems
-    raise_gathered(problems)
+    refuse(problems)
     return labelled(traces)
 
 

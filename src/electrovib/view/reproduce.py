@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.answer import Document, Table
 from electrovib.core.budget import each_item
-from electrovib.core.errors import InputError, gathered, raise_gathered
+from electrovib.core.errors import InputError, gathered, refuse
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import (
     check_folder,
@@ -136,7 +136,7 @@ def _refuse_to_replace(
                     f"{place}: exists already and is not of an earlier reproduction, or was changed since; give another"
                     " folder, or replace it with --force (force=True)."
                 )
-    raise_gathered(problems)
+    refuse(problems)
 
 
 def _listed(page: Path) -> dict[str, str]:

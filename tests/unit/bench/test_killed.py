@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 import tomlkit
@@ -13,6 +14,7 @@ import electrovib as ev
 from electrovib.bench.link import BenchError, Link, connect
 from electrovib.bench.run import one_process
 
+SERVER = str(Path(__file__).with_name("served_twin.py"))
 SCENARIO = "vezzoli_2014/fig6"
 BURST = 0.272
 pytestmark = pytest.mark.slow
@@ -41,7 +43,7 @@ def served(tmp_path, *, with_enable=True):
     content["amplifier"]["enable"] = enable if with_enable else None
     file = tmp_path / "bench.toml"
     write(file, content)
-    server = ("-m", "electrovib.bench.twin.server", str(file), SCENARIO, "--seconds", str(PATIENCE))
+    server = (SERVER, str(file), SCENARIO, "--seconds", str(PATIENCE))
     with process(*server) as twin:
         addresses = {}
         for line in twin.stdout:

@@ -89,17 +89,12 @@ class Hp33120a:
         accepted here, the command is repeated with the waveform, and the state is read back before anything
         is enabled.
         """
-        self.link.write("*CLS")
-        self.link.write("BM:SOUR INT")
-        self.link.write("BM:NCYC 1")
-        self.link.write("BM:PHAS 0")
-        self.link.write("BM:STAT ON")
+        self.link.write("*CLS", "BM:SOUR INT", "BM:NCYC 1", "BM:PHAS 0", "BM:STAT ON")
         self._refuse_errors(accepted=_SETTINGS_CONFLICT)
 
     def set_trigger(self) -> None:
         """Take the trigger from the bus, and announce each burst at the SYNC output."""
-        self.link.write("TRIG:SOUR BUS")
-        self.link.write("OUTP:SYNC ON")
+        self.link.write("TRIG:SOUR BUS", "OUTP:SYNC ON")
         self._refuse_errors()
 
     def set_load(self) -> None:
@@ -128,16 +123,14 @@ class Hp33120a:
             raise BenchError("a waveform for the bench begins and ends at 0 V")
         self.link.write("FORM:BORD NORM")
         self.link.write_block("DATA:DAC VOLATILE, ", codes.astype(">i2").tobytes())
-        self.link.write("FUNC:USER VOLATILE")
-        self.link.write("VOLT:UNIT VPP")
+        self.link.write("FUNC:USER VOLATILE", "VOLT:UNIT VPP")
         self.link.write("FUNC:SHAP USER;:BM:STAT ON")  # one message: in between the waveform would repeat
         self.link.write(f"FREQ {1 / duration:.9E}")
         self.set_amplitude(amplitude)
 
     def set_amplitude(self, amplitude: float) -> None:
         """Set the voltage between the points -2047 and 2047 [V], without an offset."""
-        self.link.write("VOLT:OFFS 0")
-        self.link.write(f"VOLT {amplitude:.6E}")
+        self.link.write("VOLT:OFFS 0", f"VOLT {amplitude:.6E}")
         self._refuse_errors()
 
     @staticmethod

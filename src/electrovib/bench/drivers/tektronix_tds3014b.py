@@ -70,12 +70,11 @@ class TektronixTds3014b:
     def set_time(self, duration: float) -> float:
         """Set a record that begins before the trigger and lasts longer than the burst; return its length [s]."""
         scale = time_scale(duration)
-        for command in (
+        self.link.write(
             "HEAD OFF", f"HOR:RECO {RECORD}", f"HOR:MAI:SCA {scale:.3E}", f"HOR:TRIG:POS {BEFORE:g}", "ACQ:MOD SAM",
             "ACQ:STOPA SEQ", "TRIG:A:TYP EDGE", "TRIG:A:MOD NORM", "TRIG:A:EDGE:SOU EXT", "TRIG:A:EDGE:SLO RIS",
             "TRIG:A:LEV 1.0",
-        ):  # fmt: skip
-            self.link.write(command)
+        )  # fmt: skip
         return DIVISIONS * scale
 
     def set_channel(self, channel: int, low: float, high: float) -> float:
@@ -124,14 +123,9 @@ class TektronixTds3014b:
 
         A record is refused whose preamble and curve disagree, or that has another form than was set.
         """
-        for command in (
-            f"DAT:SOU CH{channel}",
-            "DAT:ENC RIB",
-            "DAT:WID 2",
-            "DAT:STAR 1",
-            f"DAT:STOP {RECORD}",
-        ):
-            self.link.write(command)
+        self.link.write(
+            f"DAT:SOU CH{channel}", "DAT:ENC RIB", "DAT:WID 2", "DAT:STAR 1", f"DAT:STOP {RECORD}"
+        )
         self.link.write("HEAD ON;:VERB ON")
         keys = preamble_of(self.link.ask("WFMP?"))
         self.link.write("HEAD OFF")

@@ -29,6 +29,7 @@ from electrovib.data.recorded import (
     real_numbers,
     recorded_of,
 )
+from electrovib.data.trace_csv import joined
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -369,9 +370,7 @@ class _Version73:
         values = np.asarray(self._dataset(name, 16 if is_complex else 8)[()])
         if not is_complex:
             return values
-        whole = np.empty(values.shape, np.complex128)
-        whole.real, whole.imag = values["real"], values["imag"]
-        return whole
+        return joined(real=values["real"], imaginary=values["imag"])
 
     def text(self, name: str) -> str:
         return np.asarray(self._dataset(name, 2)[()], dtype="<u2").tobytes().decode("utf-16-le")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -58,16 +57,8 @@ def _unsure(path: Path) -> dict[str, str]:
     return {} if known else {"unsure": words}
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Tektronix:
-    """What a Tektronix .wfm states and RigolWFM does not pass on: the unit of the values, and the number of frames."""
-
-    unit: str
-    frames: int
-
-
-def _tektronix(path: Path) -> _Tektronix | None:
-    """Read the statements of a Tektronix .wfm of version 1 to 3; None for another file."""
+def _tektronix(path: Path) -> tuple[str, int] | None:
+    """Return the unit of the samples and the number of frames of a Tektronix .wfm; None of another file."""
     with path.open("rb") as file:
         head = file.read(_TEKTRONIX_HEAD)
     found = re.match(rb"(\x0f\x0f|\xf0\xf0):WFM#00([123])", head)
@@ -81,7 +72,7 @@ def _tektronix(path: Path) -> _Tektronix | None:
             "it holds an envelope, a minimum and a maximum of each interval; save the samples, or the envelope as .csv"
         )
     unit = head[explicit + 20 : explicit + 40].partition(b"\0")[0].decode("latin-1").strip()
-    return _Tektronix(unit=unit, frames=1 + int(struct.unpack_from(f"{order}I", head, 72)[0]))
+    return unit, 1 + int(struct.unpack_from(f"{order}I", head, 72)[0])
 
 
 def _step(times: Real, stated: object) -> float:
@@ -97,7 +88,7 @@ def channels(path: Path) -> Iterator[tuple[Any, Any]]:
     """Yield time step, start and model, then number, name, unit and values of each channel; called in a guarded process."""
     from RigolWFM import wfm
 
-    tektronix = _tektronix(path)
+    unit, frames = _tektronix(path) or (None, 1)
     found = wfm.Wfm.from_file(str(path))
     recorded = [channel for channel in found.channels if channel.volts is not None and len(channel.volts) > 1]
     if not recorded:
@@ -107,12 +98,11 @@ def channels(path: Path) -> Iterator[tuple[Any, Any]]:
     step = _step(times, getattr(recorded[0], "seconds_per_point", None))
     if not np.isfinite(step) or step <= 0 or not np.isfinite(times[0]):
         raise ValueError("it states no time step")
-    frames = 1 if tektronix is None else tektronix.frames
     omitted = f"frames 2 to {frames} of {frames}" if frames > 1 else ""
     yield "about", [step, float(times[0]), text_of(getattr(found, "header_name", "")), omitted]
     for at, channel in enumerate(recorded):
-        unit = str(getattr(channel.unit, "name", "")).lower()
-        stated = _UNITS.get(unit, "") if tektronix is None else tektronix.unit
+        named = str(getattr(channel.unit, "name", "")).lower()
+        stated = _UNITS.get(named, "") if unit is None else unit
         yield (at, str(channel.name), stated), np.asarray(channel.volts, dtype=float)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.core.units import format_quantity
 from electrovib.exports.spice.formula import Formula, Names, continued, number, remark
 from electrovib.exports.spice.section import LayerElements, initial
@@ -369,8 +369,7 @@ def _check_periodic(scenario: Scenario) -> None:
         for name, layer in layers
         if layer.initial_charge
     ]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
 
 
 def _charged(

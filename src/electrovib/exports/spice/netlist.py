@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.errors import InputError, NotCausalError
+from electrovib.core.errors import InputError, NotCausalError, refuse
 from electrovib.data.marks import Form, unsigned
 from electrovib.exports.spice.circuit import BuiltCircuit, Timing
 from electrovib.exports.spice.formula import Formula, Names, continued, number, remark
@@ -75,8 +75,7 @@ def _check(scenario: Scenario) -> None:
             f"contact = {type(scenario.contact).__name__}: its area follows load and attraction, but that of a netlist is fixed;"
             " use contact.model = FixedArea with the gross_contact_area that 'electrovib run' gives"
         )
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
 
 
 def _moving(scenario: Scenario) -> list[str]:
@@ -266,8 +265,7 @@ def check_digits(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -> N
         problems.append(
             f"{reason} at {scenario.frequency.low:.3g} Hz; set frequency.low to {lowest:.2g} Hz or more"
         )
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
 
 
 def _rate_needed(capacitance: float, leak: float, largest: float) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 import numpy as np
 from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError
 
-from electrovib.core.errors import InputError, gathered, raise_gathered
+from electrovib.core.errors import InputError, gathered, refuse
 from electrovib.core.mistakes import shown
 from electrovib.core.quantity import Number, Quantity, quantity_of
 from electrovib.physics.drive.base import Drive
@@ -146,7 +146,7 @@ class LevelledDrive(Drive, family=True):
         for name, value in pair.items():
             with gathered(problems):
                 numbers[name] = cls._number(name, value)
-        raise_gathered(problems)
+        refuse(problems)
         crest = cls._crest_of(others)
         if cls._stored_pair == LEVELS:
             amplitude, offset = numbers["amplitude"], numbers["offset"]

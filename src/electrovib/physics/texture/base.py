@@ -41,7 +41,7 @@ class Texture(Model, family=True):
     added force has to be 0 or more.
     """
 
-    checked_elsewhere: ClassVar[frozenset[str]] = frozenset({"added_friction", "along", "length", "across"})
+    checked_elsewhere: ClassVar[frozenset[str]] = frozenset({"added_friction", "along"})
 
     @abstractmethod
     def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:

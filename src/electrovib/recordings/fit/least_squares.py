@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import importlib
 import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -180,13 +181,15 @@ class _Search:
             return search.minimize(method="leastsq", Dfun=self.sloped, gtol=0.0, **ends)
 
 
-def require_lmfit() -> Any:
-    """Return the module lmfit, or raise an InputError with the line that installs it."""
+def required(package: str, what: str) -> Any:
+    """Return a package of the extra ``fit``, or refuse what needs it."""
     try:
-        import lmfit
+        return importlib.import_module(package)
     except ImportError:
-        raise InputError("a fit needs lmfit: pip install 'electrovib[fit]'") from None
-    return lmfit
+        raise InputError(f"{what} needs {package}: pip install 'electrovib[fit]'") from None
+
+
+require_lmfit: Final = functools.partial(required, "lmfit", "a fit")
 
 
 LEAST_DETERMINED: Final = 1e-13

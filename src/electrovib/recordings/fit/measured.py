@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest
+from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.recordings.calibration import CalibrationError
@@ -135,8 +135,7 @@ def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> t
             f"{measured.name}: holds no signal to fit; it has {', '.join(map(str, trace.data_vars)) or 'no variables'}, and a"
             " fit takes signals of the nomenclature over time or frequency, such as electrostatic_force or impedance"
         )
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     return tuple(_observed(measured, name, offered[name]) for name in wanted)
 
 
@@ -211,8 +210,7 @@ def as_recorded(
                 changes |= taken
                 said += [f"{each.name}: {words}"] if taken else []
         found.append(dataclasses.replace(each, changes=dict(each.changes) | changes) if changes else each)
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     return found, said
 
 

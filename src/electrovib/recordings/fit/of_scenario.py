@@ -15,6 +15,7 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import value_at
 from electrovib.recordings.fit.identifiability import identifiability, rounding_of, trades
+from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, required
 from electrovib.recordings.fit.measured import MeasuredTrace, as_recorded
 from electrovib.recordings.fit.misfit import misfit_of
 from electrovib.recordings.fit.prediction import Prediction, residuals_of
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
-    from electrovib.recordings.fit.result import ScenarioFit
 
 
 _FEW: Final = 400
@@ -399,13 +398,7 @@ def _summary(sampler: Any, free: Mapping[str, FreeParameter], how: Sampling) -> 
     )
 
 
-def require_emcee() -> Any:
-    """Return emcee, or refuse with the line that installs it."""
-    try:
-        import emcee
-    except ImportError:
-        raise InputError("a posterior needs emcee: pip install 'electrovib[fit]'") from None
-    return emcee
+require_emcee: Final = functools.partial(required, "emcee", "a posterior")
 
 
 def chains_of(posterior: Posterior, units: Mapping[str, str]) -> xarray.Dataset:

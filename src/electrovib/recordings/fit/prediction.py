@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -84,20 +84,15 @@ class Prediction:
         self.free = {each.name: self._parameter(each, start or {}) for each in self.unknowns}
         self._last: tuple[object, Real] | None = None
         self._linear: dict[str, NDArray[np.bool_] | None] = {}
-        self._remember()
 
-    def _remember(self) -> None:
-        """Keep the last predictions, of which those of other recordings do not change with each trial."""
-        self._predicted = functools.lru_cache(maxsize=2 * len(self.measured) + 2)(self._of_record)
+    @functools.cached_property
+    def _predicted(self) -> Callable[..., tuple[NDArray[Any], ...]]:
+        """Predictions that keep the last ones, of which those of other recordings do not change with each trial."""
+        return functools.lru_cache(maxsize=2 * len(self.measured) + 2)(self._of_record)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled or copied: all but what is remembered."""
         return {name: each for name, each in vars(self).items() if name != "_predicted"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Begin with nothing remembered."""
-        vars(self).update(state)
-        self._remember()
 
     def pieces(self) -> Iterator[tuple[int, int, Observed, slice]]:
         """Number each signal by recording and place there, and give it with its rows in one row of all data."""

@@ -195,17 +195,14 @@ def _spread(values: Real, variances: Real, wanted: Real) -> Real:
 
 
 def _quantile(means: Real, errors: Real, share: float) -> float:
+    from scipy.optimize import brentq
     from scipy.special import ndtr
 
+    def excess(at: float) -> float:
+        return float(np.mean(ndtr((at - means) / errors))) - share
+
     reach = 10 * errors.max()
-    low, high = float(means.min() - reach), float(means.max() + reach)
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        if np.mean(ndtr((middle - means) / errors)) < share:
-            low = middle
-        else:
-            high = middle
-    return (low + high) / 2
+    return float(brentq(excess, means.min() - reach, means.max() + reach, xtol=_ROUNDING * reach))
 
 
 FAILED = "failed"

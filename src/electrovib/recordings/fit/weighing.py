@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,7 +16,7 @@ from electrovib.core.mistakes import near_members
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.stack import roles_of
-from electrovib.recordings.fit.least_squares import FreeParameter
+from electrovib.recordings.fit.least_squares import FreeParameter, required
 from electrovib.recordings.fit.problem import least_noise
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def cases_of(
     """
     if laws is None:
         return {}, {}
-    require_dynesty()
+    _require_dynesty()
     known, own = find_members(ForceLaw), type(scenario.force).__name__
     asked = list(known) if laws == ALL else [laws] if isinstance(laws, str) else list(laws)
     asked = [each for name in asked for each in (known if name == ALL else [name])]
@@ -233,8 +234,8 @@ class Likelihood:
 
     def sampled(self, *, seed: int, live: int = LIVE) -> MarginalLikelihood:
         """Average the likelihood over the prior by nested sampling, with its standard error."""
-        sampler = require_dynesty().NestedSampler(
-            self, _as_it_is, self.low.size, nlive=live, rstate=np.random.default_rng(seed), bound="single",
+        sampler = _require_dynesty().NestedSampler(
+            self, lambda place: place, self.low.size, nlive=live, rstate=np.random.default_rng(seed), bound="single",
             sample="unif" if self.low.size < _MANY else "rwalk", first_update={"min_eff": 50.0, "min_ncall": live},
         )  # fmt: skip
         sampler.run_nested(dlogz=_ENDS, print_progress=False)
@@ -247,17 +248,7 @@ class Likelihood:
         )
 
 
-def _as_it_is(place: Real) -> Real:
-    return place
-
-
-def require_dynesty() -> Any:
-    """Return dynesty, or refuse with the line that installs it."""
-    try:
-        import dynesty
-    except ImportError:
-        raise InputError("the evidence of laws needs dynesty: pip install 'electrovib[fit]'") from None
-    return dynesty
+_require_dynesty: Final = functools.partial(required, "dynesty", "the evidence of laws")
 
 
 def _prior(found: ScenarioFit, unknown: Unknown, reference: Scenario) -> FreeParameter:

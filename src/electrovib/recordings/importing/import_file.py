@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
-from electrovib.core.errors import DataFileError, InputError, gathered, nearest
+from electrovib.core.errors import DataFileError, InputError, gathered, nearest, refuse
 from electrovib.core.files import note_input
 from electrovib.core.signals import SIGNALS, make_trace
 from electrovib.core.units import format_quantity
 from electrovib.data.faults import check_file
 from electrovib.data.recorded import column_of
 from electrovib.data.registry import format_of, read_recorded
-from electrovib.data.spectrum import refuse_spectrum, spectrum_of, split_part
+from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration, calibrate
 from electrovib.recordings.importing.choice import calibrated_column, check_names
@@ -127,7 +127,8 @@ def import_file(
         return spectrum_trace(recorded, wanted, origin, spectrum=spectrum)
     if problems := _wrong_names(wanted, steps):
         raise InputError(problems)
-    refuse_spectrum(part, spectrum)
+    if spectrum:
+        raise InputError(f"part = {part}: the columns are signals over time, not a spectrum")
     clock = sample_times(recorded, time=time, step=step, stamps=stamps)
     return _over_time(recorded, wanted, clock, steps, origin)
 
@@ -150,8 +151,7 @@ def _with_calibrations(
     problems += [
         f"calibration.{name}: a scale is given too; omit one of the two" for name in files if name in scale
     ]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     lines = {name: read_calibration(name, place) for name, place in files.items()}
     return {"scale": dict(scale) | lines} if lines else {}
 
@@ -168,8 +168,7 @@ def _reduction(given: Mapping[str, Any]) -> ReductionSteps:
         for name in given
         if name not in known
     ]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     fitting = {name: value for name, value in given.items() if value is not None}
     if "detrend" in fitting:
         trends = fitting["detrend"]
@@ -196,8 +195,7 @@ def _over_time(
             )
             signals[signal], readings[signal] = values[clock.rows], column.values[clock.rows]
             history += words
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     diagnostics = [*about_file(recorded), *clock.diagnostics, *about_samples(clock.time, readings)]
     found, signals, words = reduced(clock.time, signals, steps)
     trace = make_trace(

@@ -372,22 +372,10 @@ def residuals(predicted: xarray.Dataset, measured: xarray.Dataset) -> list[Signa
         along = str(measured[name].dims[-1])
         if measured[name].dims != (along,) or predicted[other].dims != (along,):
             continue
-        found += _of_signal(predicted[other], measured[name], name, along)
+        axis, grid = np.asarray(measured[along].values), np.asarray(predicted[along].values)
+        own, values = np.asarray(measured[name].values), np.interp(axis, grid, predicted[other].values)
+        known = (axis >= grid[0]) & (axis <= grid[-1]) & np.isfinite(values) & np.isfinite(own)
+        if np.count_nonzero(known) > 1:
+            shown = {"axis": axis[known], "measured": own[known], "predicted": values[known]}
+            found.append(SignalResidual(name=name, predicted_name=other, along=along, **shown))
     return found
-
-
-def _of_signal(
-    predicted: xarray.DataArray, measured: xarray.DataArray, name: str, along: str
-) -> list[SignalResidual]:
-    """Return the residual of one signal; none where the axes do not overlap."""
-    axis, grid = np.asarray(measured[along].values), np.asarray(predicted[along].values)
-    values = np.interp(axis, grid, np.asarray(predicted.values))
-    known = (axis >= grid[0]) & (axis <= grid[-1]) & np.isfinite(values) & np.isfinite(measured.values)
-    if np.count_nonzero(known) < 2:
-        return []
-    return [
-        SignalResidual(
-            name=name, predicted_name=str(predicted.name), along=along, axis=axis[known],
-            measured=np.asarray(measured.values)[known], predicted=values[known],
-        )
-    ]  # fmt: skip

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
 
@@ -90,8 +90,7 @@ def fit_parallel_part(
             f"impedance: a resistor and a capacitor in parallel miss it by {found.residual:.2g} of its modulus, more than"
             f" {LARGEST_RESIDUAL:g}: it is another part"
         )
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     return found
 
 

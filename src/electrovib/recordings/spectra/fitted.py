@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import InputError, nearest, refuse
 from electrovib.core.units import format_quantity
 from electrovib.recordings.importing.own_material import layer_toml
 from electrovib.recordings.importing.parallel_part import CERTAIN, fit_parallel_part
@@ -142,8 +142,7 @@ def _noise_of(samples: Mapping[str, SampleSpectrum], noise: Mapping[str, float])
         if name not in samples
     ]
     problems += [f"noise: state that of '{name}' too, or of none" for name in samples if name not in noise]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     return np.concatenate([np.full(each.frequency.size, noise[name]) for name, each in samples.items()])
 
 
@@ -330,8 +329,7 @@ class InstrumentError:
             for name, value in (("gain", self.gain), ("phase", self.phase))
             if not (math.isfinite(value) and 0 <= value < 1)
         ]
-        if problems:
-            raise InputError(problems)
+        refuse(problems)
 
     def without_fixture(self) -> InstrumentError:
         """Return it for a sample whose fixture is known otherwise."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.errors import ElectrovibError, InputError, nearest
+from electrovib.core.errors import ElectrovibError, InputError, nearest, refuse
 from electrovib.core.paths import with_numbers
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.physics.material import ColeCole, Constant, ConstantPhase, Debye, HavriliakNegami, Prony
@@ -253,8 +253,7 @@ def _refuse(grid: Real, data: Complex, forms: Sequence[str], loss: str) -> None:
             "loss = 'none': by the Kramers-Kronig relations a material without loss is without dispersion; its form is constant."
             " For a permittivity that changes with the frequency state loss = 'unknown' (--loss unknown)"
         )
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
 
 
 def _contradicted(loss: str) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.core.units import parse_quantity
 from electrovib.physics.relaxation import (
     release_seen_by_sensor,
@@ -79,8 +79,7 @@ class Sensor:
             for name in ("frequency_error", "quality_error")
             if not 0 <= getattr(self, name) < math.inf
         ]
-        if problems:
-            raise InputError(problems)
+        refuse(problems)
 
     def shortest_time(self, levels: tuple[float, float] = (0.1, 0.9)) -> float:
         """Compute the time between two levels of the reading after an instantaneous change of the force.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
 from electrovib.recordings.interval import Interval, NumberRow, averages, mean_of
 from electrovib.recordings.transitions.edges import (
@@ -257,8 +257,7 @@ def _check(*, start: float | None, window: float | None) -> None:
         for name, value in (("start", start), ("window", window))
         if value is not None and not 0 <= value < math.inf
     ]
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, refuse
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
 from electrovib.recordings.interval import Interval, NumberRow, from_noise, mean_of
 from electrovib.recordings.transitions.edges import EdgeRecord, columns_of, edge_record, reference_times
@@ -157,8 +157,7 @@ def _check(levels: tuple[float, float], exponentials: int, edges: str, **spans: 
     ]
     if edges not in ("both", "rising", "falling"):
         problems.append(f"edges = {edges}: expected both, rising or falling")
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from electrovib.core.errors import InputError, raise_gathered
+from electrovib.core.errors import InputError, refuse
 from electrovib.core.model import Model
 from electrovib.core.paths import nested
 from electrovib.physics.debye_sum import DebyeSum
@@ -61,11 +61,11 @@ def check_values(scenario: Scenario, quantities: Mapping[str, Quantity], columns
             problems.append(
                 f"{path} = {values[finger]:.6g}: must lie between {quantity.range()} (finger {finger} of the call)"
             )
-    raise_gathered(problems)
+    refuse(problems)
     problems = [
         why for part, own in _parts(scenario, columns).items() if (why := _refused(scenario, part, own))
     ]
-    raise_gathered(problems)
+    refuse(problems)
 
 
 def _parts(scenario: Scenario, columns: Mapping[str, Real]) -> dict[str, dict[str, Real]]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, gathered, nearest, raise_gathered
+from electrovib.core.errors import InputError, gathered, nearest, refuse
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
@@ -177,4 +177,4 @@ def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -
             quantity_at(scenario, path)
     if not free:
         problems.append("free: name at least one parameter that differs between fingers")
-    raise_gathered(problems)
+    refuse(problems)

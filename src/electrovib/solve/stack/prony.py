@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from electrovib.core.arrays import Complex, Real
-from electrovib.core.errors import InputError, raise_gathered
+from electrovib.core.errors import InputError, refuse
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.recursion.blocks import PRODUCT
 
@@ -159,7 +159,7 @@ def check_range(*, low: float, high: float, terms: int, slowest: float | None) -
         problems.append(
             f"slowest = {slowest!r} s: must lie above 1/(2 pi high) = {1 / (2 * np.pi * high):.3g} s."
         )
-    raise_gathered(problems)
+    refuse(problems)
 
 
 def evaluated(bound_permittivity: Callable[[Real], npt.ArrayLike], frequency: Real) -> Complex:

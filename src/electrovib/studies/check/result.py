@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Final, Self, TypeAlias
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.citation import UNVERIFIED
 from electrovib.core.diagnostics import Diagnostic, warning_lines
-from electrovib.core.errors import InputError, raise_gathered
+from electrovib.core.errors import InputError, refuse
 from electrovib.core.model import read_model
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
@@ -326,7 +326,7 @@ class CheckResult(Answer):
         """Raise an error if a limit is exceeded, or a declared one could not be compared."""
         refused = sorted((row for row in self.rows if row.is_refused), key=lambda row: row.state != FAIL)
         problems = [f"{'; '.join(filter(None, (row.text, row.remedy)))}. {consequence}" for row in refused]
-        raise_gathered(problems)
+        refuse(problems)
 
     def value(self, quantity: str) -> float | None:
         """Return the value of a row or number such as ``"peak voltage"``, in its unit; None where it is not known."""

@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import STATES, Diagnostic, read_diagnostics
-from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, raise_gathered
+from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
@@ -179,7 +179,7 @@ def named_materials(names: Iterable[str]) -> dict[str, str]:
             if shown in found:
                 raise InputError(f"materials: '{name}' is named twice")
             found[shown] = name
-    raise_gathered(problems)
+    refuse(problems)
     return found
 
 

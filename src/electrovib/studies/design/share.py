@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, Problem, gathered, raise_gathered
+from electrovib.core.errors import InputError, Problem, gathered, refuse
 from electrovib.core.units import format_quantity
 from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
@@ -76,7 +76,7 @@ def design_for_share(
         problems.append(f"share = {share!r}: expected a number above 0 and below 1, for instance 0.9")
     with gathered(problems):
         checked_draws(n, fewest=_FEWEST, example=1000)
-    raise_gathered(problems)
+    refuse(problems)
     given = several_limits(limits, scenario)
     numbers = 2 * len(over.paths)
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.discovery import offers
-from electrovib.core.errors import InputError, Problem, gathered, nearest, raise_gathered
+from electrovib.core.errors import InputError, Problem, gathered, nearest, refuse
 from electrovib.core.mistakes import shown
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.paths import quantity_at
@@ -118,7 +118,7 @@ def _stated(
         kind = type(_ELSE.get(name, ""))
         if name not in {"schema", "scale", *COLUMNS.values()} and not isinstance(given, kind):
             problems.append(f"{name} = {shown(given)}: expected {_WORDS[kind]}")
-    raise_gathered(problems)
+    refuse(problems)
     return (
         _ELSE
         | {"over": "", "at": ()}
@@ -151,7 +151,7 @@ def _set_up(stated: Mapping[str, Any]) -> tuple[Scenario, str, str]:
     problems: list[str] = []
     with gathered(problems, within="changes"):
         scenario = scenario.replace(stated["changes"])
-    raise_gathered(problems)
+    refuse(problems)
     unit, of_over = stated["unit"], "1"
     with gathered(problems):
         unit = unit or (unit_of(stated["quantity"], stated["per"], scenario) if stated["scale"] == 1 else "")
@@ -160,7 +160,7 @@ def _set_up(stated: Mapping[str, Any]) -> tuple[Scenario, str, str]:
         of_over = quantity_at(scenario, stated["over"]).unit if stated["over"] else "1"
     except InputError as error:
         problems += [Problem(each.reason, path="over", value=stated["over"]) for each in error.problems]
-    raise_gathered(problems)
+    refuse(problems)
     return scenario, unit, of_over
 
 
@@ -180,7 +180,7 @@ def _measurement(stated: Mapping[str, Any]) -> Measurement:
     with gathered(problems, within="unknown"):
         if unknown:
             read_space(scenario, {"space": unknown})
-    raise_gathered(problems)
+    refuse(problems)
     of_model: dict[str, dict[str, Any]] = {}
     for path, table in flattened(stated["of_model"]).items():
         model, _, inner = path.partition(".")

@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError, raise_gathered
+from electrovib.core.errors import ElectrovibError, InputError, refuse
 from electrovib.core.mistakes import near_members
 from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.marks import Form, csv_text
@@ -271,7 +271,7 @@ def _check_laws(laws: Sequence[str]) -> None:
     ]
     if len(dict.fromkeys(laws)) < 2:
         problems.append("laws: name two different ones at least")
-    raise_gathered(problems)
+    refuse(problems)
 
 
 def _noise(given: tuple[float | str, float | str], *, unit: str) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Final
 
 from electrovib.core.budget import amount_of_memory
-from electrovib.core.errors import InputError, gathered, nearest, raise_gathered
+from electrovib.core.errors import InputError, gathered, nearest, refuse
 from electrovib.core.own_models import use_models, used_files
 from electrovib.core.samples import Samples
 from electrovib.core.signals import SIGNALS, STUDY_FORMAT
@@ -195,7 +195,7 @@ def _thresholds(
             problems.append(f"exceed = {each}: expected a value in {units}, for instance '5 m{units[:1]}'")
         for name, value in read.items() if isinstance(each, str) else list(read.items())[:1]:
             found[name].add(value)
-    raise_gathered(problems)
+    refuse(problems)
     return {name: tuple(sorted(values)) for name, values in found.items() if values}
 
 

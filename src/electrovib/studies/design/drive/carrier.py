@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, raise_gathered
+from electrovib.core.errors import InputError, refuse
 from electrovib.core.model import read_model
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.current import CurrentAmplifier
@@ -134,7 +134,7 @@ def refuse_nonlinear(scenario: Scenario) -> None:
             "motion: the sliding film leaves the contact with its charge, which the gain at one frequency does not contain;"
             " omit the renewal of the film"
         )
-    raise_gathered(problems)
+    refuse(problems)
 
 
 def _not_of_second_degree(scenario: Scenario) -> InputError:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, raise_gathered
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, refuse
 from electrovib.core.paths import quantity_at
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, limited, unit_of_limit
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -337,7 +337,7 @@ def design_plate(
         problems.append(f"over: name at least one parameter that is varied, for instance {_EXAMPLE}")
     if not 0 <= refine <= MOST_ROUNDS:
         problems.append(f"refine = {refine}: expected a whole number of rounds from 0 to {MOST_ROUNDS}")
-    raise_gathered(problems)
+    refuse(problems)
     is_calibrated = _is_calibrated(given)
     plates = Plates(members=members, declared=declared, objectives=objectives, perceived=is_calibrated)
     found = plates.solve(axes, materials=tuple(members), progress=progress)
@@ -374,7 +374,7 @@ def _objectives(
             if objective.name in found:
                 problems.append(f"{option}: '{objective.name}' is an objective already; name it once")
             found[objective.name] = objective
-    raise_gathered(problems)
+    refuse(problems)
     if not found:
         raise InputError("name at least one objective, for instance maximise = 'mean electrostatic_force'")
     return tuple(found.values())

@@ -1,4 +1,7 @@
-"""A simulated bench as a process of its own: its instruments answer on the loopback interface, in real time."""
+"""A simulated bench as a process of its own: its instruments answer on the loopback interface, in real time.
+
+`test_killed` runs this file.
+"""
 
 from __future__ import annotations
 
