@@ -186,6 +186,7 @@ study ok.toml --signal lateral_force => takes '--quantity'
 run ok.toml --quantities x => takes '--quantity'
 fit ok.toml t.nc --varying x => takes '--vary'
 fit ok.toml t.nc --offsets x => takes '--zero'
+study ok.toml -n 4 --seed 1 --space m.csv -o s.zarr => a table of numbers, not a space && 'electrovib import m.csv' reads it
 export ok.toml --instrument x => takes '--as'
 import m.csv --columns x => takes '--column'
 run ok.toml --outptu x.nc => Did you mean '--output'?
