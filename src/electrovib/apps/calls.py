@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from electrovib.core.errors import InputError, Problem
+from electrovib.core.errors import Problem, refuse
 from electrovib.core.signals import is_trace
 
 _UNITS: Final = {
@@ -74,8 +74,7 @@ def public(function: Callable[..., Any], public_name: str) -> Callable[..., Any]
 
                 why = f"{public_name} takes {kinds[name].words}"
                 problems.append(Problem(why, path=name, value=shown(value)))
-        if problems:
-            raise InputError(problems)
+        refuse(problems)
         return function(*given.args, **given.kwargs)
 
     call.__module__ = __name__.partition(".")[0]  # where it is public, so that it can be pickled

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import refuse
 from electrovib.core.parsing import read_toml
 
 
@@ -15,8 +15,7 @@ def read_changes(texts: Iterable[str]) -> dict[str, Any]:
     Texts that cannot be read are refused all at once.
     """
     found, problems = readable_changes(texts)
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     return found
 
 

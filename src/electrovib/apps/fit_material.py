@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.errors import InputError, gathered, nearest
+from electrovib.core.errors import InputError, gathered, nearest, refuse
 from electrovib.core.units import number_in
 from electrovib.data.atomic import check_writable, output_path, write_text
 from electrovib.data.marks import Form, unsigned
@@ -127,8 +127,7 @@ def fit_material(
         _check(target, [*names, *([] if reference is None else [Path(reference[0])])], base, force=force)
     if not names:
         problems.append("files: name at least one spectrum")
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     noises = {
         Path(file).name if str(file) not in samples else str(file): each
         for file, each in (noise or {}).items()

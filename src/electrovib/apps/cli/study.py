@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import answered, complain, say
 from electrovib.apps.exit_codes import INTERRUPTED
-from electrovib.core.errors import InputError, gathered
+from electrovib.core.errors import InputError, gathered, refuse
 
 if TYPE_CHECKING:
     import xarray
@@ -95,8 +95,7 @@ def _print_bands(given: dict[str, Any], store: str, csv: str | None) -> None:
     with gathered(problems):
         if report is not None:
             check_page(report, force=force)
-    if problems:
-        raise InputError(problems)
+    refuse(problems)
     done = [0, given["n"]]
     try:
         with tracked("evaluating fingers", counted=True) as progress:
