@@ -110,7 +110,7 @@ def test_a_trace_shows_its_warnings_first(shown, scenario, trace):
     page, text, plain = shown(ev.simulate(scenario.replace({"drive.high": "10 V"})))
     assert "warning" not in plain
     assert in_order(page, "<details>", "largest")
-    assert "Validity: 5 ok" in text
+    assert "Validity: 6 ok" in text
 
 
 def test_whatever_is_taken_from_a_trace_is_shown(shown, trace):

@@ -60,9 +60,9 @@ def other_kind(path: Path, kind: str, content: Mapping[str, Any] | None = None) 
     if content and _OWN.get(kind, (set(), ""))[0] & content.keys():
         return ""
     found = next((own for own, (tables, _) in _OWN.items() if content and tables & content.keys()), "")
-    if not found and (content or (path.suffix.lower() == ".toml" and not is_address(path))):
+    if not found and path.suffix.lower() == ".toml" and not is_address(path):
         return ""
-    table = f"is {_TABLE}" if path.suffix.lower() in _TABLES.split() else ""
+    table = f"is {_TABLE}" if not content and path.suffix.lower() in _TABLES.split() else ""
     told = f"is {found}; 'electrovib {_OWN[found][1]}' takes it" if found else foreign(path) or table
     what, sign, does = told.replace("{}", str(path)).partition(";")
     return f"{what}, not {kind}{sign}{does}" if told else ""

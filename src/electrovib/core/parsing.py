@@ -120,7 +120,7 @@ def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
     try:
         if (found := kind_of(path)) in ("folder", "other"):
             what = "a folder" if found == "folder" else "not an ordinary file"
-            raise InputError(f"is {what}. {advice}", path=path)
+            raise InputError(other_kind(path, kind) or f"is {what}. {advice}", path=path)
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:  # a name with a zero byte is no OSError
