@@ -238,6 +238,13 @@ class Components:
         if self.of.observed.noise is not None:
             expected = self.variance
             chance = max(chance, float(chdtrc(more, squares / expected / STATED)))
+        elif (
+            rounded_signal(self.of) is not None
+        ):  # errors of half a step may follow each other, and are no noise
+            half = float(
+                np.mean((self.of.observed.resolution / 2 / (self.of.observed.scale * self.of.noise)) ** 2)
+            )
+            chance = max(chance, float(chdtrc(more, squares / half)))
         ratio = squares / more / max(expected, 1e-300)
         why = f"that are no noise: their {what} has {ratio:.2g} times the variance of noise{self._where()}"
         return self._sign(chance, ratio, why)

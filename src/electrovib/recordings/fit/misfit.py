@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.paths import quantity_at
 from electrovib.physics.stages import response as through_stages
 from electrovib.recordings.fit.components import STATED, Components, Sign, orthonormal
-from electrovib.recordings.fit.identifiability import VANISHES, response
+from electrovib.recordings.fit.identifiability import VANISHES, response, rounded_signal
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
 from electrovib.recordings.interval import MISFIT, UNCLEAR
 
@@ -123,7 +123,7 @@ def misfit_of(
         reasons=tuple(f"{each.subject}: {each.reason}" for each in signs if each is first[each.subject]),
         inflation=inflation,
         independent=sum(each.residual.size for each in real) / inflation if real else math.inf,
-        is_unclear=any(each.spectrum.is_unexplained for each in real),
+        is_unclear=any(each.spectrum.is_unexplained and rounded_signal(each.of) is None for each in real),
         computed=not real,
         between=between if any(each in signs for each in scatter) else {},
         recordings=len(problem.prediction.measured),
