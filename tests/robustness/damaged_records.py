@@ -27,6 +27,11 @@ def _written(write):
     return found.getvalue()
 
 
+def _undated(raw):
+    """Return a MAT-file of version 5 without the time of writing in its heading: the same bytes each day."""
+    return b"MATLAB 5.0 MAT-file".ljust(116) + raw[116:]
+
+
 def _isf():
     head = (
         ':WFMPRE:BYT_NR 2;BIT_NR 16;ENCDG BIN;BN_FMT RI;BYT_OR MSB;NR_PT 40;WFID "Ch1, DC";PT_FMT Y;XINCR 4.0E-6;'
@@ -155,8 +160,8 @@ def whole_files():
         "a.isf": _isf(),
         "a.wav": _written(lambda file: wavfile.write(file, 8000, (V * 2**14).astype(np.int16))),
         "a.npy": _written(lambda file: np.save(file, np.array([T, V]).T)),
-        "packed.mat": _written(lambda file: scipy.io.savemat(file, content, do_compression=True)),
-        "plain.mat": _written(lambda file: scipy.io.savemat(file, content)),
+        "packed.mat": _undated(_written(lambda file: scipy.io.savemat(file, content, do_compression=True))),
+        "plain.mat": _undated(_written(lambda file: scipy.io.savemat(file, content))),
         "a.h5": _written(_hdf5),
         "new.mat": mat73({"record": np.array([T, V]).T, "trial/force": V[:, None], "trial/note": "x"}),
     }  # fmt: skip
