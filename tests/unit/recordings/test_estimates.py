@@ -12,7 +12,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.identifiability import identifiability
-from electrovib.recordings.fit.least_squares import FreeParameter, aicc, bic, fit_function
+from electrovib.recordings.fit.least_squares import FreeParameter, aicc, bic, least_squares
 from electrovib.recordings.fit.of_scenario import curvature_bias
 from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
 from electrovib.recordings.interval import profile_interval
@@ -20,6 +20,37 @@ from electrovib.recordings.transitions.modes import ONE, fit_modes
 from electrovib.recordings.transitions.relaxation import EXPONENTIAL, Sensor
 
 X = np.linspace(0.1, 2.0, 20)
+
+
+def fit_function(function, x, y, *, start, noise=None):
+    """Fit by least squares with differences of sixth order, one-sided where a bound is nearer than the step."""
+    free = {
+        name: each if isinstance(each, FreeParameter) else FreeParameter(start=each)
+        for name, each in start.items()
+    }
+
+    def residual(values):
+        return (function(x, **values) - y) / (noise or 1.0)
+
+    def sloped(values):
+        columns = []
+        for name, value in values.items():
+            step = 1e-3 * abs(value)
+
+            def at(shift, name=name, value=value):
+                return residual({**values, name: value + shift})
+
+            if free[name].lower < value - 3 * step and value + 3 * step < free[name].upper:
+                pairs = [(at(k * step) - at(-k * step)) / (2 * k * step) for k in (1, 2, 3)]
+                columns.append(1.5 * pairs[0] - 0.6 * pairs[1] + 0.1 * pairs[2])
+            else:
+                small = (1 if value + 1e-5 * step < free[name].upper else -1) * 1e-5 * step
+                columns.append((at(small) - at(0.0)) / small)
+        return np.column_stack(columns)
+
+    return least_squares(residual, free, derivatives=sloped, noise_is_known=noise is not None)
+
+
 RATE = 2e6
 
 
