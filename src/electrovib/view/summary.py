@@ -195,8 +195,9 @@ def quantities_of_scenario(
 ) -> dict[str, float]:
     """Compute quantities of a scenario over its whole time."""
     from electrovib.solve.choice import chosen
-    from electrovib.solve.quantities import read_name, solved
     from electrovib.solve.quantities.answer import numbers
+    from electrovib.solve.quantities.names import read_name
+    from electrovib.solve.quantities.resolve import solved
 
     try:
         if quick and chosen(scenario).method.is_marched:
