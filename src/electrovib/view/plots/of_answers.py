@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE
 from electrovib.view.plots.draw import finish, legend_beside_no_curve
-from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, drawing
+from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, PALE, drawing
 from electrovib.view.units import label_axis, pretty_quantity, typeset
 
 if TYPE_CHECKING:
@@ -270,8 +270,12 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
         if panel.log_y:
             axes.set_yscale("log")
         shown = [curve for curve in panel.curves if curve.drawn]
+        named = set()
         for curve, (colour, dash) in zip(shown, _looks(shown), strict=True):
-            _draw(axes, curve, colour, dash, floor=panel.floor)
+            label = curve.background or curve.label
+            known = label in named or label == panel.y[0]
+            named.add(curve.background)
+            _draw(axes, curve, colour, dash, floor=panel.floor, label="" if known else label)
         finish(axes, x=panel.x, y=panel.y)
         axes.set_title(typeset(panel.title))
         return axes
@@ -284,17 +288,25 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[str, LineStyleType]]:
         dashes = {"dashed": _BROKEN, "dotted": _DOTTED}.get(curve.kind, _SOLID)
         turn, place = divmod(number if curve.look is None else curve.look, len(PALETTE))
         reference = curve.look == REFERENCE
-        found.append((NEUTRAL, dashes[0]) if reference else (PALETTE[place], dashes[turn % len(dashes)]))
+        if curve.background:
+            found.append((PALE, dashes[0]))
+        else:
+            found.append((NEUTRAL, dashes[0]) if reference else (PALETTE[place], dashes[turn % len(dashes)]))
     return found
 
 
-def _draw(ax: Axes, curve: Curve, colour: str, dash: LineStyleType, *, floor: float | None) -> None:
+def _draw(
+    ax: Axes, curve: Curve, colour: str, dash: LineStyleType, *, floor: float | None, label: str
+) -> None:
     x, y = (np.asarray(values, dtype=float) for values in (curve.x, curve.y))
     if floor is not None:
         y = np.where(y >= floor, y, np.nan)
-    label = typeset(curve.label)
+    label = typeset(label)
     if curve.upper is not None:
         upper = np.asarray(curve.upper, dtype=float)
+        if x.size == 1:
+            ax.vlines(x, y, upper, color=colour, linewidth=6, alpha=0.35, label=label)
+            return
         ax.fill_between(x, y, upper, color=colour, alpha=0.22, linewidth=0, label=label)
         for edge in (y, upper):
             ax.plot(x, edge, color=colour, linewidth=0.7)
@@ -307,4 +319,15 @@ def _draw(ax: Axes, curve: Curve, colour: str, dash: LineStyleType, *, floor: fl
             x, y, color=colour, label=label, linestyle="none", marker="o", markersize=size, alpha=strength
         )
     else:
-        ax.plot(x, y, color=colour, label=label, linestyle=dash)
+        width, height = (0.8, 1.5) if curve.background else (2.4 if curve.kind == "bold" else None, 2.0)
+        ax.plot(
+            x,
+            y,
+            color=colour,
+            label=label or "_nolegend_",
+            linestyle=dash,
+            linewidth=width,
+            zorder=height,
+            marker="_" if x.size == 1 else "",
+            markersize=14,
+        )
