@@ -306,8 +306,9 @@ def test_the_figures_of_the_paper_come_first_as_printed(reproduction):
     """Peak by hand: 7.7 ms/36 ms (1 - exp(-36/7.7)) of 1000 V, squared, of 56.55 mN, with C_i/C_s in the time constant."""
     names = [shown.id for shown in reproduction.panels]
     assert names[:7] == [f"fig{number}" for number in range(1, 8)]
-    folded = {each.id for each in reproduction.panels if isinstance(each, Panel) and each.folded}
-    assert folded == {"fig4_by_skin", "fig6_over_decades", "fig6_ramps", "fig7_by_skin"}
+    further = reproduction.panels[7:]
+    assert all(each.folded for each in further)
+    assert {"fig4_by_skin", "fig6_over_decades", "fig6_ramps", "fig7_by_skin"} <= {each.id for each in further}
     panels = panels_of(reproduction)
     assert [panels[name].below != () for name in ("fig2", "fig6", "fig7")] == [True, True, False]
     assert not any(

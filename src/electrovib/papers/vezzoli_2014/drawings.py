@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from electrovib.scenario import Scenario
 
-MOST_SIGNS: Final = 10
-"""Signs that stand for the charge of the plate when the skin has discharged."""
 STATES: Final = {
     "the voltage is switched on": 1e-6,
     "half has crossed the skin": values.TAU_MODEL * np.log(2),
@@ -84,10 +82,11 @@ def panels() -> dict[int, Drawing]:
 
 
 def sheets(figure: Figure, drawn: Sequence[Mapping[str, Any]]) -> None:
-    """Draw sheets side by side."""
+    """Draw sheets side by side, with equal units."""
     ratios = [each["size"][0] for each in drawn]
     axes = figure.subplots(1, len(drawn), width_ratios=ratios, squeeze=False)[0]
     for ax, each in zip(axes, drawn, strict=True):
+        ax.set_aspect("equal")
         sheet(ax, *each["size"], title=each.get("title", ""), draw=each["draw"])
 
 
@@ -100,22 +99,22 @@ def states(figure: Figure) -> None:
         stack(ax, state, full=found[-1].plate, force=found[0].force, size=8)
 
 
-def stack(ax: Axes, state: Charge, *, full: float, force: float, **more: Any) -> None:
-    """Draw the layers with their charge, of which the plate has `full` in the end, and the attraction, at most `force`."""
+def stack(ax: Axes, state: Charge, *, full: float, force: float, most: int = 10, **more: Any) -> None:
+    """Draw the layers with their charge, `most` signs for `full`, and the attraction, an arrow that is longest at `force`."""
     layers = (("plate", 0.0, 0.8), ("film", 0.8, 0.8), ("skin", 1.6, 0.9), ("finger", 2.5, 1.5))
     for name, low, height in layers:
         box(ax, (0, low, 10, height), colour=name)
         words(ax, name, at=(0.2, low + height / 2), **more)
     for charge, height in ((state.plate, 0.5), (state.film, 1.3), (state.finger, 2.8)):
-        count = MOST_SIGNS * abs(charge) / full
+        count = most * abs(charge) / full
         signs(ax, "+" if charge > 0 else "\u2212", count=count, height=height, ends=(2.8, 9.8))
     if state.force > 0.01 * force:
         arrow(ax, ((6.3, 4.1 + 1.9 * state.force / force), (6.3, 4.1)))
 
 
 def sheet(ax: Axes, width: float, height: float, *, title: str = "", draw: Sequence[Any] = ()) -> None:
-    """Make an Axes a sheet without scales and with equal units, and draw on it what is listed."""
-    ax.set(xlim=(0, width), ylim=(0, height), aspect="equal", title=title)
+    """Make an Axes a sheet without scales, and draw on it what is listed."""
+    ax.set(xlim=(0, width), ylim=(0, height), title=title)
     ax.axis("off")
     for each in draw:
         (kind, what), *more = each.items()
