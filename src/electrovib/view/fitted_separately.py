@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
+from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text, unsigned
 from electrovib.recordings.fit.sessions import FAILED
 from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, cited_of
@@ -157,9 +158,9 @@ def _panel(found: SeparateFits, path: str) -> Panel:
     names = ", ".join(f"{number}: {each.record}" for number, each in enumerate(found.fits, start=1))
     return Panel(
         id=f"parameter-{path.replace('.', '-')}",
-        title=f"{path} over the recordings",
+        title=f"{words_at(found.scenario, path)} over the recordings",
         caption=f"Recordings {names}. An interval that has no end is not drawn.",
         x=("recording", "1"),
-        y=(path.rpartition(".")[2].replace("_", " "), rows[0].unit if rows else "1"),
+        y=(words_at(found.scenario, path), rows[0].unit if rows else "1"),
         curves=tuple(curves),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from electrovib.view.units import pretty_quantity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from electrovib.core.arrays import Real
     from electrovib.recordings.swipe import SwipeResult
 
 
@@ -35,7 +36,13 @@ class SwipesAnswer(Answer):
         return Document(
             title=f"{'Swipes' if many else 'Swipe'}{f' in {self.source}' if self.source else ''}",
             sentences=[" ".join(text for each in swipes for text in _answer(each))],
-            figures=[_panel(each, number if many else 0) for number, each in enumerate(swipes, start=1)],
+            figures=[
+                panel
+                for number, each in enumerate(swipes, start=1)
+                for panel in _panels(
+                    each, f" of swipe {number}" if many else "", id=f"swipe{number if many else ''}"
+                )
+            ],
             tables=[numbers_table("Friction and forces", swipe_rows(swipes)), _zeros(swipes)],
             pages=[
                 Page(f"Limits of swipe {number}" if many else "Limits", each.words)
@@ -49,28 +56,61 @@ class SwipesAnswer(Answer):
         return numbers_csv(swipe_rows(self.swipes))
 
 
-def _panel(swipe: SwipeResult, number: int) -> Panel:
-    """Make the figure of a swipe: both forces of the record, with the window over which they are averaged."""
+def _panels(swipe: SwipeResult, of: str, *, id: str) -> list[Panel]:  # noqa: A002 - the name of the field
+    """Make the figures of a swipe over time: both forces of the record, and their quotient in the window of the averages."""
     time = np.asarray(swipe.trace["time"].values)
+    normal, lateral = (
+        np.asarray(swipe.trace[f"{name}_force_measured"].values) for name in ("normal", "lateral")
+    )
     before, after = swipe.contact
     margin = 0.3 * (after - before)
     near = (time >= before - margin) & (time <= after + margin)
-    window = (time >= swipe.window[0]) & (time <= swipe.window[1])
-    curves = []
-    for look, name in enumerate(("normal_force_measured", "lateral_force_measured")):
-        values, label = np.asarray(swipe.trace[name].values), name.removesuffix("_measured").replace("_", " ")
-        x, y = envelope(time[near], values[near])
-        curves.append(Curve(label=label, x=x, y=y, look=REFERENCE))
-        x, y = envelope(time[window], values[window])
-        curves.append(Curve(label=f"{label} in the window", x=x, y=y, look=look))
-    return Panel(
-        id=f"swipe{number or ''}",
-        title=f"Forces of swipe {number}" if number else "Forces of the swipe",
-        caption="Grey: the record, with the zero of the sensors subtracted. Colour: the window over which it is averaged.",
-        x=("time", "s"),
-        y=("force", "N"),
-        curves=tuple(curves),
+    first, last = swipe.window
+    inside = (time >= first) & (time <= last) & (normal != 0)
+    shared: dict[str, Any] = {"x": ("time", "s")}
+    window = Curve(
+        label="window of the averages",
+        x=np.array([first, last]),
+        y=np.full(2, min(0.0, normal[near].min(), lateral[near].min())),
+        upper=np.full(2, max(normal[near].max(), lateral[near].max())),
+        kind="band",
+        look=REFERENCE,
     )
+    forces = (
+        _line("normal force", time[near], normal[near], 0),
+        _line("lateral force", time[near], lateral[near], 1),
+    )
+    mean = Curve(
+        label="mean force over mean force",
+        x=window.x,
+        y=np.full(2, swipe.friction.value),
+        kind="dashed",
+        look=REFERENCE,
+    )
+    quotient = _line("lateral over normal force", time[inside], np.abs(lateral[inside] / normal[inside]), 2)
+    return [
+        Panel(
+            id=id,
+            title=f"Forces{of or ' of the swipe'}",
+            caption="Both forces with the zero of the sensors subtracted; grey: the time over which they are averaged.",
+            y=("force", "N"),
+            curves=(window, *forces),
+            **shared,
+        ),
+        Panel(
+            id=f"{id}_friction",
+            title=f"Friction{of or ' of the swipe'}",
+            caption="The quotient of both forces at each sample of the window, and the friction coefficient of the swipe.",
+            y=("coefficient of friction", "1"),
+            curves=(quotient, mean),
+            **shared,
+        ),
+    ]
+
+
+def _line(label: str, time: Real, values: Real, look: int) -> Curve:
+    x, y = envelope(time, values)
+    return Curve(label=label, x=x, y=y, look=look)
 
 
 def _answer(swipe: SwipeResult) -> list[str]:

@@ -46,7 +46,6 @@ WEIGHTS: Final = {
 }
 LOOKS: Final = (
     "7.7 ms",
-    "1963 skin",
     "1 ms",
     "3 ms",
     "15 ms",
@@ -56,7 +55,7 @@ LOOKS: Final = (
     "Pacinian, on the displacement",
     "edges",
 )
-"""What the colours stand for in all figures, in the order of the palette."""
+"""What the colours stand for in two figures, in the order of the palette; the thresholds have the first ones."""
 KINDS: Final = {"sine": "line", "square": "dashed"}
 """Lines of the drives; that of a square with edges is dotted."""
 DECIBELS: Final = "1"
@@ -116,15 +115,10 @@ def thresholds() -> Panel:
     ):
         found = curves_of(skin)
         for drive, level in found.level.items():
+            is_drawn = drive in KINDS or name == "7.7 ms"
+            kind = KINDS.get(drive, "dotted")
             curves.append(
-                curve(
-                    f"{drive}, {name}",
-                    found.frequency,
-                    level,
-                    name,
-                    kind=KINDS.get(drive, "dotted"),
-                    drawn=drive in KINDS or name == "7.7 ms",
-                )
+                Curve(label=f"{drive}, {name}", x=found.frequency, y=level, kind=kind, drawn=is_drawn)
             )
     return Panel(
         id="thresholds",
@@ -153,7 +147,6 @@ def ratio() -> Panel:
             kind="band",
             look=REFERENCE,
         ),
-        Curve(label="equal", x=frequency, y=np.zeros(len(places)), kind="dashed", look=REFERENCE),
     ]
     curves += [
         curve(name, frequency, ratios(first_order_skin(time_constant=tau), places), name)

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from electrovib.core.answer import REFERENCE, Curve, Panel, Table
+from electrovib.core.answer import Curve, Panel, Table
 from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.units import parse_quantity

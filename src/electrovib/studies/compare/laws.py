@@ -15,7 +15,7 @@ from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError
 from electrovib.core.mistakes import near_members
-from electrovib.core.paths import quantity_at
+from electrovib.core.paths import quantity_at, words_at
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
@@ -305,9 +305,9 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
         said += " Points: there the air of the gap breaks down, so this force would not be measured."
     return Panel(
         id=f"static_over_{path.replace('.', '_')}",
-        title=f"Static force over {path}",
+        title=f"Static force over the {words_at(scenario, path)}",
         caption=said,
-        x=(path, quantity.unit),
+        x=(words_at(scenario, path), quantity.unit),
         y=("static electrostatic force", "N"),
         curves=(*all_to_be_seen(curves), *marks),
         log_x=bool(np.min(values) > 0 and np.max(values) / np.min(values) > 20),
