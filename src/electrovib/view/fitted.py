@@ -15,6 +15,7 @@ from electrovib.recordings.fit.misfit import LEVEL
 from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
 from electrovib.recordings.fit.weighing import PRIOR
 from electrovib.recordings.interval import MISFIT, UNCLEAR
+from electrovib.view.tables import references
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -94,13 +95,18 @@ class FitResult(Answer):
     def document(self) -> Document:
         """What the data determine, data with model, residuals, and every table."""
         found, rows, posterior, comparison = self.best, self.rows, self.posterior, self.comparison
+        fitted = [each.path for each in found.unknowns]
         sampled = [] if posterior is None else [posterior_table(posterior, rows)]
         compared = [] if comparison is None else _compared(comparison)
         others = [_correlations(found), _residuals(found.residuals)]
-        cited = [*cited_of(found.scenario), *REFERENCES, *([EMCEE] if posterior is not None else [])]
+        cited = [
+            *dict(references({"": found.scenario})),
+            *REFERENCES,
+            *([EMCEE] if posterior is not None else []),
+        ]
         is_weighed = comparison is not None and comparison.is_weighed
         return Document(
-            title=f"Fit: {found.scenario.title or 'a scenario'}",
+            title=f"Fit: {found.scenario.titled(without=fitted) or 'a scenario'}",
             sentences=[fit_answer(found, rows, comparison=comparison)],
             diagnostics=found.diagnostics,
             figures=[
@@ -250,16 +256,6 @@ def _residuals(residuals: Sequence[Residuals]) -> Table:
         )
     headings = ("Recording", "Signal", "Samples", "Root mean square residual", "Noise")
     return Table("Residuals", headings, tuple(rows))
-
-
-def cited_of(scenario: Scenario) -> list[str]:
-    """Return the citations of the papers whose models or values a scenario takes."""
-    from electrovib.core.discovery import paper_of, papers
-    from electrovib.core.model import Model
-
-    owners = {paper_of(type(part)) for _, part in scenario if isinstance(part, Model)}
-    named = " ".join(scenario.sources.values())
-    return [str(module.CITATION) for name, module in papers().items() if name in owners or name in named]
 
 
 def parameters_csv(rows: Sequence[EstimatedParameter], diagnostics: Sequence[Diagnostic], *said: str) -> str:

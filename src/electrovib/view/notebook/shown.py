@@ -58,7 +58,7 @@ def scenario_html(scenario: Scenario) -> str:
     models = tables.model_rows(scenario)
     return filled(
         "notebook_scenario.html.jinja",
-        title=f"Scenario: {scenario.title or 'without a title'}",
+        title=f"Scenario: {scenario.titled() or 'without a title'}",
         layers=layers_of(scenario),
         return_path=return_path(scenario),
         models=[(row, _is_unverified(row.facts)) for row in models],
