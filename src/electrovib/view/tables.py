@@ -17,7 +17,7 @@ from electrovib.core.paths import followers
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import is_default, paper_named
 from electrovib.scenario.sources import BY_THE_USER
-from electrovib.view.units import pretty_quantity
+from electrovib.view.units import pretty_quantity, typeset
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -68,7 +68,8 @@ def parameter_rows(
         for path, value, quantity in scenario.parameters():
             shown = texts.get(path) or following.get(path) or pretty_quantity(value, quantity.unit, digits=6)
             source = "swept" if path in texts or path in following else source_of(scenario, path, value=value)
-            found.setdefault(path, {})[label] = (shown, source)
+            source = f"{source}: {quantity.source}" if source == DEFAULT and quantity.source else source
+            found.setdefault(path, {})[label] = (shown, typeset(source))
             meanings.setdefault(path, quantity.doc)
     rows = _model_choices(scenarios)
     for path, by_label in found.items():
