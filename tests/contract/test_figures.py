@@ -10,15 +10,14 @@ import pytest
 from matplotlib.colors import to_hex
 
 import electrovib as ev
-from electrovib.core.answer import REFERENCE, Drawing, Panel
+from electrovib.core.answer import REFERENCE, Panel
 from electrovib.core.discovery import papers
 from electrovib.core.paths import words_at
-from electrovib.view import plots
 from electrovib.view.documents import drawn, few_curves
 from electrovib.view.report import document_of
 from electrovib.view.style import MOST, PALETTE
 
-from .test_answers import ANSWERS, SINE, edges, spectrum, swipe
+from .test_answers import ANSWERS, SINE, swipe
 
 GAP = "stack.gap.thickness"
 
@@ -101,7 +100,9 @@ def test_axes_are_in_words_with_a_unit_and_a_legend_has_one_grey(shown):
         for part in few_curves(each) if isinstance(each, Panel) else (each,):
             for axes in drawn(part).axes:
                 for text in words_of(axes):
-                    assert not re.search(r"\b[a-z]+\.[a-z]|(?<!\$)_|^value\b", re.sub(r"\$.*?\$", "", text)), text
+                    assert not re.search(
+                        r"\b[a-z]+\.[a-z]|(?<!\$)_|^value\b", re.sub(r"\$.*?\$", "", text)
+                    ), text
                 names = [text.get_text() for text in axes.get_legend().texts] if axes.get_legend() else []
                 assert len(set(names)) == len(names), names
                 greys = {
@@ -113,7 +114,9 @@ def test_axes_are_in_words_with_a_unit_and_a_legend_has_one_grey(shown):
 
 
 def is_grey(handle):
-    colour = handle.get_facecolor()[0] if hasattr(handle, "get_paths") else getattr(handle, "get_color", str)()
+    colour = (
+        handle.get_facecolor()[0] if hasattr(handle, "get_paths") else getattr(handle, "get_color", str)()
+    )
     if not len(colour):
         return False
     code = to_hex(colour)
@@ -154,7 +157,7 @@ def test_no_two_parameters_of_a_part_have_one_name():
 def test_friction_over_time_stands_beside_the_forces_of_a_swipe():
     forces, friction = swipe()[0], figures("SwipesAnswer")[1]
     (quotient, mean) = friction.curves
-    assert friction.y == ("coefficient of friction", "1")
+    assert friction.y == ("friction", "1")
     assert np.mean(quotient.y) == pytest.approx(0.4, rel=0.01)
     assert mean.y[0] == forces.friction.value
 

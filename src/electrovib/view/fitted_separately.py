@@ -12,7 +12,8 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Ta
 from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text, unsigned
 from electrovib.recordings.fit.sessions import FAILED
-from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, cited_of
+from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration
+from electrovib.view.tables import references
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -34,12 +35,12 @@ class SeparateAnswer(Answer):
         """One figure for each parameter and one table over all recordings."""
         found = self.found
         return Document(
-            title=f"Separate fits: {found.scenario.title or 'a scenario'}",
+            title=f"Separate fits: {found.scenario.titled() or 'a scenario'}",
             sentences=[separate_answer(found)],
             diagnostics=found.diagnostics,
             figures=[_panel(found, path) for path in found.free],
             tables=[_estimates(found), *([_means(found)] if found.spreads else [])],
-            references=[*cited_of(found.scenario), *REFERENCES[:1]],
+            references=[*dict(references({"": found.scenario})), *REFERENCES[:1]],
         )
 
     def content(self, name: str) -> str:

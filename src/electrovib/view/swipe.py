@@ -40,7 +40,9 @@ class SwipesAnswer(Answer):
                 panel
                 for number, each in enumerate(swipes, start=1)
                 for panel in _panels(
-                    each, f" of swipe {number}" if many else "", id=f"swipe{number if many else ''}"
+                    each,
+                    f" of swipe {number}" if many else " of the swipe",
+                    id=f"swipe{number if many else ''}",
                 )
             ],
             tables=[numbers_table("Friction and forces", swipe_rows(swipes)), _zeros(swipes)],
@@ -58,59 +60,45 @@ class SwipesAnswer(Answer):
 
 def _panels(swipe: SwipeResult, of: str, *, id: str) -> list[Panel]:  # noqa: A002 - the name of the field
     """Make the figures of a swipe over time: both forces of the record, and their quotient in the window of the averages."""
-    time = np.asarray(swipe.trace["time"].values)
-    normal, lateral = (
-        np.asarray(swipe.trace[f"{name}_force_measured"].values) for name in ("normal", "lateral")
+    time, normal, lateral = (
+        np.asarray(swipe.trace[name].values)
+        for name in ("time", "normal_force_measured", "lateral_force_measured")
     )
-    before, after = swipe.contact
-    margin = 0.3 * (after - before)
-    near = (time >= before - margin) & (time <= after + margin)
-    first, last = swipe.window
-    inside = (time >= first) & (time <= last) & (normal != 0)
-    shared: dict[str, Any] = {"x": ("time", "s")}
-    window = Curve(
-        label="window of the averages",
-        x=np.array([first, last]),
-        y=np.full(2, min(0.0, normal[near].min(), lateral[near].min())),
-        upper=np.full(2, max(normal[near].max(), lateral[near].max())),
-        kind="band",
-        look=REFERENCE,
-    )
-    forces = (
-        _line("normal force", time[near], normal[near], 0),
-        _line("lateral force", time[near], lateral[near], 1),
-    )
-    mean = Curve(
-        label="mean force over mean force",
-        x=window.x,
-        y=np.full(2, swipe.friction.value),
-        kind="dashed",
-        look=REFERENCE,
-    )
-    quotient = _line("lateral over normal force", time[inside], np.abs(lateral[inside] / normal[inside]), 2)
+    margin = 0.3 * (swipe.contact[1] - swipe.contact[0])
+    near = (time >= swipe.contact[0] - margin) & (time <= swipe.contact[1] + margin)
+    inside = (time >= swipe.window[0]) & (time <= swipe.window[1]) & (normal != 0)
+    ends: dict[str, Any] = {"x": np.array(swipe.window), "look": REFERENCE}
+    top, mean = (np.full(2, value) for value in (normal[near].max(), swipe.friction.value))
     return [
         Panel(
             id=id,
-            title=f"Forces{of or ' of the swipe'}",
-            caption="Both forces with the zero of the sensors subtracted; grey: the time over which they are averaged.",
+            title=f"Forces{of}",
+            caption="The zero of the sensors is subtracted. Grey: the time over which both are averaged.",
+            x=("time", "s"),
             y=("force", "N"),
-            curves=(window, *forces),
-            **shared,
+            curves=(
+                Curve(label="averaged", y=0 * top, upper=top, kind="band", **ends),
+                _line("normal force", time[near], normal[near]),
+                _line("lateral force", time[near], lateral[near]),
+            ),
         ),
         Panel(
             id=f"{id}_friction",
-            title=f"Friction{of or ' of the swipe'}",
-            caption="The quotient of both forces at each sample of the window, and the friction coefficient of the swipe.",
-            y=("coefficient of friction", "1"),
-            curves=(quotient, mean),
-            **shared,
+            title=f"Friction{of}",
+            caption="Lateral over normal force at each sample of the time averaged over, and the friction of the swipe.",
+            x=("time", "s"),
+            y=("friction", "1"),
+            curves=(
+                _line("at each sample", time[inside], np.abs(lateral[inside] / normal[inside])),
+                Curve(label="of the swipe", y=mean, kind="dashed", **ends),
+            ),
         ),
     ]
 
 
-def _line(label: str, time: Real, values: Real, look: int) -> Curve:
+def _line(label: str, time: Real, values: Real) -> Curve:
     x, y = envelope(time, values)
-    return Curve(label=label, x=x, y=y, look=look)
+    return Curve(label=label, x=x, y=y)
 
 
 def _answer(swipe: SwipeResult) -> list[str]:

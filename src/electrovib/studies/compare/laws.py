@@ -295,11 +295,8 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
                 [bool(air_breaks_down(one, voltage=each)) for one, each in zip(varied, voltages, strict=True)]
             )
             label = f"{name}: air breaks down"
-            marks += (
-                [Curve(label=label, x=values[broken], y=forces[broken], upper=None, kind="points", look=look)]
-                if any(broken)
-                else []
-            )
+            if any(broken):
+                marks.append(Curve(label=label, x=values[broken], y=forces[broken], kind="points", look=look))
     said = f"At the peak voltage of the drive, nothing conducting. {_sentence(quantity.doc)}"
     if marks:
         said += " Points: there the air of the gap breaks down, so this force would not be measured."

@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE
 from electrovib.core.paths import words_at
-from electrovib.view.plots.draw import finish, legend_beside_no_curve
+from electrovib.view.plots.draw import WIDE, finish, legend_beside_no_curve
 from electrovib.view.style import COLOURS, NEUTRAL, PALE, PALETTE, drawing
 from electrovib.view.units import label_axis, pretty_quantity, typeset
 
@@ -28,8 +28,6 @@ SIZE: Final = (7.2, 4.4)
 """Width and height of the figure [inch]."""
 MOST_LIMITS: Final = 2
 """Limits that have a sign of their own; candidates that others forbid share one."""
-_WIDE: Final = 30.0
-"""Ratio of largest to smallest value from which a scale is logarithmic."""
 _SIGNS: Final = ("x", "+", "1")
 
 
@@ -69,7 +67,7 @@ def trade_off(design: PlateDesign, *, ax: Axes | None = None) -> Axes:
             ([x for _, x, _ in known], axes.set_xscale),
             ([y for *_, y in known], axes.set_yscale),
         ):
-            if values and min(values) > 0 and max(values) > _WIDE * min(values):
+            if values and min(values) > 0 and max(values) > WIDE * min(values):
                 scale("log")
         label_axis(axes.xaxis, *across[1:])
         label_axis(axes.yaxis, words_at(design.base, first.name), first.unit)
