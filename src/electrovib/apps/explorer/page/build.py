@@ -78,7 +78,7 @@ class VisitorPage:
         with ui.column().classes("w-full gap-2"):
             self.message = ui.label(mistake).props("role=alert").classes("text-negative whitespace-pre-line")
             self.guide = Guide(self, is_first=not query)
-            self.comparison = Comparison(self)
+            self.kept = KeptStrip(self)
             self.plots = Plots(self)
             with self.plots.place:
                 self.recording = RecordingPanel(self)
@@ -170,7 +170,7 @@ class VisitorPage:
     def _show(self, found: Computed, further: Further) -> None:
         with self.client:
             self.knobs.show(found)
-            self.comparison.show()
+            self.kept.show()
             self.plots.show(found, further)
 
     def _tell(self) -> None:
@@ -284,7 +284,7 @@ class Bar:
         dialog.on("hide", dialog.delete)
 
 
-class Comparison:
+class KeptStrip:
     """The state that is kept as A: what it is, and what can be done with it."""
 
     def __init__(self, page: VisitorPage) -> None:
