@@ -52,7 +52,6 @@ class Lines:
     frequency: Real
     amplitude: Real
     swing: float
-    span: float
     samples: int
     signal: str
     how: str
@@ -76,7 +75,6 @@ def lines(values: Real, *, span: float, before: float, signal: str, how: str) ->
         frequency=orders / span,
         amplitude=amplitude,
         swing=swing,
-        span=span,
         samples=count,
         signal=signal,
         how=how,
