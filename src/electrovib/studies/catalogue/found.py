@@ -52,7 +52,7 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     if not query.strip():
         return Listing(
             entries,
-            text=lambda: laid_out(all_table(entries)) if complete else overview(entries),
+            text=lambda: laid_out(all_table(entries)) if complete else overview(),
             table=lambda: all_table(entries, "Models, papers and scenarios"),
         )
     matches = _matches(query, entries, "model, material, skin, paper or scenario", "list' lists them")
@@ -186,9 +186,9 @@ _MORE = (
 )
 
 
-def overview(entries: Iterable[Listed]) -> str:
+def overview() -> str:
     """Write the names of everything by its place in a scenario, and how to find out more."""
-    found = list(entries)
+    found = list(items.parts_and_papers())
     held = items.places()
     rows = {path: sorted(find_members(family)) for family, path in held.items()}
     outside = {
@@ -198,8 +198,7 @@ def overview(entries: Iterable[Listed]) -> str:
     }
     labels = (items.LIBRARY, "materials", "skins", "stacks", items.PAPERS)
     offered = {label: [item.name for item in found if item.group == label] for label in labels}
-    count = sum(item.group == items.SCENARIOS for item in found)
-    unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != items.SCENARIOS]
+    unverified = [item.name for item in found if item.status == UNVERIFIED]
     width = max(map(len, [*rows, *offered, *outside])) + 2
     lines = ["Key of a scenario file, and the models to choose from:", ""]
     lines += [line for label, names in rows.items() for line in labelled(label, ", ".join(names), width)]
@@ -209,7 +208,9 @@ def overview(entries: Iterable[Listed]) -> str:
     lines += [
         line for label, names in offered.items() if names for line in labelled(label, ", ".join(names), width)
     ]
-    lines += labelled(items.SCENARIOS, f"{count}, listed by 'electrovib list scenarios'", width)
+    lines += labelled(
+        items.SCENARIOS, f"{items.scenario_count()}, listed by 'electrovib list scenarios'", width
+    )
     lines += [
         "",
         *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),
