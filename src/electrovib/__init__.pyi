@@ -20,7 +20,6 @@ from electrovib.recordings.importing import import_file as import_file
 from electrovib.recordings.importing import import_material as import_material
 from electrovib.recordings.importing import merge_traces as merge_traces
 from electrovib.recordings.recording import read_recording as read_recording
-from electrovib.recordings.release import fit_release as fit_release
 from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
 from electrovib.recordings.swipe import reduce_swipes as reduce_swipes
 from electrovib.recordings.transitions import Sensor as Sensor

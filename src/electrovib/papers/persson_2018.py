@@ -267,7 +267,7 @@ _CHOICE = "not read; a choice"
 def scenarios() -> dict[str, Scenario]:
     """Return a rough finger on a coated screen, ``coating``; none of its values was read in the paper."""
     coating = preset(
-        title="Rough finger on a coated touch screen: screen unverified, gaps of a choice",
+        title="Persson 2018: rough finger on a coated touch screen; screen unverified, gaps of a choice",
         changes={
             "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
             "time.initial_state.model": "PeriodicState",

@@ -232,7 +232,7 @@ class Sensitivity(Answer):
             of=self,
         )
         return Document(
-            title=f"Sensitivity of {self.quantity}: {self.scenario.title or 'a scenario'}",
+            title=f"Sensitivity of {self.quantity}: {self.scenario.titled() or 'a scenario'}",
             sentences=[self.answer],
             diagnostics=self.diagnostics,
             figures=[figure],

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.answer import Drawing, Panel
+from electrovib.core.answer import REFERENCE, Drawing, Panel
 from electrovib.core.errors import InputError
 from electrovib.core.files import kind_of
 from electrovib.data.atomic import check_folder, check_writable, output_path, write_folder, writing
 from electrovib.data.marks import Form, unsigned
+from electrovib.view.style import MOST
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -26,6 +28,8 @@ PAGE: Final = "report.html"
 """Name of the page in a folder."""
 PANEL_SIZE: Final = (8.2, 4.3)
 """Width and height of a figure of a page [inch]."""
+BELOW: Final = 1.6
+"""What each panel below adds to the height [inch]."""
 
 
 def check_answer(
@@ -99,11 +103,12 @@ def _picture(document: Document, suffix: str) -> bytes:
 
 @dataclass(frozen=True)
 class PageFigure:
-    """A figure in a page: heading, inline SVG, words below."""
+    """A figure in a page: heading, inline SVG, words below; opened by a click if `folded`."""
 
     title: str
     svg: Markup
     caption: str
+    folded: bool = False
 
 
 def html(document: Document, *, pictures: Mapping[str, Figure] | None = None) -> str:
@@ -141,7 +146,8 @@ def on_page(shown: Shown, *, figure: Figure | None = None) -> PageFigure:
         words = shown.words or words
     else:
         figure.axes[0].set_title("", loc="left")
-    return PageFigure(shown.title, markup(inline(to_svg(figure), name=shown.id, words=words)), shown.caption)
+    picture = markup(inline(to_svg(figure), name=shown.id, words=words))
+    return PageFigure(shown.title, picture, shown.caption, isinstance(shown, Panel) and shown.folded)
 
 
 def drawn(shown: Shown) -> Figure:
@@ -150,9 +156,14 @@ def drawn(shown: Shown) -> Figure:
     from electrovib.view.style import new_figure, style
 
     if isinstance(shown, Panel):
-        figure = new_figure(PANEL_SIZE)
+        parts = (shown, *shown.below)
+        figure = new_figure((PANEL_SIZE[0], PANEL_SIZE[1] + BELOW * len(shown.below)))
+        heights = [0.5 if shown.below else 1.0, *(1.0 for _ in shown.below)]
         with style():
-            plots.panel(shown, ax=figure.add_subplot())
+            axes = figure.subplots(len(parts), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+            for part, ax in zip(parts, axes, strict=True):
+                plots.panel(part, ax=ax)
+                ax.label_outer()
         return figure
     plot = shown.plot
     if callable(plot):
@@ -166,58 +177,61 @@ def drawn(shown: Shown) -> Figure:
     return figure
 
 
-MOST: Final = 5
-"""Curves of one figure."""
 _SAME, _SAME_OVER_DECADES = 0.02, 0.1
 """Largest relative difference of curves that share a line: on a linear axis, and on a logarithmic one."""
 
 
 def few_curves(panel: Panel) -> tuple[Panel, ...]:
-    """Split a panel into panels of at most five curves, each beginning with the first curve; equal ones share a line.
+    """Split a panel into panels of at most five things, each beginning with the first thing; equal lines share one.
 
-    Curves are equal that differ nowhere by more than 2 %, or 10 % on a logarithmic axis.
+    Curves of one look are one thing, which stays together. References, and points that are of no line, are in every panel.
+    Lines are equal that differ nowhere by more than 2 %, or 10 % on a logarithmic axis.
     """
-    same = _SAME_OVER_DECADES if panel.log_y else _SAME
-    groups = _groups([curve for curve in panel.curves if curve.kind != "points"], same)
-    points = [curve for curve in panel.curves if curve.kind == "points"]
-    merged = [replace(group[0], label=_names(group)) for group in groups]
-    looks = [{curve.look for curve in group} for group in groups]
-    further = range(MOST, len(merged), MOST - 1)
-    parts = [
-        list(range(min(MOST, len(merged)))),
-        *([0, *range(start, min(start + MOST - 1, len(merged)))] for start in further),
-    ]
-    if len(parts) == 1:
-        return (replace(panel, curves=(*merged, *points)),)
-    found = []
-    for number, part in enumerate(parts, start=1):
-        own = set().union(*(looks[index] for index in part))
-        curves = (*(merged[index] for index in part), *(curve for curve in points if curve.look in own))
-        title = f"{panel.title}, {number} of {len(parts)}"
-        found.append(replace(panel, id=f"{panel.id}_{number}", title=title, curves=curves))
-    return tuple(found)
-
-
-def _groups(curves: Sequence[Curve], same: float) -> list[list[Curve]]:
-    """Put curves that lie on each other everywhere into one group, in the order of the first of each."""
-    groups: list[list[Curve]] = []
-    for curve in curves:
-        group = next((each for each in groups if _equal(each[0], curve, same)), None)
-        if group is None:
-            groups.append([curve])
-        else:
-            group.append(curve)
-    return groups
-
-
-def _equal(one: Curve, other: Curve, same: float) -> bool:
-    return bool(
-        np.array_equal(one.x, other.x)
-        and one.upper is None
-        and other.upper is None
-        and np.allclose(one.y, other.y, rtol=same, atol=0.0)
+    drawn_ones = [curve for curve in panel.curves if curve.drawn]
+    shown = [each if each.look is not None else replace(each, look=at) for at, each in enumerate(drawn_ones)]
+    of_lines = {curve.look for curve in shown if curve.kind != "points"} - {REFERENCE}
+    of_no_line = (each.look for each in shown if of_lines and each.kind == "points")
+    apart = {REFERENCE, *of_no_line} - of_lines
+    beside = [each for each in shown if each.look in apart]
+    looks = dict.fromkeys(each.look for each in shown if each.look not in apart)
+    things = [[curve for curve in shown if curve.look == look] for look in looks]
+    found = _merged(things, _SAME_OVER_DECADES if panel.log_y else _SAME)
+    further = [[found[0], *found[start : start + MOST - 1]] for start in range(MOST, len(found), MOST - 1)]
+    parts = [found[:MOST], *further]
+    return tuple(
+        replace(
+            panel,
+            id=f"{panel.id}_{number}" if further else panel.id,
+            title=f"{panel.title}, {number} of {len(parts)}" if further else panel.title,
+            curves=tuple(sorted(chain(beside, *part), key=lambda each: each.kind == "points")),
+        )
+        for number, part in enumerate(parts, start=1)
     )
 
 
-def _names(group: Sequence[Curve]) -> str:
-    return ",\n".join(curve.label for curve in group)
+def _merged(things: Sequence[list[Curve]], same: float) -> list[list[Curve]]:
+    """Put things whose lines lie on each other everywhere into one, under all names, in the order of the first of each."""
+    groups: list[list[list[Curve]]] = []
+    for thing in things:
+        group = next((each for each in groups if _equal(each[0], thing, same)), None)
+        if group is None:
+            groups.append([thing])
+        else:
+            group.append(thing)
+    names = [",\n".join(thing[0].label for thing in group) for group in groups]
+    points = [[curve for thing in group for curve in thing[1:]] for group in groups]
+    return [
+        [replace(group[0][0], label=name), *more]
+        for group, name, more in zip(groups, names, points, strict=True)
+    ]
+
+
+def _equal(one: Sequence[Curve], other: Sequence[Curve], same: float) -> bool:
+    """Return whether two things are a line each, with points or without, and the lines are equal."""
+    first, second = one[0], other[0]
+    return bool(
+        all(each.kind == "points" for each in (*one[1:], *other[1:]))
+        and all(each.kind != "points" and each.upper is None for each in (first, second))
+        and np.array_equal(first.x, second.x)
+        and np.allclose(first.y, second.y, rtol=same, atol=0.0)
+    )

@@ -12,6 +12,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, Panel, Table
 from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text
 from electrovib.studies.evidence.measurement import HOW, Measurement
 from electrovib.studies.evidence.score import IGNORANT, LEVEL, ODDS, Score, Standing, standings
@@ -302,26 +303,22 @@ def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
         curves.append(Curve(label=f"{each.model}, 90 %", x=x, y=low, upper=high, kind="band", look=look))
         curves.append(Curve(label=each.model, x=x, y=middle, look=look))
     values, widths = np.array(measured.values), np.exp(np.array(measured.spread))
-    ends = {
-        "measured": values,
-        "measured, times its spread": values * widths,
-        "measured, over its spread": values / widths,
-    }
+    grey: dict[str, Any] = {"x": x, "look": REFERENCE}
     curves += [
-        Curve(label=label, x=x, y=y, kind="points", look=REFERENCE, drawn=label == "measured")
-        for label, y in ends.items()
+        Curve(
+            label="spread of the measurement", y=values / widths, upper=values * widths, kind="band", **grey
+        ),
+        Curve(label="measured", y=values, kind="points", **grey),
     ]
-    over, unit = measured.axis
+    origin = f"{measured.how.capitalize()}, {measured.status}: {measured.source}."
+    spread = f"Grey: measured, with its spread ({measured.spread_of})."
+    laws = "Lines and areas: medians and 90 % of the draws of what was not printed." if shown else ""
     return Panel(
         id=name.replace("/", "_"),
         title=f"{measured.title} ({measured.group})",
-        caption=" ".join(
-            filter(
-                None, (f"{measured.how.capitalize()}, {measured.status}: {measured.source}.", measured.note)
-            )
-        ),
-        x=(over, unit),
-        y=(measured.named, measured.unit),
+        caption=" ".join(filter(None, (spread, laws, origin, measured.note))),
+        x=measured.axis,
+        y=(words_at(None, measured.named), measured.unit),
         curves=tuple(curves),
         log_x=bool(np.min(x) > 0 and np.max(x) / np.min(x) > 20),
         log_y=True,
