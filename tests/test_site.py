@@ -21,7 +21,7 @@ from PIL import Image
 import electrovib as ev
 from electrovib.core.citation import counted, status_text
 from electrovib.studies.catalogue.items import everything, paper_items, scenario_items
-from electrovib.studies.evidence import standings
+from electrovib.studies.evidence.score import standings
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("*.ipynb")]

@@ -27,9 +27,10 @@ NARROWEST: Final = 36
 class Curve:
     """A line, or a band from `y` to `upper`, in SI; a NaN leaves a gap.
 
-    `kind` is ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``. `look` is the place in the
-    palette, `REFERENCE` for a reference in grey, by default the place in the panel. The table of the curves
-    has it even if it is not `drawn`.
+    `kind` is ``"line"``, ``"bold"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``. `look` is the place
+    in the palette, `REFERENCE` for a reference in grey, by default the place in the panel. A curve of the
+    background is drawn thin and pale; the legend has the words `background` once for all of them. The table of
+    the curves has it even if it is not `drawn`.
     """
 
     label: str
@@ -38,6 +39,7 @@ class Curve:
     upper: Real | None = None
     kind: str = "line"
     look: int | None = None
+    background: str = ""
     drawn: bool = True
 
 
@@ -46,7 +48,8 @@ class Panel:
     """One figure as data.
 
     `id` is the file name without suffix, `x` and `y` are label and SI unit of the axes, and the curves are in
-    drawing order. Nothing is drawn below `floor`; the curves themselves go on.
+    drawing order. Nothing is drawn below `floor`; the curves themselves go on. Panels `below` share its
+    horizontal axis and its picture, whose first is half as high. A `folded` panel is opened by a click.
     """
 
     id: str
@@ -58,6 +61,8 @@ class Panel:
     log_x: bool = False
     log_y: bool = False
     floor: float | None = None
+    below: tuple[Panel, ...] = ()
+    folded: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,6 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
@@ -98,6 +97,8 @@ def force_change(*, ratio: float) -> float:
 
 def order_of_the_force() -> int:
     """Return the order of the drive's harmonic at which the alternating part of the attraction is largest."""
+    from electrovib.solve.simulate import simulate
+
     time = np.arange(256) / 256 / 125.0
     force = simulate(scenarios()["sine"], time=time).electrostatic_force.values
     return int(np.argmax(np.abs(np.fft.rfft(force))[1:])) + 1

@@ -18,7 +18,6 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
@@ -89,6 +88,8 @@ def scenarios() -> dict[str, Scenario]:
 
 def attraction(law: str, *, voltage: float) -> float:
     """Compute the attraction [N] of the display under a constant voltage [V] by the force law of a name."""
+    from electrovib.solve.simulate import simulate
+
     held = scenarios()["display"].replace({"force.model": law, "drive": {"model": "Step", "level": voltage}})
     return float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 

@@ -23,7 +23,6 @@ from electrovib.physics.perception import (
     felt_amplitude,
     strongest,
 )
-from electrovib.solve.expanded import Expanded
 
 if TYPE_CHECKING:
     import xarray
@@ -114,6 +113,8 @@ def _middles(count: int, step: float) -> Real:
 
 def _force(scenario: Scenario, times: Real) -> Real:
     """Return the friction force alone [N], without judging the run."""
+    from electrovib.solve.expanded import Expanded
+
     _, values = Expanded(scenario, times).at(times, wanted={"lateral_force"}).signals["lateral_force"]
     return np.asarray(values, dtype=float)
 

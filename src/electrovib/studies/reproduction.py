@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from electrovib.core.answer import Page, Panel, Table
+from electrovib.core.answer import Page, Shown, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import KINDS
 
@@ -100,7 +100,7 @@ class Reproduction:
     paper: str
     citation: str
     rows: tuple[Row, ...]
-    panels: tuple[Panel, ...]
+    panels: tuple[Shown, ...]
     pages: tuple[Page, ...] = ()
     tables: tuple[Table, ...] = ()
     equations: Mapping[str, str] = field(default_factory=dict)

@@ -28,6 +28,8 @@ PAGE: Final = "report.html"
 """Name of the page in a folder."""
 PANEL_SIZE: Final = (8.2, 4.3)
 """Width and height of a figure of a page [inch]."""
+BELOW: Final = 1.6
+"""What each panel below adds to the height [inch]."""
 
 
 def check_answer(
@@ -101,11 +103,12 @@ def _picture(document: Document, suffix: str) -> bytes:
 
 @dataclass(frozen=True)
 class PageFigure:
-    """A figure in a page: heading, inline SVG, words below."""
+    """A figure in a page: heading, inline SVG, words below; opened by a click if `folded`."""
 
     title: str
     svg: Markup
     caption: str
+    folded: bool = False
 
 
 def html(document: Document, *, pictures: Mapping[str, Figure] | None = None) -> str:
@@ -143,7 +146,8 @@ def on_page(shown: Shown, *, figure: Figure | None = None) -> PageFigure:
         words = shown.words or words
     else:
         figure.axes[0].set_title("", loc="left")
-    return PageFigure(shown.title, markup(inline(to_svg(figure), name=shown.id, words=words)), shown.caption)
+    picture = markup(inline(to_svg(figure), name=shown.id, words=words))
+    return PageFigure(shown.title, picture, shown.caption, isinstance(shown, Panel) and shown.folded)
 
 
 def drawn(shown: Shown) -> Figure:
@@ -152,9 +156,14 @@ def drawn(shown: Shown) -> Figure:
     from electrovib.view.style import new_figure, style
 
     if isinstance(shown, Panel):
-        figure = new_figure(PANEL_SIZE)
+        parts = (shown, *shown.below)
+        figure = new_figure((PANEL_SIZE[0], PANEL_SIZE[1] + BELOW * len(shown.below)))
+        heights = [0.5 if shown.below else 1.0, *(1.0 for _ in shown.below)]
         with style():
-            plots.panel(shown, ax=figure.add_subplot())
+            axes = figure.subplots(len(parts), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+            for part, ax in zip(parts, axes, strict=True):
+                plots.panel(part, ax=ax)
+                ax.label_outer()
         return figure
     plot = shown.plot
     if callable(plot):

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.answer import Document, Table
+from electrovib.core.answer import Document, Panel, Table
 from electrovib.core.budget import each_item
 from electrovib.core.errors import InputError, gathered, refuse
 from electrovib.core.files import inputs_noted
@@ -31,7 +31,6 @@ from electrovib.view.units import pretty_unit
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from electrovib.core.answer import Panel
     from electrovib.scenario import Scenario
     from electrovib.studies.reproduction import Reproduction, Row
 
@@ -162,7 +161,8 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
         figure = pictures[panel.id] = drawn(panel)
         contents[f"{panel.id}.svg"] = to_svg(figure).encode()
         contents[f"{panel.id}.png"] = to_png(figure)
-        contents[f"{panel.id}.csv"] = to_csv(panel).encode()
+        parts = (panel, *panel.below) if isinstance(panel, Panel) else ()
+        contents |= {f"{part.id}.csv": to_csv(part).encode() for part in parts}
     contents |= {
         f"{table.id}.csv": csv_text(table.headings, table.rows, marked=False).encode()
         for table in found.tables
@@ -199,7 +199,12 @@ def document_of(found: Reproduction) -> Document:
         sentences=[*([f"{count}."] if count else []), *found.findings, found.citation],
         numbers=[numbers] if compared else [],
         diagnostics=found.diagnostics,
-        figures=[replace(each, caption=f"{each.caption} {file_of(each)}".strip()) for each in found.panels],
+        figures=[
+            replace(each, caption=f"{each.caption} {file_of(each)}".strip())
+            if isinstance(each, Panel)
+            else each
+            for each in found.panels
+        ],
         tables=found.tables,
         pages=[
             *found.pages,
@@ -224,8 +229,9 @@ def _of_ours(found: Reproduction, verdict: str, title: str, heading: str) -> lis
 
 def file_of(panel: Panel) -> str:
     """Name the file of the curves, and mark one that has more of them than the figure."""
-    more = any(not curve.drawn for curve in panel.curves)
-    return f"{'All curves' if more else 'Curves'}: {panel.id}.csv"
+    parts = (panel, *panel.below)
+    more = any(not curve.drawn for part in parts for curve in part.curves)
+    return f"{'All curves' if more else 'Curves'}: {', '.join(f'{part.id}.csv' for part in parts)}"
 
 
 def _printed(row: Row) -> str:

@@ -36,6 +36,8 @@ OTHER_LAYERS: Final = ("#ff5c7a", "#2222e0", "#2e6b3a", "#9a8c98")
 """Layers of any other name, from the plate to the finger."""
 NEUTRAL: Final = "#8a8a8a"
 """Reference lines and ranges, which are not curves."""
+PALE: Final = "#b9a3d6"
+"""Curves of the background, which one entry of the legend names together."""
 AMOUNTS: Final = "cividis"
 """Colour map of amounts: the values of a sweep, and the filled contours of a map."""
 SIZE: Final = (5.6, 3.6)

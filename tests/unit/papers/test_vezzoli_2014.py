@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 import electrovib as ev
-from electrovib.core.answer import REFERENCE
+from electrovib.core.answer import REFERENCE, Panel
 from electrovib.core.budget import items_heard
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
-from electrovib.papers.vezzoli_2014 import compute, measured, values
-from electrovib.papers.vezzoli_2014.figures import MEANINGS
+from electrovib.papers.vezzoli_2014 import compute, drawings, measured, values
+from electrovib.papers.vezzoli_2014.figures import MEANINGS, MOIST
 from electrovib.studies.evidence.predicted import predict
 from electrovib.studies.reproduction import Row, verdict_over
 from electrovib.view import documents
@@ -35,6 +35,12 @@ def reproduction():
         found = paper("vezzoli_2014").reproduce()
     assert [(number, total) for _, number, total in items] == [(number, 13) for number in range(1, 14)]
     return found
+
+
+def panels_of(found):
+    """Return every panel by its name, those below others among them."""
+    panels = [each for each in found.panels if isinstance(each, Panel)]
+    return {each.id: each for panel in panels for each in (panel, *panel.below)}
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +131,7 @@ def test_what_was_measured_is_compared_with_the_intervals_of_the_evidence(reprod
     for each in found.of("vezzoli_2014/swing"):
         assert (each.model in told.partition(". ")[0]) == (each.model in reached)
         assert f"{each.model} {each.ratio:.2g}" in told
-    for panel in reproduction.panels:
+    for panel in panels_of(reproduction).values():
         if panel.id == "measured_swing":
             band, *laws = panel.curves
             assert tuple(band.x) == (2e-3, 5e-3)
@@ -220,12 +226,13 @@ def visible(page):
 
 
 def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
-    """Half of its former 3851 words, 222 of the rows of each law, 200 of what was measured; skins are listed in a table."""
+    """Half of its former 3851 words, 222 of the rows of each law, 200 of what was measured, 110 of three drawings."""
     empty = Figure()
     empty.subplots()
     pictures = {panel.id: empty for panel in reproduction.panels}
     page = documents.html(document_of(reproduction), pictures=pictures)
-    assert 1200 < len(visible(page).split()) <= 1925 + 222 + 200
+    opened = re.sub(r"<details>.*?</details>", "", page, flags=re.DOTALL)
+    assert 1200 < len(visible(opened).split()) <= 1925 + 222 + 200 + 110
     for row in reproduction.rows:
         assert typeset(row.brief or row.note) in visible(page), row.id
         assert len(row.brief) < len(row.note) or not row.note, row.id
@@ -249,7 +256,7 @@ def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
 
 KEYWORDS = {
     "paper point": ("paper", "7.7 ms"),
-    "palmar men 2 uS": ("palmar men 2 uS",),
+    "palmar men 2 uS": ("palmar",),
     "1963 impedance": ("1963",),
     "Gabriel dry": ("Gabriel dry",),
     "Gabriel wet": ("Gabriel wet",),
@@ -264,7 +271,7 @@ KEYWORDS = {
 
 def test_figures_have_five_curves_whose_colours_stand_for_one_thing_and_files_have_all(reproduction):
     seen, laws = set(), {}
-    for panel in reproduction.panels:
+    for panel in panels_of(reproduction).values():
         drawn = [curve for curve in panel.curves if curve.drawn and curve.look != REFERENCE]
         assert len(drawn) <= 5, panel.id
         for curve in drawn:
@@ -279,16 +286,91 @@ def test_figures_have_five_curves_whose_colours_stand_for_one_thing_and_files_ha
     assert seen == set(KEYWORDS)
     assert len(set(laws.values())) == len(laws) == 5
     assert len(MEANINGS) <= len(PALETTE) == len(set(PALETTE))
-    panels = {panel.id: panel for panel in reproduction.panels}
+    panels = panels_of(reproduction)
     skins = {skin.name for key, skin in compute.all_skins().items() if key != "vezzoli_2014/point"}
-    assert skins <= {curve.label for curve in panels["fig4"].curves}
+    constructed = {name for name in skins if name.startswith("constant phase")}
+    assert skins - constructed <= {curve.label for curve in panels["fig4"].curves}
     # nothing is drawn below the floor of a figure, but its curves, which are written as a table, go on
-    assert (panels["fig6"].floor, panels["falling_edge"].floor) == (1e-7, 1e-3)
-    assert min(np.min(np.abs(curve.y)) for curve in panels["fig6"].curves) < 1e-8
-    for name in ("fig6", "fig6_ramps"):  # where attraction is drawn, the measured band is attraction
+    assert (panels["fig6_over_decades"].floor, panels["falling_edge"].floor) == (1e-7, 1e-3)
+    assert min(np.min(np.abs(curve.y)) for curve in panels["fig6_over_decades"].curves) < 1e-8
+    for name in (
+        "fig6_over_decades",
+        "fig6_ramps",
+    ):  # where attraction is drawn, the measured band is attraction
         (band,) = [curve for curve in panels[name].curves if curve.kind == "band"]
         assert band.y == pytest.approx(2e-3 / 0.6)
         assert band.upper == pytest.approx(5e-3 / 0.3)
+
+
+def test_the_figures_of_the_paper_come_first_as_printed(reproduction):
+    """Peak by hand: 7.7 ms/36 ms (1 - exp(-36/7.7)) of 1000 V, squared, of 56.55 mN, with C_i/C_s in the time constant."""
+    names = [shown.id for shown in reproduction.panels]
+    assert names[:7] == [f"fig{number}" for number in range(1, 8)]
+    further = reproduction.panels[7:]
+    assert all(each.folded for each in further)
+    assert {"fig4_by_skin", "fig6_over_decades", "fig6_ramps", "fig7_by_skin"} <= {each.id for each in further}
+    panels = panels_of(reproduction)
+    assert [panels[name].below != () for name in ("fig2", "fig6", "fig7")] == [True, True, False]
+    assert not any(
+        panels[name].log_y for name in ("fig2", "fig2_force", "fig6", "fig6_force", "fig6_lateral", "fig7")
+    )
+    force, lateral = (panels[f"fig6_{name}"].curves for name in ("force", "lateral"))
+    tau = 7.7e-3 * 1.0047721 / 36e-3
+    assert force[0].kind == lateral[0].kind == "bold"
+    assert np.max(force[0].y) == pytest.approx(56.55e-3 * (tau * -np.expm1(-1 / tau)) ** 2, rel=2e-3)
+    for one, other in zip(force[:-1], lateral[:-1], strict=True):
+        assert other.y == pytest.approx(0.5 * one.y)
+    assert [(*lateral[-1].y, *lateral[-1].upper), *force[-1].y] == [(2e-3, 5e-3), 2.5e-3]
+    skins = set(compute.force_skins()) - {"paper point"}
+    assert {each.label for each in force if each.background} == skins
+
+
+def test_figure_7_shows_in_colour_the_skins_that_rise_and_saturate(reproduction):
+    shapes = {
+        name: compute.Shape(*compute.rise_and_saturation(each.material))
+        for name, each in compute.force_skins().items()
+    }
+    shown = panels_of(reproduction)["fig7"].curves
+    behind = {name for name, shape in shapes.items() if not shape.words.startswith("consistent")}
+    assert {each.label for each in shown if each.background} == behind
+    assert set(shapes) - behind == {"Gabriel wet", *MOIST}
+    wet, moist = shown[:2]
+    assert (wet.label, wet.kind, wet.x[0], wet.x[-1]) == ("Gabriel wet", "bold", 100.0, 1e4)
+    ends = [compute.frequency_force(compute.force_skins()[name].material, moist.x) for name in MOIST]
+    assert np.array([moist.y, moist.upper]) == pytest.approx(np.array(ends))
+
+
+def test_the_charge_of_figure_5_goes_from_the_finger_to_the_film():
+    """C_e V on plate and finger at first, half of it after tau ln 2, C_i V on plate and film in the end."""
+    step = ev.load("vezzoli_2014/fig6").replace({"drive": {"model": "Step", "level": 1000.0}})
+    first, half, last = drawings.charges(step, drawings.STATES.values())
+    insulator, skin = 32.96e-9, 6905.5e-9
+    series = insulator * skin / (insulator + skin)
+    assert (first.plate, first.finger) == pytest.approx((series, -series), rel=1e-3)
+    assert abs(first.film) < 1e-3 * series
+    assert (half.film, half.finger) == pytest.approx((-series / 2, -series / 2), rel=1e-2)
+    assert (last.plate, last.film) == pytest.approx((insulator, -insulator), rel=1e-3)
+    assert half.force / first.force == pytest.approx(0.25, rel=1e-2)
+    assert [each.plate + each.film + each.finger for each in (first, half, last)] == pytest.approx(
+        [0, 0, 0], abs=1e-15
+    )
+
+
+@pytest.mark.parametrize("number", [1, 3, 5])
+def test_a_drawing_shows_words_that_do_not_leave_it(number):
+    """Charges are counted by their signs: ten on the plate in the end."""
+    figure = documents.drawn(drawings.panels()[number])
+    words = [text for axes in figure.axes for text in axes.texts]
+    figure.draw_without_rendering()
+    width, height = figure.bbox.width, figure.bbox.height
+    titles = [axes.title for axes in figure.axes if axes.get_title(loc="left")]
+    for each in (*words, *titles):
+        box = each.get_window_extent()
+        assert -1 <= box.x0 <= box.x1 <= width + 1, each
+        assert -1 <= box.y0 <= box.y1 <= height + 1, each
+    signs = [[text.get_text() for text in axes.texts if text.get_text() in "+\u2212"] for axes in figure.axes]
+    counts = {1: [(6, 6), (0, 0)], 3: [(0, 0)], 5: [(10, 10)] * 3}[number]
+    assert [(each.count("+"), each.count("\u2212")) for each in signs] == counts
 
 
 @pytest.mark.parametrize(
@@ -322,7 +404,7 @@ def test_a_table_of_ones_own_is_drawn_as_its_rows(tmp_path):
     rows = [(100, 2000, 1e5), (300, 1800, 7e4), (1000, 1500, 4e4), (3000, 1200, 2e4), (10000, 900, 1e4)]
     lines = ["frequency [Hz],permittivity,resistivity [ohm m]", *(f"{f},{e},{r}" for f, e, r in rows)]
     path.write_text("\n".join(lines))
-    panels = {panel.id: panel for panel in paper("vezzoli_2014").reproduce(skin=str(path)).panels}
+    panels = panels_of(paper("vezzoli_2014").reproduce(skin=str(path)))
     (drawn,) = [curve for curve in panels["fig4"].curves if curve.label == "your table"]
     frequency, permittivity, resistivity = np.array(rows).T
     assert drawn.kind == "points"

@@ -17,11 +17,11 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
-from electrovib.studies.evidence import Evidence, Measurement, standings
+from electrovib.studies.evidence import Measurement
 from electrovib.studies.evidence.plan import ODDS, _values, _worst, plan_experiment
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
-from electrovib.studies.evidence.result import _rounded
-from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
+from electrovib.studies.evidence.result import Evidence, _rounded
+from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge, standings
 
 VOLTAGES = (50.0, 100.0, 200.0)
 GAP = {"model": "LogUniform", "low": 1e-6, "high": 4e-6, "choice": "a range of this test"}

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from electrovib.core import discovery
-from electrovib.core.answer import Curve, Page, Panel, Table
+from electrovib.core.answer import Curve, Drawing, Page, Panel, Table
 from electrovib.core.errors import InputError
 from electrovib.studies.reproduction import Reproduction, Row
 from electrovib.view import plots
@@ -111,6 +111,21 @@ def test_numbers_and_curves_are_written_as_they_are(tmp_path, found):
     assert lines[-1] == ["b", "1.0", "2.0"]
     assert len(lines) == 2 * len(X)
     assert "All curves: fig1.csv" in read(tmp_path, "report.html")
+
+
+def test_a_drawing_has_no_curves_and_panels_below_have_a_file_each(tmp_path, found):
+    """A folded figure is opened by a click."""
+    lower = replace(found.panels[1], id="fig2_force")
+    drawing = Drawing(id="fig3", title="Circuit", plot=lambda figure: figure.add_subplot(), caption="A loop.")
+    upper = replace(found.panels[0], below=(lower,), folded=True)
+    _write(replace(found, panels=(upper, drawing)), tmp_path)
+    names = {file.name for file in tmp_path.iterdir()} - BESIDE - {"report.html"}
+    assert names == {"fig1.svg", "fig1.png", "fig1.csv", "fig2_force.csv", "fig3.svg", "fig3.png"}
+    text = read(tmp_path, "report.html")
+    assert "<details><summary>Figure 1</summary>" in text
+    assert "<h2>Circuit</h2>" in text
+    assert "Curves: fig1.csv, fig2_force.csv" in text
+    assert "fig3.csv" not in text
 
 
 def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tmp_path, found):

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from electrovib.core.answer import REFERENCE, Curve, Panel
+from electrovib.core.answer import REFERENCE, Curve, Panel, Shown
 from electrovib.core.arrays import Real
-from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014 import compute, drawings, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.skin import time_constant
 from electrovib.physics.tabulated import Tabulated
-from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray
 
 MEANINGS: Final = (
     "paper point",
@@ -43,18 +47,63 @@ def curve(label: str, x: Real, y: Real, meaning: str, **more: Any) -> Curve:
     return Curve(label=label, x=x, y=y, look=look(meaning), **more)
 
 
-SHOWN = ("paper point", "palmar men 2 uS", "1963 impedance", "Gabriel wet", "Gabriel dry")
-"""Skins drawn one by one; all are in the ranges, in the tables and in the files of the curves."""
-OF_FIGURE_6 = ("palmar men 2 uS", "1963 impedance")
-"""Dispersive skins drawn in figure 6."""
+PUBLISHED: Final = "published skins"
+MOIST: Final = ("palmar women 20 uS", "palmar men 20 uS")
+"""Besides Gabriel's wet skin those whose force of figure 7 rises and saturates."""
+SHOWN = ("paper point", "palmar men 2 uS", "1963 impedance", "Gabriel dry")
+"""Skins drawn one by one; all are in the tables and in the files of the curves."""
 FORCE_FLOOR = 1e-7
-"""Smallest force that figure 6 draws [N]."""
+"""Smallest force that figure 6 draws over decades [N]."""
 SINGLE_LEAK = "Maxwell stress in the gap, leaky gap 1 um"
 
 
-def panels(own: Tabulated | None) -> tuple[Panel, ...]:
-    """Return all figures; `own` is a user's skin, drawn beside the published ones."""
-    return (figure_2(), figure_4(own), figure_6(), figure_6_ramps(), figure_7_skins(own))
+def panels(own: Tabulated | None) -> tuple[Shown, ...]:
+    """Return the figures as printed, then further ones; `own` is a user's skin, drawn beside the published ones."""
+    drawn, four, six, seven = drawings.panels(), figure_4(own), figure_6(), figure_7(own)
+    relative = {
+        "y": ("force relative to 10 kHz", "1"),
+        "caption": "Law as printed: every skin with its shape.",
+    }
+    further = (
+        by_skin(four, "Figure 4: skins one by one", caption="Each published skin with its name."),
+        figure_6_over_decades(six),
+        figure_6_ramps(),
+        by_skin(seven, "Figure 7: skins one by one, relative to 10 kHz", relative=True, **relative),
+    )
+    printed = (drawn[1], figure_2(), drawn[3], four, drawn[5], six, seven)
+    return (*printed, *(replace(each, folded=True) for each in further))
+
+
+def panel(name: str, title: str, caption: str, *curves: Curve, **more: Any) -> Panel:
+    """Return a panel over time, or over what `more` has."""
+    return Panel(id=name, title=title, caption=caption, curves=curves, **{"x": ("time", "s")} | more)
+
+
+def behind(label: str, x: Real, y: Real, words: str = PUBLISHED) -> Curve:
+    """Return a curve of the background, which `words` name in the legend."""
+    return Curve(label=label, x=x, y=y, look=REFERENCE, background=words)
+
+
+def span(label: str, x: Real, low: ArrayLike, high: ArrayLike) -> Curve:
+    """Return a range over an axis, or a bar at one place of it."""
+    lower, upper = (np.broadcast_to(np.asarray(each, dtype=float), x.shape) for each in (low, high))
+    return Curve(label=label, x=x, y=lower, upper=upper, kind="band", look=REFERENCE)
+
+
+def by_skin(whole: Panel, title: str, *, relative: bool = False, **changes: Any) -> Panel:
+    """Return a panel without its ranges, in which the skins of the background have names, if wanted over their last value."""
+    named = [
+        curve(each.label, each.x, each.y, each.label, drawn=each.label in SHOWN) if each.background else each
+        for each in whole.curves
+        if each.upper is None
+    ]
+    curves = [replace(each, y=each.y / each.y[-1]) for each in named] if relative else named
+    return replace(whole, id=f"{whole.id}_by_skin", title=title, curves=tuple(curves), **changes)
+
+
+def voltage(trace: xarray.Dataset) -> Curve:
+    """Return the voltage of the drive over time."""
+    return Curve(label="voltage", x=trace.time.values, y=trace.drive_voltage.values, look=REFERENCE)
 
 
 def figure_2() -> Panel:
@@ -65,130 +114,120 @@ def figure_2() -> Panel:
     )
     leaky = simulate(leak)
     held = simulate(scenarios()["fig2_tremor"])
-    time = trace.time.values
-    return Panel(
-        id="fig2",
-        title="Figure 2: finger held 100 um off the plate",
-        caption="Without conduction in the gap the force stays constant, as measured; a leak of 8.7e8 ohm m, which 7.7 ms would"
-        " need, discharges it. Gap and voltage: not printed.",
-        x=("time", "s"),
-        y=("electrostatic force", "N"),
-        curves=(
-            curve("gap does not conduct", time, trace.electrostatic_force.values, "no conduction"),
-            curve(
-                "the same, the hand trembles by 10 um",
-                held.time.values,
-                held.electrostatic_force.values,
-                "trembling hand",
-            ),
-            curve("gap leaks, 8.7e8 ohm m", time, leaky.electrostatic_force.values, "leaky gap"),
-        ),
-    )
-
-
-def _taus_over_frequency() -> list[Curve]:
-    """Return the range of the cited skins, that of the constructed ones, and each skin."""
-    frequency = np.geomspace(10.0, 1e6, 201)
-    skins = {key: skin for key, skin in compute.all_skins().items() if key != "vezzoli_2014/point"}
-    taus = {key: time_constant(skin.material, frequency) for key, skin in skins.items()}
-
-    def span(name: str, *, measured: bool) -> Curve:
-        found = [taus[key] for key, skin in skins.items() if skin.reproduces_force == measured]
-        low, high = np.min(found, axis=0), np.max(found, axis=0)
-        return Curve(label=name, x=frequency, y=low, upper=high, kind="band", look=REFERENCE, drawn=measured)
-
-    return [
-        span("all cited skins", measured=True),
-        span("constructed skins of constant phase", measured=False),
-        *(
-            curve(
-                skin.name,
-                frequency,
-                taus[key],
-                skin.name,
-                drawn=skin.name in SHOWN and skin.name != "Gabriel wet",
-            )
-            for key, skin in skins.items()
-        ),
+    forces = [
+        curve(label, found.time.values, found.electrostatic_force.values, meaning, kind=kind)
+        for label, found, meaning, kind in (
+            ("gap does not conduct", trace, "no conduction", "bold"),
+            ("the same, the hand trembles by 10 um", held, "trembling hand", "line"),
+            ("gap leaks, 8.7e8 ohm m", leaky, "leaky gap", "dashed"),
+        )
     ]
+    return panel(
+        "fig2",
+        "Figure 2: finger held 100 um off the plate",
+        "The force stays as long as the voltage does, as measured: law (1). It would fade if the gap leaked as 7.7 ms need. Gap"
+        " and voltage: not printed.",
+        voltage(trace),
+        y=("voltage", "V"),
+        below=(panel("fig2_force", "", "", *forces, y=("electrostatic force", "N")),),
+    )
 
 
 def figure_4(own: Tabulated | None) -> Panel:
     """Time constant of the stratum corneum over frequency."""
-    curves = _taus_over_frequency()
+    frequency, ends = np.geomspace(10.0, 1e6, 201), np.array([10.0, 1e6])
+    skins = {key: skin for key, skin in compute.all_skins().items() if key != "vezzoli_2014/point"}
+    taus = {skin.name: time_constant(skin.material, frequency) for skin in skins.values()}
+    published = [skin.name for skin in skins.values() if skin.reproduces_force]
+    constructed = [tau for name, tau in taus.items() if name not in published]
+    curves = [
+        *(behind(name, frequency, taus[name]) for name in published),
+        span(
+            "constructed through 7.7 ms, constant phase",
+            frequency,
+            np.min(constructed, axis=0),
+            np.max(constructed, axis=0),
+        ),
+        *(
+            curve(label, ends, np.full(2, reading.tau), "paper point", kind=kind)
+            for label, reading, kind in (
+                ("paper: 7.7 ms, of the voltage", compute.BY_VOLTAGE, "bold"),
+                ("paper: 15.4 ms, if 7.7 ms is of the force", compute.BY_FORCE, "dashed"),
+            )
+        ),
+    ]
     if own is not None:
         rows = own.table()[0]
         curves.append(curve("your table", rows, time_constant(own, rows), "your table", kind="points"))
-    ends = np.array([10.0, 1e6])
-    of_voltage, of_force = (np.full(2, reading.tau) for reading in (compute.BY_VOLTAGE, compute.BY_FORCE))
-    curves += [
-        curve(
-            "paper: 7.7 ms, or 15.4 ms if of the force",
-            ends,
-            of_voltage,
-            "paper point",
-            upper=of_force,
-            kind="band",
-        ),
-        curve(
-            "12 ms: the measured 6 ms, of the force",
-            ends,
-            np.full(2, compute.MEASURED.tau),
-            "paper point",
-            kind="dashed",
-            drawn=False,
-        ),
-    ]
-    return Panel(
-        id="fig4",
-        title="Figure 4: time constant of the stratum corneum over frequency",
-        caption="tau = eps0 eps rho, the decay of a voltage; a force decays twice as fast. The paper used the table of Yamamoto"
-        " and Yamamoto 1976, which could not be obtained: no curve is that data.",
+    return panel(
+        "fig4",
+        "Figure 4: time constant of the stratum corneum over frequency",
+        "tau = eps0 eps rho, the decay of a voltage; a force decays twice as fast. It falls with frequency, as in the paper,"
+        " whose table (Yamamoto and Yamamoto 1976) could not be obtained: no curve is that data.",
+        *curves,
         x=("frequency", "Hz"),
         y=("time constant", "s"),
-        curves=tuple(curves),
         log_x=True,
         log_y=True,
     )
 
 
-def _cases_of_figure_6() -> dict[str, tuple[Scenario, str, str]]:
-    """Return the scenarios of figure 6 by their labels, each with its line and what its colour stands for."""
-    found = {
+def figure_6() -> Panel:
+    """Voltage, attraction and lateral force over time under the trapezoidal pulse, as printed."""
+    paper = scenarios()["fig6"]
+    traces = {
+        name: simulate(compute.with_skin(paper, skin.material))
+        for name, skin in compute.force_skins().items()
+    }
+    time = traces["paper point"].time.values
+    friction, end = paper.to_dict()["friction"]["coefficient"], 1.03 * time[-1:]
+
+    def forces(name: str, quantity: str, factor: float, *beside: Curve) -> Panel:
+        own = {skin: factor * each.electrostatic_force.values for skin, each in traces.items()}
+        reading = curve(
+            "the paper's reading, 7.7 ms", time, own.pop("paper point"), "paper point", kind="bold"
+        )
+        skins = (behind(skin, time, force) for skin, force in own.items())
+        return panel(name, "", "", reading, *skins, *beside, y=(quantity, "N"))
+
+    printed = Curve(label="printed: 2.5 mN", x=end, y=np.array([values.FORCE_MODEL]), look=REFERENCE)
+    return panel(
+        "fig6",
+        "Figure 6: a trapezoidal pulse of 0 to 1000 V",
+        "Each edge attracts, and the attraction fades while the voltage is held. The ramp of 36 ms is our choice, which gives the"
+        f" printed 2.5 mN. Lateral force: its change, at a coefficient of friction of {friction:g}, a choice.",
+        voltage(traces["paper point"]),
+        y=("voltage", "V"),
+        below=(
+            forces("fig6_force", "electrostatic force", 1.0, printed),
+            forces(
+                "fig6_lateral",
+                "change of lateral force",
+                friction,
+                span("measured, 2 to 5 mN, eight people", end, *values.FORCE_MEASURED),
+            ),
+        ),
+    )
+
+
+def figure_6_over_decades(whole: Panel) -> Panel:
+    """Force over time under the trapezoidal pulse, by skin and law."""
+    others = {
         "law (1), no charge lost": (scenarios()["fig6_static"], "dashed", "no conduction"),
-        "7.7 ms, not dispersive": (scenarios()["fig6"], "line", "paper point"),
-        "15.4 ms, not dispersive": (compute.point(compute.BY_FORCE.tau), "dashed", "paper point"),
+        "15.4 ms, not dispersive": (compute.point(compute.BY_FORCE.tau), "dotted", "paper point"),
         "Maxwell stress in a leaky gap of 1 um": (compute.leaky_gap(1e-6), "line", "leaky gap"),
     }
-    for name, skin in compute.force_skins().items():
-        if name != "paper point":
-            scenario = compute.with_skin(scenarios()["fig6"], skin.material)
-            found[f"causal law, {name}"] = (scenario, "line", name)
-    return found
-
-
-def figure_6() -> Panel:
-    """Force over time under the trapezoidal pulse."""
-    curves = []
-    for label, (scenario, kind, meaning) in _cases_of_figure_6().items():
-        trace = simulate(scenario)
-        drawn = meaning in OF_FIGURE_6 or label in (
-            "law (1), no charge lost",
-            "7.7 ms, not dispersive",
-            "Maxwell stress in a leaky gap of 1 um",
-        )
-        time, force = trace.time.values, trace.electrostatic_force.values
-        curves.append(curve(label, time, force, meaning, kind=kind, drawn=drawn))
-    curves.insert(0, measured_range(curves[0].x[[0, -1]]))
-    return Panel(
-        id="fig6",
-        title="Figure 6: force under a trapezoidal pulse of 0 to 1000 V",
-        caption=f"Attraction, ramp of 36 ms. {_BAND}",
-        x=("time", "s"),
-        y=("electrostatic force", "N"),
-        curves=tuple(curves),
-        log_y=True,
-        floor=FORCE_FLOOR,
+    named = by_skin(whole.below[0], "Figure 6 over decades, by law and skin")
+    time = named.curves[0].x
+    laws = (
+        curve(label, time, simulate(scenario).electrostatic_force.values, meaning, kind=kind, drawn=kind != "dotted")
+        for label, (scenario, kind, meaning) in others.items()
+    )  # fmt: skip
+    skins = (replace(each, drawn=each.drawn and each.label != "Gabriel dry") for each in named.curves[:-1])
+    curves = (measured_range(time[[0, -1]]), *laws, *skins)
+    caption = f"Attraction, ramp of 36 ms. {_BAND}"
+    return replace(
+        named, id="fig6_over_decades", caption=caption, curves=curves, log_y=True, floor=FORCE_FLOOR
     )
 
 
@@ -199,14 +238,8 @@ _BAND = (
 
 def measured_range(ends: Real) -> Curve:
     """Return the attraction behind the measured lateral force, from one end of the axis to the other."""
-    low, high = values.attraction_of(values.FORCE_MEASURED)
-    return Curve(
-        label="measured 2 to 5 mN over friction coefficient",
-        x=ends,
-        y=np.full(2, low),
-        upper=np.full(2, high),
-        kind="band",
-        look=REFERENCE,
+    return span(
+        "measured 2 to 5 mN over friction coefficient", ends, *values.attraction_of(values.FORCE_MEASURED)
     )
 
 
@@ -219,36 +252,44 @@ def figure_6_ramps() -> Panel:
         meaning = (
             "leaky gap" if name in compute.LEAKY_GAPS else "paper point" if name.startswith("paper") else name
         )
-        drawn = (name in SHOWN and name != "Gabriel wet") or name == SINGLE_LEAK
+        drawn = name in (*SHOWN, SINGLE_LEAK)
         curves.append(curve(name, ramps, forces, meaning, drawn=drawn))
-    return Panel(
-        id="fig6_ramps",
-        title="Figure 6: ramp that would give the measured force",
-        caption="Range as above. Every skin reaches it with some ramp.",
+    return panel(
+        "fig6_ramps",
+        "Figure 6: ramp that would give the measured force",
+        "Range as above. Every skin reaches it with some ramp.",
+        *curves,
         x=("ramp", "s"),
         y=("peak electrostatic force", "N"),
-        curves=tuple(curves),
         log_x=True,
         log_y=True,
     )
 
 
-def figure_7_skins(own: Tabulated | None) -> Panel:
-    """Force over frequency on a thin coating, relative to 10 kHz."""
+def figure_7(own: Tabulated | None) -> Panel:
+    """Mean force over frequency on a thin coating, the skins that rise and saturate before the others."""
     frequency = np.geomspace(100.0, 1e4, 81)
-    curves = []
-    for name, skin in compute.force_skins().items():
-        force = compute.frequency_force(skin.material, frequency)
-        curves.append(curve(name, frequency, force / force[-1], name, drawn=name in SHOWN))
+    forces = {
+        name: compute.frequency_force(skin.material, frequency)
+        for name, skin in compute.force_skins().items()
+    }
+    low, high = (forces.pop(name) for name in MOIST)
+    moist = span("palmar 20 uS, women to men", frequency, low, high)
+    curves = [
+        curve("Gabriel wet", frequency, forces.pop("Gabriel wet"), "Gabriel wet", kind="bold"),
+        replace(moist, look=look("palmar men 2 uS")),
+        *(behind(name, frequency, force, "other published skins, and the paper's point") for name, force in forces.items()),
+    ]  # fmt: skip
     if own is not None:
         force = compute.frequency_force(own, frequency)
-        curves.append(curve("your table", frequency, force / force[-1], "your table", kind="points"))
-    return Panel(
-        id="fig7",
-        title="Figure 7: mean force over frequency on a thin coating, relative to 10 kHz",
-        caption="Law as printed; coating of 1 um with eps 3.9, not printed. Meyer's points could not be obtained.",
+        curves.append(curve("your table", frequency, force, "your table", kind="points"))
+    return panel(
+        "fig7",
+        "Figure 7: mean force over frequency on a thin coating",
+        "In colour the skins with which it rises and saturates, as printed. Sine of 100 V, coating of 1 um with eps 3.9, not"
+        " printed. Meyer's points could not be obtained.",
+        *curves,
         x=("frequency", "Hz"),
-        y=("force relative to 10 kHz", "1"),
-        curves=tuple(curves),
+        y=("mean electrostatic force", "N"),
         log_x=True,
     )

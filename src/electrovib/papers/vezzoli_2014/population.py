@@ -12,12 +12,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from electrovib.core.answer import REFERENCE, Curve, Panel, Table
+from electrovib.core.answer import Curve, Panel, Table
 from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.units import parse_quantity
 from electrovib.papers.vezzoli_2014 import compute, values
-from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range
+from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range, panel, span
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.scenario.space import Space, read_space
@@ -275,13 +275,13 @@ def whole_set_up() -> Panel:
                 meaning,
             )
         )
-    return Panel(
-        id="fig6_set_up",
-        title="Figure 6: drawn fingers, whole set-up",
-        caption="",
-        x=("time", "s"),
+    return panel(
+        "fig6_set_up",
+        "Figure 6: drawn fingers, whole set-up",
+        "",
+        measured_range(time[[0, -1]]),
+        *curves,
         y=("lateral reading over friction coefficient", "N"),
-        curves=(measured_range(time[[0, -1]]), *curves),
     )
 
 
@@ -381,7 +381,6 @@ def _figure_6() -> Panel:
     by_law, in_gap = predicted()
     share = (np.arange(len(by_law.force)) + 0.5) / len(by_law.force)
     kept = np.linspace(0, len(share) - 1, 401).astype(int)
-    low, high = values.FORCE_MEASURED
     curves = [
         curve(label, np.sort(each.force)[kept], share[kept], meaning)
         for label, each, meaning in (
@@ -389,21 +388,14 @@ def _figure_6() -> Panel:
             ("Maxwell stress in a leaky gap", in_gap, "leaky gap"),
         )
     ]
-    measured = Curve(
-        label="measured, eight subjects",
-        x=np.array([low, high]),
-        y=np.zeros(2),
-        upper=np.ones(2),
-        kind="band",
-        look=REFERENCE,
-    )
-    return Panel(
-        id="fig6_population",
-        title="Figure 6 over fingers",
-        caption="",
+    return panel(
+        "fig6_population",
+        "Figure 6 over fingers",
+        "",
+        span("measured, eight subjects", np.array(values.FORCE_MEASURED), 0.0, 1.0),
+        *curves,
         x=("lateral force", "N"),
         y=("share of fingers below", "1"),
-        curves=(measured, *curves),
         log_x=True,
     )
 
@@ -424,13 +416,14 @@ def _figure_7() -> Panel:
             Curve(label=f"{label}, 5 to 95 %", y=low, upper=high, kind="band", **band),
             Curve(label=f"{label}, median", y=middle, **band),
         ]
-    return Panel(
-        id="fig7_population",
-        title="Figure 7 over fingers",
-        caption="Grey: thickness alone.",
+    return panel(
+        "fig7_population",
+        "Figure 7 over fingers",
+        "Grey: thickness alone.",
+        _of_thickness(frequency),
+        *curves,
         x=("frequency", "Hz"),
         y=("mean electrostatic force", "N"),
-        curves=(_of_thickness(frequency), *curves),
         log_x=True,
         log_y=True,
     )
@@ -440,11 +433,4 @@ def _of_thickness(frequency: Real) -> Curve:
     """Return the range of law (1) over the thickness of the stratum corneum alone."""
     material = compute.force_skins()["palmar women 20 uS"].material
     thin, thick = (compute.frequency_force(material, frequency, thickness=t) for t in values.THICKNESSES)
-    return Curve(
-        label="thickness alone, law (1), palmar women 20 uS",
-        x=frequency,
-        y=thick,
-        upper=thin,
-        kind="band",
-        look=REFERENCE,
-    )
+    return span("thickness alone, law (1), palmar women 20 uS", frequency, thick, thin)

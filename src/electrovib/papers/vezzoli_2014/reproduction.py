@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
@@ -50,12 +51,14 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
             ("table of the population", lambda: [population.table()]),
         ]
     )
-    rows, panels, tables = (tuple(chain(*part)) for part in (found[:4], found[4:8], found[8:]))
+    rows, printed, further, tables = (
+        tuple(chain(*part)) for part in (found[:4], found[4:5], found[5:8], found[8:])
+    )
     return Reproduction(
         paper="vezzoli_2014",
         citation=CITATION,
         rows=rows,
-        panels=panels,
+        panels=(*printed, *(replace(each, folded=True) for each in further)),
         pages=(numbers.page(rows),),
         tables=tables,
         equations=EQUATIONS,

@@ -446,21 +446,6 @@ def free_parameters(start: Material, loss: str) -> dict[str, FreeParameter]:
     return free
 
 
-def impedance_residual(frequency: ArrayLike, impedance: ArrayLike) -> float:
-    """Compute the relative rms deviation of a measured admittance from the Kramers-Kronig relations.
-
-    The admittance over j w is tested as a permittivity by `kramers_kronig_residual`. Inductive parts count as
-    a misfit.
-    """
-    grid, data = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
-    if grid.shape != data.shape or grid.ndim != 1 or not np.isfinite(data).all() or (data == 0).any():
-        raise InputError(
-            "frequency, impedance: expected two rows of the same length, impedances finite and not 0"
-        )
-    admittance = 1 / data
-    return kramers_kronig_residual(grid, admittance.imag / (2 * math.pi * grid * eps0), admittance.real)
-
-
 def consistency(frequency: Real, permittivity: Complex) -> float:
     """Compute the deviation of a permittivity from the Kramers-Kronig relations; NaN where the rows do not allow it."""
     loss = -permittivity.imag * 2 * math.pi * frequency * eps0

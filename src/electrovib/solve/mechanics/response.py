@@ -190,13 +190,13 @@ class Stretches:
     force: Real
     ends: Real
 
-    def output(self, filter_: Filter, *, held: float) -> Real:
+    def output(self, filter_: Filter) -> Real:
         """Return the output of a filter at the first begin and at the ends of the stretches.
 
         Returns `output` (stretches + 1,).
         """
         marks = np.cumsum(np.append(0, self.divisions))
-        state = filter_.state(float(self.force[0]), held=held)
+        state = filter_.state(float(self.force[0]))
         kinds, kind = self._kinds(marks)
         if not len(filter_.poles):
             return np.asarray(filter_.direct * self.force[marks])
@@ -248,7 +248,6 @@ def respond_mechanically(
     most: int = MOST,
     corners: ArrayLike = (),
     shortest: float = math.inf,
-    held: float = math.inf,
 ) -> tuple[dict[str, Real], float]:
     """Compute the outputs of linear mechanics and sensors under one force, to a stated error.
 
@@ -267,8 +266,7 @@ def respond_mechanically(
         begins = max(stamps[group.start] - memory, stamps[0])
         early = begins < stamps[group.start]
         grid = Grid.over(np.append(begins, stamps[group]) if early else stamps[group], marks, memory=memory)
-        before = held if begins == stamps[0] else math.inf
-        rows = _settled(force_at, filters, grid, before, shortest, most, tolerance, sizes)
+        rows = _settled(force_at, filters, grid, shortest, most, tolerance, sizes)
         for name, row in rows.items():
             found[name][group] = row[int(early) :]
     return found, max((size.moved / (size.largest or 1.0) for size in sizes.values()), default=0.0)
@@ -296,7 +294,6 @@ def _settled(
     force_at: Callable[[Real], Real],
     filters: Mapping[str, Filter],
     grid: Grid,
-    held: float,
     shortest: float,
     most: int,
     tolerance: float,
@@ -306,13 +303,13 @@ def _settled(
     density, halvings = grid.density(shortest=shortest, most=most), 0
     remaining = np.ones(len(grid.wanted), bool)
     divisions = grid.divisions(density=density, halvings=halvings, counts=grid.counts(remaining))
-    coarse, possible = _on_grid(force_at, filters, grid, divisions, held)
+    coarse, possible = _on_grid(force_at, filters, grid, divisions)
     found, moved = dict(coarse), {name: np.zeros(len(remaining)) for name in filters}
     tables = {name: [row] for name, row in coarse.items()}
     while True:
         halvings += 1
         divisions = grid.divisions(density=density, halvings=halvings, counts=grid.counts(remaining))
-        fine, possible = _on_grid(force_at, filters, grid, divisions, held)
+        fine, possible = _on_grid(force_at, filters, grid, divisions)
         moves = np.zeros(len(remaining), bool)
         for name, size in sizes.items():
             row = _extrapolated(tables[name], fine[name])
@@ -355,7 +352,6 @@ def _on_grid(
     filters: Mapping[str, Filter],
     grid: Grid,
     divisions: Indices,
-    held: float,
 ) -> tuple[dict[str, Real], dict[str, float]]:
     """Return the outputs of all filters on one grid, and the largest possible output of each."""
     begins, lengths = grid.points(divisions)
@@ -374,10 +370,10 @@ def _on_grid(
     largest: dict[str, float] = {}
     for name, filter_ in filters.items():
         if grid.is_point:
-            state = filter_.state(float(force[0]), held=held)
+            state = filter_.state(float(force[0]))
             output = march_through(filter_, force, force, steps=0.0, state=state)[:1]
         else:
-            output = stretches.output(filter_, held=held)
+            output = stretches.output(filter_)
         possible = (abs(filter_.direct) + 2 * np.abs(filter_.gains).sum()) * np.abs(force).max()
         found[name], largest[name] = output[grid.wanted], float(possible)
     return found, largest

@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.answer import REFERENCE
 from electrovib.core.paths import words_at
 from electrovib.view.plots.draw import WIDE, finish, legend_beside_no_curve
-from electrovib.view.style import COLOURS, NEUTRAL, PALETTE, drawing
+from electrovib.view.style import COLOURS, NEUTRAL, PALE, PALETTE, drawing
 from electrovib.view.units import label_axis, pretty_quantity, typeset
 
 if TYPE_CHECKING:
@@ -269,11 +269,14 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
         shown = [curve for curve in panel.curves if curve.drawn]
         named = {curve.look for curve in shown if curve.upper is None and curve.look is not None}
         named -= {REFERENCE} - {curve.look for curve in shown if curve.kind == "points"}
+        known = {panel.y[0]}  # the axis names a curve of this label
         for curve, (colour, dash) in zip(shown, _looks(shown), strict=True):
             is_spread = (
                 curve.upper is not None and curve.look in named
             )  # the line or the points have the name
-            label = "_nolegend_" if is_spread else typeset(curve.label)
+            words = curve.background or curve.label
+            label = "_nolegend_" if is_spread or words in known else typeset(words)
+            known.add(curve.background)
             _draw(axes, curve, colour, dash, label=label, floor=panel.floor)
         finish(axes, x=panel.x, y=panel.y)
         axes.set_title(typeset(panel.title))
@@ -287,7 +290,10 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[str, LineStyleType]]:
         dashes = {"dashed": _BROKEN, "dotted": _DOTTED}.get(curve.kind, _SOLID)
         turn, place = divmod(number if curve.look is None else curve.look, len(PALETTE))
         reference = curve.look == REFERENCE
-        found.append((NEUTRAL, dashes[0]) if reference else (PALETTE[place], dashes[turn % len(dashes)]))
+        if curve.background:
+            found.append((PALE, dashes[0]))
+        else:
+            found.append((NEUTRAL, dashes[0]) if reference else (PALETTE[place], dashes[turn % len(dashes)]))
     return found
 
 
@@ -315,6 +321,7 @@ def _draw(
             x, y, color=colour, label=label, linestyle="none", marker="o", markersize=size, alpha=strength
         )
     else:
-        ax.plot(
-            x, y, color=colour, label=label, linestyle=dash, marker="_" if x.size == 1 else "", markersize=14
-        )
+        width, height = (0.8, 1.5) if curve.background else (2.4 if curve.kind == "bold" else None, 2.0)
+        mark = "_" if x.size == 1 else ""
+        look: Any = {"linewidth": width, "zorder": height, "marker": mark, "markersize": 14}
+        ax.plot(x, y, color=colour, label=label, linestyle=dash, **look)

@@ -12,11 +12,11 @@ from matplotlib.colors import to_hex
 
 from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.view import plots
-from electrovib.view.documents import few_curves
+from electrovib.view.documents import drawn, few_curves
 from electrovib.view.fitted import fit_panels
 from electrovib.view.lines import BINS, LONG, envelope
 from electrovib.view.plots.of_answers import PALETTE
-from electrovib.view.style import NEUTRAL
+from electrovib.view.style import NEUTRAL, PALE
 
 X = np.geomspace(1, 1e4, 30)
 
@@ -78,6 +78,42 @@ def test_a_look_has_one_colour_in_every_figure_and_a_reference_is_grey():
     assert colours[0]["skin"] == colours[1]["skin"] == PALETTE[8]
     assert colours[1]["limit"] == NEUTRAL
     assert to_hex(second.collections[0].get_facecolor()[0]) == NEUTRAL
+
+
+def test_curves_of_the_background_are_pale_under_one_name_and_a_single_abscissa_is_a_mark_or_a_bar():
+    curves = [
+        Curve(label="paper", x=X, y=X, kind="bold"),
+        *(Curve(label=f"skin {n}", x=X, y=n * X, look=REFERENCE, background="skins") for n in (2, 3)),
+        Curve(label="printed", x=X[:1], y=X[:1], look=REFERENCE),
+        Curve(label="measured", x=X[:1], y=X[:1], upper=2 * X[:1], kind="band", look=REFERENCE),
+        Curve(label="force", x=X, y=4 * X),
+    ]
+    ax = plots.panel(make(*curves))
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        "paper",
+        "skins",
+        "printed",
+        "measured",
+    ]
+    bold, *behind, mark, named_by_axis = ax.lines
+    assert {line.get_color() for line in behind} == {PALE}
+    assert bold.get_linewidth() > 2 * behind[0].get_linewidth()
+    assert bold.get_zorder() > behind[0].get_zorder()
+    assert (mark.get_marker(), mark.get_color()) == ("_", NEUTRAL)
+    assert named_by_axis.get_ydata()[-1] == 4 * X[-1]
+    (bar,) = ax.collections
+    assert bar.get_segments()[0][:, 1].tolist() == [1.0, 2.0]
+
+
+def test_panels_below_share_the_axis_and_the_picture():
+    whole = make(Curve(label="a", x=X, y=X), below=(make(Curve(label="b", x=X, y=X)),) * 2, log_x=True)
+    figure = drawn(whole)
+    heights = [ax.get_position().height for ax in figure.axes]
+    assert len(heights) == 3
+    assert heights[0] < 0.6 * heights[1]
+    assert figure.get_figheight() > drawn(make(*whole.curves)).get_figheight()
+    assert [ax.get_xlabel() for ax in figure.axes] == ["", "", "frequency [Hz]"]
+    assert len({ax.get_xlim() for ax in figure.axes}) == 1
 
 
 def laws(*factors, points=(), **more):
