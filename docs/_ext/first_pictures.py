@@ -42,8 +42,17 @@ def first() -> Figure:
     axes.text(44, 1.7, "attraction of the\nfinger, computed", color=COLOURS[0], va="center")
     low, high = (1e3 * each for each in values.FORCE_MEASURED)
     axes.plot((127, 127), (low, high), color=COLOURS[1], linewidth=7, solid_capstyle="butt")
-    axes.text(122, 4.2, "measured change of friction,\n8 people: 2 to 5 mN", color=COLOURS[1], ha="right", va="center")
-    axes.set(xlabel="time [ms]", ylabel="force [mN]", xlim=(-12, 131), ylim=(-0.3, 5.4), xticks=range(0, 121, 20))
+    axes.text(
+        122,
+        4.2,
+        "measured change of friction,\n8 people: 2 to 5 mN",
+        color=COLOURS[1],
+        ha="right",
+        va="center",
+    )
+    axes.set(
+        xlabel="time [ms]", ylabel="force [mN]", xlim=(-12, 131), ylim=(-0.3, 5.4), xticks=range(0, 121, 20)
+    )
     largest, full = max(each.force for each in states), states[-1].plate
     for number, ((words, moment), state) in enumerate(zip(MOMENTS.items(), states, strict=True), start=1):
         place = 1e3 * moment, 1e3 * state.force
