@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
+from types import ModuleType
 
 import pytest
 from typer.testing import CliRunner
 
 import electrovib as ev
 from electrovib.apps.cli import app
+from electrovib.core.discovery import papers
 from electrovib.core.errors import InputError
 from electrovib.core.search import ALIAS, NAME, search
 from electrovib.scenario import Scenario
+from electrovib.studies.catalogue import items
 from electrovib.studies.catalogue.items import everything
 from electrovib.studies.catalogue.words import meanings
 
@@ -76,4 +79,12 @@ def test_what_is_not_modelled_is_said_and_is_no_mistake(query):
 def test_the_overview_names_what_is_not_modelled():
     said = " ".join(str(ev.models()).split())
     assert "Not modelled: mutual capacitance, ultrasonic, capillary" in said
+    assert f"scenarios {len(ev.scenarios())}, listed by" in said
     assert said == " ".join(CliRunner().invoke(app, ["list"]).output.split())
+
+
+def test_the_scenarios_of_another_package_are_counted_although_it_declares_none(monkeypatch):
+    other = ModuleType("other_2099")
+    other.scenarios = lambda: {"one": None, "two": None}
+    monkeypatch.setattr(items, "papers", lambda: {**papers(), "other_2099": other, "none_2099": ModuleType("none")})
+    assert items.scenario_count() == len(ev.scenarios()) + 2
