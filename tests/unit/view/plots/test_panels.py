@@ -171,6 +171,11 @@ def test_a_band_stays_with_its_line_and_points_of_no_line_are_in_every_part():
         assert [curve.label for curve in part.curves][-2:] == ["record", "measured"], "points on top"
     legend = [text.get_text() for text in plots.panel(second).get_legend().get_texts()]
     assert sorted(legend) == ["law 0", "law 5", "law 6", "measured", "others", "record"]
+    limit = Curve(label="limit", x=X, y=1 + 0 * X, look=REFERENCE)
+    bands = [Curve(label=f"band {n}", x=X, y=X, upper=2 * X, kind="band", look=n) for n in range(7)]
+    for part in (parts := few_curves(make(limit, *bands))):
+        assert "limit" in [curve.label for curve in part.curves]
+    assert [len(part.curves) for part in parts] == [6, 4], "equal bands are no equal lines"
     (residuals,) = few_curves(make(*(Curve(label=f"{n}", x=X, y=n * X, kind="points") for n in range(5))))
     assert [curve.look for curve in residuals.curves] == [0, 1, 2, 3, 4]
 
