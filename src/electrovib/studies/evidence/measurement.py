@@ -153,6 +153,12 @@ class Measurement:
         return f"{self.quantity} / {self.per}" if self.per else self.quantity
 
     @property
+    def called(self) -> str:
+        """Who measured it, as the source begins, or the group where it begins with a number."""
+        first = self.source.partition(",")[0]
+        return self.group if first.startswith("doi:") else first
+
+    @property
     def axis(self) -> tuple[str, str]:
         """Words and SI unit of the parameter that was varied."""
         return (
