@@ -205,10 +205,15 @@ def few_curves(panel: Panel) -> tuple[Panel, ...]:
             panel,
             id=f"{panel.id}_{number}" if further else panel.id,
             title=f"{panel.title}, {number} of {len(parts)}" if further else panel.title,
-            curves=tuple(sorted(chain(beside, *part), key=lambda each: each.kind == "points")),
+            curves=tuple(sorted(chain(beside, *part), key=_height)),
         )
         for number, part in enumerate(parts, start=1)
     )
+
+
+def _height(curve: Curve) -> tuple[bool, bool]:
+    """Order bands below lines, these below the lines of references, and points on top."""
+    return curve.kind == "points", curve.look == REFERENCE and curve.upper is None
 
 
 def _merged(things: Sequence[list[Curve]], same: float) -> list[list[Curve]]:
