@@ -3,7 +3,7 @@
 from electrovib.physics.contact.area import Closing, Contact, FixedArea, GrowingArea
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.rough_surface import PerssonSurface, RoughSurface
-from electrovib.physics.contact.surface import LinearSpring, Surface, pull_in_voltage
+from electrovib.physics.contact.surface import LinearSpring, Surface
 
 __all__ = [
     "Attraction",
@@ -17,5 +17,4 @@ __all__ = [
     "RoughAttraction",
     "RoughSurface",
     "Surface",
-    "pull_in_voltage",
 ]
