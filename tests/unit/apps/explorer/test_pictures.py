@@ -279,7 +279,7 @@ def test_what_was_measured_in_the_set_up_is_marked_and_nothing_beside_another(sh
     plot, other = laws(own, known.laws, known.measured)
     line, *band = plot["data"][-3:]
     assert line["name"] == "measured: Vezzoli 2014, section 4 and figure 6"
-    assert line["y"] == pytest.approx([6.324555] * 2, rel=1e-4)
+    assert line["y"] == pytest.approx([6.324555e-3] * 2, rel=1e-4)
     assert [each["showlegend"] for each in (line, *band)] == [True, False, False]
     assert not any("measured" in each["name"] for each in other["data"])
     assert "3.16 mN" in words.law_words(own, known)
