@@ -31,7 +31,15 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     `skin` is a table of one's own skin, columns frequency, permittivity and resistivity, which is drawn
     beside the others; one that is not a passive dielectric is refused.
     """
-    from electrovib.papers.vezzoli_2014 import compute, falling_edge, figures, measured, numbers, population
+    from electrovib.papers.vezzoli_2014 import (
+        compute,
+        falling_edge,
+        figures,
+        measured,
+        numbers,
+        population,
+        report,
+    )
 
     own = None if skin is None else _own_skin(skin)
     found = computed(
@@ -54,17 +62,19 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     rows, printed, further, tables = (
         tuple(chain(*part)) for part in (found[:4], found[4:5], found[5:8], found[8:])
     )
+    named = {row.id: row for row in rows}
     return Reproduction(
         paper="vezzoli_2014",
         citation=CITATION,
         rows=rows,
         panels=(*printed, *(replace(each, folded=True) for each in further)),
-        pages=(numbers.page(rows),),
+        pages=(report.page(named),),
         tables=tables,
         equations=EQUATIONS,
         references=tuple(sorted({each.source for each in compute.all_skins().values()} - {CITATION})),
         title="Vezzoli et al. 2014, recomputed",
-        findings=(*numbers.findings(rows), measured.finding()),
+        findings=(report.finding(named),),
+        parts=report.parts(named),
     )
 
 
