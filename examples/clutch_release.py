@@ -1,4 +1,4 @@
-"""Release of an electroadhesive clutch: delay of the force, and damped oscillation of the load cell with the clutch.
+"""Release of an electroadhesive clutch: delay of the force after the drive ends, and resonance of the loaded sensor.
 
 Run with a file of your own, ``python clutch_release.py record.npy``: time [us], force [N], any, and the
 voltage [V] read back from one of two electrodes driven in antiphase. If the voltage is that of the whole drive, set
@@ -14,16 +14,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.data.registry import read_columns
+import electrovib as ev
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.relaxation import release_seen_by_sensor
-from electrovib.recordings.release import FittedRelease, fit_release
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from electrovib.recordings.transitions.times import DirectionTimes
+
 FREQUENCY, QUALITY = 350.0, 3.0
-COLUMNS = {"time": (0, "us"), "force": (1, "N"), "voltage": (3, "V")}
+COLUMNS = {"lateral_force_measured": "1 [N]", "drive_voltage": "3 [V]"}
 READBACK = OneOfTwoInAntiphase()
 
 
@@ -40,41 +41,47 @@ def make_record(path: Path) -> None:
     np.save(path, np.column_stack([time * 1e6, force, 0 * time, voltage]))
 
 
-def draw(found: FittedRelease) -> Figure:
-    """Draw the measured force and both fits."""
+def measure(path: Path) -> DirectionTimes:
+    """Measure the fall of the force after the drive, with the sensor estimated from the oscillation after it."""
+    found = ev.measure_times(
+        ev.import_file(path, COLUMNS, time="0 [us]"), signal="lateral_force_measured", by="drive_voltage",
+        readback=READBACK, sensor="estimate", edges="falling", window=20e-3, before=10e-3,
+    ).falling  # fmt: skip
+    assert found is not None
+    return found
+
+
+def draw(found: DirectionTimes) -> Figure:
+    """Draw the measured force, the best form and the exponential."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7, 4), layout="constrained")
     axes = figure.subplots()
-    axes.plot(1e3 * found.time, found.force, ".", ms=3, color="0.4", label="measured")
-    uncertain = found.uncertainty["frequency"].standard_error
-    label = f"release, resonance of {found.frequency:.0f} ± {uncertain:.0f} Hz: residual {found.misfit:.1%}"
-    axes.plot(1e3 * found.time, found.model, label=label)
-    axes.plot(
-        1e3 * found.time,
-        found.model_without,
-        "--",
-        label=f"release alone: residual {found.misfit_without:.1%}",
-    )
-    inside = [extremum for extremum in found.extrema if extremum.time <= found.time[-1]]
-    axes.plot([1e3 * extremum.time for extremum in inside], [extremum.force for extremum in inside], "k+")
+    (edge,) = found.edges
+    time = 1e3 * edge.record.fit_time
+    axes.plot(time, edge.record.fit_values, ".", ms=3, color="0.4", label="measured")
+    for name, style in dict.fromkeys((found.form, "exponential"), "-").items():
+        fitted = edge.fitted[name]
+        label = f"{name}: residual {fitted.misfit:.2g} times the noise"
+        axes.plot(time, fitted.reading, style, label=label)
     axes.set(xlabel="time after the drive ends [ms]", ylabel="force [N]")
     axes.legend(fontsize=8)
     return figure
 
 
-def main(file: str = "") -> FittedRelease:
-    """Fit a recorded release, or one made up with a loaded cell of 350 Hz."""
+def main(file: str = "") -> DirectionTimes:
+    """Measure a recorded release, or one made up with a loaded cell of 350 Hz."""
     if file:
-        return fit_release(**read_columns(Path(file), COLUMNS), readback=READBACK)
+        return measure(Path(file))
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "clutch.npy"
         make_record(made)
-        return fit_release(**read_columns(made, COLUMNS), readback=READBACK)
+        return measure(made)
 
 
 if __name__ == "__main__":
     release = main(*sys.argv[1:])
-    print(f"the force falls {1e3 * release.delay:.2f} ms after the end of the drive")
+    for name, number in release.exponential.items():
+        print(f"{name}: {number.in_words('Hz' if name == 'frequency' else '' if name == 'quality' else 's')}")
     print("\n".join(release.words))
     draw(release).savefig("clutch_release.png", dpi=150)

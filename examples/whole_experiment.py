@@ -13,6 +13,7 @@ import numpy as np
 
 import electrovib as ev
 from electrovib.bench.settings import read_settings
+from electrovib.view.style import PALETTE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -140,10 +141,10 @@ def draw(found: dict[str, list[Subject]]) -> Figure:
             time, recorded.min(axis=0), recorded.max(axis=0), color="0.85", label="band of the records"
         )
         for number, each in enumerate(subjects):
-            (line,) = left.plot(time, recorded[number], lw=0.7)
+            left.plot(time, recorded[number], lw=0.7, color=PALETTE[number])
             left.plot(time, 1e3 * each.own, "--", lw=0.8, color="k", label="" if number else "finger alone")
             right.plot(
-                time, recorded[number] - 1e3 * each.own, lw=0.5, color=line.get_color(), label=f"{number + 1}"
+                time, recorded[number] - 1e3 * each.own, lw=0.5, color=PALETTE[number], label=f"{number + 1}"
             )
         left.fill_between(
             [top - 8, top + 8],

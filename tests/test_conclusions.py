@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.studies.evidence import between, standings
+from electrovib.studies.evidence import between
 from electrovib.studies.evidence.measurement import QUOTED
 from electrovib.studies.evidence.predicted import predict
-from electrovib.studies.evidence.score import log_odds
+from electrovib.studies.evidence.score import log_odds, standings
 
 ROOT = Path(__file__).parent.parent
 README, PAPER = "README.md", "paper/paper.md"

@@ -12,7 +12,9 @@ import subprocess
 import sys
 from collections import Counter
 from html.parser import HTMLParser
+from io import BytesIO
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from PIL import Image
 import electrovib as ev
 from electrovib.core.citation import counted, status_text
 from electrovib.studies.catalogue.items import everything, paper_items, scenario_items
-from electrovib.studies.evidence import standings
+from electrovib.studies.evidence.score import standings
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("*.ipynb")]
@@ -272,7 +274,29 @@ def test_the_page_of_the_evidence_has_the_failures_the_laws_and_every_measuremen
     whole = pages["evidence_measurements.rst"]
     assert plain(found.measured["rauf_2025/voltage"].note) in whole
     assert "Cannot predict\n---" in whole
+    for figure, text in zip(found.document.figures, (laws, whole), strict=True):
+        assert f".. figure:: evidence_{figure.id}.svg\n   :alt: {plain(figure.title)}\n\n   " in text
+        ET.fromstring(pages[f"evidence_{figure.id}.svg"])
+    assert (
+        whole.count("<details>")
+        == whole.count("</details>")
+        == 1 + len([1 for each in found.document.pages if each.rows])
+    )
     assert set(part("reference").PARTS) >= {part("evidence_pages"), part("models")}
+
+
+@pytest.mark.parametrize("name", ["first", pytest.param("evidence", marks=pytest.mark.slow)])
+def test_a_first_picture_is_the_one_that_its_script_draws(part, name):
+    """README and site begin with the same ones; a telephone shows 350 pixels of their width."""
+    place = ROOT / "docs" / "images" / f"{name}.png"
+    with Image.open(BytesIO(part("first_pictures").picture(name))) as drawn, Image.open(place) as there:
+        ours, kept = (np.asarray(each.convert("L"), dtype=float) for each in (drawn, there))
+    assert ours.shape == kept.shape
+    assert np.mean(np.abs(ours - kept)) < 1
+    assert 350 / (ours.shape[1] / 200) * part("first_pictures").LETTERS[name] / 72 > 9
+    pages = [(ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/index.md")]
+    places = [text.index(f"images/{name}.png") for text in pages]
+    assert all(text.index("images/first.png") <= at for text, at in zip(pages, places, strict=True))
 
 
 def test_a_text_is_shown_as_it_is(part):
@@ -332,7 +356,9 @@ def test_question_number_and_time_are_those_of_the_run(part, tmp_path):
     results = part("gallery_results")
     page = (
         ".. _label:\n\n\nA title\n=======\n\ntext\n\n.. rst-class:: sphx-glr-script-out\n\n .. code-block:: none\n\n"
-        "    pull-in at 201.78 V\n    more\n\n   **Total running time of the script:** (1 minutes 2.541 seconds)\n"
+        "    electrovib: simulated: the generator is at 0 V\n    pull-in at 201.78 V\n    no voltage: 1 N\n\n"
+        "    500 V held: 2 N\n\n\n"
+        "   **Total running time of the script:** (1 minutes 2.541 seconds)\n"
     )
     for time, shown in (
         ("1 minutes 2.541", "63 s"),
@@ -340,7 +366,9 @@ def test_question_number_and_time_are_those_of_the_run(part, tmp_path):
         ("0 minutes 0.0943", "0.09 s"),
     ):
         of_time = page.replace("1 minutes 2.541", time)
-        assert results.result_of(of_time) == ("A title", "pull-in at 201.78 V", shown)
+        assert results.result_of(of_time, "pull_in") == ("A title", "pull-in at 201.78 V", shown)
+    assert results.result_of(page, "stick_slip").number == "no voltage: 1 N; 500 V held: 2 N"
+    assert "simulated" not in results.headed(page, "pull_in")
     headed = results.headed(page, "pull_in")
     assert "A title\n=======\n\n:Question: At which voltage" in headed
     assert ":Number: ``pull-in at 201.78 V``\n:Time to run: 63 s\n" in headed

@@ -11,16 +11,16 @@ from matplotlib.figure import Figure
 
 import electrovib as ev
 from electrovib.papers.vezzoli_2014 import drawings, values
-from electrovib.view.documents import drawn
 from electrovib.view.pages import to_png
 from electrovib.view.style import COLOURS, new_figure, style
 
 FOLDER: Final = Path(__file__).parents[1] / "images"
+INK: Final = "#333333"
 PRESET: Final = "vezzoli_2014/fig6"
 MOMENTS: Final = {"before": -8e-3, "at the peak": values.RAMP, "faded": 0.1}
 """Times of the three small drawings from the beginning of the ramp [s]."""
-LETTERS: Final = {"font.size": 11.0, "axes.titlesize": 11.0, "axes.labelsize": 11.0, "xtick.labelsize": 10.0, "ytick.labelsize": 10.0}
-"""Large enough for a telephone, on which the picture is half as wide."""
+LETTERS: Final = {"first": 11.0, "evidence": 9.8}
+"""Size of the letters of each picture, large enough for a telephone, on which it is 350 pixels wide [pt]."""
 
 
 def first() -> Figure:
@@ -34,16 +34,25 @@ def first() -> Figure:
     above = figure.add_subplot(rows[0, :])
     axes = figure.add_subplot(rows[1, :], sharex=above)
     ms, force = 1e3 * np.append(-12e-3, time), 1e3 * np.append(0.0, trace.electrostatic_force.values)
-    above.plot(ms, 1e-3 * np.append(0.0, trace.drive_voltage.values), color=COLOURS[-1])
+    above.plot(ms, 1e-3 * np.append(0.0, trace.drive_voltage.values), color=INK)
     above.set(ylabel="[kV]", ylim=(-0.1, 1.25), yticks=(0, 1))
-    above.text(44, 0.45, "voltage on the plate", color=COLOURS[-1])
+    above.text(44, 0.45, "voltage on the plate", color=INK)
     above.label_outer()
     axes.plot(ms, force, color=COLOURS[0], linewidth=2.6)
     axes.text(44, 1.7, "attraction of the\nfinger, computed", color=COLOURS[0], va="center")
     low, high = (1e3 * each for each in values.FORCE_MEASURED)
     axes.plot((127, 127), (low, high), color=COLOURS[1], linewidth=7, solid_capstyle="butt")
-    axes.text(122, 4.2, "measured change of friction,\n8 people: 2 to 5 mN", color=COLOURS[1], ha="right", va="center")
-    axes.set(xlabel="time [ms]", ylabel="force [mN]", xlim=(-12, 131), ylim=(-0.3, 5.4), xticks=range(0, 121, 20))
+    axes.text(
+        122,
+        4.2,
+        "measured change of friction,\n8 people: 2 to 5 mN",
+        color=COLOURS[1],
+        ha="right",
+        va="center",
+    )
+    axes.set(
+        xlabel="time [ms]", ylabel="force [mN]", xlim=(-12, 131), ylim=(-0.3, 5.4), xticks=range(0, 121, 20)
+    )
     largest, full = max(each.force for each in states), states[-1].plate
     for number, ((words, moment), state) in enumerate(zip(MOMENTS.items(), states, strict=True), start=1):
         place = 1e3 * moment, 1e3 * state.force
@@ -57,7 +66,10 @@ def first() -> Figure:
 
 def laws() -> Figure:
     """Draw the laws against what was measured on fingers."""
-    return drawn(ev.evidence("finger").document.figures[0])
+    drawing = ev.evidence("finger").document.figures[0]
+    figure = new_figure(drawing.size)
+    drawing.plot(figure)
+    return figure
 
 
 PICTURES: Final = {"first": first, "evidence": laws}
@@ -66,7 +78,8 @@ PICTURES: Final = {"first": first, "evidence": laws}
 
 def picture(name: str) -> bytes:
     """Return a picture as it is in the repository."""
-    with style(), mpl.rc_context(LETTERS if name == "first" else {}):
+    sizes = ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize")
+    with style(), mpl.rc_context(dict.fromkeys(sizes, LETTERS[name])):
         return to_png(PICTURES[name](), resolution=200.0)
 
 

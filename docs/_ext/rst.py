@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from html import escape
 
 from electrovib.core.answer import Table
 
@@ -66,6 +67,15 @@ def markdown(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def shown(table: Table) -> str:
     """Return a table of plain texts."""
     return grid(table.headings, [[plain(cell) for cell in row] for row in table.rows])
+
+
+def folded(summary: str, *parts: str) -> str:
+    """Return parts that are opened by a click; nothing without parts."""
+    opened, closed = (
+        f".. raw:: html\n\n   {tag}"
+        for tag in (f"<details><summary>{escape(summary)}</summary>", "</details>")
+    )
+    return joined([opened, *parts, closed]) if parts else ""
 
 
 def hidden_contents(names: Iterable[str]) -> str:

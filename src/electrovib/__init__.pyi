@@ -20,7 +20,6 @@ from electrovib.recordings.importing import import_file as import_file
 from electrovib.recordings.importing import import_material as import_material
 from electrovib.recordings.importing import merge_traces as merge_traces
 from electrovib.recordings.recording import read_recording as read_recording
-from electrovib.recordings.release import fit_release as fit_release
 from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
 from electrovib.recordings.swipe import reduce_swipes as reduce_swipes
 from electrovib.recordings.transitions import Sensor as Sensor
@@ -38,7 +37,7 @@ from electrovib.solve.prepare import prepare as prepare
 from electrovib.solve.simulate import simulate as simulate
 from electrovib.studies.catalogue import models as models
 from electrovib.studies.catalogue import scenarios as scenarios
-from electrovib.studies.catalogue import spaces as spaces
+from electrovib.studies.catalogue.populations import spaces as spaces
 from electrovib.studies.check import check as check
 from electrovib.studies.check.series import series_resistor as series_resistor
 from electrovib.studies.compare import compare as compare
@@ -46,9 +45,9 @@ from electrovib.studies.compare import compare_materials as compare_materials
 from electrovib.studies.design import design as design
 from electrovib.studies.design.plate import design_plate as design_plate
 from electrovib.studies.evidence import Measurement as Measurement
-from electrovib.studies.evidence import evidence as evidence
-from electrovib.studies.evidence import measurements as measurements
-from electrovib.studies.evidence import plan_experiment as plan_experiment
+from electrovib.studies.evidence.files import measurements as measurements
+from electrovib.studies.evidence.function import evidence as evidence
+from electrovib.studies.evidence.plan import plan_experiment as plan_experiment
 from electrovib.studies.perceive import compare_percepts as compare_percepts
 from electrovib.studies.perceive import perceive as perceive
 from electrovib.studies.population import open_study as open_study

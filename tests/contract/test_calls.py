@@ -38,7 +38,6 @@ GIVEN = {
     "fit_separately": FREE,
     "fit_material": {"files": "s.csv", **FILM},
     "fit_power_law": {"x": [1.0, 2.0, 3.0], "y": [1.0, 4.0, 9.0]},
-    "fit_release": {"time": TIME, "force": TIME, "voltage": TIME},
     "hysteresis": {"voltages": [0.0], "surface": None, "pressure": 5e3, "electrical_thickness": 1e-6},
     "import_file": {"path": "c.csv", "columns": {FORCE: "u [N]"}, "time": "t [s]"},
     "import_material": {"path": "s.csv", **FILM},

@@ -169,7 +169,7 @@ MEASURES = "evaluates a record, without a scenario"
 NO_NUMBER = {
     READS: "Sampling Scenario Sensor Space budget init load read_space scenario_of",
     LISTS: "__version__ models scenarios spaces",
-    MEASURES: "calibrate fit_material fit_power_law fit_release import_file import_material measure_ring"
+    MEASURES: "calibrate fit_material fit_power_law import_file import_material measure_ring"
     " measure_rings measure_times merge_traces read_recording reduce_swipe reduce_swipes",
     "takes surfaces of its own, without a scenario": "compare_surfaces hysteresis",
     "draws what a result holds, which states its diagnostics itself": "plot",

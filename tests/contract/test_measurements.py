@@ -9,7 +9,7 @@ from electrovib.core.citation import STATUSES
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import KINDS
 from electrovib.scenario.space.reading import read_space
-from electrovib.studies.evidence import measurements
+from electrovib.studies.evidence.files import measurements
 from electrovib.studies.evidence.measurement import unit_of
 from electrovib.studies.evidence.predicted import candidates, predict
 

@@ -15,7 +15,9 @@ from scipy.stats import norm
 
 import electrovib as ev
 from electrovib.studies import widths
-from electrovib.studies.evidence import evidence, measurements, standings
+from electrovib.studies.evidence.files import measurements
+from electrovib.studies.evidence.function import evidence
+from electrovib.studies.evidence.score import standings
 
 EPS0, AREA, GAP, PERMITTIVITY, FRICTION = 8.8541878128e-12, 1e-4, 20e-6, 3.0, 0.5
 MEDIAN, FACTOR, SHARE, LAW = 5e-6, 1.5, 0.9, 12.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -17,6 +18,9 @@ _AGAIN: Final = 1.0
 """Time after which an interrupt is raised again [s]: Python only prints an exception that a callback raises."""
 _INTERRUPTS: Final[list[int]] = []
 """Signals that were received."""
+_YOUNG: Final = (
+    10_000  # new objects after which unused ones are sought: at the start thousands are made, none unused
+)
 
 
 def main() -> None:
@@ -24,7 +28,10 @@ def main() -> None:
     _open_closed()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
-    os.environ.update(ONE_THREAD | os.environ)
+    os.environ.update(
+        ONE_THREAD | {"PYDANTIC_DISABLE_PLUGINS": "__all__"} | os.environ
+    )  # to seek plugins takes long
+    gc.set_threshold(_YOUNG)
     try:
         from electrovib.apps.cli import main as command_line
 
@@ -40,6 +47,7 @@ def main() -> None:
         sys.exit(INTERRUPTED)
     finally:
         _be_silent()
+        gc.freeze()  # the process ends: what is left is not searched once more
 
 
 def _open_closed() -> None:

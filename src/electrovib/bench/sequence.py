@@ -21,7 +21,7 @@ from electrovib.core.errors import ElectrovibError, printable
 from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
 from electrovib.exports.save import save
-from electrovib.solve.quantities import of_record
+from electrovib.solve.quantities.answer import of_record
 from electrovib.solve.simulate import provenance
 
 if TYPE_CHECKING:

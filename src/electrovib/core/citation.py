@@ -107,6 +107,11 @@ def cited(citations: Iterable[Citation]) -> str:
     return "; ".join(map(str, citations))
 
 
+def is_reference(text: str) -> bool:
+    """Return whether a source is a publication that one can look up: it has a year, or the number of a document."""
+    return bool(re.search(r"\b(?:1[89]|20)\d\d\b|\b(?:doi:|arXiv:|https?:|ISO |IEC )", text))
+
+
 def bibtex_of(text: str, key: str) -> str:
     """Write an entry ``@misc`` for a citation that is known as a text only; the year is that of the key ``author_year``."""
     doi = re.search(r"doi:(10\.\S+?)(?=[\s,;)]|$)", text)

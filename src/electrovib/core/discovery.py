@@ -57,10 +57,10 @@ def _leaves(family: type[M]) -> Iterator[type[M]]:
 
 
 def _import_beside(family: type[Model]) -> None:
-    """Import the package of a family of electrovib, `electrovib.physics` for instance, which holds its members besides papers."""
-    own, *room = family.__module__.split(".")[:2]
-    if own == __name__.partition(".")[0]:
-        _import_folder(".".join([own, *room]))
+    """Import all of `physics` for a family of it; those of other folders have their members beside them in one module."""
+    room = ".".join(family.__module__.split(".")[:2])
+    if room == f"{__name__.partition('.')[0]}.physics":
+        _import_folder(room)
 
 
 @functools.cache
@@ -110,6 +110,11 @@ def paper_names() -> tuple[str, ...]:
     return tuple(sorted(info.name for info in pkgutil.iter_modules(root.__path__)))
 
 
+def is_paper(name: str) -> bool:
+    """Return whether a paper of electrovib or of another package has a name, without importing it."""
+    return name in paper_names() or any(entry.name == name for entry in _contributed())
+
+
 def paper(name: str) -> ModuleType:
     """Import one paper by its name."""
     if name in paper_names():
@@ -142,7 +147,7 @@ def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
 def find_offer(name: str, functions: Collection[str]) -> Any:
     """Return what a paper offers as ``author_year/name``."""
     author_year = name.partition("/")[0]
-    if author_year in {*paper_names(), *(entry.name for entry in _contributed())}:
+    if is_paper(author_year):
         found = offers(functions, of=author_year)
         if name in found:
             return found[name]

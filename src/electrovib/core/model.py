@@ -41,6 +41,12 @@ class Written(BaseModel):
     later_parameters: ClassVar[frozenset[str]] = frozenset()
     """Parameters that were added later: at their defaults they do not enter the hash, which older files carry."""
 
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Shorten the annotations of class variables, which pydantic would evaluate once more for every subclass."""
+        super().__init_subclass__(**kwargs)
+        own = vars(cls).get("__annotations__", {})
+        own.update((name, ClassVar) for name, text in own.items() if str(text).startswith("ClassVar["))
+
     def to_dict(self) -> dict[str, Any]:
         """Give the nested tables that build this model again, floats in SI.
 
@@ -158,7 +164,7 @@ class Model(Immutable, DeclaresFile, Written):
     canonical JSON, so that two equal numbers written differently are one model.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, defer_build=True)
 
     is_family: ClassVar[bool] = True
     reference: ClassVar[str] = ""

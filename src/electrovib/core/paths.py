@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Any, TypeVar
+import re
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pydantic import ValidationError
 
@@ -62,6 +63,49 @@ def quantity_at(model: Model, path: str) -> Quantity:
         asked = meant(model, path) or nearest(path, declared)
         raise InputError(how or f"no physical parameter has this path.{asked}", path=path)
     return declared[path]
+
+
+_LONGEST: Final = 48
+"""Longest meaning of a parameter, in letters, that names an axis."""
+
+
+_HEIGHTS: Final = ("amplitude", "high", "level")
+"""Parameters that say how high the voltage of a drive is."""
+
+
+def words_at(model: Model | None, path: str) -> str:
+    """Name the parameter at a dotted path as an axis does: ``thickness of the insulator``, ``drive voltage``.
+
+    They are the first words of its meaning, or its own name where these are long, a number, or also those of another one.
+    Of what is no parameter of the model they are its own words, without underscores.
+    """
+    *before, name = path.split(".")
+    try:
+        quantity = quantity_at(model, path) if model is not None and before else None
+    except InputError:
+        quantity = None
+    if model is None or quantity is None:
+        return path.replace("_", " ")
+    if before[0] == "drive" and quantity.unit == "V" and name in _HEIGHTS:
+        return "drive voltage"
+    words = _first_words(quantity.doc)
+    alike = [
+        where
+        for where, _, other in model.parameters()
+        if where.split(".")[:-1] == before and _first_words(other.doc) == words
+    ]
+    is_layer = before[0] == "stack"
+    owner = (before[1] if is_layer else " ".join(dict.fromkeys(reversed(before[:2])))).replace("_", " ")
+    if len(words) > _LONGEST or words[0].isdigit() or len(alike) > 1:
+        return f"{name.replace('_', ' ')} of the {owner}"
+    if is_layer:
+        named = words.replace("the layer", f"the {owner}")
+        return named if named != words else f"{words} of the {owner}"
+    return words
+
+
+def _first_words(meaning: str) -> str:
+    return re.split(r"[;,:(]", meaning)[0].strip()
 
 
 def followers(model: Model, path: str) -> list[str]:

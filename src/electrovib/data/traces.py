@@ -21,8 +21,6 @@ from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.guarded import GuardedReading
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
-from electrovib.data.readers.hdf5 import reader
-from electrovib.data.readers.matlab import read_variables
 from electrovib.data.trace_csv import load_csv, not_a_trace, prepared, rebuilt, structure_of
 from electrovib.data.verified import verified
 
@@ -98,6 +96,8 @@ def matlab_names(names: Iterable[str]) -> dict[str, str]:
 
 def load_mat(path: Path) -> xarray.Dataset:
     """Read a Trace from a MATLAB file, also one that MATLAB has saved again; checksums of variables are verified."""
+    from electrovib.data.readers.matlab import read_variables
+
     found = read_variables(path, needed="trace_json")
     try:
         text = found.get("trace_json", "{}")
@@ -154,6 +154,8 @@ def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
 
 def load_nc(path: Path) -> xarray.Dataset:
     """Read a Trace from netCDF."""
+    from electrovib.data.readers.hdf5 import reader
+
     check_file(path)
     with GuardedReading(reader(path, "everything"), path) as reading:
         import xarray  # while the other process reads

@@ -186,7 +186,7 @@ def sampled_drive(
 
 def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str, ...]:
     """Return what a file of a waveform states about itself: title, number of samples and error."""
-    title = " ".join(scenario.title.split()) or "a scenario without a title"
+    title = " ".join(scenario.titled().split()) or "a scenario without a title"
     amplified = (
         " at the input of its amplifier" if scenario.circuit.amplifier is not None else " at the plate"
     )

@@ -17,9 +17,6 @@ from electrovib.core.citation import Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -90,6 +87,9 @@ def scenarios() -> dict[str, Scenario]:
 
 def force_change(*, ratio: float) -> float:
     """Return the change of the mean attraction [dB] when the amplitude of the sine is multiplied by a ratio [1]."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     scenario = scenarios()["sine"]
     section = phasors(scenario, np.array([125.0]))
     force = [float(mean_force(scenario, section, amplitude=100.0 * factor)[0]) for factor in (1.0, ratio)]
@@ -98,6 +98,8 @@ def force_change(*, ratio: float) -> float:
 
 def order_of_the_force() -> int:
     """Return the order of the drive's harmonic at which the alternating part of the attraction is largest."""
+    from electrovib.solve.simulate import simulate
+
     time = np.arange(256) / 256 / 125.0
     force = simulate(scenarios()["sine"], time=time).electrostatic_force.values
     return int(np.argmax(np.abs(np.fft.rfft(force))[1:])) + 1

@@ -27,7 +27,6 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.simulate import simulate
 
 CITATIONS = (
     Citation(
@@ -156,6 +155,8 @@ def polarity_ratio(scenario: Scenario) -> float:
     It is exactly 1 only where the response does not depend on the polarity at any time; below 1 the pulse as
     declared attracts less.
     """
+    from electrovib.solve.simulate import simulate
+
     drive = scenario.drive
     assert isinstance(drive, Trapezium)
     turned = scenario.replace({"drive.high": -drive.high, "drive.low": -drive.low})
@@ -173,6 +174,8 @@ def edge_ratio(*, positive: float, negative: float, ramp: float = 20e-3, hold: f
     `positive` and `negative` are the time constants of the skin's leak [s], `ramp` and `hold` durations [s];
     the law is that of Vezzoli et al. 2014.
     """
+    from electrovib.solve.simulate import simulate
+
     edges = {"model": "Trapezium", "high": values.VOLTAGE, "rise": ramp, "hold": hold, "fall": ramp}
     leak = rectifying(skin_conductivity, positive=positive, negative=negative)
     scenario = scenarios()["skin_positive"].replace(

@@ -25,8 +25,6 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import modes
 
 CITATIONS = (
     Citation(
@@ -135,6 +133,8 @@ def scenarios() -> dict[str, Scenario]:
 
 def pressures(name: str) -> tuple[float, float]:
     """Return the attraction per area just after the voltage is switched on, and long after [Pa]."""
+    from electrovib.solve.simulate import simulate
+
     trace = simulate(scenarios()[name], time=np.array([0.0, 10.0]))
     first, last = (trace.electrostatic_force.values / AREA).tolist()
     return first, last
@@ -142,6 +142,8 @@ def pressures(name: str) -> tuple[float, float]:
 
 def time_constant(name: str) -> float:
     """Return the time constant of a scenario of two layers [s]."""
+    from electrovib.solve.stack.expand import modes
+
     section, _ = modes(scenarios()[name])
     return 1 / float(section.modes.rates[0])
 

@@ -31,7 +31,6 @@ from electrovib.physics.roughness import ContactSpots, GaussianGaps, PullingSpot
 from electrovib.physics.stack import Layer, Linear, Section, roles_of
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.stack.section import field_in_gap
 
 CITATIONS = (
     Citation(
@@ -122,6 +121,8 @@ class Persson2018RoughGap(ForceLaw):
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Return the field at each gap of the average times the root of its share of the area."""
+        from electrovib.solve.stack.section import field_in_gap
+
         _refuse_a_gap(section, self.replaces)
         layers = {name: section[name] for name in section.names}
         gaps, shares = self.gaps().rule(_near(layers), count=COUNT, reach=EXTENT)
@@ -266,7 +267,7 @@ _CHOICE = "not read; a choice"
 def scenarios() -> dict[str, Scenario]:
     """Return a rough finger on a coated screen, ``coating``; none of its values was read in the paper."""
     coating = preset(
-        title="Rough finger on a coated touch screen: screen unverified, gaps of a choice",
+        title="Persson 2018: rough finger on a coated touch screen; screen unverified, gaps of a choice",
         changes={
             "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
             "time.initial_state.model": "PeriodicState",

@@ -27,8 +27,6 @@ from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.equilibrium.of_scenario import equilibrium
-from electrovib.solve.simulate import simulate
 from electrovib.studies.evidence import Measurement, between
 
 CITATIONS = (
@@ -120,9 +118,10 @@ def _check(permittivity: float, gap: float) -> Check:
 
 def stack_over_formula() -> float:
     """Return the force of the stack with two contacts over that of the formula, at 1 um and permittivity 50."""
+    from electrovib.solve.simulate import simulate
+
     trace = simulate(scenarios()["field_50"], time=np.array([0.0, 1e-3]))
-    force = float(trace.electrostatic_force[-1])
-    return force / clutch_force(voltage=VOLTAGE, gap=1e-6, permittivity=HIGH)
+    return float(trace.electrostatic_force[-1]) / clutch_force(voltage=VOLTAGE, gap=1e-6, permittivity=HIGH)
 
 
 CHECKS = (
@@ -319,6 +318,8 @@ def capacitance(scenario: Scenario) -> float:
 
 def electric_part(scenario: Scenario) -> float:
     """Compute the friction [N] that the attraction adds in the state of the largest stable gap."""
+    from electrovib.solve.equilibrium.of_scenario import equilibrium
+
     balance = equilibrium(scenario)
     stable = [force for state, force in zip(balance.states, balance.force, strict=True) if state.stable]
     return float(scenario.friction.coefficient * stable[-1])  # type: ignore[attr-defined]
@@ -428,10 +429,11 @@ def pads() -> dict[str, Measurement]:
         )
         found[name] = pad(group, None, {at: middle}, said, spread=(wide,), spread_of="devices")
     finger = shultz_2018.scenarios()["sliding"].replace({"drive.amplitude": 250.0, "load.normal_force": 0.0})
-    for name, force in (("shultz_low", 0.0807), ("shultz_high", 0.933)):
-        found[name] = pad(
+    for name, force in (("low", 0.0807), ("high", 0.933)):
+        found[f"shultz_{name}"] = pad(
             grigorii_2020.GROUP, 1.0, {250.0: force}, "Two values of one work that differ 12 times, conditions not given.",
-            title="shear force of 1 cm2 at 250 V peak", source="Shultz 2023, quoted by Rauf 2025, authors' script of figure 1",
+            title=f"shear force of 1 cm2 at 250 V peak, the {name}er of two",
+            source="Shultz 2023, quoted by Rauf 2025, authors' script of figure 1",
             scenario=finger, on="area of a finger", unknown=grigorii_2020.DISPLAY, of_model=ROUGH_GAP,
         )  # fmt: skip
     printed: dict[str, Any] = {"how": "printed", "status": "abstract"}

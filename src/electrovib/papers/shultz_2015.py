@@ -18,7 +18,6 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.simulate import simulate
 
 CITATIONS = (
     Citation(
@@ -86,6 +85,8 @@ def scenarios() -> dict[str, Scenario]:
 
 def settled_force(name: str) -> float:
     """Return the attraction long after the voltage is switched on [N]."""
+    from electrovib.solve.simulate import simulate
+
     force = simulate(scenarios()[name], time=np.array([0.0, 1e4])).electrostatic_force.values
     return float(force[-1])
 

@@ -17,9 +17,6 @@ from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -89,12 +86,17 @@ def scenarios() -> dict[str, Scenario]:
 
 def attraction(law: str, *, voltage: float) -> float:
     """Compute the attraction [N] of the display under a constant voltage [V] by the force law of a name."""
+    from electrovib.solve.simulate import simulate
+
     held = scenarios()["display"].replace({"force.model": law, "drive": {"model": "Step", "level": voltage}})
     return float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 
 def against_frequency(*, low: float, high: float) -> tuple[float, float]:
     """Compare two frequencies [Hz] at one peak voltage: ratios, high over low, of mean attraction and current density."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     display = scenarios()["display"]
     section = phasors(display, np.array([low, high]))
     force = mean_force(display, section, amplitude=VOLTAGE)

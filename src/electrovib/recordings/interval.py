@@ -37,7 +37,6 @@ class Interval:
 
     - `method`: what the interval is from, or why there is none.
     - `scatter`: standard deviation between the `count` edges, impacts, ... of which the number is the mean.
-    - `components`: standard errors by their causes, whose squares add to that of `standard_error`.
     - `choices`: the number for every choice of what is not determined, such as the zero of a sensor.
     - `open_below`, `open_above`: the data exclude no value on that side, and the end is where the number itself ends.
     """
@@ -49,7 +48,6 @@ class Interval:
     scatter: float = math.nan
     count: int = 1
     method: str = ""
-    components: Mapping[str, float] = field(default_factory=dict)
     choices: Mapping[str, float] = field(default_factory=dict)
     open_below: bool = False
     open_above: bool = False
@@ -104,16 +102,6 @@ def from_noise(value: float, standard_error: float, *, freedom: float = math.inf
     return Interval(
         value=value, lower=value - half, upper=value + half, standard_error=standard_error,
         method="noise of one edge",
-    )  # fmt: skip
-
-
-def from_causes(value: float, components: Mapping[str, float]) -> Interval:
-    """Make the interval of a number whose standard errors by independent causes are known."""
-    error = math.sqrt(sum(each**2 for each in components.values()))
-    half = NORMAL * error
-    return Interval(
-        value=value, lower=value - half, upper=value + half, standard_error=error, components=dict(components),
-        method="all causes",
     )  # fmt: skip
 
 

@@ -27,4 +27,5 @@ from electrovib.scenario.reading import scenario_of as scenario_of
 from electrovib.scenario.reading import sweep_of as sweep_of
 from electrovib.scenario.sources import is_default as is_default
 from electrovib.scenario.sources import not_in_paper as not_in_paper
+from electrovib.scenario.sources import paper_named as paper_named
 from electrovib.scenario.toml import SCHEMA as SCHEMA

@@ -31,11 +31,13 @@ from electrovib.physics.rig import Rig
 from electrovib.physics.stack import IMPLIED, ORDER, Stack, beside_interface
 from electrovib.scenario.files import read_part, with_offers
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
-from electrovib.scenario.sources import BY_THE_USER
+from electrovib.scenario.sources import BY_THE_USER, ready_made
 from electrovib.scenario.toml import SCHEMA, to_toml
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
+
+    from electrovib.core.quantity import Quantity
 
 
 class Scenario(Model):
@@ -227,9 +229,28 @@ class Scenario(Model):
         }
         return changed.model_copy(update={"sources": kept | theirs})
 
+    def titled(self, *, without: Collection[str] = ()) -> str:
+        """Return the title, and after that of a ready-made scenario what was changed: ``..., changed: drive.high = 500 V``.
+
+        Parameters
+        ----------
+        without : collection of str
+            Dotted paths of changes that are not told.
+
+        Returns
+        -------
+        title : str
+            With at most three changes, and the number of the others.
+        """
+        origin = ready_made(self.title)
+        told = [] if origin is None or self == origin else _changes(self, origin, "", None)
+        listed = [f"{path} = {text}" for path, text in told if path not in without]
+        more = f" and {len(listed) - _MOST_CHANGES} more" if len(listed) > _MOST_CHANGES else ""
+        return f"{self.title}, changed: {', '.join(listed[:_MOST_CHANGES])}{more}" if listed else self.title
+
     def __repr__(self) -> str:
         """Write title and parts, a line each; those that keep their default are omitted."""
-        return "\n  ".join([f"Scenario: {self.title or 'without a title'}", *lines_of(self)])
+        return "\n  ".join([f"Scenario: {self.titled() or 'without a title'}", *lines_of(self)])
 
     __str__ = __repr__
 
@@ -240,6 +261,23 @@ class Scenario(Model):
     def to_json(self) -> str:
         """Return everything, measured samples included, as one line of JSON."""
         return json.dumps({"schema": SCHEMA} | self.to_dict(), default=lambda samples: samples.packed())
+
+
+_MOST_CHANGES = 3
+"""Changes that a title lists."""
+
+
+def _changes(now: Any, before: Any, path: str, quantity: Quantity | None) -> Iterator[tuple[str, str]]:
+    """Yield path and text of the innermost parts that differ."""
+    if isinstance(now, Model) and type(now) is type(before):
+        parts, former = dict(now), dict(before)
+        for name in [each for each in {**former, **parts} if each not in {"title", "sources"}]:
+            inner = f"{path}.{name}" if path else name
+            yield from _changes(parts.get(name), former.get(name), inner, quantity_of(type(now), name))
+    elif now != before and quantity is not None and now is not None:
+        yield path, format_quantity(now, quantity.unit, digits=4)
+    elif now != before:
+        yield path, now if isinstance(now, str) else "none" if now is None else _text(now).removesuffix("()")
 
 
 def lines_of(model: Model) -> Iterator[str]:

@@ -11,7 +11,6 @@ from electrovib.core.errors import DataFileError, ElectrovibError, InputError, N
 from electrovib.core.files import note_input
 from electrovib.core.mistakes import shown
 from electrovib.core.model import Model, read_model
-from electrovib.data.registry import read_columns
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import Substance
 from electrovib.physics.skin import Skin
@@ -58,6 +57,8 @@ def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, fau
 
 def _read(file: Path, model: type[Model], table: Mapping[str, Any]) -> dict[str, Any]:
     """Read the columns of a model's file, in the first form in which it has them."""
+    from electrovib.data.registry import read_columns
+
     note_input(file)
     missing: list[DataFileError] = []
     for variant in ({}, *model.file_variants(table)):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.discovery import find_members, offers, papers
+from electrovib.core.discovery import find_members, is_paper, offers, papers
 from electrovib.core.errors import Problem, closest, nearest, question
 from electrovib.core.search import Searchable, as_question, suggestions
 from electrovib.core.tables import place_of
@@ -20,6 +22,22 @@ if TYPE_CHECKING:
 
 BY_THE_USER = "set by the user"
 """Source of a value that the user has changed."""
+
+
+def paper_named(text: str) -> str:
+    """Return the paper, ``author_year``, with whose author and year a text begins, or that it names; empty where none."""
+    begins = re.match(r"([a-zA-Z]+)(?: and \w+)?[ _](\d{4})\b", text)
+    named = re.search(r"\b[a-z]+_\d{4}\b", text)
+    name = f"{begins[1].lower()}_{begins[2]}" if begins else named[0] if named else ""
+    return name if is_paper(name) else ""
+
+
+@functools.cache
+def ready_made(title: str) -> Scenario | None:
+    """Find the scenario of a paper by its title."""
+    name = paper_named(title)
+    known = offers(("scenarios",), of=name).values() if name else ()
+    return next((each for each in known if each.title == title), None)
 
 
 def is_default(model: Model, path: str, value: Any) -> bool:

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Indices, Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.solve.quantities import Named, QuantityNumbers
+    from electrovib.solve.quantities.answer import QuantityNumbers
+    from electrovib.solve.quantities.names import Named
     from electrovib.solve.quantities.resolve import Mesh
 
 _CHUNK: Final = 1024

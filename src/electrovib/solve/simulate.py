@@ -168,7 +168,7 @@ def _chosen(variables: Mapping[str, Any], signals: Sequence[str] | None) -> Mapp
 def provenance(scenario: Scenario) -> dict[str, Any]:
     """Return what was computed, and by which version."""
     stated = {
-        "title": scenario.title,
+        "title": scenario.titled(),
         "electrovib": _version(),
         "scenario": scenario.to_json(),
         "scenario_hash": scenario.digest(),

@@ -23,7 +23,6 @@ from electrovib.physics.perception import (
     felt_amplitude,
     strongest,
 )
-from electrovib.solve.expanded import Expanded
 
 if TYPE_CHECKING:
     import xarray
@@ -52,7 +51,6 @@ class Lines:
     frequency: Real
     amplitude: Real
     swing: float
-    span: float
     samples: int
     signal: str
     how: str
@@ -76,7 +74,6 @@ def lines(values: Real, *, span: float, before: float, signal: str, how: str) ->
         frequency=orders / span,
         amplitude=amplitude,
         swing=swing,
-        span=span,
         samples=count,
         signal=signal,
         how=how,
@@ -114,6 +111,8 @@ def _middles(count: int, step: float) -> Real:
 
 def _force(scenario: Scenario, times: Real) -> Real:
     """Return the friction force alone [N], without judging the run."""
+    from electrovib.solve.expanded import Expanded
+
     _, values = Expanded(scenario, times).at(times, wanted={"lateral_force"}).signals["lateral_force"]
     return np.asarray(values, dtype=float)
 

@@ -92,7 +92,7 @@ def perceive(
 def perceived(scenario: Scenario, person: Perception, *, diagnostics: tuple[Diagnostic, ...]) -> Percept:
     """Compute what a person feels of a scenario that has been judged already."""
     found, error = _converged(scenario, person, person.compliance or scenario.finger)
-    return _percept(found, title=scenario.title, error=error, diagnostics=diagnostics, scenario=scenario)
+    return _percept(found, title=scenario.titled(), error=error, diagnostics=diagnostics, scenario=scenario)
 
 
 def _personal(path: str) -> bool:

@@ -20,8 +20,8 @@ from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.prepare import Prepared
-from electrovib.solve.quantities import read_name
 from electrovib.solve.quantities.answer import validity
+from electrovib.solve.quantities.names import read_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -232,7 +232,7 @@ class Sensitivity(Answer):
             of=self,
         )
         return Document(
-            title=f"Sensitivity of {self.quantity}: {self.scenario.title or 'a scenario'}",
+            title=f"Sensitivity of {self.quantity}: {self.scenario.titled() or 'a scenario'}",
             sentences=[self.answer],
             diagnostics=self.diagnostics,
             figures=[figure],

@@ -26,8 +26,9 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import counted
 from electrovib.solve.meter import Meter, measured
-from electrovib.solve.quantities import DEFAULTS, Named, Together, read_name
+from electrovib.solve.quantities.names import DEFAULTS, Named, read_name
 from electrovib.solve.quantities.resolve import window
+from electrovib.solve.quantities.together import Together
 from electrovib.solve.simulate import provenance, simulate
 from electrovib.studies.perceive import perceive
 from electrovib.studies.widths import HIGHEST_LEVEL, LEVEL, LOWEST_LEVEL

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.answer import Drawing, Panel
+from electrovib.core.answer import REFERENCE, Drawing, Panel
 from electrovib.core.errors import InputError
 from electrovib.core.files import kind_of
 from electrovib.data.atomic import check_folder, check_writable, output_path, write_folder, writing
 from electrovib.data.marks import Form, unsigned
+from electrovib.view.style import MOST
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -179,58 +181,63 @@ def drawn(shown: Shown) -> Figure:
     return figure
 
 
-MOST: Final = 5
-"""Curves of one figure."""
 _SAME, _SAME_OVER_DECADES = 0.02, 0.1
 """Largest relative difference of curves that share a line: on a linear axis, and on a logarithmic one."""
 
 
 def few_curves(panel: Panel) -> tuple[Panel, ...]:
-    """Split a panel into panels of at most five curves, each beginning with the first curve; equal ones share a line.
+    """Split a panel into panels of at most five things, each beginning with the first thing; equal lines share one.
 
-    Curves are equal that differ nowhere by more than 2 %, or 10 % on a logarithmic axis.
+    Curves of one look are one thing, which stays together. References, and points that are of no line, are in every panel.
+    Lines are equal that differ nowhere by more than 2 %, or 10 % on a logarithmic axis.
     """
-    same = _SAME_OVER_DECADES if panel.log_y else _SAME
-    groups = _groups([curve for curve in panel.curves if curve.kind != "points"], same)
-    points = [curve for curve in panel.curves if curve.kind == "points"]
-    merged = [replace(group[0], label=_names(group)) for group in groups]
-    looks = [{curve.look for curve in group} for group in groups]
-    further = range(MOST, len(merged), MOST - 1)
-    parts = [
-        list(range(min(MOST, len(merged)))),
-        *([0, *range(start, min(start + MOST - 1, len(merged)))] for start in further),
+    shown = [
+        replace(each, look=REFERENCE if each.background else at if each.look is None else each.look)
+        for at, each in enumerate(curve for curve in panel.curves if curve.drawn)
     ]
-    if len(parts) == 1:
-        return (replace(panel, curves=(*merged, *points)),)
-    found = []
-    for number, part in enumerate(parts, start=1):
-        own = set().union(*(looks[index] for index in part))
-        curves = (*(merged[index] for index in part), *(curve for curve in points if curve.look in own))
-        title = f"{panel.title}, {number} of {len(parts)}"
-        found.append(replace(panel, id=f"{panel.id}_{number}", title=title, curves=curves))
-    return tuple(found)
-
-
-def _groups(curves: Sequence[Curve], same: float) -> list[list[Curve]]:
-    """Put curves that lie on each other everywhere into one group, in the order of the first of each."""
-    groups: list[list[Curve]] = []
-    for curve in curves:
-        group = next((each for each in groups if _equal(each[0], curve, same)), None)
-        if group is None:
-            groups.append([curve])
-        else:
-            group.append(curve)
-    return groups
-
-
-def _equal(one: Curve, other: Curve, same: float) -> bool:
-    return bool(
-        np.array_equal(one.x, other.x)
-        and one.upper is None
-        and other.upper is None
-        and np.allclose(one.y, other.y, rtol=same, atol=0.0)
+    of_lines = {curve.look for curve in shown if curve.kind != "points"} - {REFERENCE}
+    of_no_line = (each.look for each in shown if of_lines and each.kind == "points")
+    apart = {REFERENCE, *of_no_line} - of_lines
+    beside = [each for each in shown if each.look in apart]
+    looks = dict.fromkeys(each.look for each in shown if each.look not in apart)
+    things = [[curve for curve in shown if curve.look == look] for look in looks]
+    found = _merged(things, _SAME_OVER_DECADES if panel.log_y else _SAME)
+    further = [[found[0], *found[start : start + MOST - 1]] for start in range(MOST, len(found), MOST - 1)]
+    parts = [found[:MOST], *further]
+    return tuple(
+        replace(
+            panel,
+            id=f"{panel.id}_{number}" if further else panel.id,
+            title=f"{panel.title}, {number} of {len(parts)}" if further else panel.title,
+            curves=tuple(sorted(chain(beside, *part), key=lambda each: each.kind == "points")),
+        )
+        for number, part in enumerate(parts, start=1)
     )
 
 
-def _names(group: Sequence[Curve]) -> str:
-    return ",\n".join(curve.label for curve in group)
+def _merged(things: Sequence[list[Curve]], same: float) -> list[list[Curve]]:
+    """Put things whose lines lie on each other everywhere into one, under all names, in the order of the first of each."""
+    groups: list[list[list[Curve]]] = []
+    for thing in things:
+        group = next((each for each in groups if _equal(each[0], thing, same)), None)
+        if group is None:
+            groups.append([thing])
+        else:
+            group.append(thing)
+    names = [",\n".join(thing[0].label for thing in group) for group in groups]
+    points = [[curve for thing in group for curve in thing[1:]] for group in groups]
+    return [
+        [replace(group[0][0], label=name), *more]
+        for group, name, more in zip(groups, names, points, strict=True)
+    ]
+
+
+def _equal(one: Sequence[Curve], other: Sequence[Curve], same: float) -> bool:
+    """Return whether two things are a line each, with points or without, and the lines are equal."""
+    first, second = one[0], other[0]
+    return bool(
+        all(each.kind == "points" for each in (*one[1:], *other[1:]))
+        and all(each.kind != "points" and each.upper is None for each in (first, second))
+        and np.array_equal(first.x, second.x)
+        and np.allclose(first.y, second.y, rtol=same, atol=0.0)
+    )

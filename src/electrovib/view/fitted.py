@@ -15,6 +15,8 @@ from electrovib.recordings.fit.misfit import LEVEL
 from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
 from electrovib.recordings.fit.weighing import PRIOR
 from electrovib.recordings.interval import MISFIT, UNCLEAR
+from electrovib.view.style import MOST
+from electrovib.view.tables import references
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -94,13 +96,18 @@ class FitResult(Answer):
     def document(self) -> Document:
         """What the data determine, data with model, residuals, and every table."""
         found, rows, posterior, comparison = self.best, self.rows, self.posterior, self.comparison
+        fitted = [each.path for each in found.unknowns]
         sampled = [] if posterior is None else [posterior_table(posterior, rows)]
         compared = [] if comparison is None else _compared(comparison)
         others = [_correlations(found), _residuals(found.residuals)]
-        cited = [*cited_of(found.scenario), *REFERENCES, *([EMCEE] if posterior is not None else [])]
+        cited = [
+            *dict(references({"": found.scenario})),
+            *REFERENCES,
+            *([EMCEE] if posterior is not None else []),
+        ]
         is_weighed = comparison is not None and comparison.is_weighed
         return Document(
-            title=f"Fit: {found.scenario.title or 'a scenario'}",
+            title=f"Fit: {found.scenario.titled(without=fitted) or 'a scenario'}",
             sentences=[fit_answer(found, rows, comparison=comparison)],
             diagnostics=found.diagnostics,
             figures=[
@@ -252,16 +259,6 @@ def _residuals(residuals: Sequence[Residuals]) -> Table:
     return Table("Residuals", headings, tuple(rows))
 
 
-def cited_of(scenario: Scenario) -> list[str]:
-    """Return the citations of the papers whose models or values a scenario takes."""
-    from electrovib.core.discovery import paper_of, papers
-    from electrovib.core.model import Model
-
-    owners = {paper_of(type(part)) for _, part in scenario if isinstance(part, Model)}
-    named = " ".join(scenario.sources.values())
-    return [str(module.CITATION) for name, module in papers().items() if name in owners or name in named]
-
-
 def parameters_csv(rows: Sequence[EstimatedParameter], diagnostics: Sequence[Diagnostic], *said: str) -> str:
     """Write the table of a fit as CSV, in SI units, with full precision, below what is said about model and residuals."""
     names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "systematic", "note")
@@ -308,8 +305,6 @@ def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
     return "".join(f"# {line}\n" for line in lines) + tomlkit.dumps(content)
 
 
-_MOST_MODELS: Final = 5
-"""Models whose residuals a figure shows."""
 _MOST_POINTS: Final = 600
 """Samples of a recording that a figure shows."""
 _BOTH: Final = "Points: data. Lines: model with the estimated parameters."
@@ -324,86 +319,72 @@ def fit_panels(residuals: Sequence[Residuals]) -> list[Panel]:
 
 
 def _of_signal(signal: str, own: Sequence[Residuals]) -> list[Panel]:
-    words, axis = signal.replace("_", " "), own[0].observed.axis
-    is_complex = own[0].observed.parts == 2
-    shared: dict[str, Any] = {"x": (axis, SIGNALS[axis].unit), "log_x": axis == "frequency"}
+    words, unit = signal.replace("_", " "), SIGNALS[signal].unit
+    both: list[tuple[str, str, str, Any]] = [(f"{words[0].upper()}{words[1:]}", words, unit, np.real)]
+    if own[0].observed.parts == 2:
+        both = [
+            (both[0][0], f"modulus of the {words}", unit, np.abs),
+            (f"Phase of the {words}", "phase", "rad", np.angle),
+        ]
     found = [
         Panel(
-            id=f"data-{signal}",
-            title=f"{words[0].upper()}{words[1:]}: data and model",
+            id=f"{'phase' if part is np.angle else 'data'}-{signal}",
+            title=f"{what}: data and model",
             caption=_BOTH,
-            y=(f"modulus of the {words}" if is_complex else words, SIGNALS[signal].unit),
-            curves=_both(own, np.abs if is_complex else np.real),
-            log_y=is_complex,
-            **shared,
+            y=(label, of),
+            curves=_both(own, part),
+            log_y=part is np.abs,
+            **_along(own[0]),
         )
+        for what, label, of, part in both
     ]
-    if is_complex:
-        found.append(
-            Panel(
-                id=f"phase-{signal}",
-                title=f"Phase of the {words}: data and model",
-                caption=_BOTH,
-                y=("phase", "rad"),
-                curves=_both(own, np.angle),
-                **shared,
-            )
-        )
-    found.append(
-        Panel(
-            id=f"residuals-{signal}",
-            title=f"Residuals of the {words}",
-            caption="Data less model over the standard deviation of the noise; of complex data the real part.",
-            y=("residual over noise", "1"),
-            curves=tuple(
-                Curve(
-                    label=each.recording,
-                    x=each.observed.x[_few(each)],
-                    y=np.real(each.values / (each.noise * each.observed.scale))[_few(each)],
-                    kind="points",
-                    look=at,
-                )
-                for at, each in enumerate(own)
-            ),
-            **shared,
-        )
-    )
-    return found
+    left = [
+        (each.recording, *_left(each, each.noise * each.observed.scale), at) for at, each in enumerate(own)
+    ]
+    caption = "Data less model over the standard deviation of the noise; of complex data the real part."
+    return [*found, _of_residuals(f"residuals-{signal}", f"Residuals of the {words}", caption, left, own[0])]
 
 
 def model_panels(
     comparison: FitComparison, others: Mapping[str, ScenarioFit], best: ScenarioFit
 ) -> list[Panel]:
     """Make a figure for each signal of what the first models leave of it, over the noise of the most probable one."""
-    names = [each.name for each in comparison.candidates[:_MOST_MODELS]]
-    left = [others.get(name, best).residuals for name in names]
+    names = [each.name for each in comparison.candidates[:MOST]]
+    caption = f"Data less model over the noise of {names[0]}; of complex data the real part."
     panels = []
     for signal in dict.fromkeys(each.observed.signal for each in best.residuals):
-        of_signal = [[each for each in own if each.observed.signal == signal] for own in left]
-        noises, axis = (
-            [each.noise * each.observed.scale for each in of_signal[0]],
-            of_signal[0][0].observed.axis,
+        first, *more = (
+            [each for each in others.get(name, best).residuals if each.observed.signal == signal]
+            for name in names
         )
-        rows = [
-            [np.real(each.values / noise)[_few(each)] for each, noise in zip(own, noises, strict=True)]
-            for own in of_signal
+        noises = [each.noise * each.observed.scale for each in first]
+        rows = [[_left(*each) for each in zip(own, noises, strict=True)] for own in (first, *more)]
+        left = [
+            (name, *(np.concatenate(each) for each in zip(*row, strict=True)), at)
+            for at, (name, row) in enumerate(zip(names, rows, strict=True))
         ]
-        x = np.concatenate([each.observed.x[_few(each)] for each in of_signal[0]])
-        panels.append(
-            Panel(
-                id=f"models-{signal}",
-                title=f"Residuals of the {signal.replace('_', ' ')} by each model",
-                caption=f"Data less model over the noise of {names[0]}; of complex data the real part.",
-                x=(axis, SIGNALS[axis].unit),
-                y=("residual over noise", "1"),
-                curves=tuple(
-                    Curve(label=name, x=x, y=np.concatenate(row), kind="points")
-                    for name, row in zip(names, rows, strict=True)
-                ),
-                log_x=axis == "frequency",
-            )
-        )
+        title = f"Residuals of the {signal.replace('_', ' ')} by each model"
+        panels.append(_of_residuals(f"models-{signal}", title, caption, left, first[0]))
     return panels
+
+
+def _left(each: Residuals, noise: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return abscissa and residual over noise of some samples."""
+    few = _few(each)
+    return each.observed.x[few], np.real(each.values / noise)[few]
+
+
+def _of_residuals(id: str, title: str, caption: str, left: Sequence[Any], of: Residuals) -> Panel:  # noqa: A002
+    """Draw residuals, each as label, abscissa, values and look."""
+    curves = tuple(Curve(label=label, x=x, y=y, kind="points", look=look) for label, x, y, look in left)
+    return Panel(
+        id=id, title=title, caption=caption, y=("residual over noise", "1"), curves=curves, **_along(of)
+    )
+
+
+def _along(of: Residuals) -> dict[str, Any]:
+    axis = of.observed.axis
+    return {"x": (axis, SIGNALS[axis].unit), "log_x": axis == "frequency"}
 
 
 def _both(own: Sequence[Residuals], part: Callable[..., NDArray[np.float64]]) -> tuple[Curve, ...]:

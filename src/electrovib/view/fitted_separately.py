@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
+from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text, unsigned
 from electrovib.recordings.fit.sessions import FAILED
-from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, cited_of
+from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration
+from electrovib.view.tables import references
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -33,12 +35,12 @@ class SeparateAnswer(Answer):
         """One figure for each parameter and one table over all recordings."""
         found = self.found
         return Document(
-            title=f"Separate fits: {found.scenario.title or 'a scenario'}",
+            title=f"Separate fits: {found.scenario.titled() or 'a scenario'}",
             sentences=[separate_answer(found)],
             diagnostics=found.diagnostics,
             figures=[_panel(found, path) for path in found.free],
             tables=[_estimates(found), *([_means(found)] if found.spreads else [])],
-            references=[*cited_of(found.scenario), *REFERENCES[:1]],
+            references=[*dict(references({"": found.scenario})), *REFERENCES[:1]],
         )
 
     def content(self, name: str) -> str:
@@ -157,9 +159,9 @@ def _panel(found: SeparateFits, path: str) -> Panel:
     names = ", ".join(f"{number}: {each.record}" for number, each in enumerate(found.fits, start=1))
     return Panel(
         id=f"parameter-{path.replace('.', '-')}",
-        title=f"{path} over the recordings",
+        title=f"{words_at(found.scenario, path)} over the recordings",
         caption=f"Recordings {names}. An interval that has no end is not drawn.",
         x=("recording", "1"),
-        y=(path.rpartition(".")[2].replace("_", " "), rows[0].unit if rows else "1"),
+        y=(words_at(found.scenario, path), rows[0].unit if rows else "1"),
         curves=tuple(curves),
     )

@@ -7,8 +7,9 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.answer import Drawing
+from electrovib.core.paths import words_at
 from electrovib.view import plots
-from electrovib.view.lines import has, shown_value, swept_paths, swept_units
+from electrovib.view.lines import has, scenario_or_none, shown_value, swept_paths, swept_units
 from electrovib.view.plots.draw import legends_collected
 from electrovib.view.plots.layers import figure_height
 from electrovib.view.plots.over_time import has_layer_voltages
@@ -74,12 +75,14 @@ def _over_parameters(trace: xarray.Dataset, label: str, name: str) -> list[Drawi
     for place, pick in enumerate(picks):
         chosen = trace.isel(pick)
         wanted: list[tuple[str, Callable[..., Axes]]] = [
-            (each.replace("_", " "), functools.partial(_one_quantity, trace=chosen, name=each))
+            (words_at(None, each), functools.partial(_one_quantity, trace=chosen, name=each))
             for each in names
         ]
         units = swept_units(trace)
         at = ", ".join(f"{path} = {shown_value(chosen[path].item(), units.get(path, ''))}" for path in held)
-        title = f"Over {' and '.join(paths[-_DRAWN_OVER:])}" + (f": {label}" if label else "")
+        scenario = scenario_or_none(trace)
+        over = " and ".join(f"the {words_at(scenario, path)}" for path in paths[-_DRAWN_OVER:])
+        title = f"Over {over}" + (f": {label}" if label else "")
         caption = f"Taken over {trace.attrs.get('taken_over', 'each case')}" + (f", at {at}." if at else ".")
         figures += _multiples({}, wanted, title, f"{name}_{place}", caption=caption)
     return figures

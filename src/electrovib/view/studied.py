@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.answer import Document, Drawing, Page, Table
-from electrovib.core.citation import UNVERIFIED, status_text
+from electrovib.core.citation import UNVERIFIED, is_reference, status_text
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.studies.population.result import method_words, nominal_words, signal_words, width_words
 
@@ -135,4 +135,4 @@ def _origin(found: xarray.Dataset) -> Table:
 
 def _sources(found: xarray.Dataset) -> list[str]:
     listed = (str(content["source"]) for _, _, content in _entries(found) if content.get("source"))
-    return list(dict.fromkeys(listed))
+    return list(dict.fromkeys(each for each in listed if is_reference(each)))

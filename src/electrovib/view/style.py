@@ -1,4 +1,13 @@
-"""One style for every figure: colours that colour-blind readers can distinguish, unobtrusive axes, no global state."""
+"""One style for every figure: colours that colour-blind readers can distinguish, unobtrusive axes, no global state.
+
+What holds for every figure, in report, page, notebook and file; `tests/contract/test_figures.py` looks at all of them:
+
+1. Points that were measured are drawn in every part of a figure.
+2. What has one colour is one thing, and stands in one part: the band of a law with its median, points with their line.
+3. At most `MOST` things in a figure, each in its own colour; references stand beside them in grey, one in a legend.
+4. An axis names what it shows in words, with the unit; never a dotted path, an underscore or "value".
+5. A caption says what one sees, never the name of a file; where curves are left out, it says how many there are.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +21,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333")
+COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5c4a00")
 """Curves: Okabe and Ito's palette without its yellow, which is too faint for a line on white."""
 FURTHER_COLOURS: Final = ("#870f0f", "#8a6be0", "#b0009a", "#7fb000", "#00b7c2")
 """Curves of a report that shows more than seven different things; at most five of them share a figure."""
+PALETTE: Final = COLOURS + FURTHER_COLOURS
+"""All colours of curves, by the look of a curve."""
+MOST: Final = 5
+"""Most things that one figure shows beside references."""
 DASHES: Final = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 LAYER_COLOURS: Final = {"insulator": "#5e3c99", "gap": "#8a8d2e", "stratum_corneum": "#6f4e37"}
 """The three usual layers; no curve that is not of a layer has one of these colours."""

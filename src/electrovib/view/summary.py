@@ -182,7 +182,7 @@ def quantities_of_run(
     scenario = scenario_or_none(trace) if "solver" in trace.attrs else None
     if scenario is None or not trace.sizes.get("time"):
         return {}
-    first, last = (float(trace["time"][place]) for place in (0, -1))
+    first, last = trace["time"].values[[0, -1]]
     end = scenario.time.duration or scenario.drive.duration
     if first != 0 or not math.isclose(last, end, rel_tol=1e-9):
         return {}
@@ -195,8 +195,9 @@ def quantities_of_scenario(
 ) -> dict[str, float]:
     """Compute quantities of a scenario over its whole time."""
     from electrovib.solve.choice import chosen
-    from electrovib.solve.quantities import read_name, solved
     from electrovib.solve.quantities.answer import numbers
+    from electrovib.solve.quantities.names import read_name
+    from electrovib.solve.quantities.resolve import solved
 
     try:
         if quick and chosen(scenario).method.is_marched:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from electrovib.view.units import pretty_quantity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from electrovib.core.arrays import Real
     from electrovib.recordings.swipe import SwipeResult
 
 
@@ -35,7 +36,15 @@ class SwipesAnswer(Answer):
         return Document(
             title=f"{'Swipes' if many else 'Swipe'}{f' in {self.source}' if self.source else ''}",
             sentences=[" ".join(text for each in swipes for text in _answer(each))],
-            figures=[_panel(each, number if many else 0) for number, each in enumerate(swipes, start=1)],
+            figures=[
+                panel
+                for number, each in enumerate(swipes, start=1)
+                for panel in _panels(
+                    each,
+                    f" of swipe {number}" if many else " of the swipe",
+                    id=f"swipe{number if many else ''}",
+                )
+            ],
             tables=[numbers_table("Friction and forces", swipe_rows(swipes)), _zeros(swipes)],
             pages=[
                 Page(f"Limits of swipe {number}" if many else "Limits", each.words)
@@ -49,28 +58,47 @@ class SwipesAnswer(Answer):
         return numbers_csv(swipe_rows(self.swipes))
 
 
-def _panel(swipe: SwipeResult, number: int) -> Panel:
-    """Make the figure of a swipe: both forces of the record, with the window over which they are averaged."""
-    time = np.asarray(swipe.trace["time"].values)
-    before, after = swipe.contact
-    margin = 0.3 * (after - before)
-    near = (time >= before - margin) & (time <= after + margin)
-    window = (time >= swipe.window[0]) & (time <= swipe.window[1])
-    curves = []
-    for look, name in enumerate(("normal_force_measured", "lateral_force_measured")):
-        values, label = np.asarray(swipe.trace[name].values), name.removesuffix("_measured").replace("_", " ")
-        x, y = envelope(time[near], values[near])
-        curves.append(Curve(label=label, x=x, y=y, look=REFERENCE))
-        x, y = envelope(time[window], values[window])
-        curves.append(Curve(label=f"{label} in the window", x=x, y=y, look=look))
-    return Panel(
-        id=f"swipe{number or ''}",
-        title=f"Forces of swipe {number}" if number else "Forces of the swipe",
-        caption="Grey: the record, with the zero of the sensors subtracted. Colour: the window over which it is averaged.",
-        x=("time", "s"),
-        y=("force", "N"),
-        curves=tuple(curves),
+def _panels(swipe: SwipeResult, of: str, *, id: str) -> list[Panel]:  # noqa: A002 - the name of the field
+    """Make the figures of a swipe over time: both forces of the record, and their quotient in the window of the averages."""
+    time, normal, lateral = (
+        np.asarray(swipe.trace[name].values)
+        for name in ("time", "normal_force_measured", "lateral_force_measured")
     )
+    margin = 0.3 * (swipe.contact[1] - swipe.contact[0])
+    near = (time >= swipe.contact[0] - margin) & (time <= swipe.contact[1] + margin)
+    inside = (time >= swipe.window[0]) & (time <= swipe.window[1]) & (normal != 0)
+    ends: dict[str, Any] = {"x": np.array(swipe.window), "look": REFERENCE}
+    top, mean = (np.full(2, value) for value in (normal[near].max(), swipe.friction.value))
+    return [
+        Panel(
+            id=id,
+            title=f"Forces{of}",
+            caption="The zero of the sensors is subtracted. Grey: the time over which both are averaged.",
+            x=("time", "s"),
+            y=("force", "N"),
+            curves=(
+                Curve(label="averaged", y=0 * top, upper=top, kind="band", **ends),
+                _line("normal force", time[near], normal[near]),
+                _line("lateral force", time[near], lateral[near]),
+            ),
+        ),
+        Panel(
+            id=f"{id}_friction",
+            title=f"Friction{of}",
+            caption="Lateral over normal force at each sample of the time averaged over, and the friction of the swipe.",
+            x=("time", "s"),
+            y=("friction", "1"),
+            curves=(
+                _line("at each sample", time[inside], np.abs(lateral[inside] / normal[inside])),
+                Curve(label="of the swipe", y=mean, kind="dashed", **ends),
+            ),
+        ),
+    ]
+
+
+def _line(label: str, time: Real, values: Real) -> Curve:
+    x, y = envelope(time, values)
+    return Curve(label=label, x=x, y=y)
 
 
 def _answer(swipe: SwipeResult) -> list[str]:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.answer import Table
+from electrovib.core.citation import is_reference
+from electrovib.core.discovery import paper
 from electrovib.core.formulas import formula_lines
 from electrovib.core.model import Model
 from electrovib.core.paths import followers
 from electrovib.physics.force import ForceLaw
-from electrovib.scenario import is_default
-from electrovib.view.units import pretty_quantity
+from electrovib.scenario import is_default, paper_named
+from electrovib.scenario.sources import BY_THE_USER
+from electrovib.view.units import pretty_quantity, typeset
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -64,7 +68,8 @@ def parameter_rows(
         for path, value, quantity in scenario.parameters():
             shown = texts.get(path) or following.get(path) or pretty_quantity(value, quantity.unit, digits=6)
             source = "swept" if path in texts or path in following else source_of(scenario, path, value=value)
-            found.setdefault(path, {})[label] = (shown, source)
+            source = f"{source}: {quantity.source}" if source == DEFAULT and quantity.source else source
+            found.setdefault(path, {})[label] = (shown, typeset(source))
             meanings.setdefault(path, quantity.doc)
     rows = _model_choices(scenarios)
     for path, by_label in found.items():
@@ -190,15 +195,25 @@ def readable_equation(text: str) -> str:
 
 
 def references(scenarios: Mapping[str, Scenario]) -> list[tuple[str, str]]:
-    """Collect what the models cite and by which models, then the sources of values with their number of values."""
-    cited: dict[str, list[str]] = {}
+    """Collect the publications that models or values are from, and what is from each."""
+    models: dict[str, dict[str, None]] = {}
+    values: Counter[str] = Counter()
     for scenario in scenarios.values():
         for _, model in walk_models(scenario):
-            name = type(model).__name__
-            if model.reference and name not in cited.setdefault(model.reference, []):
-                cited[model.reference].append(name)
-    found = [(reference, ", ".join(names)) for reference, names in cited.items()]
-    counted: dict[str, int] = {}
-    for source in (text for scenario in scenarios.values() for text in scenario.sources.values()):
-        counted[source] = counted.get(source, 0) + 1
-    return found + [(source, f"{count} value{'s' if count > 1 else ''}") for source, count in counted.items()]
+            own = re.match(r"electrovib\.papers\.(\w+)", type(model).__module__)
+            cited = _cited(model.reference, own[1] if own and model.reference else "")
+            models.setdefault(cited, {})[type(model).__name__] = None
+        if name := paper_named(scenario.title):
+            models.setdefault(_cited("", name), {})["the set-up"] = None
+        stated = [each for each in scenario.sources.values() if not each.startswith(BY_THE_USER)]
+        values.update(_cited(text, paper_named(text)) for text in stated)
+    found = {}
+    for cited in [each for each in {**models, **values} if is_reference(each)]:
+        count = values[cited]
+        several = [f"{count} value{'s' if count > 1 else ''}"] if count else []
+        found[cited] = ", ".join([*models.get(cited, ()), *several])
+    return list(found.items())
+
+
+def _cited(text: str, name: str) -> str:
+    return str(paper(name).CITATION) if name else text

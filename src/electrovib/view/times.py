@@ -17,6 +17,7 @@ from electrovib.view.units import pretty_quantity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from electrovib.core.arrays import Real
     from electrovib.recordings.interval import Interval, NumberRow
     from electrovib.recordings.transitions import MeasuredRing, MeasuredRings, MeasuredTimes
     from electrovib.recordings.transitions.times import DirectionTimes
@@ -146,15 +147,17 @@ def _of_ring(ring: MeasuredRing, number: int) -> Panel:
         x=("time after the reference", "s"),
         y=(ring.signal.replace("_", " "), ring.unit),
         curves=(
-            Curve(label="record", x=ring.time, y=ring.values, kind="points", look=0),
-            Curve(label=ring.form, x=ring.time, y=ring.model, look=1),
+            Curve(label="record", x=ring.time, y=ring.values, kind="points", look=REFERENCE),
+            Curve(label=ring.form, x=ring.time, y=ring.model),
         ),
     )
 
 
 def _panel(found: DirectionTimes, words: str, unit: str, *, sensor: bool) -> Panel:
+    most = _MOST_EDGES - sensor  # each has two lines then
     curves: list[Curve] = []
-    for number, each in enumerate(found.edges[:_MOST_EDGES]):
+    records: list[tuple[Real, Real]] = []
+    for number, each in enumerate(found.edges[:most]):
         fitted, record = each.fitted[found.form], each.record
         reach = record.passages.last + _AFTER * record.passages.time
         part = (record.fit_time > record.passages.first - 2 * record.passages.time) & (
@@ -162,32 +165,19 @@ def _panel(found: DirectionTimes, words: str, unit: str, *, sensor: bool) -> Pan
         )
         time = record.fit_time[part]
         name = f", edge {number + 1}" if len(found.edges) > 1 else ""
-        look = number * (3 if sensor else 2)
-        curves.append(
-            Curve(label=f"record{name}", x=time, y=record.fit_values[part], kind="points", look=look)
-        )
-        curves.append(
-            Curve(
-                label=f"{found.form}{' through the sensor' * sensor}{name}",
-                x=time,
-                y=fitted.reading[part],
-                look=look + 1,
-            )
-        )
+        records.append((time, record.fit_values[part]))
+        form = f"{found.form}{' through the sensor' * sensor}{name}"
+        curves.append(Curve(label=form, x=time, y=fitted.reading[part]))
         if sensor:
             values = fitted.estimate.values
             fine = np.linspace(time[0], time[-1], 2000)
-            force = fitted.form.columns(fine, values, None)
-            curves.append(
-                Curve(
-                    label=f"force, the sensor taken out{name}",
-                    x=fine,
-                    y=force @ [values[part] for part in fitted.form.amplitudes],
-                    kind="dashed",
-                    look=REFERENCE,
-                )
-            )
-    more = f" The first {_MOST_EDGES} of {len(found.edges)} edges." if len(found.edges) > _MOST_EDGES else ""
+            force = fitted.form.columns(fine, values, None) @ [
+                values[part] for part in fitted.form.amplitudes
+            ]
+            curves.append(Curve(label=f"force, the sensor taken out{name}", x=fine, y=force, kind="dashed"))
+    x, y = (np.concatenate(each) for each in zip(*records, strict=True))
+    curves.append(Curve(label="record", x=x, y=y, kind="points", look=REFERENCE))
+    more = f" The first {most} of {len(found.edges)} edges." if len(found.edges) > most else ""
     return Panel(
         id=f"edges-{found.direction}",
         title=f"{found.direction.capitalize()} edges",

@@ -10,7 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.data.atomic import write_text
 from electrovib.data.marks import Form, is_ours
 from electrovib.exports.scenario import write_design
-from electrovib.studies.evidence import import_measurement
+from electrovib.studies.evidence.files import import_measurement
 from electrovib.studies.population.files import write_group
 from electrovib.view import report
 

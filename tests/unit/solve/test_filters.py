@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.physics.rig import Digitiser, LateralSensor, PiezoSensor, SensorCreep, Tribometer
@@ -18,13 +17,12 @@ from electrovib.solve.mechanics import filters
 from electrovib.solve.mechanics.filters import (
     Filter,
     cascade,
-    filtered,
     first_order,
     high_pass,
+    march_through,
     of_stages,
     relaxing,
     second_order,
-    through_pieces,
 )
 from electrovib.solve.mechanics.response import respond_mechanically
 from electrovib.solve.mechanics.rig import finger_filters, measured
@@ -36,17 +34,15 @@ ROUNDING = 2e-12
 DAMPINGS = [0.01, 0.44, 0.999, 1 - 2e-6, 1 - 3e-7, 1.0, 1 + 1e-9, 1 + 8e-7, 1 + 2e-6, 1.5, 50.0]
 NATURAL = 4400.0
 FREQUENCY = np.geomspace(1.0, 1e6, 400)
-STEP = Linear(np.zeros(1), np.zeros(1), np.ones(1))
-RAMP = Linear(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0]))
 
 
 def sensor_of(damping, frequency=NATURAL):
     return second_order(natural_frequency=frequency, damping_ratio=damping)
 
 
-def from_rest(filter_, part, times):
-    """Output for straight pieces, from rest."""
-    return through_pieces(filter_, part, np.asarray(times, dtype=float), filter_.state(0.0))
+def filtered(filter_, samples, step, state):
+    """Output for an input that is straight between samples."""
+    return march_through(filter_, samples[:-1], samples[1:], steps=step, state=state)
 
 
 def exact(time, damping, *, ramp=False):
@@ -68,19 +64,19 @@ def exact(time, damping, *, ramp=False):
 @pytest.mark.parametrize("damping", DAMPINGS)
 @pytest.mark.parametrize("ramp", [False, True])
 def test_second_order_sensor_against_closed_form(damping, ramp):
-    """At even times by `filtered`, at uneven times by `through_pieces`, and decimated; over frequency."""
+    """At even and at uneven times, and decimated; over frequency."""
     sensor, step, count = sensor_of(damping), 2.0**-20, 1500
     even = np.arange(count) * step
     wanted = np.array([exact(time, damping, ramp=ramp) for time in even[::7]])
     scale = np.abs(wanted).max()
-    found = filtered(sensor, even if ramp else np.ones(count), step=step, settled=False)
+    found = filtered(sensor, even if ramp else np.ones(count), step, sensor.state(0.0))
     assert np.abs(found[::7] - wanted).max() < ROUNDING * scale < SENSOR * scale
     assert np.abs(found[::7] * (1 + 1e-8) - wanted).max() > SENSOR * scale
 
     random = np.random.default_rng(4)
-    uneven = random.permutation(np.cumsum(random.exponential(5e-6, 200)))
+    uneven = np.append(0.0, np.cumsum(random.exponential(5e-6, 200)))
     wanted = np.array([exact(time, damping, ramp=ramp) for time in uneven])
-    found = from_rest(sensor, RAMP if ramp else STEP, uneven)
+    found = filtered(sensor, uneven if ramp else np.ones(201), np.diff(uneven), sensor.state(0.0))
     assert np.abs(found - wanted).max() < ROUNDING * np.abs(wanted).max()
 
     formula = Resonance(NATURAL, damping).at(
@@ -130,40 +126,11 @@ def test_one_after_the_other_is_the_cascade(damping, ratio, seed):
 
 
 def test_settled_is_what_a_long_hold_ends_in():
-    found = filtered(CHAIN, np.full(100, 3.0), step=1e-4, settled=True)
+    found = filtered(CHAIN, np.full(100, 3.0), 1e-4, CHAIN.state(3.0))
     assert found == pytest.approx(3.0 * CHAIN.at_rest(), abs=1e-13)
-    samples = np.append(3.0, np.random.default_rng(8).normal(size=300))
-    times = 1e4 + np.arange(301) * 1e-4
-    long = Linear(np.append(0.0, times), np.append(0.0, samples), np.append(3.0, samples))
-    found = from_rest(CHAIN, long, times)
-    # time stamps near 1e4 s are rounded to 2e-12 s, of slopes of 3e4 per second
-    assert filtered(CHAIN, samples, step=1e-4, settled=True) == pytest.approx(found, abs=1e-6)
-    assert np.abs(filtered(CHAIN, samples, step=1e-4, settled=False) - found).max() > 0.1
-    for held in (0.0, 1e-3, 0.4, 1e3, math.inf):  # the state after a hold is that of a step a while ago
-        state = CHAIN.state(2.0, held=held)
-        now = CHAIN.direct * 2.0 + np.sum(np.where(CHAIN.poles.imag == 0, 1, 2) * CHAIN.gains * state).real
-        assert now == pytest.approx(2 * from_rest(CHAIN, STEP, [min(held, 1e5)])[0], abs=1e-12)
-
-
-def test_straight_pieces_with_jumps_and_a_period():
-    """A square wave, at times that meet its edges and at others; against every edge as a step."""
-    lag, period = first_order(50.0), 0.01
-    breaks = np.array([0.0, 0.5, 1.0]) * period
-    square = Linear(breaks, np.array([0.0, 1.0, -1.0]), np.array([1.0, -1.0, -1.0]), period)
-    times = np.sort(np.concatenate([np.arange(9) * period / 2, np.linspace(0, 4.2 * period, 57)]))
-    expected = np.zeros(times.size)
-    for edge in range(9):
-        since = np.maximum(times - edge * period / 2, 0)
-        expected -= (1.0 if edge == 0 else 2.0 * (-1) ** edge) * np.expm1(-2 * np.pi * 50.0 * since)
-    assert from_rest(lag, square, times) == pytest.approx(expected, abs=1e-12)
-
-
-def test_one_sample_and_no_stage():
-    sensor = sensor_of(0.5, 10.0)
-    for settled, output in ((True, 2.0), (False, 0.0)):
-        assert filtered(sensor, [2.0], step=1e-3, settled=settled).tolist() == pytest.approx([output])
-    assert filtered(cascade(), [2.0, 3.0, 4.0], step=1e-3, settled=True).tolist() == [2.0, 3.0, 4.0]
-    assert from_rest(high_pass(1.0), STEP, [0.0]).tolist() == [1.0]
+    held = filtered(CHAIN, np.full(2, 3.0), 1e4, CHAIN.state(0.0))
+    assert held[1] == pytest.approx(found[0], abs=1e-12)
+    assert filtered(high_pass(1.0), np.ones(2), 1.0, np.zeros(1))[0] == 1.0
 
 
 @pytest.mark.parametrize(
@@ -177,8 +144,6 @@ def test_one_sample_and_no_stage():
         (lambda: sensor_of(1.0, math.nan), "must be positive"),
         (lambda: cascade(first_order(10.0), first_order(10.0)), "too close to be separated"),
         (lambda: cascade(sensor_of(0.1), sensor_of(0.1)), "too close to be separated"),
-        (lambda: filtered(first_order(1.0), [0.0, np.nan], step=1.0, settled=True), "sample 1 is nan"),
-        (lambda: filtered(first_order(1.0), [], step=1.0, settled=True), "at least one"),
         (lambda: relaxing([0.1], [-1.0]), "real parts must be negative"),
         (lambda: high_pass(1.0).rate(), "rate of a discontinuous output"),
     ],
@@ -192,13 +157,12 @@ def test_a_release_is_what_the_closed_form_of_the_resonance_says():
     """Two routes to one reading: the declared resonance behind straight pieces, and its closed form."""
     frequency, quality, start, fall = 390.0, 3.3, 2e-3, 0.5e-3
     stamps = np.concatenate([[0.0], start + np.linspace(0, 20e-3, 40_001)])
-    force = np.append(1.0, np.where(stamps <= start, 1.0, np.exp(-(stamps - start) / fall)))
-    wanted = np.linspace(0, 20e-3, 301)
-    pieces = Linear(np.append(-1.0, stamps) + 1.0, force, force)
-    found = from_rest(sensor_of(1 / (2 * quality), frequency), pieces, wanted + 1.0)
+    force = np.where(stamps <= start, 1.0, np.exp(-(stamps - start) / fall))
+    sensor = sensor_of(1 / (2 * quality), frequency)
+    found = filtered(sensor, force, np.diff(stamps), sensor.state(1.0))
     declared = {"start": start, "fall_time": fall, "frequency": frequency, "quality": quality}
-    expected = release_seen_by_sensor(wanted, **declared)
-    # one second of 1 before: the beginning is forgotten; pieces of 0.5 us bend by 1e-7
+    expected = release_seen_by_sensor(stamps, **declared)
+    # pieces of 0.5 us bend by 1e-7
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
@@ -210,7 +174,7 @@ FILTERS = {
     **finger_filters(MassSpringDamper(mass=1.5e-4, stiffness=1e3, damping=1.0)),
 }
 EVEN = np.linspace(0.0, 0.05, 301)
-UNEVEN = np.cumsum(np.random.default_rng(2).exponential(2e-4, 250))
+UNEVEN = np.append(0.0, np.cumsum(np.random.default_rng(2).exponential(2e-4, 250)))
 
 
 def squared(time):
@@ -218,15 +182,14 @@ def squared(time):
     return 0.3 * np.sin(OMEGA * time) ** 2
 
 
-def answer(filter_, time, *, since=0.0):
+def answer(filter_, time):
     """From rest to 0.15 (1 - cos 2wt), mode by mode in closed form."""
-    time = time - since
-    total = filter_.direct * squared(time + since).astype(complex)
+    total = filter_.direct * squared(time).astype(complex)
     for pole, gain in zip(filter_.poles, filter_.gains, strict=True):
         state = np.zeros(len(time), complex)
         tones = ((0.15, 0.0), (-0.075, 2 * OMEGA), (-0.075, -2 * OMEGA))
         for height, angular in tones:
-            ratio = -pole / (1j * angular - pole) * np.exp(1j * angular * since)
+            ratio = -pole / (1j * angular - pole)
             state += height * ratio * (np.exp(1j * angular * time) - np.exp(pole * time))
         total += gain * state if not pole.imag else 2 * (gain * state).real
     return total.real
@@ -234,11 +197,11 @@ def answer(filter_, time, *, since=0.0):
 
 @pytest.mark.parametrize("times", [EVEN, UNEVEN], ids=["even", "uneven"])
 def test_error_is_stated_and_kept(times):
-    outputs, error = respond_mechanically(squared, FILTERS, times, held=0.0, shortest=1 / 240)
+    outputs, error = respond_mechanically(squared, FILTERS, times, shortest=1 / 240)
     assert 0 < error <= 1e-6
     assert list(outputs) == list(FILTERS)
-    for name, output in outputs.items():  # nothing before the first time: the force begins with a jump there
-        exact = answer(FILTERS[name], times, since=times[0])
+    for name, output in outputs.items():
+        exact = answer(FILTERS[name], times)
         off = np.abs(output - exact).max() / np.abs(exact).max()
         assert off <= error, name
         assert np.abs(output * 1.0001 - exact).max() / np.abs(exact).max() > 10 * error
@@ -255,7 +218,7 @@ def test_sixth_order_in_the_step():
             pieces.append(len(time) - 1)
             return np.sin(40 * OMEGA * time)
 
-        _, error = respond_mechanically(counted, slow, EVEN, tolerance=tolerance, held=0.0, shortest=1 / 4800)
+        _, error = respond_mechanically(counted, slow, EVEN, tolerance=tolerance, shortest=1 / 4800)
         assert error <= tolerance
         counts[tolerance] = pieces[-1]
     assert 2 <= counts[1e-10] / counts[1e-5] <= 8
@@ -283,13 +246,13 @@ def test_jumps_that_are_named_cost_nothing(times):
         return np.sum(time >= jumps[:, None] - 1e-12, axis=0).astype(float)
 
     filters = {"sensor": FILTERS["sensor"], "pass": high_pass(0.1)}
-    outputs, error = respond_mechanically(stairs, filters, times, corners=jumps, held=0.0)
+    outputs, error = respond_mechanically(stairs, filters, times, corners=jumps)
     assert error < 1e-12
     for name, output in outputs.items():
         exact = sum(answer_to_a_step(name, times - jump) for jump in jumps)
         assert output == pytest.approx(exact, abs=1e-9 * len(jumps))
     if len(jumps) == 1:
-        _, unnamed = respond_mechanically(stairs, filters, times, held=0.0, most=100_000)
+        _, unnamed = respond_mechanically(stairs, filters, times, most=100_000)
         assert unnamed > 1e-4
 
 
@@ -308,11 +271,8 @@ def test_a_fast_oscillation_is_seen_when_it_is_named():
 
 
 def test_held_before_the_first_time():
-    times = np.linspace(1.0, 1.1, 50)
-    for held, expected in ((0.0, 1.0), (0.1, math.exp(-1.0)), (math.inf, 0.0)):
-        outputs, _ = respond_mechanically(np.ones_like, {"pass": high_pass(0.1)}, times, held=held)
-        exact = expected * np.exp(-(times - 1.0) / 0.1)
-        assert outputs["pass"] == pytest.approx(exact, abs=1e-12)
+    outputs, _ = respond_mechanically(np.ones_like, {"pass": high_pass(0.1)}, np.linspace(1.0, 1.1, 50))
+    assert outputs["pass"] == pytest.approx(0.0, abs=1e-12)
     outputs, error = respond_mechanically(lambda time: 2.0 + 0 * time, FILTERS, [0.3])  # one time
     assert error == 0.0
     assert outputs["sensor"].tolist() == pytest.approx([2.0])
@@ -344,26 +304,21 @@ def digitised(**changes):
     return Digitiser(**(content | changes))
 
 
-def test_rig_without_digitiser_is_its_filters_and_samples_are_followed_exactly():
-    found = measured(RIG, EVEN, squared, squared, held=0.0, shortest=1 / 240)
+def test_rig_without_digitiser_is_its_filters():
+    found = measured(RIG, EVEN, squared, squared, shortest=1 / 240)
     assert set(found.signals) == {"normal_force_measured", "lateral_force_measured"}
     assert found.diagnostics == []
     assert 0 < found.error <= 1e-6
     for name, stages in OF_RIG:
         exact = answer(of_stages(stages), EVEN)
         assert np.abs(found.signals[f"{name}_force_measured"] - exact).max() <= 1e-6 * np.abs(exact).max()
-    samples = np.random.default_rng(5).normal(size=EVEN.size)
-    for held in (0.0, math.inf):
-        found = measured(RIG, EVEN, samples, samples, held=held)
-        assert found.error == 0.0
-        for name, stages in OF_RIG:
-            expected = filtered(of_stages(stages), samples, step=EVEN[1], settled=math.isinf(held))
-            assert found.signals[f"{name}_force_measured"] == pytest.approx(expected, abs=1e-11)
+    constant = measured(RIG, EVEN, 0.3, squared, shortest=1 / 240).signals["normal_force_measured"]
+    assert constant == pytest.approx(0.3 * of_stages(RIG.normal_stages()).at_rest(), abs=1e-15)
 
 
 def test_readings_are_held_rounded_and_clipped():
     rig = Tribometer(**SENSORS, digitiser=digitised(sampling_rate=1e3, bits=8, lateral_range=0.1))
-    found = measured(rig, EVEN, squared, squared, held=0.0)
+    found = measured(rig, EVEN, squared, squared)
     moments = np.arange(51) * 1e-3
     exact = answer(of_stages(rig.normal_stages()), moments)
     expected = np.round(exact * 64) / 64
@@ -385,9 +340,14 @@ def test_noise_is_as_declared_and_repeats():
         "normal": SENSORS["normal"].replace({"noise": 2e-3}),
         "lateral": QUIET.replace({"noise": 5e-3}),
     }
-    times, force = np.arange(20_000) * 1e-4, np.full(20_000, 0.2)
+    times = np.arange(20_000) * 1e-4
     one, same, other = (
-        measured(Tribometer(**sensors, digitiser=digitised(seed=seed)), times, force, force).signals
+        measured(
+            Tribometer(**sensors, digitiser=digitised(seed=seed)),
+            times,
+            0.2,
+            lambda time: np.full(len(time), 0.2),
+        ).signals
         for seed in (7, 7, 8)
     )
     normal, lateral = one["normal_force_measured"], one["lateral_force_measured"] - 0.2
@@ -413,7 +373,6 @@ FAST = Tribometer(**SENSORS, digitiser=digitised(sampling_rate=1e9))
             "Choose a shorter time.duration, fewer",
         ),
         (lambda: respond_mechanically(lambda time: time + np.nan, FILTERS, EVEN), "is nan"),
-        (lambda: measured(RIG, EVEN, np.ones(4), np.ones(4)), "normal_force: 4 samples for 301 times"),
         (lambda: measured(FAST, EVEN, squared, squared), "Lower the rate"),
     ],
 )

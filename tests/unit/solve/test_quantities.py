@@ -9,7 +9,8 @@ from electrovib.core.errors import InputError
 from electrovib.physics.rig import Tribometer
 from electrovib.scenario import load
 from electrovib.solve.expanded import Expanded
-from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name, solved
+from electrovib.solve.quantities.answer import answer, of_record
+from electrovib.solve.quantities.names import DEFAULTS, Named, read_name
 from electrovib.solve.quantities.resolve import (
     Mesh,
     extremes,
@@ -19,6 +20,7 @@ from electrovib.solve.quantities.resolve import (
     mean_square,
     relative_tails,
     resolve,
+    solved,
     tails,
     window,
 )

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_recursion import march_loop
 
-from electrovib.core.errors import InputError
 from electrovib.solve.recursion import hold_weights, march, states_at, uneven
 from electrovib.solve.recursion.hold import SLOW, StraightDrive
 
@@ -265,32 +264,6 @@ def test_equal_durations_and_copied_ends_change_nothing_and_arguments_are_left_a
     march(REAL, GAINS, DIRECT, values[:-1], values[1:], np.linspace(0.1, 0.2, 1000), rest)
     assert np.array_equal(values, kept)
     assert not np.any(rest)
-
-
-@both_ways
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"poles": [-1.0, 0.0]}, "every pole must be negative"),
-        ({"poles": [-1.0, np.nan]}, "every pole must be negative"),
-        ({"poles": [-1.0, 1j]}, "every pole must be negative"),
-        ({"poles": [-1.0, complex(np.nan)]}, "every pole must be negative"),
-        ({"poles": [-1.0, -1 - 1j]}, "positive imaginary part"),
-        ({"gains": [1.0, 2.0]}, r"march.gains has shape \(2,\), expected \(1, 2\)"),
-        ({"ends": [1.0]}, r"march.ends has shape \(1,\), expected \(3,\)"),
-        ({"steps": [0.1, 0.1]}, r"march.steps has shape \(2,\), expected \(3,\)"),
-        ({"steps": [0.1, -0.1, 0.1]}, "sort the time stamps"),
-        ({"steps": np.nan}, "sort the time stamps"),
-        ({"initial_state": [0.0]}, r"march.initial_state has shape \(1,\), expected \(2,\)"),
-        ({"starts": [], "ends": []}, "at least one piece"),
-    ],
-)
-def test_what_does_not_fit_is_refused(way, wrong, message):
-    right = {"poles": [-1.0, -2.0], "gains": [[1.0, 2.0]], "direct": [0.0], "initial_state": [0.0, 0.0]}
-    right |= {"starts": [0.0, 0.0, 0.0], "ends": [0.0, 0.0, 0.0], "steps": 0.1}
-    way(**right)
-    with pytest.raises(InputError, match=message):
-        way(**(right | wrong))
 
 
 def test_needs_numpy_only():

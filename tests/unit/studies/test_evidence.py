@@ -17,11 +17,11 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
-from electrovib.studies.evidence import Evidence, Measurement, standings
+from electrovib.studies.evidence import Measurement
 from electrovib.studies.evidence.plan import ODDS, _values, _worst, plan_experiment
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
-from electrovib.studies.evidence.result import _rounded
-from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge
+from electrovib.studies.evidence.result import Evidence, _rounded
+from electrovib.studies.evidence.score import IGNORANT, SURPRISE, judge, standings
 
 VOLTAGES = (50.0, 100.0, 200.0)
 GAP = {"model": "LogUniform", "low": 1e-6, "high": 4e-6, "choice": "a range of this test"}
@@ -321,13 +321,18 @@ def test_what_lies_wholly_outside_is_counted_apart_from_what_lies_in_part_outsid
         assert found.document.sentences[0] == outside + said
 
 
-def test_a_row_of_the_picture_says_what_was_attracted_and_the_unit():
+def test_a_row_of_the_picture_says_who_measured_what_and_the_unit():
     part = measured(values=(0.5,), per="peak electrostatic_force", unit="1", over="", at=(), on="pad")
     drawing = ev.evidence({"forces": measured(), "left": part}, n=4).document.figures[0]
     figure = Figure()
     drawing.plot(figure)
     (ax,) = figure.axes
-    assert [each.get_text() for each in ax.get_yticklabels()] == ["forces (finger, N)", "left (pad, ratio)"]
+    assert "Maxwell stress in gap" in {each.get_text() for each in ax.get_legend().get_texts()}
+    assert [each.called for each in (part, measured(source="doi:10.1/2, abstract"))] == ["this test", "nobody"]
+    assert [each.get_text() for each in ax.texts] == [
+        *("this test, finger", "made up [N]"),
+        *("this test, pad", "made up [ratio]"),
+    ]
 
 
 def test_the_odds_of_two_sharp_laws_grow_as_the_repeats_and_the_square_of_their_distance():

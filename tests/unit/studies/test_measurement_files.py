@@ -13,7 +13,7 @@ import tomlkit
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours, sign
-from electrovib.studies.evidence import import_measurement
+from electrovib.studies.evidence.files import import_measurement
 from electrovib.studies.evidence.measurement import unit_of
 from electrovib.studies.evidence.predicted import predict
 

@@ -14,7 +14,11 @@ from electrovib.exports.save import save
 from electrovib.papers import palmar_1995
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load, scenario_of
-from electrovib.solve.quantities import DEFAULTS, Together, answer, read_name, solved, together
+from electrovib.solve.quantities import together
+from electrovib.solve.quantities.answer import answer
+from electrovib.solve.quantities.names import DEFAULTS, read_name
+from electrovib.solve.quantities.resolve import solved
+from electrovib.solve.quantities.together import Together
 from electrovib.solve.simulate import simulate
 from electrovib.studies.felt_spectrum import lines
 from electrovib.studies.perceive import perceive

@@ -22,7 +22,7 @@ def test_the_page_opens_with_the_law_to_believe_and_its_figure(page):
     """Then the tables, the other figures, and the explanations last; no figure has more than five curves."""
     found, text = page
     order = (
-        *("<h1>", "Believe MaxwellStressInGap here", "Static force over stack.gap.thickness</h2>"),
+        *("<h1>", "Believe MaxwellStressInGap here", "Static force over the thickness of the gap</h2>"),
         *("<h2>Every law on this stack", "<h2>Step response", "<h2>Mean force over frequency"),
         *("<h2>Why they differ", "<h2>References"),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from electrovib.core.discovery import papers
+from electrovib.scenario import load
 from electrovib.view.tables import (
     DEFAULT,
     NOT_GIVEN,
@@ -95,8 +97,23 @@ def test_equations_are_written_for_people():
     assert found == "a/(1 + (2·π·j·frequency·tau)^(1 - b))"
 
 
-def test_references_name_the_models_that_cite_them_and_count_values(scenario):
+def test_references_are_publications_with_what_is_from_each(scenario):
+    """Neither a choice of ours nor a number, a material or a change of the user."""
     medium = scenario.replace({"force": {"model": "EffectiveMedium"}})
-    found = references({"a": medium, "b": medium})
-    assert (type(medium.force).reference, "EffectiveMedium") in found
-    assert ("printed", "2 values") in found
+    told = {
+        "contact.area": "Nobody 1999, table 2",
+        "load.normal_force": "air",
+        "drive.high": "set by the user to glass of 2019",
+        "drive.rise": "10000000.0",
+        "drive.fall": "not printed; the pulse of vezzoli_2014",
+    }
+    medium = medium.model_copy(update={"sources": told})
+    found = dict(references({"a": medium, "b": medium}))
+    vezzoli = str(papers()["vezzoli_2014"].CITATION)
+    assert found == {
+        type(medium.force).reference: "EffectiveMedium",
+        "Nobody 1999, table 2": "2 values",
+        vezzoli: "2 values",
+    }
+    own = dict(references({"": load("vezzoli_2014/fig6").replace({"drive.high": "500 V"})}))
+    assert own == {vezzoli: "Vezzoli2014Causal, the set-up, 6 values"}

@@ -89,7 +89,8 @@ def evidence(given: Arguments) -> None:
     Each law is compared with every published measurement that it can predict.
     """
     from electrovib.apps.progress import items_shown
-    from electrovib.studies.evidence import Evidence, evidence
+    from electrovib.studies.evidence.function import evidence
+    from electrovib.studies.evidence.result import Evidence
 
     with items_shown("comparing with measurements"):
         answered(Evidence, evidence, "comparing with measurements", given)

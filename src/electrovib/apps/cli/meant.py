@@ -38,7 +38,7 @@ _COMMANDS: Final = {
     "run -o FILE": "save write",
     "study": "population monte-carlo prepare",
     "study --sensitivity": "sensitivity sobol",
-    "times": "measure-times fit-release rise-time",
+    "times": "measure-times rise-time",
     "times --ring": "measure-ring measure-rings",
     "times --swipes": "swipe reduce-swipe reduce-swipes",
     "--version": "version versions",

@@ -90,7 +90,7 @@ def design(given: Arguments) -> None:
     given.read_set()
     wishes = given.get("want", [])
     if laws:
-        from electrovib.studies.evidence import ExperimentPlan, plan_experiment
+        from electrovib.studies.evidence.plan import ExperimentPlan, plan_experiment
 
         given.only(f"{_OF_EXPERIMENT} output all", "the plan of an experiment")
         if missing := [f"--{name}" for name in ("over", "space") if name not in given]:

@@ -157,10 +157,21 @@ def list_(given: Arguments) -> None:
         show(_bibtex(words))
     elif kind == "scenarios":
         show(str(catalogue.scenarios(after)))
-    elif kind == "spaces" or words in {each.name for each in catalogue.spaces()}:
-        show(str(catalogue.spaces(words if kind != "spaces" else after)))
+    elif kind == "spaces" or (words and _is_space(words)):
+        from electrovib.studies.catalogue.populations import spaces
+
+        show(str(spaces(words if kind != "spaces" else after)))
+    elif words in ("", "models") and "all" not in given:
+        show(catalogue.overview().rstrip())
     else:
         show(str(catalogue.models(after if kind == "models" else words, complete="all" in given)))
+
+
+def _is_space(words: str) -> bool:
+    """Return whether words are the name of a population."""
+    from electrovib.scenario.space.shipped import shipped_names
+
+    return words in shipped_names()
 
 
 def _bibtex(name: str) -> str:

@@ -90,7 +90,7 @@ def _moving(scenario: Scenario) -> list[str]:
 
 
 def _header(scenario: Scenario, timing: Timing, name: str) -> list[str]:
-    title = " ".join(scenario.title.split()) or "a finger on a plate"
+    title = " ".join(scenario.titled().split()) or "a finger on a plate"
     texts = [
         title,
         f"electrovib {version('electrovib')}, scenario {scenario.digest()}",

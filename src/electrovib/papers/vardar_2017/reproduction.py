@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterable
 from itertools import chain
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -44,28 +44,10 @@ WEIGHTS: Final = {
     "both channels, on the force": BOTH_CHANNELS,
     "Pacinian, on the displacement": ON_DISPLACEMENT,
 }
-LOOKS: Final = (
-    "7.7 ms",
-    "1963 skin",
-    "1 ms",
-    "3 ms",
-    "15 ms",
-    "30 ms",
-    "Pacinian, on the force",
-    "both channels, on the force",
-    "Pacinian, on the displacement",
-    "edges",
-)
-"""What the colours stand for in all figures, in the order of the palette."""
 KINDS: Final = {"sine": "line", "square": "dashed"}
 """Lines of the drives; that of a square with edges is dotted."""
 DECIBELS: Final = "1"
 """Unit of an axis whose label contains dB: a plain number."""
-
-
-def curve(label: str, x: Real, y: Real, meaning: str, **more: Any) -> Curve:
-    """Return a curve in the colour of what it stands for."""
-    return Curve(label=label, x=x, y=y, look=LOOKS.index(meaning), **more)
 
 
 def panels() -> tuple[Panel, ...]:
@@ -116,15 +98,10 @@ def thresholds() -> Panel:
     ):
         found = curves_of(skin)
         for drive, level in found.level.items():
+            is_drawn = drive in KINDS or name == "7.7 ms"
+            kind = KINDS.get(drive, "dotted")
             curves.append(
-                curve(
-                    f"{drive}, {name}",
-                    found.frequency,
-                    level,
-                    name,
-                    kind=KINDS.get(drive, "dotted"),
-                    drawn=drive in KINDS or name == "7.7 ms",
-                )
+                Curve(label=f"{drive}, {name}", x=found.frequency, y=level, kind=kind, drawn=is_drawn)
             )
     return Panel(
         id="thresholds",
@@ -153,11 +130,10 @@ def ratio() -> Panel:
             kind="band",
             look=REFERENCE,
         ),
-        Curve(label="equal", x=frequency, y=np.zeros(len(places)), kind="dashed", look=REFERENCE),
     ]
     curves += [
-        curve(name, frequency, ratios(first_order_skin(time_constant=tau), places), name)
-        for name, tau in ((f"{tau / 1e-3:g} ms", tau) for tau in TIME_CONSTANTS)
+        Curve(label=f"{tau / 1e-3:g} ms", x=frequency, y=ratios(first_order_skin(time_constant=tau), places))
+        for tau in TIME_CONSTANTS
     ]
     return Panel(
         id="ratio",
@@ -180,11 +156,10 @@ def crossovers() -> Panel:
         points = weight.startswith("both")
         chosen = taus[::2] if points else taus
         found = np.array([crossover_of(time_constant=float(tau), weight=weight) for tau in chosen])
-        kind = "points" if points else "line"
-        curves.append(curve(weight, chosen, found, weight, kind=kind))
+        curves.append(Curve(label=weight, x=chosen, y=found, kind="points" if points else "line"))
     edged = np.array([crossover_of(time_constant=float(tau), edge=EDGE) for tau in taus])
     known = np.isfinite(edged)  # where the edges leave a crossing at all
-    curves.append(curve("Pacinian, on the force, edges of 200 us", taus[known], edged[known], "edges"))
+    curves.append(Curve(label="Pacinian, on the force, edges of 200 us", x=taus[known], y=edged[known]))
     reported = np.full(2, 60.0)
     curves.append(Curve(label="60 Hz, the paper", x=taus[[0, -1]], y=reported, kind="dashed", look=REFERENCE))
     return Panel(

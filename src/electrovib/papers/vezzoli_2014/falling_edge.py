@@ -286,7 +286,6 @@ AGAINST_HOLD: Final = {
     "the paper's model": "paper point",
     "dispersive skin, palmar men 2 uS": "palmar men 2 uS",
     "dispersive skin, 1963 impedance": "1963 impedance",
-    "sliding at 30 mm/s": "sliding",
     "sliding at 100 mm/s": "sliding",
 }
 """Candidates whose ratio is drawn against the hold; the file of the curves has every linear one in the attraction."""
@@ -389,9 +388,7 @@ def _against_hold() -> Panel:
                     np.array(HOLDS),
                     ratios,
                     AGAINST_HOLD.get(candidate.name, ""),
-                    kind="dashed"
-                    if candidate.name in ("the paper's model", "sliding at 100 mm/s")
-                    else "line",
+                    kind="dashed" if candidate.name == "the paper's model" else "line",
                     drawn=candidate.name in AGAINST_HOLD,
                 )
             )

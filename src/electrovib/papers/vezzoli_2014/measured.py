@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -12,9 +12,11 @@ from electrovib.core.answer import REFERENCE, Curve, Panel, Table
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.papers.vezzoli_2014.values import FORCE_MEASURED
 from electrovib.studies.evidence import Measurement, between
-from electrovib.studies.evidence.predicted import ModelPrediction, predict
 from electrovib.studies.evidence.score import LEVEL, Score, judge
 from electrovib.studies.reproduction import Row, overlap
+
+if TYPE_CHECKING:
+    from electrovib.studies.evidence.predicted import ModelPrediction
 
 SKIN = {
     "stack.stratum_corneum.thickness": between(
@@ -99,6 +101,8 @@ LEFT_OPEN: Final = f"{100 * LEVEL:.0f} % of draws of conductivity (a tenth to te
 @functools.cache
 def judged() -> dict[str, list[tuple[ModelPrediction, Score]]]:
     """Return what every law predicts of each measurement over what is not printed, the best first."""
+    from electrovib.studies.evidence.predicted import predict
+
     found = {}
     for name, each in measurements().items():
         both = [(one, judge(name, each, one)) for one in predict(each)[0]]

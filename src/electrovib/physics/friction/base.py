@@ -29,7 +29,9 @@ class Load(Model):
     equation: ClassVar[Mapping[str, str]] = {"forces": "normal_force*time_profile.share(time)"}
     example: ClassVar[Mapping[str, Any]] = {"normal_force": 0.5}
 
-    normal_force: Annotated[Number, Quantity("N", 0, 1e3, "full force with which the finger is pressed")]
+    normal_force: Annotated[
+        Number, Quantity("N", 0, 1e3, "normal force on the finger, times its profile in time")
+    ]
     time_profile: TimeProfile = Steady()
 
     def forces(self, time: ArrayLike) -> Real:

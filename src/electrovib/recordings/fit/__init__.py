@@ -3,7 +3,6 @@
 from electrovib.recordings.calibration import CalibrationError as CalibrationError
 from electrovib.recordings.fit.least_squares import FreeParameter as FreeParameter
 from electrovib.recordings.fit.least_squares import LeastSquaresEstimate as LeastSquaresEstimate
-from electrovib.recordings.fit.least_squares import fit_function as fit_function
 from electrovib.recordings.fit.least_squares import least_squares as least_squares
 from electrovib.recordings.fit.measured import MeasuredTrace as MeasuredTrace
 from electrovib.recordings.fit.of_scenario import fit_scenario as fit_scenario

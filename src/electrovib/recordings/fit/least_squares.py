@@ -17,8 +17,6 @@ from electrovib.recordings.interval import Interval, from_noise
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from numpy.typing import ArrayLike, NDArray
-
     from electrovib.core.arrays import Real
     from electrovib.recordings.fit.identifiability import Stall
 
@@ -350,74 +348,3 @@ class StalledError(Exception):
     def __init__(self, values: Mapping[str, float]) -> None:
         super().__init__("the search has stalled")
         self.values = dict(values)
-
-
-_DIFFERENCE: Final = 1e-3
-"""Relative step of a difference of sixth order, where truncation and rounding are both near 1e-13."""
-
-
-def fit_function(
-    function: Callable[..., ArrayLike],
-    x: ArrayLike,
-    y: ArrayLike,
-    *,
-    start: Mapping[str, float | FreeParameter],
-    noise: ArrayLike | None = None,
-    derivatives: Callable[..., ArrayLike] | None = None,
-) -> LeastSquaresEstimate:
-    """Fit the parameters of a function to data by least squares.
-
-    `function(x, **parameters)` is real or complex, shape (n,); `start` holds initial values, or values with
-    bounds; `noise` is the standard deviation of the data, of each part where they are complex, without which
-    the scatter of the residuals is taken. Without `derivatives`, shape (n, parameters), differences of sixth
-    order are taken.
-    """
-    points, data = np.asarray(x, dtype=float), np.asarray(y)
-    deviation = np.broadcast_to(1.0 if noise is None else np.asarray(noise, dtype=float), data.shape)
-    if data.ndim != 1 or not np.isfinite(data).all():
-        raise InputError("y: expected one row of finite numbers")
-    if not (np.isfinite(deviation).all() and (deviation > 0).all()):
-        raise InputError("noise: expected standard deviations above 0")
-    free = {
-        name: each if isinstance(each, FreeParameter) else FreeParameter(start=float(each))
-        for name, each in start.items()
-    }
-    if not free:
-        raise InputError("start: expected at least one parameter")
-    first = np.asarray(function(points, **{name: each.start for name, each in free.items()}))
-    if first.shape != data.shape:
-        raise InputError(f"the function gives shape {first.shape} for data of shape {data.shape}")
-
-    def stacked(numbers: NDArray[Any]) -> Real:
-        return np.concatenate([numbers.real, numbers.imag]) if np.iscomplexobj(data) else numbers.real
-
-    def residual(values: Mapping[str, float]) -> Real:
-        return np.asarray(stacked((np.asarray(function(points, **values)) - data) / deviation), dtype=float)
-
-    def sloped(values: Mapping[str, float]) -> Real:
-        given = derivatives or functools.partial(_differences, function, free)
-        columns = np.asarray(given(points, **values)) / deviation[:, None]
-        return np.column_stack([stacked(column) for column in columns.T])
-
-    return least_squares(residual, free, derivatives=sloped, noise_is_known=noise is not None)
-
-
-def _differences(
-    function: Callable[..., ArrayLike], free: Mapping[str, FreeParameter], points: Real, **values: float
-) -> NDArray[Any]:
-    """Central differences of sixth order, one-sided of first order where a bound is nearer than the step."""
-    columns = []
-    for name, value in values.items():
-        step = _DIFFERENCE * (abs(value) or 1.0)
-
-        def at(shift: float, name: str = name, value: float = value) -> NDArray[Any]:
-            return np.asarray(function(points, **(values | {name: value + shift})))
-
-        low, high = free[name].lower, free[name].upper
-        if low < value - 3 * step and value + 3 * step < high:
-            pairs = [(at(k * step) - at(-k * step)) / (2 * k * step) for k in (1, 2, 3)]
-            columns.append(1.5 * pairs[0] - 0.6 * pairs[1] + 0.1 * pairs[2])
-        else:
-            small = 1e-5 * step if value + 1e-5 * step < high else -1e-5 * step
-            columns.append((at(small) - at(0.0)) / small)
-    return np.column_stack(columns)

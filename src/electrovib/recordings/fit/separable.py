@@ -17,8 +17,6 @@ from electrovib.recordings.interval import autocovariance, covariance
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
-    from numpy.typing import NDArray
-
     from electrovib.core.arrays import Real
 
 _STEP: Final = 1e-5
@@ -75,10 +73,6 @@ class Separable:
         """Return the problem with some nonlinear parameters held at values, in their units."""
         free = {name: each for name, each in self.free.items() if name not in held}
         return dataclasses.replace(self, columns=lambda at: self.columns({**at, **held}), free=free)
-
-    def part(self, rows: NDArray[np.bool_]) -> Separable:
-        """Return the problem for some of the samples."""
-        return dataclasses.replace(self, columns=lambda at: self.columns(at)[rows], data=self.data[rows])
 
     def best_starts(self, grid: Sequence[Mapping[str, float]], count: int) -> list[Mapping[str, float]]:
         """Return those of many starts, moved between the bounds, that have the least sums of squares over the amplitudes."""

@@ -5,4 +5,3 @@ from electrovib.recordings.importing.parallel_part import fit_parallel_part as f
 from electrovib.recordings.spectra.material import FORMS as FORMS
 from electrovib.recordings.spectra.material import MaterialFit as MaterialFit
 from electrovib.recordings.spectra.material import fit_material as fit_material
-from electrovib.recordings.spectra.material import impedance_residual as impedance_residual

@@ -72,19 +72,6 @@ def switched_on(drive: Real) -> NDArray[np.bool_]:
     return np.asarray(size > np.median(size[size >= size.max() / 2]) / 2)
 
 
-def drive_end(*, time: Real, voltage: Real, name: str = "voltage") -> float:
-    """Return the mean time of the last sample above half of the largest magnitude of a drive and of the next one."""
-    on = np.flatnonzero(switched_on(voltage))
-    if len(on) in {0, len(time)}:
-        raise InputError(
-            f"{name}: lies between {voltage.min():g} and {voltage.max():g} and is never switched on and off; is it the"
-            " right column?"
-        )
-    if on[-1] == len(time) - 1:
-        raise InputError(f"{name}: the drive is still on at the last sample, so the record holds no release")
-    return float(time[on[-1]] + time[on[-1] + 1]) / 2
-
-
 def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]:
     """Find the times at which edges are expected; a reversal of the polarity of the drive is no edge."""
     if drive is None:

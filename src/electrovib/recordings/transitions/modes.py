@@ -90,43 +90,11 @@ class FittedModes:
 
 @dataclass(frozen=True)
 class RingSection:
-    """One damped oscillation, fitted from `start` after the reference on, by frequency [Hz] and quality factor.
-
-    `misfit` is the rms of the residual, in the unit of the signal.
-    """
+    """One damped oscillation, fitted from `start` after the reference on, by frequency [Hz] and quality factor."""
 
     start: float
     frequency: Interval
     quality: Interval
-    misfit: float
-
-    def to_dict(self) -> dict[str, float]:
-        """Return plain numbers for JSON, in SI."""
-        found = {"start": self.start, "misfit": self.misfit}
-        for name in ("frequency", "quality"):
-            number = getattr(self, name)
-            found |= {name: number.value, f"{name}_uncertainty": number.standard_error}
-        return found
-
-
-def damped_sine(time: Real, values: Real, *, start: float, end: float = math.inf) -> RingSection | None:
-    """Fit a damped sine about a level, whose frequency is that of the damped oscillation; None to fewer than 12 samples."""
-    part = (time >= start) & (time <= end)
-    if np.count_nonzero(part) < 12:
-        return None
-    time, values = time[part] - start, values[part]
-    problem = _problem(time, values, ONE, CONSTANT)
-    estimate = problem.solve(_starts(problem, ONE, None, time)[:1])
-    frequency, rate = estimate.values["damped_frequency"], estimate.values["rate"]
-    quality = math.pi * frequency / rate
-    slopes = {"damped_frequency": quality / frequency, "rate": -quality / rate}
-    left = problem.predicted(estimate.values) - values
-    return RingSection(
-        start=start,
-        frequency=estimate.derived(frequency, {"damped_frequency": 1.0}),
-        quality=estimate.derived(quality, slopes),
-        misfit=float(np.sqrt(np.mean(left**2))),
-    )
 
 
 def fit_modes(
@@ -259,48 +227,3 @@ def _starts(
                 )
     grid = _with_level(problem, grid, time)
     return problem.best_starts(grid, _BEST_STARTS)
-
-
-_STANDS_OUT = 3.0
-"""Smallest distance of a turning point from the level, in standard deviations of the noise."""
-
-
-@dataclass(frozen=True)
-class Extremum:
-    """A turning point of an oscillating force."""
-
-    time: float
-    force: float
-
-
-def find_extrema(
-    stamps: Real, force: Real, *, start: float, period: float, level: float, scatter: float, end: float
-) -> list[Extremum]:
-    """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise `scatter`."""
-    before = force[stamps < 0]
-    side = -1.0 if np.mean(before[-20:]) > level else 1.0
-    place, reach, found = start, (0.2, 0.9), []
-    while place + reach[1] * period < end:
-        part = np.flatnonzero((stamps > place + reach[0] * period) & (stamps < place + reach[1] * period))
-        if len(part) < 5:
-            break
-        top = float(stamps[part[int(np.argmax(side * force[part]))]])
-        extremum = _parabola(stamps, force, top, period / 8)
-        if extremum is None or side * (extremum.force - level) < _STANDS_OUT * scatter:
-            break
-        found.append(extremum)
-        place, side, reach = extremum.time, -side, (0.25, 0.8)
-    return found
-
-
-def _parabola(stamps: Real, force: Real, top: float, half: float) -> Extremum | None:
-    for _ in range(3):
-        near = np.abs(stamps - top) <= half
-        if np.count_nonzero(near) < 4:
-            return None
-        square, slope, level = np.polyfit((stamps[near] - top) / half, force[near], 2)
-        if square == 0:
-            return None
-        shift = float(np.clip(-slope / (2 * square), -1, 1))
-        top += shift * half
-    return Extremum(float(top), float(level - slope**2 / (4 * square)))

@@ -17,7 +17,6 @@ from electrovib.core.files import kind_of, note_input
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.registry import read_columns
 from electrovib.scenario.distributions import Distribution, Empirical, Normal, Truncated
 from electrovib.scenario.reading import Source, read_scenario
 from electrovib.scenario.space.relations import Group, Grouping, check_relations
@@ -370,6 +369,8 @@ def _built(kind: type[Distribution], numbers: dict[str, Any], names: list[str]) 
 
 def _with_measured(path: str, given: dict[str, Any], quantity: Quantity, folder: Path) -> dict[str, Any]:
     """Replace the name of a file by the values of its column."""
+    from electrovib.data.registry import read_columns
+
     if "values" in given:
         raise InputError(f"{path}.values: given in the table and in a file; omit one of them")
     column = given.get("column", 0)

@@ -19,8 +19,6 @@ from electrovib.solve.electrics.slewing import Course, Network, Unlimited
 from electrovib.solve.electrics.solution import LIMITED, Solution
 from electrovib.solve.electrics.transient import (
     amplified,
-    linear_response,
-    refuse_amplified,
     transient,
 )
 from electrovib.solve.meter import Meter
@@ -65,15 +63,11 @@ def amplified_response(
     time: Real,
     *,
     amplifier: Amplifier,
-    settled: bool = False,
 ) -> Solution:
-    """Compute the response behind an amplifier of quantities that are linear in the plate's voltage.
+    """Compute the response behind an amplifier with limits of quantities that are linear in the plate's voltage.
 
     `time` (n,) [s].
     """
-    refuse_amplified(drive, amplifier, settled=settled)
-    if not amplifier.is_limited:
-        return linear_response(transfers, drive, time, amplifier=amplifier, settled=settled)
     march = LimitedMarch(transfers, amplifier, drive, float(time[-1]))
     found, changes = march.run(time)
     why = (

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.errors import InputError
 from electrovib.physics.amplifier import IDEAL, Amplifier
 from electrovib.physics.drive.parts import Linear
 from electrovib.solve.electrics.solution import MOVING_GAP, Solution
@@ -53,7 +52,6 @@ def move_gap(
     E_k = (D_1 + Q_k - P_k)/(eps0 high_k), where D_1 follows from the sum of all voltages and dq/dt = J_k - J_(k+1).
     Steps are halved until the error is below `TOLERANCE`.
     """
-    _refuse(space, drive, amplifier)
     plate = DrivenPlate(drive, amplifier)
     if not (np.any(space.conductivities) or len(space.rates) or space.resistance):
         # no charge can move within the stack, and no voltage drops outside it
@@ -87,20 +85,6 @@ def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -
         why, how = f"{why}; no layer conducts or relaxes", "so the charge is constant: closed form"
     reason = f"{why}, {how}"
     return Solution(found=found, method=MOVING_GAP, reason=reason, errors={"step_error": error}, steps=steps)
-
-
-def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier) -> None:
-    if space.moving is None:
-        raise InputError(
-            "motion.distance: it sets the thickness of a gap, and the stack has none; add a table stack.gap"
-        )
-    if drive.quantity == "current":
-        raise InputError(
-            f"drive = {type(drive).__name__}: with a prescribed current the field in the gap does not depend on its"
-            " thickness; omit motion.distance"
-        )
-    if space.leaks or amplifier.is_limited:
-        raise InputError("motion.distance: a leak or a limit of the amplifier needs the general solver")
 
 
 def _spans(motion: Distance, end: float) -> list[tuple[float, float]]:

@@ -299,23 +299,20 @@ def caveat() -> Diagnostic:
     return Diagnostic("current drive", "unknown", text)
 
 
-def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:
-    """Refuse a drive or an initial state that cannot be combined with an amplifier before linear layers."""
+def refuse_behind_amplifier(scenario: Scenario) -> None:
+    """Refuse a drive or an initial state that cannot be combined with the amplifier before linear layers."""
+    amplifier, drive = scenario.circuit.amplifier, scenario.drive
+    if amplifier is None:
+        return
     if drive.quantity == "current":
         raise InputError(
             f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; omit the amplifier"
         )
-    if settled and amplifier.is_limited:
+    if scenario.time.settled and amplifier.is_limited:
         raise InputError(
             "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
             " beforehand. Start AtRest and evaluate a late period, or omit its limits"
         )
-
-
-def refuse_behind_amplifier(scenario: Scenario) -> None:
-    """Refuse parts of a scenario that cannot be combined with its amplifier before linear layers."""
-    if scenario.circuit.amplifier is not None:
-        refuse_amplified(scenario.drive, scenario.circuit.amplifier, settled=scenario.time.settled)
 
 
 def amplified(transfers: Mapping[Any, Transfer], amplifier: Amplifier) -> dict[Any, Transfer]:

@@ -85,18 +85,13 @@ def balance(
     attraction: Attraction,
     *,
     pressure: float,
-    gaps: tuple[float, float] | None = None,
 ) -> tuple[Equilibrium, ...]:
     """Return the equilibria of surface topography, load and any attraction.
 
     All states of a convex attraction are found with certainty. For other attractions two states closer than a
     64th of the range may be missed where the attraction has a point of inflection.
     """
-    low, high = _range(surface, attraction, pressure) if gaps is None else gaps
-    if not (0 <= low <= high and math.isfinite(high)):
-        raise InputError(
-            f"gaps = ({low}, {high}): expected two finite lengths in m, 0 or more, the smaller first"
-        )
+    low, high = _range(surface, attraction, pressure)
 
     def repels(gap: float) -> tuple[float, float]:
         at = np.asarray(gap)
@@ -144,7 +139,7 @@ def _range(surface: Surface, attraction: Attraction, pressure: float) -> tuple[f
     if not math.isfinite(high):
         raise InputError(
             f"pressure = {pressure} Pa: nothing presses skin and plate together, so the gap has no bound. Give a pressure"
-            " above 0, or the range of gaps to search, gaps = (0, 1e-4)"
+            " above 0"
         )
     low = attraction.smallest_gap
     return low, max(low, high)

@@ -18,7 +18,6 @@ from electrovib.solve.recursion import march
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from electrovib.physics.drive.parts import Linear
     from electrovib.physics.stages import Stage
 
 CRITICAL = 1e-6
@@ -105,14 +104,9 @@ class Filter:
         poles = np.concatenate([self.poles, other.poles])
         return Filter(poles, np.concatenate([self.gains, other.gains]), self.direct + other.direct)
 
-    def state(self, level: float, *, held: float = math.inf) -> Complex:
-        """Return the state of the modes after a constant input that was held for a time [s], from rest.
-
-        Returns `state` (n,).
-        """
-        if math.isinf(held):
-            return np.full(len(self.poles), level, complex)
-        return np.asarray(-level * np.expm1(self.poles * held))
+    def state(self, level: float) -> Complex:
+        """Return the state of the modes that have settled to a constant input, (n,)."""
+        return np.full(len(self.poles), level, complex)
 
     def _weights(self) -> Real:
         return np.where(self.poles.imag == 0, 1.0, 2.0)
@@ -203,18 +197,6 @@ def _of_stage(stage: Stage) -> Filter:
             return relaxing(stage.shares, stage.times)
 
 
-def filtered(filter_: Filter, samples: ArrayLike, *, step: float, settled: bool) -> Real:
-    """Return the exact output of a filter for an input that is linear from sample to sample.
-
-    `samples` (n,); returns `output` (n,).
-    """
-    values = finite(samples)
-    start = filter_.state(values[0], held=math.inf if settled else 0.0)
-    if values.size == 1:  # there is no time step
-        return march_through(filter_, values, values, steps=0.0, state=start)[:1]
-    return march_through(filter_, values[:-1], values[1:], steps=step, state=start)
-
-
 def march_through(filter_: Filter, starts: Real, ends: Real, *, steps: float | Real, state: Complex) -> Real:
     """Return the exact output of a filter for straight pieces with discontinuities between them.
 
@@ -224,26 +206,6 @@ def march_through(filter_: Filter, starts: Real, ends: Real, *, steps: float | R
     outputs, _ = march(filter_.poles, gains, [filter_.direct], starts, ends, steps, state)
     output: Real = outputs[0]
     return output
-
-
-def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) -> Real:
-    """Return the exact output of a filter for straight pieces at any times, from any state.
-
-    `wanted` (n,) [s], `state` (poles,); returns `output` (n,).
-    """
-    pieces = part.until(float(np.max(wanted, initial=0.0)))
-    inside = pieces.times <= np.max(wanted, initial=0.0)
-    knots = np.unique(np.concatenate([[0.0], wanted, pieces.times[inside]]))
-    after = pieces.value(knots)
-    before = after.copy()
-    before[np.searchsorted(knots, pieces.times[inside])] = pieces.before[inside]
-    knots, after, before = (
-        np.append(knots, knots[-1]),
-        np.append(after, after[-1]),
-        np.append(before, after[-1]),
-    )
-    output = march_through(filter_, after[:-1], before[1:], steps=np.diff(knots), state=state)
-    return output[np.searchsorted(knots[:-1], wanted)]
 
 
 def finite(samples: ArrayLike) -> Real:

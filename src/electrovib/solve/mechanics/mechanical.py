@@ -399,7 +399,7 @@ class FrictionChain:
 
         normal: Any = self._normal
         if scenario.motion.distance is None and scenario.load.time_profile.is_constant:
-            normal = scenario.load.forces(self.times)  # samples of a constant force are exact
+            normal = float(scenario.load.forces(0.0))
         sensor = of_stages(rig.lateral_stages())
         options = self._options()
         if self.lateral_at is None:

@@ -11,8 +11,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.parts import Linear
-from electrovib.solve.mechanics.filters import cascade, finite, of_stages, through_pieces
+from electrovib.solve.mechanics.filters import cascade, of_stages
 from electrovib.solve.mechanics.response import MOST, increasing, respond_mechanically
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ class Measured:
     signals : dict of str to ndarray, shape (n,)
         ``normal_force_measured`` and ``lateral_force_measured`` at the output times [N].
     error : float
-        Relative error, as from `respond_mechanically` [1]; 0 for forces given as samples, whose response is exact.
+        Relative error, as from `respond_mechanically` [1].
     diagnostics : list of Diagnostic
         One for each channel of a digitiser: whether its range was exceeded.
     """
@@ -54,14 +53,12 @@ class Measured:
 def measured(
     rig: Rig,
     times: ArrayLike,
-    normal_force: Callable[[Real], Real] | ArrayLike,
-    lateral_force: Callable[[Real], Real] | ArrayLike,
+    normal_force: Callable[[Real], Real] | float,
+    lateral_force: Callable[[Real], Real],
     *,
-    tolerance: float = 1e-6,
     most: int = MOST,
     corners: ArrayLike = (),
     shortest: float = math.inf,
-    held: float = math.inf,
     friction: Filter | None = None,
     before: float = 0.0,
     unknown: Callable[[Real], NDArray[np.bool_]] | None = None,
@@ -80,14 +77,13 @@ def measured(
     found, worst = {}, 0.0
     for name, (force, filter_, early) in channels.items():
         if callable(force):
-            options = {"tolerance": tolerance, "shortest": shortest, "held": held}
             asked = np.append(moments[0] - early, moments) if early else moments
             outputs, error = respond_mechanically(
-                force, {name: filter_}, asked, most=most, corners=corners, **options
+                force, {name: filter_}, asked, most=most, corners=corners, shortest=shortest
             )
             found[name], worst = outputs[name][len(asked) - len(moments) :], max(worst, error)
         else:
-            found[name] = _of_samples(filter_, stamps, force, moments, held, f"{name}_force")
+            found[name] = np.full(len(moments), filter_.at_rest() * force)
     if unknown is not None:
         found["lateral"] = np.where(unknown(moments), np.nan, found["lateral"])
     signals, diagnostics = found, list[Diagnostic]()
@@ -114,18 +110,6 @@ def refuse_readings(digitiser: Digitiser, *, span: float, most: int) -> int:
             f" more than half of {most}. Lower the rate, or choose a shorter time."
         )
     return count
-
-
-def _of_samples(
-    filter_: Filter, stamps: Real, force: ArrayLike, moments: Real, held: float, name: str
-) -> Real:
-    samples = finite(force)
-    if len(samples) != len(stamps):
-        raise InputError(
-            f"{name}: {len(samples)} samples for {len(stamps)} times. Pass one sample for each time, or a function."
-        )
-    part = Linear(stamps - stamps[0], samples, samples)
-    return through_pieces(filter_, part, moments - stamps[0], filter_.state(float(samples[0]), held=held))
 
 
 def _digitised(

@@ -18,7 +18,7 @@ from electrovib.physics.amplifier import IDEAL, Amplifier
 from electrovib.physics.motion import Distance
 from electrovib.solve.electrics.solution import NONLINEAR, Solution
 from electrovib.solve.nonlinear.electrics import Electrics, snapped
-from electrovib.solve.nonlinear.integrate import TOLERANCE, Solved, System, integrate
+from electrovib.solve.nonlinear.integrate import Solved, System, integrate
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
@@ -54,9 +54,7 @@ class Yielding:
     start : float
         Gap at time 0, at rest [m].
     damping : float
-        Damping per area [Pa s/m], above 0 unless there is a mass.
-    mass : float
-        Mass per area [kg/m2]; 0 for overdamped motion.
+        Damping per area [Pa s/m], above 0: the motion is overdamped.
     pulling : float
         Share of the area on which the field of the gap attracts.
     together : callable, optional
@@ -67,15 +65,9 @@ class Yielding:
     surface: Repelling
     load: Callable[[float], float]
     start: float
-    damping: float = 0.0
-    mass: float = 0.0
+    damping: float
     pulling: float = 1.0
     together: Callable[[float, float], float] | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse a gap without damping and mass."""
-        if self.damping <= 0 and self.mass <= 0:
-            raise InputError("damping = 0 and mass = 0: nothing slows the gap down; give one of them")
 
 
 class FingerOverPlate(System):
@@ -160,28 +152,21 @@ class FingerOnSurface(FingerOverPlate):
     def __init__(self, electrics: Electrics, motion: Yielding) -> None:
         super().__init__(electrics)
         self.motion = motion
-        self.mechanical = 1 + (motion.mass > 0)
 
     @property
     def scale(self) -> Real:
         """Magnitude of each state."""
-        start, load = self.motion.start, self.motion.load(0.0)
-        slowed = self.motion.damping or np.sqrt(self.motion.mass * load / start)
-        speed = load / (slowed or 1.0)
-        return np.append(self.electrics.scale, [start, speed or start][: self.mechanical])
+        return np.append(self.electrics.scale, self.motion.start)
 
     def begin(self) -> tuple[Real, Mode]:
         """Return the state before time 0 and the mode after it."""
         state, mode = self.electrics.begin(self.motion.start)
-        return np.append(state, [self.motion.start, 0.0][: self.mechanical]), mode
+        return np.append(state, self.motion.start), mode
 
     def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return the rate of change of each state [its unit/s]."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         found = self.electrics.rate(own, mode, time=time, gap=gap, closing=closing)
-        if self.motion.mass > 0:
-            push = self._push(time, state, mode) - self.motion.damping * closing
-            return np.concatenate([found, [closing, push / self.motion.mass]])
         return np.concatenate([found, [closing]])
 
     def switches(self, state: Real, mode: Mode, *, time: Any) -> Real:
@@ -228,8 +213,6 @@ class FingerOnSurface(FingerOverPlate):
     def _gap(self, time: Any, state: Real, mode: Mode | None) -> tuple[Any, Any]:
         """Return the gap [m] and its rate of change [m/s]."""
         gap = state[self.electrics.size]
-        if self.motion.mass > 0:
-            return gap, state[self.electrics.size + 1]
         return gap, 0.0 if mode is None else self._push(time, state, mode) / self.motion.damping
 
     def _gaps(self, times: Real, states: Real) -> tuple[Any, Any]:
@@ -237,8 +220,6 @@ class FingerOnSurface(FingerOverPlate):
         count, moving = self.electrics.size, self.electrics.space.moving
         assert moving is not None
         gap = states[count]
-        if self.motion.mass > 0:
-            return gap, states[count + 1]
         found = self.electrics.signals(times, states[:count], gap=gap, closing=0.0)
         # the field does not depend on the rate of change of the gap
         field = found[FieldOf(self.electrics.space.names[moving])]
@@ -254,19 +235,11 @@ def follow_finger(
     *,
     amplifier: Amplifier = IDEAL,
     motion: Distance | Yielding | None = None,
-    tolerance: float = TOLERANCE,
 ) -> Solution:
     """Compute the response of a finger over a plate from rest by the general solver.
 
     `times` (n,) [s].
     """
-    if drive.quantity == "current":
-        raise InputError(
-            f"drive = {type(drive).__name__}: the general solver takes a voltage drive; a current drive is solved with a"
-            " fixed gap and at most one leak"
-        )
-    if (motion is not None) != (space.moving is not None):
-        raise InputError("motion.distance: it needs the layer 'gap', and moves nothing else")
     electrics = Electrics(space, drive, end=float(times[-1]), amplifier=amplifier)
     system = (
         FingerOnSurface(electrics, motion)
@@ -275,7 +248,7 @@ def follow_finger(
     )
     state, mode = system.begin()
     outputs = snapped(times, system.breaks(float(times[-1])))
-    solved = integrate(system, state, mode, outputs, tolerance=tolerance, repeats=drive.period or math.inf)
+    solved = integrate(system, state, mode, outputs, repeats=drive.period or math.inf)
     why = (
         "charges, polarisations and the moving gap as one stiff system from rest, Radau's method of order 5,"
         f" {solved.steps} steps, {len(solved.events)} events located"

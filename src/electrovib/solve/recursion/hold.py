@@ -1,4 +1,4 @@
-"""Modes under straight pieces of drive, checked once, and the exact weights of one piece."""
+"""Modes under straight pieces of drive, and the exact weights of one piece."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.arrays import Numbers, Real
-from electrovib.core.errors import InputError
 
 # 1/2!, 1/3!, ...: the first term left out is below 1e-17 of the sum for every |z| < 1
 _SERIES = [1.0 / factorial(order) for order in range(2, 19)]
@@ -64,7 +63,7 @@ class StraightDrive(NamedTuple):
 
 
 def gather(*given: ArrayLike, lag: ArrayLike = False) -> tuple[Modes, StraightDrive, Numbers]:
-    """Convert the arguments of `march` into contiguous arrays and refuse arguments that disagree.
+    """Convert the arguments of `march` into contiguous arrays.
 
     Returns `state` (poles,).
     """
@@ -80,40 +79,11 @@ def gather(*given: ArrayLike, lag: ArrayLike = False) -> tuple[Modes, StraightDr
     sides = [np.ascontiguousarray(each, np.float64) for each in (starts, ends)]
     drive = StraightDrive(sides[0], sides[1], np.asarray(steps, np.float64))
     state: Numbers = np.array(initial_state, kind)
-    if problems := _problems(modes, drive, state):
-        raise InputError(problems)
     if kind is np.complex128:
         modes = modes._replace(gains=modes.gains * np.where(modes.poles.imag == 0.0, 1.0, 2.0))
     if drive.steps.ndim and drive.steps.min() == drive.steps.max():
         drive = drive._replace(steps=drive.steps[0])
     return modes, drive, state
-
-
-def _problems(modes: Modes, drive: StraightDrive, state: Numbers) -> list[str]:
-    """Return messages for arrays whose shapes disagree, poles that do not decay and durations that no time stamps have."""
-    count, outputs, pieces = modes.poles.size, modes.direct.size, drive.starts.size
-    wanted = {
-        "gains": (modes.gains, (outputs, count)),
-        "ends": (drive.ends, (pieces,)),
-        "steps": (drive.steps, (pieces,) if drive.steps.ndim else ()),
-        "initial_state": (state, (count,)),
-    }
-    found = [
-        f"march.{name} has shape {array.shape}, expected {shape}: {count} poles, {outputs} outputs, "
-        f"{pieces} pieces of drive."
-        for name, (array, shape) in wanted.items()
-        if array.shape != shape
-    ]
-    if not pieces:
-        found.append("march.starts is empty: give at least one piece of drive.")
-    if not np.all((modes.poles.real < 0.0) & (modes.poles.imag >= 0.0)):
-        found.append(
-            f"march.poles = {modes.poles}: every pole must be negative, and of a conjugate pair the one with the positive"
-            " imaginary part; a conserved quantity (pole 0) has to be integrated separately."
-        )
-    if not np.all((drive.steps >= 0.0) & np.isfinite(drive.steps)):
-        found.append("march.steps has a negative or non-finite duration; sort the time stamps.")
-    return found
 
 
 def hold_weights(z: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
@@ -125,7 +95,7 @@ def hold_weights(z: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
     digit. The relative error is about 1e-15 for every real ``z`` between -1e300 and -1e-300 (``decay`` itself becomes
     subnormal below -708); of an oscillating mode with ``|z| > 1`` it is that of the larger of the two terms of ``first``,
     which itself passes through zero near u = 2.1 + 7.5j (and further out). A positive ``z`` is a growing mode and gives
-    meaningless weights; ``march`` refuses it.
+    meaningless weights.
     """
     exponent = np.asarray(z, np.complex128 if np.iscomplexobj(z) else np.float64)
     fall, is_small = -exponent, np.abs(exponent) < 1.0

@@ -241,7 +241,7 @@ def stack_states(
     stack without a gap has one of zero thickness at its interface, `INTERFACE`: its field is that of a
     vanishing gap.
     """
-    _refuse(layers, second, moving)
+    _refuse(layers, second)
     roles, names = roles_of(layers), list(layers)
     slabs = slabs_of(dict(layers), dict(debye))
     place = interface_place(roles.values())
@@ -276,12 +276,7 @@ def stack_states(
     )
 
 
-def _refuse(layers: Mapping[str, Layer], second: float, moving: str | None) -> None:
-    if moving is not None and moving not in layers:
-        raise InputError(
-            f"motion.distance: it is the thickness of the layer '{moving}', but the stack has only"
-            f" {', '.join(layers)}; add a table stack.{moving}"
-        )
+def _refuse(layers: Mapping[str, Layer], second: float) -> None:
     for name, layer in layers.items():
         if second and layer.leak is not None:
             raise InputError(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from electrovib.core.arrays import Complex, Real
-from electrovib.core.errors import InputError, refuse
+from electrovib.core.errors import InputError
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.recursion.blocks import PRODUCT
 
@@ -85,7 +85,6 @@ def fit_debye(
     Non-negative terms exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami laws with alpha <= 1 and
     alpha beta <= 1; for others the result is the nearest passive sum. Outside the band it does not describe the material.
     """
-    check_range(low=low, high=high, terms=terms, slowest=slowest)
     decades = np.log10(high / low)
     count = max(int(np.ceil(SAMPLES_PER_DECADE * decades)) + 1, 4 * terms + 1)
     frequency = np.geomspace(low, high, count)
@@ -106,18 +105,17 @@ def fit_debye_table(
 ) -> Reduction:
     """Reduce a measured spectrum of the bound permittivity to Debye terms that are passive by construction.
 
-    `frequency` (N,) [Hz], `bound_permittivity` (N,).
+    `frequency` (N,) [Hz], rising, `bound_permittivity` (N,).
 
     Plain least squares of the relative error: reweighting towards the worst point would follow the noise. By default no
     term is slower than 1/(2 pi) of the lowest frequency, because noisy data cannot distinguish such a term from conduction;
     loss of that kind remains as an error at the lowest frequencies (6 % for a constant phase of exponent 0.75). Where the
     conduction is known, a ``slowest`` of ten times the default allows relaxations to represent it.
     """
-    hertz, target = checked_table(frequency, bound_permittivity)
-    low, high = float(hertz[0]), float(hertz[-1])
-    check_range(low=low, high=high, terms=terms, slowest=slowest)
+    hertz, target = np.asarray(frequency, float), np.asarray(bound_permittivity, complex)
+    _refuse_unphysical(hertz, target)
     refuse_active(hertz, target, allowed=noise_limit(target))
-    spectrum = _spectrum(hertz, target, 1 / (2 * np.pi * low) if slowest is None else slowest)
+    spectrum = _spectrum(hertz, target, 1 / (2 * np.pi * hertz[0]) if slowest is None else slowest)
     found = _least(spectrum, min(terms, hertz.size - 1))
     return _report(found, hertz, target)
 
@@ -146,51 +144,14 @@ def _report(terms: Terms, frequency: Real, target: Complex) -> Reduction:
     return Reduction(debye, float(error.max()))
 
 
-def check_range(*, low: float, high: float, terms: int, slowest: float | None) -> None:
-    """Refuse a band, a number of terms or a slowest time out of range."""
-    problems = []
-    if not (0 < low < high < np.inf):
-        problems.append(f"band {low!r} to {high!r} Hz: needs 0 < low < high.")
-    if not 1 <= terms <= DENSE:
-        problems.append(
-            f"terms = {terms!r}: 1 to {DENSE} Debye terms are allowed; 14 suffice for six decades."
-        )
-    if not problems and slowest is not None and not 1 / (2 * np.pi * high) < slowest < np.inf:
-        problems.append(
-            f"slowest = {slowest!r} s: must lie above 1/(2 pi high) = {1 / (2 * np.pi * high):.3g} s."
-        )
-    refuse(problems)
-
-
 def evaluated(bound_permittivity: Callable[[Real], npt.ArrayLike], frequency: Real) -> Complex:
     """Return a law of the bound permittivity at given frequencies, refusing unphysical values.
 
     `frequency` (N,) [Hz]; returns `target` (N,).
     """
     target = np.asarray(bound_permittivity(frequency), dtype=complex)
-    if target.shape != frequency.shape:
-        raise InputError(
-            f"the bound permittivity has shape {target.shape} for frequencies of shape {frequency.shape}: "
-            "expected one value for each frequency."
-        )
     _refuse_unphysical(frequency, target)
     return target
-
-
-def checked_table(frequency: npt.ArrayLike, bound_permittivity: npt.ArrayLike) -> tuple[Real, Complex]:
-    """Return frequencies [Hz] and permittivities of a table in rising order, refusing unphysical values."""
-    hertz = np.asarray(frequency, dtype=float)
-    target = np.asarray(bound_permittivity, dtype=complex)
-    if hertz.ndim != 1 or hertz.shape != target.shape or hertz.size < 3:
-        raise InputError(
-            f"frequency has shape {hertz.shape} and bound permittivity {target.shape}: "
-            "expected two lists of equal length, at least 3 points."
-        )
-    if not np.all(np.isfinite(hertz) & (hertz > 0)):
-        raise InputError("frequency: all values must be finite and above 0 Hz.")
-    order = np.argsort(hertz, kind="stable")
-    _refuse_unphysical(hertz[order], target[order])
-    return hertz[order], target[order]
 
 
 def _refuse_unphysical(frequency: Real, target: Complex) -> None:

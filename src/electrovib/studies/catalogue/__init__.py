@@ -2,8 +2,8 @@
 
 from electrovib.studies.catalogue.found import find as find
 from electrovib.studies.catalogue.found import models as models
+from electrovib.studies.catalogue.found import overview as overview
 from electrovib.studies.catalogue.found import scenarios as scenarios
-from electrovib.studies.catalogue.found import spaces as spaces
 from electrovib.studies.catalogue.items import families as families
 from electrovib.studies.catalogue.items import is_own as is_own
 from electrovib.studies.catalogue.items import places as places

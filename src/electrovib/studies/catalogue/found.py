@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from types import ModuleType
-from typing import Any, Final
+from typing import Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
 from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
-from electrovib.scenario.space.shipped import read_shipped, shipped_names
-from electrovib.scenario.space.writing import KEYS
+from electrovib.core.search import ALIAS, NAME, SPELLING, WORDS, Match, as_question, search, suggestions
 from electrovib.studies.catalogue import items
 from electrovib.studies.catalogue.items import Listed, Listing
 from electrovib.studies.catalogue.pages import labelled, page
+from electrovib.studies.catalogue.words import meaning, missing
 
 MOST: Final = 15
 """Entries shown of a search; the number of the others is stated."""
@@ -54,16 +53,18 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     if not query.strip():
         return Listing(
             entries,
-            text=lambda: laid_out(all_table(entries)) if complete else overview(entries),
+            text=lambda: laid_out(all_table(entries)) if complete else overview(),
             table=lambda: all_table(entries, "Models, papers and scenarios"),
         )
-    matches = _matches(query, entries, "model, material, skin, paper or scenario", "list' lists them")
-    full = _in_full(matches)
+    said, matches = _meant(query, entries)
+    if not said:
+        matches = _matches(query, entries, "model, material, skin, paper or scenario", "list' lists them")
+    full = [] if said else _in_full(matches)
     records = _with_reasons(matches)
     return Listing(
         records,
-        text=lambda: _as_text(query, full, records, complete=complete),
-        table=lambda: found_table(records, f"Found for '{query}'"),
+        text=lambda: said + _as_text(query, full, records, complete=complete),
+        table=lambda: replace(found_table(records, f"Found for '{query}'"), caption=said),
     )
 
 
@@ -98,6 +99,18 @@ def scenarios(query: str = "") -> Listing:
         text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(entries))}\n{RUN}\n",
         table=lambda: scenario_table(entries, title),
     )
+
+
+def _meant(query: str, entries: Sequence[Listed]) -> tuple[str, tuple[Match, ...]]:
+    """Say what a word of the field means here; find what belongs to it, and then what a search finds."""
+    found = search(query, entries)
+    close = not found or found[0].stage == SPELLING
+    said, names = meaning(query, within=close)
+    if not said:
+        return "", ()
+    named = {item.name: Match(item, WORDS, "belongs to it") for item in entries if item.name in names}
+    others = () if close else (match for match in found if match.entry.name not in named)
+    return f"{textwrap.fill(said, terminal_width())}\n\n", (*(named[name] for name in names), *others)
 
 
 def _matches(query: str, entries: Sequence[Listed], kind: str, advice: str) -> tuple[Match, ...]:
@@ -188,153 +201,35 @@ _MORE = (
 )
 
 
-def overview(entries: Iterable[Listed]) -> str:
-    """Write the names of everything by its place in a scenario, and how to find out more."""
-    found = list(entries)
-    held = items.places()
-    rows = {path: sorted(find_members(family)) for family, path in held.items()}
-    outside = {
-        items.kind_of(family): sorted(find_members(family))
-        for family in items.families()
-        if family not in held
+def overview() -> str:
+    """Write the names of everything by its place in a scenario, what is not modelled, and how to find out more."""
+    found = list(items.parts_and_papers())
+    held, labels = items.places(), (items.LIBRARY, "materials", "skins", "stacks", items.PAPERS)
+    sections = {
+        "Key of a scenario file, and the models to choose from:": {
+            path: sorted(find_members(family)) for family, path in held.items()
+        },
+        "Outside a scenario:": {
+            items.kind_of(family): sorted(find_members(family))
+            for family in items.families()
+            if family not in held
+        },
+        "Ready-made, used by name:": {
+            label: [item.name for item in found if item.group == label] for label in labels
+        }
+        | {items.SCENARIOS: [f"{items.scenario_count()}, listed by 'electrovib list scenarios'"]},
     }
-    labels = (items.LIBRARY, "materials", "skins", "stacks", items.PAPERS)
-    offered = {label: [item.name for item in found if item.group == label] for label in labels}
-    count = sum(item.group == items.SCENARIOS for item in found)
-    unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != items.SCENARIOS]
-    width = max(map(len, [*rows, *offered, *outside])) + 2
-    lines = ["Key of a scenario file, and the models to choose from:", ""]
-    lines += [line for label, names in rows.items() for line in labelled(label, ", ".join(names), width)]
-    lines += ["", "Outside a scenario:", ""] if outside else []
-    lines += [line for label, names in outside.items() for line in labelled(label, ", ".join(names), width)]
-    lines += ["", "Ready-made, used by name:", ""]
-    lines += [
-        line for label, names in offered.items() if names for line in labelled(label, ", ".join(names), width)
-    ]
-    lines += labelled(items.SCENARIOS, f"{count}, listed by 'electrovib list scenarios'", width)
-    lines += [
-        "",
-        *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),
-    ]
-    return "\n".join([*lines, *textwrap.wrap(_MORE, terminal_width())]) + "\n"
-
-
-USE: Final = (
-    "'electrovib list NAME' shows its distributions with their sources; a study, a sensitivity analysis and"
-    " ev.read_space(SCENARIO, NAME) take it by its name."
-)
-HEADINGS: Final = ("parameter", "group", "distribution", "status", "confidence", "source")
-_OF_ALL: Final = "all"
-
-
-@dataclass(frozen=True, kw_only=True)
-class PopulationEntry(Listed):
-    """One distribution of a population, or the share of a group, as texts.
-
-    - `name`: dotted path; ``share`` for the share of a group; `meaning`: its model with the numbers as declared.
-    - `group`: division and group, ``moisture: dry``; ``all`` for every finger.
-    - `confidence`: how far the numbers are those of fingertips, as the author of the population judges.
-    - `source`: where the numbers are from; `choice`: what no source gives.
-    - `optional`: whether scenarios without the parameter can be used.
-    """
-
-    confidence: str
-    source: str
-    choice: str
-    optional: bool
-
-    @property
-    def row(self) -> tuple[str, ...]:
-        """Cells of the table of a population."""
-        words = "; ".join(filter(None, (self.source, f"a choice: {self.choice}" if self.choice else "")))
-        status = status_text(self.status) if self.status else "a choice"
-        return self.name, self.group, self.meaning, status, self.confidence, words
-
-
-def spaces(name: str = "") -> Listing:
-    """List the populations of fingers that the package ships, or the distributions of one.
-
-    Parameters
-    ----------
-    name : str
-        Name of a population; all of them if empty.
-
-    Returns
-    -------
-    Listing
-        One record for each population, or for each distribution of the one that is named. Printed, it is what
-        ``electrovib list spaces`` prints; in a notebook a table.
-
-    Raises
-    ------
-    InputError
-        If there is no population of this name.
-    """
-    if not name:
-        records = [Listed(name=each, kind="population", meaning=title_of(each)) for each in shipped_names()]
-        rows = tuple((each.name, each.meaning) for each in records)
-        table = Table("", ("population", "what it is"), rows, caption=USE)
-        return Listing(records, text=lambda: laid_out(table), table=lambda: table)
-    if name not in shipped_names():
-        raise InputError(f"'{name}': no population has this name.{nearest(name, shipped_names())}")
-    found = list(entries_of(name))
-    whole = Table(
-        f"{name}: {title_of(name)}", HEADINGS, tuple(each.row for each in found), caption=caption_of(found)
-    )
-    return Listing(found, text=lambda: _with_sources(whole), table=lambda: whole)
-
-
-def title_of(name: str) -> str:
-    """Return the title of a population."""
-    return str(read_shipped(name)["title"])
-
-
-def caption_of(entries: list[PopulationEntry]) -> str:
-    """State which distributions are unverified and which a scenario may lack."""
-    unverified = [each.name for each in entries if each.status == UNVERIFIED]
-    needed = [each.name for each in entries if not each.optional and each.group == _OF_ALL]
-    text = f"A scenario needs {', '.join(needed)}; other parameters that it lacks are omitted, and the omission is reported."
-    return text + (f" {status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}." if unverified else "")
-
-
-def entries_of(name: str) -> Iterator[PopulationEntry]:
-    """Yield the distributions of a population as declared: of all fingers, then of each group after its share."""
-    tables = read_shipped(name)
-    for path, table in tables["space"].items():
-        yield _entry(path, _OF_ALL, table)
-    for division, groups in tables.get("groups", {}).items():
-        for label, group in groups.items():
-            where = f"{division}: {label}"
-            yield _entry("share", where, group, f"{group['share']:g} of all fingers")
-            for path, table in group["space"].items():
-                yield _entry(path, where, table)
-
-
-def _with_sources(table: Table) -> str:
-    """Write the distributions one below the other, each with its source in the lines after it."""
-    room, lines = terminal_width(), [table.title, "-" * len(table.title)]
-    for parameter, group, distribution, status, confidence, source in table.rows:
-        where = "" if group == _OF_ALL else f" ({group})"
-        lines += textwrap.wrap(f"{parameter}{where}: {distribution}", room)
-        text = f"{status}, {confidence} confidence: {source.removeprefix('a choice: ')}"
-        lines += textwrap.wrap(text, room, initial_indent="    ", subsequent_indent="    ")
-    return "\n".join([*lines, "", *textwrap.wrap(table.caption, room)]) + "\n"
-
-
-def _entry(parameter: str, group: str, table: Mapping[str, Any], distribution: str = "") -> PopulationEntry:
-    numbers = [f"{key} {_shown(value)}" for key, value in table.items() if key not in {"model", *KEYS}]
-    texts: dict[str, Any] = {
-        key: str(table.get(key, "")) for key in ("status", "confidence", "source", "choice")
-    }
-    return PopulationEntry(
-        name=parameter,
-        kind="distribution",
-        group=group,
-        meaning=distribution or f"{table['model']}, {', '.join(numbers)}",
-        optional=bool(table.get("optional")),
-        **texts,
-    )
-
-
-def _shown(value: object) -> str:
-    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+    width = max(len(label) for rows in sections.values() for label in rows) + 2
+    lines = list[str]()
+    for title, rows in sections.items():
+        lines += [title, ""]
+        lines += [line for label, names in rows.items() for line in labelled(label, ", ".join(names), width)]
+        lines.append("")
+    unverified = ", ".join(item.name for item in found if item.status == UNVERIFIED)
+    for text in (
+        f"{status_text(UNVERIFIED).capitalize()}: {unverified}.",
+        f"Not modelled: {missing()}.",
+        _MORE,
+    ):
+        lines += textwrap.wrap(text, terminal_width())
+    return "\n".join(lines) + "\n"

@@ -113,7 +113,7 @@ def checked(
     values = checked_values(scenario)
     asked = asked_values(scenario, values)
     return CheckResult(
-        title=f"{name} in: {scenario.title or 'a scenario without a title'}",
+        title=f"{name} in: {scenario.titled() or 'a scenario without a title'}",
         duration=values.end,
         rows=(
             *_rows(scenario, values, declared),

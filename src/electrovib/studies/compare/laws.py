@@ -15,7 +15,7 @@ from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError
 from electrovib.core.mistakes import near_members
-from electrovib.core.paths import quantity_at
+from electrovib.core.paths import quantity_at, words_at
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
@@ -295,19 +295,16 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
                 [bool(air_breaks_down(one, voltage=each)) for one, each in zip(varied, voltages, strict=True)]
             )
             label = f"{name}: air breaks down"
-            marks += (
-                [Curve(label=label, x=values[broken], y=forces[broken], upper=None, kind="points", look=look)]
-                if any(broken)
-                else []
-            )
+            if any(broken):
+                marks.append(Curve(label=label, x=values[broken], y=forces[broken], kind="points", look=look))
     said = f"At the peak voltage of the drive, nothing conducting. {_sentence(quantity.doc)}"
     if marks:
         said += " Points: there the air of the gap breaks down, so this force would not be measured."
     return Panel(
         id=f"static_over_{path.replace('.', '_')}",
-        title=f"Static force over {path}",
+        title=f"Static force over the {words_at(scenario, path)}",
         caption=said,
-        x=(path, quantity.unit),
+        x=(words_at(scenario, path), quantity.unit),
         y=("static electrostatic force", "N"),
         curves=(*all_to_be_seen(curves), *marks),
         log_x=bool(np.min(values) > 0 and np.max(values) / np.min(values) > 20),

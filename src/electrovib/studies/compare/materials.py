@@ -97,7 +97,7 @@ class MaterialComparison(Answer):
     @property
     def document(self) -> Document:
         """The tables."""
-        title = f"Materials compared: {self.scenario.title or 'a stack'}"
+        title = f"Materials compared: {self.scenario.titled() or 'a stack'}"
         return Document(title=title, sentences=[], diagnostics=self.diagnostics, tables=self.tables)
 
 

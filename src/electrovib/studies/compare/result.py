@@ -104,7 +104,7 @@ class Comparison(Answer):
         own = {paper_of(find_members(ForceLaw)[entry.name]) for entry in self.entries}
         cited = [module for name, module in papers().items() if name in own or hasattr(module, "DEFECTS")]
         return Document(
-            title=f"Force laws compared: {self.scenario.title or 'a stack'}",
+            title=f"Force laws compared: {self.scenario.titled() or 'a stack'}",
             sentences=[self.answer, *sentences(self.widths)],
             diagnostics=self.diagnostics,
             figures=sorted(self.panels, key=lambda p: standard.index(p.id) if p.id in standard else -1),

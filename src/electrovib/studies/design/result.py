@@ -92,7 +92,7 @@ class Designed(Answer):
         """The sentences, the tables, and the details."""
         scenario = self.scenario
         return Document(
-            title=f"Design: {scenario.title if scenario is not None and scenario.title else self.form}",
+            title=f"Design: {(scenario.titled() if scenario is not None else '') or self.form}",
             sentences=self.sentences,
             diagnostics=self.diagnostics,
             tables=self.tables,

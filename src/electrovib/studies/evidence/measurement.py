@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -10,7 +11,7 @@ import numpy as np
 
 from electrovib.core.citation import STATUSES, UNVERIFIED
 from electrovib.core.errors import InputError, gathered, nearest
-from electrovib.core.paths import quantity_at
+from electrovib.core.paths import quantity_at, words_at
 from electrovib.core.units import KINDS
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.scenario import Scenario
@@ -146,12 +147,22 @@ class Measurement:
 
     @property
     def named(self) -> str:
-        """Name of the quantity; that of a function is not shown."""
+        """Name of the quantity; of a function, which has none, the first words of the title."""
         if callable(self.quantity):
-            return "value"
+            return re.split(r" over | in |,", self.title)[0]
         return f"{self.quantity} / {self.per}" if self.per else self.quantity
 
     @property
+    def called(self) -> str:
+        """Who measured it, as the source begins, or the group where it begins with a number."""
+        first = self.source.partition(",")[0]
+        return self.group if first.startswith("doi:") else first
+
+    @property
     def axis(self) -> tuple[str, str]:
-        """Name and SI unit of the parameter that was varied."""
-        return (self.over, quantity_at(self.scenario, self.over).unit) if self.over else ("", "1")
+        """Words and SI unit of the parameter that was varied."""
+        return (
+            (words_at(self.scenario, self.over), quantity_at(self.scenario, self.over).unit)
+            if self.over
+            else ("", "1")
+        )

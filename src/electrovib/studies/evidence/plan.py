@@ -23,7 +23,7 @@ from electrovib.scenario.space.reading import read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.solve.prepare import prepare
-from electrovib.solve.quantities import read_name
+from electrovib.solve.quantities.names import read_name
 from electrovib.studies.check import check
 from electrovib.studies.evidence.predicted import NUMBERS
 from electrovib.studies.evidence.score import ODDS

@@ -12,7 +12,6 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.friction.base import SteadyFriction
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.expand import phasors
 from electrovib.studies.evidence.measurement import Measurement
 
 
@@ -51,6 +50,8 @@ def of_skin(title: str, values: Mapping[float, float] | float, **more: Any) -> M
 
 def impedance(scenario: Scenario) -> complex:
     """Compute the impedance [ohm] of stack and return path at the frequency of a sine."""
+    from electrovib.solve.stack.expand import phasors
+
     section = phasors(scenario, np.array([scenario.drive.frequency]))  # type: ignore[attr-defined]
     return complex(1 / (section.current_density[0] * scenario.contact_area))
 

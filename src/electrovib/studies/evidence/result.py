@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
@@ -12,6 +13,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, Panel, Table
 from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text
 from electrovib.studies.evidence.measurement import HOW, Measurement
 from electrovib.studies.evidence.score import IGNORANT, LEVEL, ODDS, Score, Standing, standings
@@ -192,7 +194,10 @@ class Evidence(Answer):
         names = [each.model for each in standings(self.judging(self._places[0]))]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
         rows = {
-            name: f"{name} ({each.on}, {each.unit if each.unit != '1' else 'ratio'})"
+            name: (
+                f"{each.called}, {each.on}",
+                f"{each.title} [{each.unit if each.unit != '1' else 'ratio'}]",
+            )
             for name, each in self.measured.items()
             if each.judges == self._places[0]
         }
@@ -200,8 +205,9 @@ class Evidence(Answer):
             id="overview",
             title="Prediction over measured: the best laws and the usual one",
             plot=functools.partial(_draw_ratios, scores=self.scores, models=list(shown), rows=rows),
-            size=(8.2, 1.4 + 0.3 * len(rows)),
-            caption="Medians and 90 % of the draws of what was not printed, without the spread of the measurement.",
+            size=(5.2, 1.3 + 0.6 * len(rows)),
+            caption="Points: medians; lines: 90 % of the draws of what was not printed, without the spread of the measurement."
+            " A line that reaches 1 agrees.",
         )
 
     @property
@@ -211,7 +217,7 @@ class Evidence(Answer):
             *("measurement", "what", "on", "group", "numbers", "how it came here", "largest spread", "best"),
             "note",
         )
-        return Table("Measurements", headings, rows)
+        return Table("Measurements", headings, rows, folded=True)
 
     def _row(self, name: str, each: Measurement) -> tuple[str, ...]:
         found = self.of(name)
@@ -249,22 +255,35 @@ def _csv(names: list[str], records: Sequence[Standing | Score]) -> str:
     return csv_text(names, [[cell(getattr(each, name)) for name in names] for each in records])
 
 
-def _draw_ratios(figure: Any, *, scores: Sequence[Score], models: list[str], rows: Mapping[str, str]) -> None:
-    """Draw the ratio of each measurement, a row with a label each, with one colour for each law."""
+def _draw_ratios(
+    figure: Any, *, scores: Sequence[Score], models: list[str], rows: Mapping[str, tuple[str, str]]
+) -> None:
+    """Draw the ratio of each measurement under who measured what, with one colour for each law."""
     ax, names = figure.add_subplot(), list(rows)
     for place, model in enumerate(models):
         found = [each for each in scores if each.model == model and each.measurement in names]
-        shift = 0.15 * (place - (len(models) - 1) / 2)
-        heights = [names.index(each.measurement) + shift for each in found]
+        heights = [names.index(each.measurement) + 0.11 * place - 0.02 for each in found]
         middle = np.array([each.ratio for each in found])
         ends = np.array([[each.ratio - each.low, each.high - each.ratio] for each in found]).T
-        ax.errorbar(middle, heights, xerr=ends, fmt="o", markersize=4, linewidth=1.2, label=model)
-    ax.axvline(1.0, color="0.5", linewidth=0.8)
+        ax.errorbar(middle, heights, xerr=ends, fmt="o", markersize=4, linewidth=1.2, label=_words(model))
+    ax.axvline(1.0, color="0.3", linewidth=1.2)
     ax.set_xscale("log")
-    ax.set_yticks(range(len(names)), list(rows.values()))
-    ax.set_ylim(len(names) - 0.5, -0.5)
-    ax.set_xlabel("predicted over measured")
+    ax.xaxis.set_major_formatter("{x:g}")
+    for height, (who, what) in enumerate(rows.values()):
+        place: Any = {"xycoords": ("axes fraction", "data"), "va": "bottom"}
+        place["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        ax.annotate(who, (0.01, height - 0.38), **place, weight="bold")
+        ax.annotate(what, (0.01, height - 0.16), **place, fontsize="small")
+        ax.axhline(height - 0.58, color="0.8", linewidth=0.6)
+    ax.set_yticks([])
+    ax.set_ylim(len(names) - 0.58, -0.58)
+    ax.set_xlabel("predicted over measured: 1 agrees")
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False, fontsize="small")
+
+
+def _words(model: str) -> str:
+    """Write the name of a model in words."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z\d])|(?<=\d)(?=[A-Z])", " ", model).capitalize()
 
 
 def nobody(refused: Mapping[str, str]) -> str:
@@ -302,27 +321,24 @@ def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
         curves.append(Curve(label=f"{each.model}, 90 %", x=x, y=low, upper=high, kind="band", look=look))
         curves.append(Curve(label=each.model, x=x, y=middle, look=look))
     values, widths = np.array(measured.values), np.exp(np.array(measured.spread))
-    ends = {
-        "measured": values,
-        "measured, times its spread": values * widths,
-        "measured, over its spread": values / widths,
-    }
+    grey: dict[str, Any] = {"x": x, "look": REFERENCE}
     curves += [
-        Curve(label=label, x=x, y=y, kind="points", look=REFERENCE, drawn=label == "measured")
-        for label, y in ends.items()
+        Curve(
+            label="spread of the measurement", y=values / widths, upper=values * widths, kind="band", **grey
+        ),
+        Curve(label="measured", y=values, kind="points", **grey),
     ]
-    over, unit = measured.axis
+    origin = f"{measured.how.capitalize()}, {measured.status}: {measured.source}."
+    spread = f"Grey: measured, with its spread ({measured.spread_of})."
+    laws = "Lines and areas: medians and 90 % of the draws of what was not printed." if shown else ""
     return Panel(
         id=name.replace("/", "_"),
         title=f"{measured.title} ({measured.group})",
-        caption=" ".join(
-            filter(
-                None, (f"{measured.how.capitalize()}, {measured.status}: {measured.source}.", measured.note)
-            )
-        ),
-        x=(over, unit),
-        y=(measured.named, measured.unit),
+        caption=" ".join(filter(None, (spread, laws, origin, measured.note))),
+        x=measured.axis,
+        y=(words_at(None, measured.named), measured.unit),
         curves=tuple(curves),
         log_x=bool(np.min(x) > 0 and np.max(x) / np.min(x) > 20),
         log_y=True,
+        folded=True,
     )

@@ -130,7 +130,7 @@ def attributes(evaluator: Evaluator) -> dict[str, Any]:
     declared = evaluator.declared
     return {
         "format": FORMAT,
-        "title": declared.scenario.title,
+        "title": declared.scenario.titled(),
         "fingers": declared.fingers,
         "seed": declared.seed,
         "signals": list(declared.signals),

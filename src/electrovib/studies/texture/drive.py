@@ -111,7 +111,7 @@ class TextureDrive(Answer):
     @property
     def document(self) -> Document:
         """What the drive reaches, and the diagnostics of the prediction."""
-        title = f"Drive of a texture in: {self.scenario.title or 'a scenario'}"
+        title = f"Drive of a texture in: {self.scenario.titled() or 'a scenario'}"
         return Document(title=title, sentences=self.sentences, diagnostics=self.diagnostics)
 
     @property
@@ -266,7 +266,7 @@ def _moving(scenario: Scenario, path: FingerPath) -> tuple[Scenario, str]:
 
 
 def _titled(scenario: Scenario, texture: Texture) -> Scenario:
-    of = f" on the plate of: {scenario.title}" if scenario.title else ""
+    of = f" on the plate of: {scenario.titled()}" if scenario.titled() else ""
     return scenario.model_copy(update={"title": f"{type(texture).__name__}{of}"})
 
 

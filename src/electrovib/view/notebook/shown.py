@@ -15,7 +15,7 @@ from electrovib.view.plots.layers import return_path
 from electrovib.view.plots.layers import values as values_of
 from electrovib.view.style import layer_colours, new_figure, style
 from electrovib.view.summary import is_sweep, quantities_of, swept_texts
-from electrovib.view.units import pretty_quantity, pretty_unit, typeset
+from electrovib.view.units import pretty_quantity, pretty_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -40,31 +40,21 @@ class ShownLayer:
     evaluated: bool
 
 
-@dataclass(frozen=True, kw_only=True)
-class ShownParameter:
-    """One parameter that has a value; `default` marks the model's own, `unverified` a source that is marked so."""
-
-    path: str
-    value: str
-    meaning: str
-    source: str
-    default: bool
-    unverified: bool
-
-
 def scenario_html(scenario: Scenario) -> str:
     """Write a scenario as HTML for a notebook."""
-    parameters = parameters_of(scenario)
+    parameters = [row for row in tables.parameter_rows({"": scenario}, {}) if row.values != ("–",)]
+    given = [row for row in parameters if not row.sources[0].startswith(tables.DEFAULT)]
     models = tables.model_rows(scenario)
     return filled(
         "notebook_scenario.html.jinja",
-        title=f"Scenario: {scenario.title or 'without a title'}",
+        title=f"Scenario: {scenario.titled() or 'without a title'}",
         layers=layers_of(scenario),
         return_path=return_path(scenario),
         models=[(row, _is_unverified(row.facts)) for row in models],
-        given=[row for row in parameters if not row.default],
-        defaults=[row for row in parameters if row.default],
-        unverified=sum(row.unverified for row in parameters)
+        given=given,
+        defaults=[row for row in parameters if row not in given],
+        mark=UNVERIFIED,
+        unverified=sum(_is_unverified(row.sources) for row in parameters)
         + sum(_is_unverified(row.facts) for row in models),
     )
 
@@ -92,29 +82,6 @@ def _material(layer: Layer, scenario: Scenario) -> str:
     text = f"{type(layer.material).__name__}: {values_of(layer, scenario)}"
     substance = layer.material.substance
     return f"{substance}, {text}" if substance and substance not in text else text
-
-
-def parameters_of(scenario: Scenario) -> list[ShownParameter]:
-    """List the physical parameters that have a value, in the order of the file."""
-    found = []
-    for path, value, quantity in scenario.parameters():
-        if value is None:
-            continue
-        source = tables.source_of(scenario, path, value=value)
-        default = source == tables.DEFAULT
-        if default and quantity.source:
-            source = f"{source}: {quantity.source}"
-        found.append(
-            ShownParameter(
-                path=path,
-                value=pretty_quantity(value, quantity.unit),
-                meaning=quantity.doc,
-                source=typeset(source),
-                default=default,
-                unverified=_is_unverified([source]),
-            )
-        )
-    return found
 
 
 def _is_unverified(texts: Iterable[Any]) -> bool:

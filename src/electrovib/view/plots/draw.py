@@ -28,7 +28,7 @@ _MOST_POINTS = 4000
 _POINTS: Any = {"linestyle": "none", "marker": ".", "markersize": 3.5, "markeredgewidth": 0, "alpha": 0.6}
 """Look of a recording under a model."""
 _PATH = re.compile(r"(?:^|, )([^\s,=]+) = ")
-_WIDE = 30.0
+WIDE = 30.0
 """Ratio of largest to smallest value from which an axis is logarithmic."""
 
 
@@ -119,7 +119,7 @@ def logarithmic_if_wide(ax: Axes) -> None:
     low, high = (float(bound) for bound in ax.yaxis.get_data_interval())
     if not (np.isfinite(low) and np.isfinite(high)) or low < 0 or high == 0:
         return
-    if low > 0 and high > _WIDE * low:
+    if low > 0 and high > WIDE * low:
         ax.set_yscale("log")
     else:
         ax.set_ylim(0, 1.06 * high)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.answer import REFERENCE
-from electrovib.view.plots.draw import finish, legend_beside_no_curve
-from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, PALE, drawing
+from electrovib.core.paths import words_at
+from electrovib.view.plots.draw import WIDE, finish, legend_beside_no_curve
+from electrovib.view.style import COLOURS, NEUTRAL, PALE, PALETTE, drawing
 from electrovib.view.units import label_axis, pretty_quantity, typeset
 
 if TYPE_CHECKING:
@@ -27,8 +28,6 @@ SIZE: Final = (7.2, 4.4)
 """Width and height of the figure [inch]."""
 MOST_LIMITS: Final = 2
 """Limits that have a sign of their own; candidates that others forbid share one."""
-_WIDE: Final = 30.0
-"""Ratio of largest to smallest value from which a scale is logarithmic."""
 _SIGNS: Final = ("x", "+", "1")
 
 
@@ -68,10 +67,10 @@ def trade_off(design: PlateDesign, *, ax: Axes | None = None) -> Axes:
             ([x for _, x, _ in known], axes.set_xscale),
             ([y for *_, y in known], axes.set_yscale),
         ):
-            if values and min(values) > 0 and max(values) > _WIDE * min(values):
+            if values and min(values) > 0 and max(values) > WIDE * min(values):
                 scale("log")
         label_axis(axes.xaxis, *across[1:])
-        label_axis(axes.yaxis, first.name if "." in first.name else first.name.replace("_", " "), first.unit)
+        label_axis(axes.yaxis, words_at(design.base, first.name), first.unit)
         axes.set_title(f"Candidates within and beyond the limits: {len(design.candidates)}")
         if handles:
             legend_beside_no_curve(axes, handles, labels, "")
@@ -82,10 +81,9 @@ def _across(design: PlateDesign) -> tuple[str, str, str]:
     """Return the name of the abscissa, its words and its unit."""
     if len(design.objectives) > 1:
         second = design.objectives[1]
-        words = second.name if "." in second.name else second.name.replace("_", " ")
-        return second.name, words, second.unit
+        return second.name, words_at(design.base, second.name), second.unit
     path = next(iter(design.axes), "")
-    return path, path or "candidate", design.units.get(path, "1")
+    return path, words_at(design.base, path) or "candidate", design.units.get(path, "1")
 
 
 def _abscissa(candidate: PlateCandidate, name: str) -> float:
@@ -101,10 +99,10 @@ def _groups(design: PlateDesign) -> list[tuple[str, str, str, Sequence[PlateCand
     rest = [each for each in forbidden if each.forbidden_by not in {(name,) for name in named}]
     if rest:
         words = "forbidden by several or other limits" if named else "forbidden by several limits"
-        groups.append((words, "#bdbdbd", _SIGNS[-1], rest))
+        groups.append((words, NEUTRAL, _SIGNS[-1], rest))
     for place, name in enumerate(named):
         some = [each for each in forbidden if each.forbidden_by == (name,)]
-        groups.append((f"forbidden by {name} alone", (NEUTRAL, COLOURS[3])[place], _SIGNS[place], some))
+        groups.append((f"forbidden by {name} alone", (COLOURS[4], COLOURS[3])[place], _SIGNS[place], some))
     groups.append(("within the limits", COLOURS[0], "o", design.allowed))
     return groups
 
@@ -216,13 +214,13 @@ def indices(found: Sensitivity, *, ax: Axes | None = None) -> Axes:
             axes.barh(places + shift, numbers, height=_BAR, color=colour, label=label)
             for place, (_, ends) in zip(places + shift, values, strict=True):
                 axes.plot(ends, (place, place), color="#222222", linewidth=1.0)
-        axes.set_yticks(places, [each.name for each in found.indices])
+        axes.set_yticks(places, [words_at(found.scenario, each.name) for each in found.indices])
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
         axes.set_xlabel("Sobol index (lines: 95 % intervals)")
         axes.set_xlim(left=min(0.0, axes.get_xlim()[0]))
         axes.legend(loc="lower right")
-        axes.set_title(f"Variance of {found.quantity.replace('_', ' ')}")
+        axes.set_title(f"Variance of {words_at(None, found.quantity)}")
         return axes
 
 
@@ -242,7 +240,6 @@ if TYPE_CHECKING:
     _Dashes: TypeAlias = tuple[LineStyleType, LineStyleType]
 
 _SIZE = (6.4, 3.9)
-PALETTE = COLOURS + FURTHER_COLOURS
 _SOLID: _Dashes = ("-", "-.")
 _MANY_POINTS: Final = 60
 _BROKEN: _Dashes = ("--", ":")
@@ -270,12 +267,15 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
         if panel.log_y:
             axes.set_yscale("log")
         shown = [curve for curve in panel.curves if curve.drawn]
-        named = set()
+        named = {curve.look for curve in shown if curve.upper is None and curve.look is not None}
+        named -= {REFERENCE} - {curve.look for curve in shown if curve.kind == "points"}
+        known = {panel.y[0]}  # the axis names a curve of this label
         for curve, (colour, dash) in zip(shown, _looks(shown), strict=True):
-            label = curve.background or curve.label
-            known = label in named or label == panel.y[0]
-            named.add(curve.background)
-            _draw(axes, curve, colour, dash, floor=panel.floor, label="" if known else label)
+            is_spread = curve.upper is not None and curve.look in named  # of what its line or points name
+            words = curve.background or curve.label
+            label = "_nolegend_" if is_spread or words in known else typeset(words)
+            known.add(curve.background)
+            _draw(axes, curve, colour, dash, label=label, floor=panel.floor)
         finish(axes, x=panel.x, y=panel.y)
         axes.set_title(typeset(panel.title))
         return axes
@@ -296,12 +296,12 @@ def _looks(curves: Sequence[Curve]) -> list[tuple[str, LineStyleType]]:
 
 
 def _draw(
-    ax: Axes, curve: Curve, colour: str, dash: LineStyleType, *, floor: float | None, label: str
+    ax: Axes, curve: Curve, colour: str, dash: LineStyleType, *, label: str, floor: float | None
 ) -> None:
+    """Draw a line, a band or points; what has a single abscissa as a mark or as a bar from end to end."""
     x, y = (np.asarray(values, dtype=float) for values in (curve.x, curve.y))
     if floor is not None:
         y = np.where(y >= floor, y, np.nan)
-    label = typeset(label)
     if curve.upper is not None:
         upper = np.asarray(curve.upper, dtype=float)
         if x.size == 1:
@@ -320,14 +320,6 @@ def _draw(
         )
     else:
         width, height = (0.8, 1.5) if curve.background else (2.4 if curve.kind == "bold" else None, 2.0)
-        ax.plot(
-            x,
-            y,
-            color=colour,
-            label=label or "_nolegend_",
-            linestyle=dash,
-            linewidth=width,
-            zorder=height,
-            marker="_" if x.size == 1 else "",
-            markersize=14,
-        )
+        mark = "_" if x.size == 1 else ""
+        look: Any = {"linewidth": width, "zorder": height, "marker": mark, "markersize": 14}
+        ax.plot(x, y, color=colour, label=label, linestyle=dash, **look)

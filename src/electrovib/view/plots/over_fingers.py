@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import signal as declared
 from electrovib.studies.population.result import percentile_words
 from electrovib.view.lines import Traces, envelope, has, lines
-from electrovib.view.plots.draw import draw, finish
+from electrovib.view.plots.draw import WIDE, draw, finish
 from electrovib.view.style import COLOURS, drawing
 
 if TYPE_CHECKING:
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 _AXES: Final = {"time": ("time $t$", "s"), "frequency": ("frequency $f$", "Hz")}
 _FAINT, _STRONG = 0.18, 0.42
 """Opacity of the widest and of the narrowest band."""
-_WIDE: Final = 30.0
-"""Ratio of the ends of a band from which the lower one is not told from 0 on a linear axis."""
 _DEEPEST: Final = 1e-5
 """Lowest value of a logarithmic axis, relative to the highest."""
 
@@ -129,7 +127,7 @@ def _logarithmic_if_near_zero(ax: Axes, found: xarray.Dataset, name: str) -> Non
     known = np.isfinite(low) & (high > 0)
     if not known.any() or (low[known] < 0).any():
         return
-    if np.median(high[known] > _WIDE * low[known]) < 1 or not (low[known] > 0).any():
+    if np.median(high[known] > WIDE * low[known]) < 1 or not (low[known] > 0).any():
         return
     largest = int(np.nanargmax(np.where(low > 0, rows[len(rows) // 2], -1.0)))
     ax.set_yscale("log")

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError, nearest
-from electrovib.view.lines import swept_units
+from electrovib.core.paths import words_at
+from electrovib.view.lines import scenario_or_none, swept_units
+from electrovib.view.plots.draw import WIDE
 from electrovib.view.style import AMOUNTS, COLOURS, drawing
 from electrovib.view.summary import is_sweep, quantities_of
 from electrovib.view.units import label_axis, pretty_quantity
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-_WIDE: Final = 30.0
-"""Ratio of largest to smallest value from which a scale is logarithmic."""
 _MARKED: Final = 60
 """Up to so many values, each is marked."""
 _LEVELS: Final = 8
@@ -78,10 +78,10 @@ def _curve(ax: Axes, trace: xarray.Dataset, values: xarray.DataArray) -> None:
     finite = numbers[np.isfinite(numbers)]
     if not len(finite):
         ax.text(0.5, 0.5, "no numbers to draw", transform=ax.transAxes, ha="center", va="center")
-    elif finite.min() > 0 and finite.max() > _WIDE * finite.min():
+    elif finite.min() > 0 and finite.max() > WIDE * finite.min():
         ax.set_yscale("log")
-    label_axis(ax.xaxis, path, swept_units(trace).get(path, ""))
-    label_axis(ax.yaxis, _words(str(values.name)), str(values.attrs.get("units", "")))
+    label_axis(ax.xaxis, words_at(scenario_or_none(trace), path), swept_units(trace).get(path, ""))
+    label_axis(ax.yaxis, words_at(None, str(values.name)), str(values.attrs.get("units", "")))
 
 
 def _map(ax: Axes, trace: xarray.Dataset, values: xarray.DataArray) -> None:
@@ -109,9 +109,9 @@ def _map(ax: Axes, trace: xarray.Dataset, values: xarray.DataArray) -> None:
     else:
         _contours(ax, (x, y, numbers), levels, unit)
     ax.dataLim.update_from_data_xy(np.column_stack([[x.min(), x.max()], [y.min(), y.max()]]))
-    label_axis(ax.xaxis, along, units.get(along, ""))
-    label_axis(ax.yaxis, up, units.get(up, ""))
-    ax.set_title(_words(str(values.name)) + ("; white: unknown" if np.ma.is_masked(numbers) else ""))
+    for path, line in ((along, ax.xaxis), (up, ax.yaxis)):
+        label_axis(line, words_at(scenario_or_none(trace), path), units.get(path, ""))
+    ax.set_title(words_at(None, str(values.name)) + ("; white: unknown" if np.ma.is_masked(numbers) else ""))
 
 
 def _contours(ax: Axes, points: tuple[Any, Any, Any], levels: NDArray[np.float64], unit: str) -> None:
@@ -181,7 +181,7 @@ def _levels(numbers: Any) -> NDArray[np.float64] | None:
 
 
 def _is_wide(low: float, high: float) -> bool:
-    return low > 0 and high > _WIDE * low
+    return low > 0 and high > WIDE * low
 
 
 def _geometric(values: NDArray[np.float64]) -> bool:
@@ -189,7 +189,3 @@ def _geometric(values: NDArray[np.float64]) -> bool:
         return False
     ratios = np.diff(np.log(values))
     return bool(np.ptp(ratios) < _EVEN * abs(ratios[0]) and abs(ratios[0]) > _EVEN)
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")

@@ -14,9 +14,10 @@ import electrovib as ev
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.circuit import SeriesElement
-from electrovib.solve.electrics.amplifier import LimitedMarch, LimitedPlate, LimitLooks, amplified_response
+from electrovib.solve.electrics.amplifier import LimitedMarch, LimitedPlate, LimitLooks
+from electrovib.solve.electrics.amplifier import amplified_response as behind_limits
 from electrovib.solve.electrics.slewing import Network, overlap
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import linear_response, transient
 from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.stack.keys import FieldOf
 
@@ -40,6 +41,15 @@ STRAIGHT = ("trapezium", "square")
 FAST = [("sine", "current and pole", "body"), ("sine", "everything", "body")]
 OSCILLATING = ("sine", "burst", "chirp", "both")
 SLOW = [case for case in product(STRAIGHT + OSCILLATING, LIMITED, ELEMENTS) if case not in FAST]
+
+
+GAP = ev.load("vezzoli_2014/fig6_gap")
+
+
+def amplified_response(wanted, drive, time, *, amplifier, **settled):
+    """Response behind an amplifier with or without limits."""
+    solver = behind_limits if amplifier.is_limited else linear_response
+    return solver(wanted, drive, time, amplifier=amplifier, **settled)
 
 
 @pytest.fixture
@@ -184,18 +194,14 @@ def test_overlap_where_rates_meet():
     np.testing.assert_allclose(found[1, 3], expected, rtol=1e-12, atol=1e-30)
 
 
-def test_refusals(finger, drive):
-    held, times = finger("body"), np.linspace(0, END, 3)
-    source, gain = Amplifier(source_current=1e-6), Amplifier(gain=2.0)
-    with pytest.raises(InputError, match="PeriodicState"):
-        amplified_response(held.wanted, drive("square"), times, amplifier=source, settled=True)
+def test_refusals():
+    square = {"model": "Square", "high": 10.0, "frequency": 100.0}
+    limited = {"drive": square, "circuit.amplifier": {"source_current": 1e-6}}
+    with pytest.raises(InputError, match="PeriodicState: behind an amplifier with limits"):
+        ev.simulate(GAP.replace(limited | {"time.initial_state": {"model": "PeriodicState"}}))
+    current = {"model": "CurrentSine", "amplitude": 1e-6, "frequency": 100.0}
     with pytest.raises(InputError, match="prescribes the current"):
-        amplified_response(held.wanted, drive("current"), times, amplifier=gain)
-    with pytest.raises(InputError, match="takes a voltage"):
-        follow_finger(held.space, drive("current"), times)
-
-
-GAP = ev.load("vezzoli_2014/fig6_gap")
+        ev.simulate(GAP.replace({"drive": current, "circuit.amplifier": {"gain": 2.0}}))
 
 
 def test_a_limit_that_is_never_met_changes_nothing_and_costs_nothing(monkeypatch):

@@ -133,25 +133,6 @@ def test_equal_steps_count_once():
     assert time_steps([1.0]).kind.size == 0
 
 
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
-        ({"time": [0.0, 2.0, 1.0]}, "sort the times"),
-        ({"time": [0.0, 1.0]}, "shapes"),
-        ({"rates": [[-1.0]]}, "minus the poles"),
-        ({"state": [[0.0, 1.0]]}, "shapes"),
-        ({"time": []}, "at least one"),
-        ({"rates": [[np.inf]]}, "minus the poles"),
-        ({"rises": [1.0, 1.0]}, "shapes"),
-    ],
-)
-def test_what_disagrees_is_refused(changed, message):
-    given = {"rates": [[1.0]], "residues": [[1.0]], "direct": [0.0], "state": [[0.0]]}
-    given |= {"voltage": [0.0, 1.0, 2.0], "time": [0.0, 1.0, 2.0]}
-    with pytest.raises(InputError, match=message):
-        first_order_hold_many(**given | changed)
-
-
 PROBABILITIES = [0.0, 0.05, 0.5, 0.5001, 0.95, 1.0]
 
 
@@ -223,8 +204,6 @@ def test_histograms_add_up_whatever_the_division():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: quantiles(np.zeros((0, 3)), [0.5]), "one finger or more"),
-        (lambda: quantiles(np.zeros((1, 3)), [1.5]), "from 0 to 1"),
         (lambda: Histogram(2).add([[1.0, np.nan]]), "not a number"),
         (lambda: Histogram(2).add([[1.0]]), r"expected \(fingers, 2\)"),
         (lambda: Histogram(2).quantiles([0.5]), "one value or more"),

@@ -18,7 +18,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import WORDS, Limits, limited
 from electrovib.solve.diagnostics.judge import discontinuities
-from electrovib.solve.quantities import of_record
+from electrovib.solve.quantities.answer import of_record
 from electrovib.studies.check import (
     LimitsFrom,
     cleared_for_output,

@@ -28,12 +28,12 @@ def test_a_curve_over_one_parameter(swept, over_two):
     (line,) = ax.lines
     np.testing.assert_array_equal(line.get_ydata(), swept[FORCE].values)
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("stack.gap.thickness [µm]", "peak electrostatic force [mN]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("thickness of the gap [µm]", "peak electrostatic force [mN]")
     wide = swept.copy(deep=True)
     wide[FORCE][0] = 100 * float(swept[FORCE].max())
     assert plots.quantity(wide, FORCE).get_yscale() == "log"
     ax = plots.quantity(over_two.isel({"stack.gap.thickness": 2}), "swing lateral_force")
-    assert (ax.get_xscale(), ax.get_yscale(), ax.get_xlabel()) == ("linear", "linear", "drive.high [V]")
+    assert (ax.get_xscale(), ax.get_yscale(), ax.get_xlabel()) == ("linear", "linear", "drive voltage [V]")
     wide[FORCE][:] = np.nan
     assert texts(plots.quantity(wide, FORCE)) == ["no numbers to draw"]
 
@@ -41,7 +41,7 @@ def test_a_curve_over_one_parameter(swept, over_two):
 def test_a_map_over_two_parameters_has_labelled_lines(over_two):
     ax = plots.quantity(over_two, FORCE)
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("stack.gap.thickness [µm]", "drive.high [V]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("thickness of the gap [µm]", "drive voltage [V]")
     shown = texts(ax)
     assert len(shown) >= 3
     assert all(text.endswith("N") for text in shown)

@@ -40,11 +40,7 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
     from electrovib.solve.population.kernels import loops
 
     given = np.asarray(values, np.float32)
-    if given.ndim != 2 or not len(given):
-        raise InputError(f"values has shape {given.shape}: expected (fingers, n) with one finger or more.")
     wanted = np.atleast_1d(np.asarray(probabilities, np.float64))
-    if not ((wanted >= 0.0) & (wanted <= 1.0)).all():
-        raise InputError(f"probabilities = {wanted.tolist()}: expected numbers from 0 to 1.")
     place = wanted * (len(given) - 1)
     below: Indices = np.floor(place).astype(np.intp)
     share = place - below

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.core.errors import InputError
-
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
@@ -39,13 +37,7 @@ def time_steps(time: ArrayLike) -> TimeSteps:
     The duration of a group of steps is their mean, so that rounding does not accumulate over the grid.
     """
     times = np.ascontiguousarray(time, np.float64)
-    if times.ndim != 1 or not times.size:
-        raise InputError(f"time has shape {times.shape}: expected one row of times, at least one.")
     steps = np.diff(times)
-    if not (np.isfinite(times).all() and (steps >= 0.0).all()):
-        raise InputError(
-            "time has a value that is not finite or lies before the one preceding it: sort the times."
-        )
     if not steps.size:
         return TimeSteps(np.zeros(0, np.intp), np.zeros(0))
     distinct, kind, counts = np.unique(steps, return_inverse=True, return_counts=True)
@@ -86,19 +78,6 @@ def first_order_hold_many(
     )
     given = drive if rises is None else np.ascontiguousarray(rises, np.float64)
     steps = time if isinstance(time, TimeSteps) else time_steps(time)
-    shapes = residue.shape, begin.shape, (*level.shape, rate.shape[-1])
-    if (
-        rate.ndim != 2
-        or any(shape != rate.shape for shape in shapes)
-        or not drive.shape == given.shape == (len(steps.kind) + 1,)
-    ):
-        raise InputError(
-            f"rates, residues, state, direct, voltage and rises have the shapes {rate.shape}, {residue.shape}, "
-            f"{begin.shape}, {level.shape}, {drive.shape} and {given.shape}: expected (fingers, modes) three times,"
-            f" (fingers,) and twice ({len(steps.kind) + 1},)."
-        )
-    if not (np.isfinite(rate).all() and (rate >= 0.0).all()):
-        raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
     outputs = np.arange(len(drive)) if places is None else places
     lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(outputs)))
     kinds, durations = np.append(steps.kind, steps.duration.size), np.append(steps.duration, 0.0)

@@ -157,7 +157,7 @@ class PlateDesign(Designed):
             of=self,
         )
         return Document(
-            title=f"Design of the plate: {self.base.title or 'a scenario'}",
+            title=f"Design of the plate: {self.base.titled() or 'a scenario'}",
             sentences=self.sentences,
             diagnostics=self.diagnostics,
             figures=[figure],
