@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -171,31 +171,7 @@ class Reproduction:
         return tuple(sorted(self.rows, key=lambda row: (not row.leads, VERDICTS.index(row.verdict))))
 
     def count(self) -> str:
-        """Count the rows of each verdict, printed numbers and statements in words apart; empty without rows."""
-        if not self.rows:
-            return ""
-        compared = [row for row in self.rows if row.verdict in COMPARED]
-        parts = [
-            f"{_several(len(rows), what)}: {_verdicts(rows)}"
-            for what, rows in (
-                ("number of the paper", [row for row in compared if row.paper is not None]),
-                ("statement in words", [row for row in compared if row.paper is None]),
-            )
-            if rows
-        ]
+        """Count the rows of each verdict; empty without rows."""
         of = Counter(row.verdict for row in self.rows)
-        own = [
-            _several(of[name], word) for name, word in (("ours", "quantity"), ("check", "check")) if of[name]
-        ]
-        return "; ".join([*parts, f"beside them {' and '.join(own)} of ours"] if own else parts)
-
-
-def _verdicts(rows: Sequence[Row]) -> str:
-    of = Counter(row.verdict for row in rows)
-    return ", ".join(f"{of[name]} {name.replace('disagrees', 'disagree')}" for name in COMPARED if of[name])
-
-
-def _several(count: int, what: str) -> str:
-    first, space, rest = what.partition(" ")
-    many = first.removesuffix("y") + "ies" if first.endswith("y") else f"{first}s"
-    return f"{count} {what if count == 1 else many + space + rest}"
+        words = {"disagrees": "disagree", "ours": "quantities of ours", "check": "checks"}
+        return ", ".join(f"{of[name]} {words.get(name, name)}" for name in VERDICTS if of[name])

@@ -190,39 +190,27 @@ def document_of(found: Reproduction) -> Document:
 
     One with `parts` has these first, and all else folded.
     """
-    numbers = _rows(found, "Numbers of the paper", COMPARED, caption=_VERDICTS)
-    shown_first = {name for part in found.parts for name in part.panels}
+    first = {name for part in found.parts for name in part.panels}
+    panels = {each.id: each if each.id in first else _with_file(each) for each in found.panels}
     formulas = tuple((f"({number})", text) for number, text in found.equations.items())
-    further: list[Page | Table] = [
+    warnings = tuple((each.state, each.text) for each in found.diagnostics)
+    heading = f"Warnings on the paper's own scenarios: {len(warnings)}"
+    further: list[Page | Table | Shown] = [
+        *_rows(found, "Numbers of the paper", COMPARED, caption=_VERDICTS),
+        *([Table(heading, ("", ""), warnings, looks={0: "state"})] if warnings else []),
+        *(each for name, each in panels.items() if name not in first),
+        *(each for each in found.tables if each.on_page),
         *found.pages,
         *([Table("Equations", ("", ""), formulas, looks={1: "formula"})] if formulas else []),
         *_rows(found, "Quantities of which the paper states nothing", ("ours",)),
         *_rows(found, "Checks of this software", ("check",)),
     ]
-    panels = {each.id: each if each.id in shown_first else _with_file(each) for each in found.panels}
-    count = [f"{found.count()}."] if found.rows else []
-    title = found.title or f"{found.paper}: the paper, reproduced"
-    if not found.parts:
-        return Document(
-            title=title,
-            sentences=[*count, *found.findings, found.citation],
-            numbers=numbers,
-            diagnostics=found.diagnostics,
-            figures=list(panels.values()),
-            tables=found.tables,
-            pages=further,
-            references=found.references,
-        )
-    warnings = tuple((each.state, each.text) for each in found.diagnostics)
-    heading = f"Warnings on the paper's own scenarios: {len(warnings)}"
-    said = [Table(heading, ("", ""), warnings, looks={0: "state"})] if warnings else []
     shown = [item for part in found.parts for item in _shown(part, panels)]
-    rest = [each for name, each in panels.items() if name not in shown_first]
-    tables = [each for each in found.tables if each.on_page]
+    count = [f"{found.count()}."] if found.rows and not found.parts else []
     return Document(
-        title=title,
-        sentences=[*found.findings, found.citation],
-        pages=[*shown, *(_folded(each) for each in (*numbers, *said, *rest, *tables, *further))],
+        title=found.title or f"{found.paper}: the paper, reproduced",
+        sentences=[*count, *found.findings, found.citation],
+        pages=[*shown, *map(_folded, further)] if found.parts else further,
         references=found.references,
     )
 

@@ -33,7 +33,7 @@ def reproduction():
     items = []
     with items_heard(lambda *item: items.append(item)):
         found = paper("vezzoli_2014").reproduce()
-    assert [(number, total) for _, number, total in items] == [(number, 13) for number in range(1, 14)]
+    assert [(number, total) for _, number, total in items] == [(number, 10) for number in range(1, 11)]
     return found
 
 
@@ -68,13 +68,7 @@ def test_what_each_row_says_of_the_paper(reproduction, rows):
         assert re.match(r"section \d(\.\d)?(, (figure|equation \()\d\)?)?$", row.place), row.id
         assert row.verdict != "open" or re.search(r"not|neither|only|prints no ", row.note), row.id
     assert reproduction.ordered[0].id == "own_reading"
-    compared = [row for row in rows.values() if row.paper is not None or row.stated]
-    printed = [row.verdict for row in compared if row.paper is not None]
-    assert reproduction.count() == (
-        f"{len(printed)} numbers of the paper: 2 reproduced, {printed.count('open')} open; {len(compared) - len(printed)}"
-        f" statements in words: 13 consistent, {sum(row.verdict == 'open' for row in compared) - printed.count('open')} open;"
-        " beside them 12 quantities and 3 checks of ours"
-    )
+    assert reproduction.count() == ("2 reproduced, 13 consistent, 25 open, 12 quantities of ours, 3 checks")
 
 
 def test_the_report_begins_with_what_the_paper_does_and_sums_up_every_row(reproduction, rows):

@@ -130,10 +130,7 @@ def test_a_drawing_has_no_curves_and_panels_below_have_a_file_each(tmp_path, fou
 
 
 def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tmp_path, found):
-    counted = (
-        "5 numbers of the paper: 1 reproduced, 1 consistent, 1 disagree, 2 open; 1 statement in words: 1 consistent; beside"
-        " them 1 quantity and 1 check of ours"
-    )
+    counted = "1 reproduced, 2 consistent, 1 disagree, 2 open, 1 quantities of ours, 1 checks"
     assert found.count() == counted
     _write(found, tmp_path)
     text = read(tmp_path, "report.html")

@@ -123,5 +123,5 @@ def reproduce(given: Arguments) -> None:
             f"{row.verdict:<11} {row.what}: {row.here}"
             + (f" (paper: {row.said})" if row.verdict in COMPARED else "")
         )
-    say("", f"{given['paper']}: {found.count()}", *warned(found))
+    say("", f"{given['paper']}, numbers: {found.count()}", *warned(found))
     say(f"written: {given['output']}/report.html")

@@ -271,6 +271,8 @@ def decay_rows() -> tuple[Row, ...]:
     short, long = BY_VOLTAGE.decay / MEASURED.decay, BY_FORCE.decay / MEASURED.decay
     simulated = lateral_decay(point(values.TAU_MODEL))
     film = 1 + values.insulator_capacitance() / values.skin_capacitance()
+    ends = [time_constant(skin.material, np.array([100.0, 1e4])) for skin in published_skins().values()]
+    falls = [float(low / high) for low, high in ends]
     skins = f"published skins, {SLOWEST:g} to {USUAL:g} Hz"
     calculated, measured = values.TAU_MODEL / 1e-3, values.DECAY_MEASURED / 1e-3
     given: dict[str, Any] = {"place": "section 4", "inputs": "published"}
@@ -291,21 +293,15 @@ def decay_rows() -> tuple[Row, ...]:
             "The paper compares 7.7 ms with 6 ms. If 7.7 ms belongs to the voltage, the force of the model decays in"
             f" {short:.2f} of the measured time; if it belongs to the force, in {long:.2f} of it. The paper does not state"
             " which.", place="section 4"),
-        Row("fig4_dispersion", "time constant at 100 Hz over that at 10 kHz, published skins", None, _falls(), "1", "open",
-            "The table of Yamamoto and Yamamoto 1976, which figure 4 shows, could not be obtained.",
+        Row("fig4_dispersion", "time constant at 100 Hz over that at 10 kHz, published skins", None,
+            (min(falls), max(falls)), "1", "open", "The table of Yamamoto and Yamamoto 1976, which figure 4 shows, could"
+            " not be obtained.",
             "strong frequency dependence of the time constant", place="section 3.1, figure 4", inputs="published"),
         Row("force_decay_over_tau", "decay of the simulated lateral force over the time constant of the voltage",
             None, simulated / (values.TAU_MODEL * film), "1", "consistent", "After a step, simulated with friction. One"
             " half, because the force is proportional to the square of the voltage; the static law (1) keeps its force.",
             "exponential reduction of the lateral force, unexplained by the static model", place="section 2.2"),
     )  # fmt: skip
-
-
-def _falls() -> tuple[float, float]:
-    """Return the least and the largest ratio of the time constants at 100 Hz and 10 kHz over the published skins."""
-    taus = [time_constant(skin.material, np.array([100.0, 1e4])) for skin in published_skins().values()]
-    found = [float(low / high) for low, high in taus]
-    return min(found), max(found)
 
 
 @functools.cache

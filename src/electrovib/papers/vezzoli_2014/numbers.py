@@ -233,8 +233,8 @@ def _figure_7() -> tuple[Row, ...]:
     }
     agree = [name for name, shape in shapes.items() if shape.words.startswith("consistent")]
     note = (
-        f"From 100 Hz to 10 kHz {len(agree)} of {len(shapes)} published skins rise and saturate; each is in the table by skin. The"
-        " paper prints no insulator, voltage, area or load: a coating of 1 um with eps 3.9 is taken."
+        f"From 100 Hz to 10 kHz {len(agree)} of {len(shapes)} published skins rise and saturate; each is in the table by skin."
+        " The paper prints no insulator, voltage, area or load: a coating of 1 um with eps 3.9 is taken."
     )
     thin, thick = values.THICKNESSES
     frequency = np.geomspace(100.0, 1e4, 21)

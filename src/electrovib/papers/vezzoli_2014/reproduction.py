@@ -52,11 +52,8 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
             ("figures of what was measured", measured.panels),
             ("figures of the falling edge", falling_edge.panels),
             ("figures of the population", population.panels),
-            ("table of what was measured", lambda: [measured.table()]),
-            ("table of decays", lambda: [compute.decay_table()]),
-            ("tables by skin", lambda: compute.skin_tables(own)),
-            ("table of the falling edge", lambda: [falling_edge.table()]),
-            ("table of the population", lambda: [population.table()]),
+            ("tables by skin", lambda: [compute.decay_table(), *compute.skin_tables(own)]),
+            ("further tables", lambda: [each.table() for each in (measured, falling_edge, population)]),
         ]
     )
     rows, printed, further, tables = (
