@@ -29,6 +29,7 @@ extensions = [
     "figures",
     "gallery_results",
     "reference",
+    "sources",
     "thumbnails",
 ]
 exclude_patterns = ["_build", "_ext", "_static", "_gallery"]

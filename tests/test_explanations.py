@@ -99,6 +99,28 @@ def test_the_laws_without_a_gap_give_the_force_of_some_gap(computed):
     assert gap / skin == pytest.approx(largest)
 
 
+LINE = re.compile(r'<g id="line2d_\d+">\s*<path d="([^"]+)"')
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+
+
+def curves(svg):
+    """Coordinates of the curves, which have more points than ticks and frames."""
+    found = [np.array(NUMBER.findall(path), dtype=float) for path in LINE.findall(svg)]
+    return [each for each in found if each.size > 40]
+
+
+@pytest.mark.parametrize("name", ["mechanism", "laws", "causality", "tutorial"])
+def test_the_figures_of_the_repository_are_those_that_are_computed(name, computed):
+    figures = importlib.import_module("figures")
+    assert set(figures.FIGURES) == {file.stem for file in figures.FOLDER.glob("*")}
+    kept, drawn = (
+        curves(each) for each in ((figures.FOLDER / f"{name}.svg").read_text(), figures.drawn(name))
+    )
+    assert len(kept) == len(drawn) > 1
+    for one, other in zip(kept, drawn, strict=True):
+        np.testing.assert_allclose(one, other, atol=0.5)
+
+
 def test_the_laws_differ_in_time(computed):
     text = " ".join(page("why_forces_differ").split())
     skin = ev.load("vezzoli_2014/fig6").stack.layers["stratum_corneum"].material.conductivity

@@ -356,7 +356,9 @@ def test_question_number_and_time_are_those_of_the_run(part, tmp_path):
     results = part("gallery_results")
     page = (
         ".. _label:\n\n\nA title\n=======\n\ntext\n\n.. rst-class:: sphx-glr-script-out\n\n .. code-block:: none\n\n"
-        "    pull-in at 201.78 V\n    more\n\n   **Total running time of the script:** (1 minutes 2.541 seconds)\n"
+        "    electrovib: simulated: the generator is at 0 V\n    pull-in at 201.78 V\n    no voltage: 1 N\n\n"
+        "    500 V held: 2 N\n\n\n"
+        "   **Total running time of the script:** (1 minutes 2.541 seconds)\n"
     )
     for time, shown in (
         ("1 minutes 2.541", "63 s"),
@@ -364,7 +366,9 @@ def test_question_number_and_time_are_those_of_the_run(part, tmp_path):
         ("0 minutes 0.0943", "0.09 s"),
     ):
         of_time = page.replace("1 minutes 2.541", time)
-        assert results.result_of(of_time) == ("A title", "pull-in at 201.78 V", shown)
+        assert results.result_of(of_time, "pull_in") == ("A title", "pull-in at 201.78 V", shown)
+    assert results.result_of(page, "stick_slip").number == "no voltage: 1 N; 500 V held: 2 N"
+    assert "simulated" not in results.headed(page, "pull_in")
     headed = results.headed(page, "pull_in")
     assert "A title\n=======\n\n:Question: At which voltage" in headed
     assert ":Number: ``pull-in at 201.78 V``\n:Time to run: 63 s\n" in headed

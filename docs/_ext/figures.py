@@ -1,4 +1,7 @@
-"""Figures of the explanations, drawn from `computed` before the pages are read."""
+"""Figures of the explanations, drawn from `computed` into the repository by ``python docs/_ext/figures.py``.
+
+A test draws them again and compares the curves.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from sphinx.application import Sphinx
 from electrovib.view.pages import to_svg
 from electrovib.view.style import COLOURS, LAYER_COLOURS, NEUTRAL, new_figure, style
 
-FOLDER: Final = "images/computed"
+FOLDER: Final = Path(__file__).parents[1] / "images" / "computed"
 LAW_COLOURS: Final = dict(zip(computed.FORMS, COLOURS, strict=False))
 LAYERS: Final = (
     ("electrode", 0.0, 0.5, "#c9c9c9"),
@@ -28,16 +31,10 @@ LAYERS: Final = (
 """Name, lower edge, thickness (not to scale) and colour of each layer of the drawing."""
 
 
-def write(app: Sphinx) -> None:
-    """Draw every figure; a file that is as before keeps its time."""
-    folder = Path(app.srcdir) / FOLDER
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in FIGURES.items():
-        with style():
-            text = to_svg(draw())
-        file = folder / f"{name}.svg"
-        if not file.exists() or file.read_text(encoding="utf-8") != text:
-            file.write_text(text, encoding="utf-8")
+def drawn(name: str) -> str:
+    """Draw a figure as SVG."""
+    with style():
+        return to_svg(FIGURES[name]())
 
 
 def mechanism() -> Figure:
@@ -137,7 +134,12 @@ def scrollable(
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Draw the figures before the pages are collected."""
-    app.connect("builder-inited", write)
+    """Change the pages as they are written."""
     app.connect("html-page-context", scrollable)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for name in FIGURES:
+        (FOLDER / f"{name}.svg").write_text(drawn(name), encoding="utf-8")

@@ -43,6 +43,12 @@ QUESTIONS: Final = {
 """Sections of the gallery, each a question, and the examples in it with the question that each answers."""
 TABLE: Final = "{examples}"
 """Place of the table of all examples on the first page of the gallery, which `gallery_results` writes."""
+NUMBERS: Final = {
+    "insulator_sweep": ("insulator of 1 um", "insulator of 90 um"),
+    "stick_slip": ("no voltage", "500 V held"),
+    "whole_experiment": ("law (1) of the paper:", "Maxwell stress in a leaky gap:"),
+}
+"""Beginnings of the lines of its output that answer the question of an example, where it is not the first one."""
 OTHERS: Final = "Further examples"
 ARGUMENTS: Final = {name: [f"{name}.png"] for name in ("constant_force", "field_solution")}
 """What a script is started with, where it draws only on demand."""

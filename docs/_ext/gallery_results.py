@@ -6,11 +6,15 @@ import re
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from gallery import QUESTIONS, TABLE
+from gallery import NUMBERS, QUESTIONS, TABLE
 from rst import grid, plain
 from sphinx.application import Sphinx
 
-OUTPUT: Final = re.compile(r"\.\. rst-class:: sphx-glr-script-out\n\n \.\. code-block:: none\n\n    (.*)\n")
+OUTPUT: Final = re.compile(
+    r"\.\. rst-class:: sphx-glr-script-out\n\n \.\. code-block:: none\n\n((?:    .*\n|\n)+)"
+)
+NOTICE: Final = re.compile(r"^    electrovib: simulated: .*\n", re.MULTILINE)
+"""Line on the error output of a simulated bench, which every burst writes."""
 TIME: Final = re.compile(r"Total running time of the script:\*\* \((\d+) minutes ([\d.]+) seconds\)")
 TITLE: Final = re.compile(r"^(.+)\n=+\n", re.MULTILINE)
 INTRODUCTION: Final = (
@@ -24,19 +28,22 @@ class Result(NamedTuple):
 
     title: str
     number: str
-    """First line that it prints; empty if it was not run."""
+    """Lines that it prints about its question; empty if it was not run."""
     time: str
     """Running time in seconds, with its unit; empty if it was not run."""
 
 
-def result_of(page: str) -> Result:
+def result_of(page: str, name: str) -> Result:
     """Read title, number and time from the page of an example, in reStructuredText."""
-    title, number, time = (pattern.search(page) for pattern in (TITLE, OUTPUT, TIME))
-    shown = ""
-    if time and number:
+    title, output, time = (pattern.search(page) for pattern in (TITLE, OUTPUT, TIME))
+    shown = number = ""
+    if time and output:
+        lines = [line.strip() for line in NOTICE.sub("", output[1]).splitlines() if line.strip()]
+        wanted = [next(line for line in lines if line.startswith(each)) for each in NUMBERS.get(name, ())]
+        number = "; ".join(wanted or lines[:1])
         seconds = 60 * int(time[1]) + float(time[2])
         shown = f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1g} s"
-    return Result(title[1] if title else "", number[1].strip() if number else "", shown)
+    return Result(title[1] if title else "", number, shown)
 
 
 def question_of(name: str) -> str:
@@ -46,7 +53,8 @@ def question_of(name: str) -> str:
 
 def headed(page: str, name: str) -> str:
     """Return the page of an example with its question, number and time below the title."""
-    found = result_of(page)
+    page = NOTICE.sub("", page)
+    found = result_of(page, name)
     pairs = (
         ("Question", plain(question_of(name))),
         ("Number", f"``{found.number}``" if found.number else ""),
@@ -62,7 +70,7 @@ def table(folder: Path) -> str:
     for page in sorted(folder.glob("*/*.rst")):
         if page.stem == "index":
             continue
-        found = result_of(page.read_text(encoding="utf-8"))
+        found = result_of(page.read_text(encoding="utf-8"), page.stem)
         link = f":doc:`{plain(question_of(page.stem) or found.title)} <{page.parent.name}/{page.stem}>`"
         number = f"``{found.number}``" if found.number else "not run in this build"
         rows.append((page, (link, number, found.time)))

@@ -39,20 +39,45 @@ def test_importing_the_package_imports_nothing():
     loaded_after("import electrovib as ev; assert len([getattr(ev, name) for name in dir(ev)]) > 8")
 
 
-@pytest.mark.parametrize("command", ["", "run", "report", "reproduce", "init", "design", "list", "fit"])
-def test_help_imports_nothing_heavy(command):
+def loaded_by(command, said):
+    """Names of all modules after a command has said something."""
     statement = f"""
 import contextlib, io, runpy
-sys.argv = {["electrovib", *command.split(), "--help"]}
+sys.argv = {["electrovib", *command.split()]}
 text = io.StringIO()
 with contextlib.redirect_stdout(text):
     try:
         runpy.run_module("electrovib", run_name="__main__", alter_sys=True)
     except SystemExit as end:
         assert not end.code
-assert "{command or "reproduce"}" in text.getvalue()
+assert "{said}" in text.getvalue()
 """
-    assert not among(loaded_after(statement), [*HEAVY, "numpy"])
+    return loaded_after(statement)
+
+
+@pytest.mark.parametrize("command", ["", "run", "report", "reproduce", "init", "design", "list", "fit"])
+def test_help_imports_nothing_heavy(command):
+    assert not among(loaded_by(f"{command} --help", command or "reproduce"), [*HEAVY, "numpy"])
+
+
+@pytest.mark.parametrize(
+    ("command", "said", "needed", "unused"),
+    [
+        (
+            "run vezzoli_2014/fig6",
+            "lateral force: 250 mN to",
+            ["pandas", "xarray"],
+            "studies.sweep scenario.space",
+        ),
+        ("list", "MaxwellStressInGap", [], "solve.stack solve.expanded scenario.space"),
+        ("list parylene", "parylene_c", [], "solve.expanded"),
+    ],
+)
+def test_a_command_imports_what_it_needs(command, said, needed, unused):
+    """Whatever is installed: no plots, no compiler, no chunks, and of our own folders none that does not take part."""
+    loaded = loaded_by(command, said)
+    assert among(loaded, [*HEAVY, "llvmlite"]) == needed
+    assert not [name for name in unused.split() if f"electrovib.{name}" in loaded]
 
 
 def test_one_run_imports_what_it_needs():

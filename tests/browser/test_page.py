@@ -116,22 +116,46 @@ def test_mistakes_are_sentences(opened):
     assert page.get_by_role("alert").inner_text() == ""
 
 
-def test_dry_and_moist_fingers_and_curves_to_compare(opened):
+NAMES = """() => [...document.querySelectorAll('.js-plotly-plot')]
+  .find(e => e.layout?.title?.text === 'Electrostatic force').data.filter(e => !e.opacity).map(e => e.name)"""
+KEPT = """() => [...document.querySelectorAll('.ev-key-figure')].find(
+  e => e.querySelector('dt').textContent === 'Peak attraction').querySelector('.ev-kept')?.textContent"""
+
+
+def test_a_state_is_kept_compared_in_curves_and_key_figures_swapped_and_dropped(opened):
+    page, base = opened("?preset=vezzoli_2014/fig6_gap"), ev.load("vezzoli_2014/fig6_gap")
+    shown(page, peak(base))
+    strip = page.get_by_role("region", name="Kept as A")
+    assert not strip.is_visible()
+    page.get_by_role("button", name="Keep as A").click()
+    strip.get_by_text("A, dashed: vezzoli_2014/fig6_gap").wait_for()
+    field = page.get_by_label("Drive: high, value")
+    field.fill("500 V")
+    field.press("Enter")
+    weak = base.replace({"drive.high": "500 V"})
+    shown(page, peak(weak))
+    assert page.evaluate(NAMES) == ["attraction", "attraction, A"]
+    assert parse_quantity(page.evaluate(KEPT).removeprefix("A: "), "N") == pytest.approx(peak(base), rel=6e-3)
+    strip.get_by_role("button", name="Swap").click()
+    shown(page, peak(base))
+    strip.get_by_text("A, dashed: vezzoli_2014/fig6_gap, drive.high = 500 V").wait_for()
+    page.wait_for_function("field => field.value === '1 kV'", arg=field.element_handle())
+    assert "drive.high" not in page.url
+    assert parse_quantity(page.evaluate(KEPT).removeprefix("A: "), "N") == pytest.approx(peak(weak), rel=6e-3)
+    strip.get_by_role("button", name="Drop").click()
+    strip.wait_for(state="hidden")
+    page.wait_for_function(f"({NAMES})().length === 1")
+    assert page.evaluate(KEPT) is None
+
+
+def test_dry_and_moist_fingers(opened):
     page = opened("?preset=vezzoli_2014/fig6_gap")
     base = ev.load("vezzoli_2014/fig6_gap")
     shown(page, peak(base))
-    page.get_by_role("button", name="Keep curve").click()
     for words, name in (("dry finger", "dry"), ("moist finger", "wet")):
         page.get_by_label("Skin", exact=True).click()
         page.get_by_role("option", name=words).click()
         shown(page, peak(base.replace({"stack.stratum_corneum.material": f"gabriel_1996/{name}"})))
-    count = (
-        "() => [...document.querySelectorAll('.js-plotly-plot')]"
-        ".find(e => e.layout?.title?.text === 'Electrostatic force').data.filter(e => !e.opacity).length"
-    )
-    assert page.evaluate(count) == 2
-    page.get_by_role("button", name="Drop curves").click()
-    page.wait_for_function(f"({count})() === 1")
 
 
 def _recording() -> bytes:

@@ -96,6 +96,43 @@ def test_the_address_is_that_of_the_open_tab_to_which_back_leads(opened):
     mistaken.get_by_role("alert").get_by_text("no tab is called 'Felled'. Did you mean 'Felt'?").wait_for()
 
 
+RESULTS = {"Why it fades": ".ev-pulse-curve", "Safety": ".ev-table tbody tr"}
+"""Where the result of a tab is seen; of any other the area of its first plot."""
+
+
+@pytest.mark.parametrize("size", [(390, 844), (1440, 900)])
+def test_what_a_step_asks_to_change_and_where_its_result_shows_are_on_the_first_screen(opened, size):
+    width, height = size
+    page = opened(viewport={"width": width, "height": height})
+    for name, step in STEPS.items():
+        page.goto(page.url.partition("?")[0] + f"?{PageState.of_step(step).to_query()}")
+        result = page.locator(RESULTS.get(step.tab, ".js-plotly-plot .nsewdrag")).first
+        result.wait_for()
+        page.wait_for_function("document.querySelectorAll('.ev-stale').length === 0")
+        page.wait_for_timeout(300)
+        asked = story(page).get_by_role("textbox")
+        assert asked.count() == 1, name
+        for place in (asked, story(page).get_by_role("slider"), page.locator(".ev-key dd").first, result):
+            box = place.bounding_box()
+            assert 0 <= box["x"] < box["x"] + box["width"] <= width, name
+            assert 0 < box["y"] < box["y"] + box["height"] <= height, f"{name}: {box}"
+
+
+def test_what_a_story_asks_for_moves_back_to_the_others_when_it_is_closed(opened):
+    page = opened(f"?{PageState.of_step(STEPS['engineer.2']).to_query()}")
+    film, gap = "Layers: insulator, thickness, value", "Layers: gap, thickness, value"
+    assert story(page).get_by_label(film).input_value() == "10 µm"
+    type_into(page, film, "5 µm")
+    shown(page, peak(ev.load(SCREEN).replace({"stack.insulator.thickness": "5 um"})))
+    go(page, "Next")
+    told(page, "engineer.3")
+    story(page).get_by_label(gap).wait_for()
+    assert page.get_by_label(film).count() == page.get_by_label(gap).count() == 1
+    page.get_by_role("button", name="Close the story").click()
+    story(page).wait_for(state="hidden")
+    page.get_by_label(gap).wait_for()
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_all_stories_are_links_on_a_phone_without_a_serious_finding_of_accessibility(opened, scheme):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")

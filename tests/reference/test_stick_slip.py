@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.skin import OVER_PLATE, SlidingSkin, skin_of
+from electrovib.solve.mechanics.skin import DAMPER, HEAT, OVER_PLATE, WORK, SlidingSkin, skin_of
 from electrovib.solve.mechanics.sliding import Sliding, sliding
 
 COULOMB = Coulomb(coefficient=0.5)
@@ -69,7 +69,7 @@ def test_dahl_before_sliding(exponent):
     assert largest(slide.lateral_force - wrong) > 1e-3 * STRENGTH
     assert np.all(slide.skin_displacement == 0)
     work = np.trapezoid(exact, distance)
-    assert slide.energies.work[-1] == pytest.approx(work, rel=1e-3)  # trapezoidal rule of 100 steps
+    assert slide.states[WORK][-1] == pytest.approx(work, rel=1e-3)  # trapezoidal rule of 100 steps
 
 
 @pytest.mark.parametrize("speed", [1e-3, 5e-3, 0.05])
@@ -271,7 +271,7 @@ def test_friction_takes_energy_and_none_is_lost(speed, stiffness, ratio, damping
     law = LuGre(steady=COULOMB, stiffness=stiffness, static_ratio=ratio, stribeck_speed=1e-2)
     times, strength = np.linspace(0, 0.02, 201), toned(modulation, 700)
     slide = slid(law, times, speed=speed, strength=strength, **FINGER | {"damping": damping})
-    heats = slide.energies.friction, slide.energies.damper
+    heats = slide.states[HEAT], slide.states[DAMPER]
     for heat in heats:
         assert np.all(np.diff(heat) >= -BALANCE * max(heats[0][-1], heats[1][-1]))
     assert largest(slide.lateral_force) <= ratio * (1 + modulation) * STRENGTH * (1 + 1e-9)

@@ -28,7 +28,9 @@ def main() -> None:
     _open_closed()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
-    os.environ.update(ONE_THREAD | os.environ)
+    os.environ.update(
+        ONE_THREAD | {"PYDANTIC_DISABLE_PLUGINS": "__all__"} | os.environ
+    )  # to seek plugins takes long
     gc.set_threshold(_YOUNG)
     try:
         from electrovib.apps.cli import main as command_line

@@ -57,10 +57,10 @@ def _leaves(family: type[M]) -> Iterator[type[M]]:
 
 
 def _import_beside(family: type[Model]) -> None:
-    """Import the package of a family of electrovib, `electrovib.physics` for instance, which holds its members besides papers."""
-    own, *room = family.__module__.split(".")[:2]
-    if own == __name__.partition(".")[0]:
-        _import_folder(".".join([own, *room]))
+    """Import all of `physics` for a family of it; those of other folders have their members beside them in one module."""
+    room = ".".join(family.__module__.split(".")[:2])
+    if room == f"{__name__.partition('.')[0]}.physics":
+        _import_folder(room)
 
 
 @functools.cache

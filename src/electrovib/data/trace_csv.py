@@ -18,7 +18,6 @@ from electrovib.core.signals import FORMAT, stamp
 from electrovib.data.atomic import left_by_a_kill, writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
-from electrovib.data.text.table import TextTable, read_table
 from electrovib.data.verified import verified
 
 if TYPE_CHECKING:
@@ -27,6 +26,8 @@ if TYPE_CHECKING:
 
     import xarray
     from numpy.typing import NDArray
+
+    from electrovib.data.text.table import TextTable
 
 
 def not_a_trace(path: Path) -> DataFileError:
@@ -258,6 +259,8 @@ def _read_other(file: Path, main: Path, same_save: object) -> TextTable:
 
 def _read_part(path: Path) -> tuple[TextTable, dict[str, Any]]:
     """Return the table of a file and the comments before it."""
+    from electrovib.data.text.table import read_table
+
     check_file(path)
     with path.open("rb") as file:
         if file.readline(len(FORMAT) + 4).decode(errors="replace").strip() != f"# {FORMAT}":

@@ -26,8 +26,6 @@ from electrovib.papers import aliabbasi_2024, gabriel_1996, palmar_1995, plutchi
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -92,6 +90,9 @@ def scenarios() -> dict[str, Scenario]:
 
 def maximum(scenario: Scenario) -> float | None:
     """Return the frequency of the largest mean attraction [Hz]; None without a maximum between 0.01 Hz and 2 MHz."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     frequency = np.geomspace(_LOWEST, _HIGHEST, _SAMPLES)
     force = mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
     top = int(np.argmax(force))

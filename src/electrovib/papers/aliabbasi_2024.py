@@ -26,8 +26,6 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -112,6 +110,9 @@ def corner(*, gap: float, gap_resistivity: float) -> float:
 
 def rises_to(scenario: Scenario, *, share: float) -> float:
     """Return the lowest frequency [Hz] at which the mean attraction has a share of its largest value; 0.5 is -3 dB."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     force = mean_force(scenario, phasors(scenario, _BAND), amplitude=100.0)
     after = int(np.argmax(force >= share * force.max()))
     if after == 0:
@@ -122,6 +123,8 @@ def rises_to(scenario: Scenario, *, share: float) -> float:
 
 def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Compute the impedance of the gap [ohm] as the paper measures it: the total less skin, screen and body."""
+    from electrovib.solve.stack.expand import phasors
+
     area = scenario.contact_area
     total = 1 / (phasors(scenario, frequency).current_density * area)
     known = [
@@ -137,6 +140,8 @@ def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[f
     The gap is eps0 A w/Im(1/Z), which a leak in parallel does not change; the mean attraction is eps0 A
     |V_g/g|^2/4, where V_g is the voltage of the remaining impedance.
     """
+    from electrovib.solve.stack.expand import phasors
+
     area, at = scenario.contact_area, np.array([frequency])
     left = complex(remaining_impedance(scenario, at)[0])
     gap = eps0 * area * 2 * math.pi * frequency / (1 / left).imag
@@ -146,6 +151,9 @@ def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[f
 
 def estimate_against_law(*, frequency: float) -> float:
     """Return the force from the impedances over that of the law, at a frequency [Hz]."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     scenario = scenarios()["chain"]
     law = mean_force(scenario, phasors(scenario, np.array([frequency])), amplitude=100.0)
     return estimate(scenario, frequency=frequency, voltage=100.0)[1] / float(law[0])

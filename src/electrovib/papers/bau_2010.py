@@ -17,8 +17,6 @@ from electrovib.core.citation import Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -89,6 +87,9 @@ def scenarios() -> dict[str, Scenario]:
 
 def force_change(*, ratio: float) -> float:
     """Return the change of the mean attraction [dB] when the amplitude of the sine is multiplied by a ratio [1]."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     scenario = scenarios()["sine"]
     section = phasors(scenario, np.array([125.0]))
     force = [float(mean_force(scenario, section, amplitude=100.0 * factor)[0]) for factor in (1.0, ratio)]

@@ -19,8 +19,6 @@ from electrovib.core.citation import Check, Citation, cited
 from electrovib.papers import shultz_2018, veijgen_2013
 from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
 from electrovib.scenario import Scenario
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.stack.expand import phasors
 from electrovib.studies.evidence import Measurement, between
 from electrovib.studies.evidence.quantities import coefficient, steady
 
@@ -73,6 +71,9 @@ def friction_per_current(scenario: Scenario) -> float:
 
     The area is that under the load; at a given current a larger area lowers the attraction, which then adds little to it.
     """
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     area = scenario.contact.gross_area(scenario.load.normal_force)
     held = scenario.replace({"contact": {"model": "FixedArea", "area": area}})
     current: float = scenario.drive.amplitude  # type: ignore[attr-defined]

@@ -21,8 +21,6 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -81,6 +79,8 @@ def _finger(title: str, drive: dict[str, Any]) -> Scenario:
 
 def _gap_field(scenario: Scenario) -> float:
     """Return the field of the gap per volt or ampere of the drive [V/m]."""
+    from electrovib.solve.stack.expand import phasors
+
     return float(abs(phasors(scenario, np.array([FREQUENCY]))["gap"].field[0]))
 
 
@@ -97,6 +97,9 @@ def scenarios() -> dict[str, Scenario]:
 
 def mean_attraction(name: str, changes: dict[str, Any] | None = None) -> float:
     """Compute the mean attraction of a preset with some parameters changed, at its drive's frequency and peak."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     scenario = scenarios()[name].replace(changes or {})
     drive: Any = scenario.drive
     section = phasors(scenario, np.array([drive.frequency]))

@@ -23,8 +23,6 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -131,6 +129,9 @@ def cut_off(skin: Material) -> float:
 
 def share_of_plateau(*, frequency: float) -> float:
     """Return the mean attraction of the first-order scenario at a frequency [Hz], over that at 1 GHz."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     scenario = scenarios()["first_order"]
     force = mean_force(scenario, phasors(scenario, np.array([frequency, 1e9])), amplitude=100.0)
     return float(force[0] / force[1])
@@ -138,6 +139,9 @@ def share_of_plateau(*, frequency: float) -> float:
 
 def voltage_exponent() -> float:
     """Return the exponent of the mean attraction as a power of the voltage, between 50 and 100 V."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     scenario = scenarios()["first_order"]
     section = phasors(scenario, np.array([1000.0]))
     force = [float(mean_force(scenario, section, amplitude=voltage)[0]) for voltage in (50.0, 100.0)]

@@ -25,7 +25,6 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.stack.expand import modes
 
 CITATIONS = (
     Citation(
@@ -143,6 +142,8 @@ def pressures(name: str) -> tuple[float, float]:
 
 def time_constant(name: str) -> float:
     """Return the time constant of a scenario of two layers [s]."""
+    from electrovib.solve.stack.expand import modes
+
     section, _ = modes(scenarios()[name])
     return 1 / float(section.modes.rates[0])
 

@@ -31,7 +31,6 @@ from electrovib.physics.roughness import ContactSpots, GaussianGaps, PullingSpot
 from electrovib.physics.stack import Layer, Linear, Section, roles_of
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.stack.section import field_in_gap
 
 CITATIONS = (
     Citation(
@@ -122,6 +121,8 @@ class Persson2018RoughGap(ForceLaw):
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Return the field at each gap of the average times the root of its share of the area."""
+        from electrovib.solve.stack.section import field_in_gap
+
         _refuse_a_gap(section, self.replaces)
         layers = {name: section[name] for name in section.names}
         gaps, shares = self.gaps().rule(_near(layers), count=COUNT, reach=EXTENT)

@@ -432,7 +432,8 @@ def pads() -> dict[str, Measurement]:
     for name, force in (("low", 0.0807), ("high", 0.933)):
         found[f"shultz_{name}"] = pad(
             grigorii_2020.GROUP, 1.0, {250.0: force}, "Two values of one work that differ 12 times, conditions not given.",
-            title=f"shear force of 1 cm2 at 250 V peak, the {name}er of two", source="Shultz 2023, quoted by Rauf 2025, authors' script of figure 1",
+            title=f"shear force of 1 cm2 at 250 V peak, the {name}er of two",
+            source="Shultz 2023, quoted by Rauf 2025, authors' script of figure 1",
             scenario=finger, on="area of a finger", unknown=grigorii_2020.DISPLAY, of_model=ROUGH_GAP,
         )  # fmt: skip
     printed: dict[str, Any] = {"how": "printed", "status": "abstract"}

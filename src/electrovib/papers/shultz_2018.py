@@ -20,8 +20,6 @@ from electrovib.core.citation import Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -86,6 +84,9 @@ def sliding_over_rest(*, gap: float) -> tuple[float, float]:
 
     Ratios, sliding over rest: magnitude of the impedance, and mean attraction in the gap.
     """
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     at = np.array([_CARRIER])
     found = []
     for name, changes in (("sliding", {"stack.gap.thickness": gap}), ("at_rest", {})):

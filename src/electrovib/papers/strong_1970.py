@@ -17,8 +17,6 @@ from electrovib.core.citation import Check, Citation, cited, derived
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
 from electrovib.scenario.sources import PresetNote
-from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.stack.expand import phasors
 
 CITATIONS = (
     Citation(
@@ -96,6 +94,9 @@ def attraction(law: str, *, voltage: float) -> float:
 
 def against_frequency(*, low: float, high: float) -> tuple[float, float]:
     """Compare two frequencies [Hz] at one peak voltage: ratios, high over low, of mean attraction and current density."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
+
     display = scenarios()["display"]
     section = phasors(display, np.array([low, high]))
     force = mean_force(display, section, amplitude=VOLTAGE)

@@ -51,7 +51,6 @@ class Lines:
     frequency: Real
     amplitude: Real
     swing: float
-    span: float
     samples: int
     signal: str
     how: str
@@ -75,7 +74,6 @@ def lines(values: Real, *, span: float, before: float, signal: str, how: str) ->
         frequency=orders / span,
         amplitude=amplitude,
         swing=swing,
-        span=span,
         samples=count,
         signal=signal,
         how=how,

@@ -187,8 +187,10 @@ def few_curves(panel: Panel) -> tuple[Panel, ...]:
     Curves of one look are one thing, which stays together. References, and points that are of no line, are in every panel.
     Lines are equal that differ nowhere by more than 2 %, or 10 % on a logarithmic axis.
     """
-    drawn_ones = [curve for curve in panel.curves if curve.drawn]
-    shown = [each if each.look is not None else replace(each, look=at) for at, each in enumerate(drawn_ones)]
+    shown = [
+        replace(each, look=REFERENCE if each.background else at if each.look is None else each.look)
+        for at, each in enumerate(curve for curve in panel.curves if curve.drawn)
+    ]
     of_lines = {curve.look for curve in shown if curve.kind != "points"} - {REFERENCE}
     of_no_line = (each.look for each in shown if of_lines and each.kind == "points")
     apart = {REFERENCE, *of_no_line} - of_lines

@@ -20,20 +20,19 @@ from electrovib.data.marks import Form
 from electrovib.recordings.importing.merging import is_measured, residuals
 from electrovib.view import summary, tables
 from electrovib.view.documents import html
-from electrovib.view.lines import envelope, scenario_or_none
+from electrovib.view.lines import Line, scenario_or_none
 from electrovib.view.pages import check_page
+from electrovib.view.plots.draw import draw, finish
 from electrovib.view.report_figures import figures
 from electrovib.view.style import COLOURS, NEUTRAL
-from electrovib.view.units import label_axis, pretty_quantity
+from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import xarray
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from electrovib.core.arrays import Real
     from electrovib.recordings.importing.merging import SignalResidual
     from electrovib.scenario import Scenario
 
@@ -331,25 +330,22 @@ def _residual_figures(compared: Sequence[Compared]) -> list[Drawing]:
 
 
 def _draw(each: Compared, figure: Figure) -> None:
-    """Draw measurement and prediction, and their residual below; of an impedance the moduli."""
+    """Draw prediction and measured points, and their residual below; of an impedance the moduli."""
     found = each.found
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     words, unit = found.name.replace("_", " "), signal(found.name).unit
-    if np.iscomplexobj(found.measured):
+    is_complex = np.iscomplexobj(found.measured)
+    part = np.abs if is_complex else np.real
+    if is_complex:
         words = f"modulus of {words}"
         above.set_yscale("log")
     if found.along == "frequency":
         above.set_xscale("log")
-    _curve(above, found.axis, found.measured, COLOURS[0], each.measured)
-    _curve(above, found.axis, found.predicted, COLOURS[1], each.predicted)
-    _curve(below, found.axis, found.residual, COLOURS[0], "")
+    points = Line(x=found.axis, y=part(found.measured), label=each.measured, colour=COLOURS[0], measured=True)
+    line = Line(x=found.axis, y=part(found.predicted), label=each.predicted, colour=COLOURS[1])
+    residual = Line(x=found.axis, y=part(found.residual), label="", colour=COLOURS[0])
     below.axhline(0.0, color=NEUTRAL, linewidth=0.8)
-    above.legend(loc="best")
-    label_axis(above.yaxis, words, unit)
-    label_axis(below.yaxis, "residual", unit)
-    label_axis(below.xaxis, found.along, signal(found.along).unit)
-
-
-def _curve(ax: Axes, axis: Real, values: np.ndarray, colour: str, label: str) -> None:
-    x, y = envelope(axis, np.abs(values) if np.iscomplexobj(values) else np.asarray(values, dtype=float))
-    ax.plot(x, y, color=colour, label=label or "_nolegend_")
+    for ax, what, drawn in ((above, words, [points, line]), (below, "residual", [residual])):
+        draw(ax, drawn)
+        finish(ax, x=(found.along, signal(found.along).unit), y=(what, unit), drawn=drawn)
+        ax.label_outer()

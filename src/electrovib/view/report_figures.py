@@ -81,9 +81,8 @@ def _over_parameters(trace: xarray.Dataset, label: str, name: str) -> list[Drawi
         units = swept_units(trace)
         at = ", ".join(f"{path} = {shown_value(chosen[path].item(), units.get(path, ''))}" for path in held)
         scenario = scenario_or_none(trace)
-        title = f"Over {' and '.join(words_at(scenario, path) for path in paths[-_DRAWN_OVER:])}" + (
-            f": {label}" if label else ""
-        )
+        over = " and ".join(f"the {words_at(scenario, path)}" for path in paths[-_DRAWN_OVER:])
+        title = f"Over {over}" + (f": {label}" if label else "")
         caption = f"Taken over {trace.attrs.get('taken_over', 'each case')}" + (f", at {at}." if at else ".")
         figures += _multiples({}, wanted, title, f"{name}_{place}", caption=caption)
     return figures

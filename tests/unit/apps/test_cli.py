@@ -90,7 +90,7 @@ def test_numbers_of_a_sweep_as_a_table_and_again(said, here):
     assert (here / "b.csv").read_text() == (here / "a.csv").read_text()
     ranges = next(line for line in printed.splitlines() if "mean electrostatic_force: " in line)
     first = said("report a.csv -o a.html").splitlines()[0]
-    assert "Over drive.rise" in (here / "a.html").read_text()
+    assert "Over the rise of the drive" in (here / "a.html").read_text()
     assert "Mean electrostatic force: " in first
     assert ranges.partition(": ")[2].split(" (")[0] in first
 

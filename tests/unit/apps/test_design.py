@@ -56,12 +56,16 @@ def test_a_space_with_its_draws(said):
     assert drawn in said(f"{ASKED} --space fingers -n 5 --seed 2 --linear")
 
 
-@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.__name__)
 def test_every_argument_of_a_form_is_one_of_the_function(form):
-    assert set(form.accepts) <= set(inspect.signature(ev.design).parameters)
-    assert form_of(dict.fromkeys(form.needs, "given")) is form
+    taken = inspect.signature(form).parameters
+    assert set(taken) <= set(inspect.signature(ev.design).parameters)
+    needs = [name for name, each in taken.items() if each.default is each.empty and name != "scenario"]
+    assert form_of(dict.fromkeys(needs, "given")) is form
+    with pytest.raises(InputError, match=rf"{needs[1]}: not given, but the design of .* needs it"):
+        form_of({needs[0]: "given"})
     with pytest.raises(InputError, match=r"colour: does not belong to the design of .*omit it"):
-        form_of(dict.fromkeys([*form.needs, "colour"], "given"))
+        form_of(dict.fromkeys([*needs, "colour"], "given"))
 
 
 def test_a_parameter_is_sought_in_a_range_and_the_rest_of_the_answer_is_asked_for(said):

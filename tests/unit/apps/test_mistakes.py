@@ -169,7 +169,6 @@ compare my.toml --material pet --models x => --models: does not belong to --mate
 compare my.toml --material pet --layer gap => layer 'gap': the stack has none
 # times and swipes
 times --swipes . => .: is a folder; give the name of a file in it.
-times --swipes a.nc --trim 50 => trim = 50 %: expected 0 to 40 %
 times a.nc --swipes --by x => --by: does not belong to --swipes
 times a.csv --recipe gone.toml --speed '1 m/s' => channels: belongs to
 times a.csv --speed '1 m/s' => --speed: does not belong

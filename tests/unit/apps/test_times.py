@@ -159,7 +159,6 @@ def test_each_of_several_swipes_has_its_rows(said, numbers):
     [
         ("rail.nc", ["the sensor of the normal force is at its rail", "cannot be determined"]),
         ("force.nc", ["needs a lateral force over time; the signals are normal_force"]),
-        ("swipe.csv --recipe rig.toml --trim 60", ["trim = 60 %"]),
         ("swipe.csv --recipe rig.toml --speed '40 mm/s'", ["states its speed too"]),
         ("swipe.csv --recipe wrong.toml", ["encoder.step"]),
         ("swipe.csv --recipe absent.toml", ["No such file"]),

@@ -131,6 +131,17 @@ def test_a_member_is_found_wherever_in_the_room_of_its_family_it_is():
     assert said == "True False\n"
 
 
+def test_a_family_that_is_not_of_physics_has_its_members_beside_it():
+    """So none is missed, although no other folder is imported for a name."""
+    for family in Model.__subclasses__():
+        if (
+            family.is_family
+            and family.__module__.startswith("electrovib.")
+            and ".physics." not in family.__module__
+        ):
+            assert {each.__module__ for each in find_members(family).values()} == {family.__module__}
+
+
 def test_a_paper_is_imported_only_when_its_name_is_wanted(monkeypatch, fresh):
     def refuse():
         raise AssertionError("papers were imported")

@@ -399,8 +399,3 @@ def with_nan(values):
 def test_what_is_no_swipe_is_refused(columns, options, words):
     with pytest.raises(InputError, match=words):
         swiped(columns, **options)
-
-
-def test_trim_has_bounds():
-    with pytest.raises(InputError, match=r"trim = 50 %: expected 0 to 40 %"):
-        reduce_swipe(calibrated(made(), channels()), trim=0.5)

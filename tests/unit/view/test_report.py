@@ -119,7 +119,7 @@ def test_a_sweep_says_what_was_swept(tmp_path, swept):
     _, page = written(tmp_path, swept)
     for words in (
         "Each diagnostic is that of the case nearest to its limit, or furthest beyond it.",
-        "Over thickness of the gap",
+        "Over the thickness of the gap",
         "Taken over the whole time.",
         "100 nm … 100 µm (15 values)",
     ):
@@ -172,6 +172,6 @@ def test_a_sweep_over_three_parameters_draws_maps_at_the_ends_of_the_first(tmp_p
     cube = sweep(scenario, over, quantities=["mean electrostatic_force"])
     _, page = written(tmp_path, {"cube": cube, "one": sweep(scenario, {}, quantities=["peak current"])})
     text = " ".join(page.words)
-    title = "Over thickness of the gap and rise of the drive: cube"
+    title = "Over the thickness of the gap and the rise of the drive: cube"
     assert all(words in text for words in (title, "at drive.high = 10 V.", "at drive.high = 30 V."))
     assert "drive.high = 20 V" not in text

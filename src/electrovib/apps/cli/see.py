@@ -161,6 +161,8 @@ def list_(given: Arguments) -> None:
         from electrovib.studies.catalogue.populations import spaces
 
         show(str(spaces(words if kind != "spaces" else after)))
+    elif words in ("", "models") and "all" not in given:
+        show(catalogue.overview().rstrip())
     else:
         show(str(catalogue.models(after if kind == "models" else words, complete="all" in given)))
 

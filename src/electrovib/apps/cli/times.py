@@ -31,7 +31,6 @@ record                Trace file with signals over time, as electrovib import wr
 --swipes              Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.
 --recipe FILE.toml -> channels  Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.
 --speed SPEED         Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
---trim PER_CENT       Of --swipes: part of the distance omitted at both ends of a slide. [default: 5.0]
 -o, --output DIR      Folder for report.html and times.csv, or swipes.csv.
 --force
 """)
@@ -45,8 +44,8 @@ def times(given: Arguments) -> None:
     from electrovib.view.times import TimesAnswer, rows_of
 
     if given.keys() & {"swipes", "channels"}:
-        given.only("record swipes channels speed trim output", "--swipes")
-        of_swipes = given.take("record channels speed trim output force")
+        given.only("record swipes channels speed output", "--swipes")
+        of_swipes = given.take("record channels speed output force")
         answered(SwipesAnswer, _swipes, "finding swipes", of_swipes, _tell_swipes)
         return
     given.only(
@@ -60,7 +59,6 @@ def times(given: Arguments) -> None:
         known = [each for each in (answer.found, answer.rings) if each is not None]
         say(*(text for each in known for text in each.words), *why)
 
-    given.take("trim")
     answered(TimesAnswer, functools.partial(_times, why), "measuring times", given, tell)
 
 
@@ -111,12 +109,12 @@ def _levels(text: str) -> tuple[float, float]:
     return low, high
 
 
-def _swipes(record: str, *, trim: float, **options: Any) -> SwipesAnswer:
+def _swipes(record: str, **options: Any) -> SwipesAnswer:
     """Find contacts and slides, and reduce them to friction and forces."""
     from electrovib.recordings.swipe import reduce_swipes
     from electrovib.view.swipe import SwipesAnswer
 
-    return SwipesAnswer(swipes=reduce_swipes(record, trim=trim / 100, **options), source=Path(record).name)
+    return SwipesAnswer(swipes=reduce_swipes(record, **options), source=Path(record).name)
 
 
 def _tell_swipes(answer: SwipesAnswer, **_: object) -> None:

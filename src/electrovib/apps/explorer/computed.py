@@ -20,6 +20,9 @@ from electrovib.physics.perception import Perception
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.meter import measured
 from electrovib.solve.simulate import Simulated, provenance
+from electrovib.studies.widths import factor_of
+from electrovib.view.summary import quantities_of_scenario
+from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     import xarray
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.studies.check.result import CheckResult
+    from electrovib.studies.evidence import Measurement
     from electrovib.studies.perceive import Percept
 
 
@@ -44,9 +48,9 @@ class Computed:
         return self.found.trace(provenance(self.scenario))
 
     @functools.cached_property
-    def forces(self) -> dict[str, key_figures.KeyFigure]:
-        """Key figures of the forces, at the output times."""
-        return key_figures.forces(self)
+    def figures(self) -> dict[str, key_figures.KeyFigure]:
+        """Key figures of the run: forces at the output times, and validity."""
+        return key_figures.forces(self) | {key_figures.VALIDITY: key_figures.validity(self.diagnostics)}
 
     @property
     def diagnostics(self) -> list[Diagnostic]:
@@ -92,6 +96,7 @@ TIME, FADING, FREQUENCY, LAWS, FELT, SAFETY, RECORDING = TABS = (
     "Recording",
 )
 POPULATION: Final = "fingers"
+PEAK: Final = "peak electrostatic_force"
 SEED: Final = 1
 """Of the draws from the population: the same fingers at every position of a slider, so that the band moves smoothly."""
 
@@ -101,7 +106,8 @@ class Further:
     """Results beside the Trace; each is None, or empty, until it is computed.
 
     `band` has ``frequency`` [Hz], ``low``, ``middle`` and ``high`` [N], each (n,): 5, 50 and 95 % of the
-    fingers of a population; `drawn` says what differs between these fingers, and what does not. `laws` are
+    fingers of a population; `drawn` says what differs between these fingers, and what does not. `measured` is what
+    somebody measured in this set-up, `laws` are
     other force laws on the same finger and plate, and `left_out` those that cannot run here, with the reason.
     `percept` is what is felt, `check` the comparison with limits, and `forces` are exact key figures; `unanswered`
     is the name of a key figure to the reason why it is not known. `problems` says what could not be computed for
@@ -110,6 +116,7 @@ class Further:
 
     band: Mapping[str, NDArray[Any]] | None = None
     drawn: str = ""
+    measured: MeasuredForce | None = None
     laws: Mapping[str, Computed] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
     percept: Percept | None = None
@@ -135,6 +142,8 @@ def slices(tab: str, found: Computed) -> Iterator[Slice]:
     }
     if tab in works:
         yield functools.partial(_guarded, *works[tab], found=found)
+    if tab == LAWS:
+        yield functools.partial(_with_measured, found=found)
     for name in find_members(ForceLaw) if tab == LAWS else ():
         if name != type(found.scenario.force).__name__:
             yield functools.partial(_with_law, found=found, name=name)
@@ -237,6 +246,61 @@ def _named(paths: Iterable[str]) -> str:
         *owners, name = path.replace("_", " ").split(".")
         words.append(f"{name} of the {owners[1 if owners[0] == 'stack' else 0]}")
     return ", ".join(words)
+
+
+@dataclass(frozen=True)
+class MeasuredForce:
+    """What somebody measured in the set-up of the page, and the interval of the largest attraction that gives it [N]."""
+
+    name: str
+    words: str
+    interval: tuple[float, float]
+
+
+@functools.cache
+def _measured_forces() -> list[Measurement]:
+    from electrovib.studies.evidence import measurements
+
+    return [
+        each
+        for each in measurements().values()
+        if each.judges == "force" and isinstance(each.quantity, str) and not each.per and not each.over
+    ]
+
+
+_SET_UP: Final = ("drive", "friction", "contact", "load", "motion", "circuit", "stack")
+"""What an experiment consists of; a gap belongs to the law rather than to what was measured."""
+
+
+def _printed(scenario: Scenario, unknown: Iterable[str]) -> dict[str, Any]:
+    """Return the drive and the numbers of an experiment, but those that a publication leaves open."""
+    left_out = ("stack.gap.", *unknown)
+    numbers = {path: value for path, value, _ in scenario.parameters() if path.startswith(_SET_UP)}
+    kept = {path: value for path, value in numbers.items() if not path.startswith(left_out)}
+    return kept | {"drive": type(scenario.drive)}
+
+
+def _with_measured(known: Further, *, found: Computed) -> Further:
+    """Add the first measurement of the set-up whose quantity is proportional to the attraction."""
+    scenario = found.scenario
+    for each in _measured_forces():
+        quantity = str(each.quantity)
+        is_other = _printed(scenario, each.unknown) != _printed(each.scenario, each.unknown)
+        if is_other or factor_of(scenario, quantity) is None:
+            continue
+        computed = quantities_of_scenario(scenario, (quantity, PEAK), quick=True)
+        if not computed.get(quantity):
+            continue
+        (value,), (spread,) = each.values, each.spread
+        largest = computed[PEAK] * value / (each.scale * computed[quantity])
+        words = (
+            f"Measured in this set-up: {each.title}, {pretty_quantity(value, each.unit, digits=3)} ({each.source}; standard"
+            f" deviation {100 * spread:.0f} % between {each.spread_of}). With the friction of this scenario this takes a largest"
+            f" attraction of {pretty_quantity(largest, 'N', digits=3)}."
+        )
+        interval = largest / (1 + spread), largest * (1 + spread)
+        return replace(known, measured=MeasuredForce(f"measured: {each.source}", words, interval))
+    return replace(known, measured=None)
 
 
 def _with_law(known: Further, *, found: Computed, name: str) -> Further:

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.apps.explorer.fading_words import answer, sentences
+from electrovib.apps.explorer.pictures import rounded
 from electrovib.physics.material import Constant
 from electrovib.view.plots.layers import drawn_heights
 from electrovib.view.style import layer_colours
 from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from electrovib.apps.explorer.computed import Computed
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
@@ -30,7 +29,6 @@ _TURNS: Final = 8
 """Highest and lowest voltages after which a drive that goes on is shown no longer."""
 _UNCHANGED: Final = 0.01
 """Part of its largest value by which a signal may still change where it is shown no longer."""
-_DIGITS: Final = 4
 _LIKE_THE_FORCE: Final = 0.05
 """Largest difference between the force and the squared field of the layer that the force follows, over their peaks."""
 _NEEDED: Final = ("field", "displacement", "drive_voltage", "electrostatic_force")
@@ -199,12 +197,12 @@ def animation(found: Computed) -> dict[str, Any]:
             {"name": words, "height": round(heights[name], 3), "colour": layer_colours(list(layers))[name]}
             for name, words in zip(layers, pulse.layers, strict=True)
         ],
-        "time": _numbers(pulse.time[places]),
-        "drive": _numbers(pulse.drive[places]),
-        "force": _numbers(pulse.force[places]),
-        "voltages": [_numbers(row) for row in pulse.voltages[:, places]],
-        "charges": [_numbers(row) for row in charges[:, places]],
-        "lines": [_numbers(row / sign, 3) for row in pulse.displacements[:, places]],
+        "time": rounded(pulse.time[places]),
+        "drive": rounded(pulse.drive[places]),
+        "force": rounded(pulse.force[places]),
+        "voltages": [rounded(row) for row in pulse.voltages[:, places]],
+        "charges": [rounded(row) for row in charges[:, places]],
+        "lines": [rounded(row / sign) for row in pulse.displacements[:, places]],
         "starts": starts,
         "said": [words for _, words in told],
         "axes": {
@@ -262,9 +260,3 @@ def _round_up(value: float, digits: Iterable[int]) -> float:
     """Return the smallest of some digits times a power of ten that is not below the value."""
     power = 10.0 ** math.floor(math.log10(value) + 1e-9)
     return min(digit for digit in digits if digit * power >= value * (1 - 1e-9)) * power
-
-
-def _numbers(values: NDArray[Any], digits: int = _DIGITS) -> list[float]:
-    """Return numbers of few digits; what is lost against the largest of them becomes 0."""
-    floor = 10.0**-7 * float(np.abs(values).max(initial=0.0))
-    return [float(f"{each:.{digits}g}") if abs(each) > floor else 0.0 for each in values.tolist()]

@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.diagnostics import STATES
 from electrovib.studies.check.result import FAIL, OUTCOMES, UNCERTAIN, UNKNOWN, nearest_limit
 from electrovib.studies.widths import TOGETHER
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from electrovib.apps.explorer.computed import Computed, Further
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.studies.check.result import CheckRow
     from electrovib.studies.perceive import Percept
 
@@ -25,11 +29,12 @@ FORCES: Final = {
 """Quantities of a run, and what the page calls them."""
 FELT: Final = "Felt?"
 LIMIT: Final = "Nearest limit"
+VALIDITY: Final = "Validity"
 
 
 @dataclass(frozen=True)
 class KeyFigure:
-    """A value in words, and a line about it; `state` is that of a limit: ``"pass"``, ``"unknown"`` or ``"fail"``."""
+    """A value in words, and a line about it; `state` is that of a limit or a diagnostic, such as ``"pass"`` or ``"warning"``."""
 
     value: str
     note: str = ""
@@ -39,6 +44,15 @@ class KeyFigure:
 def forces(found: Computed, note: str = "") -> dict[str, KeyFigure]:
     """Return the forces of a run at its output times, which are those of its curves; `note` stands below them."""
     return {name: _sampled(found, *quantity.split(), note=note) for quantity, name in FORCES.items()}
+
+
+def validity(diagnostics: Sequence[Diagnostic]) -> KeyFigure:
+    """Name what the result leaves open; the sentences stand below the curves."""
+    found = {state: [each.name for each in diagnostics if each.state == state] for state in STATES}
+    counts = [f"{len(found[state])} {state}" for state in reversed(STATES) if state != "ok" and found[state]]
+    worst = next((state for state in reversed(STATES) if found[state]), "ok")
+    names = [] if worst == "ok" else found[worst]
+    return KeyFigure(", ".join(counts) or "ok", ", ".join(names).replace("_", " "), worst)
 
 
 def exact_forces(found: Computed) -> dict[str, KeyFigure]:
@@ -99,7 +113,7 @@ def felt(percept: Percept) -> KeyFigure:
 
 
 def _level(value: float) -> str:
-    return f"{value:+.0f}".replace("-", "\N{MINUS SIGN}").replace("+0", "0")
+    return f"{np.round(value) + 0.0:+.0f}".replace("-", "\N{MINUS SIGN}").replace("+0", "0")
 
 
 def limit(row: CheckRow | None, state: str) -> KeyFigure:

@@ -10,8 +10,6 @@ LONGEST_VALUE: Final = 300
 """Letters of a value in a link."""
 LONGEST_LINK: Final = 6000
 """Letters of the part of an address behind its question mark."""
-MOST_PINNED: Final = 4
-"""Curves that are kept for comparison."""
 MOST_SAMPLES: Final = 20_000
 """Output times, and frequencies, of one simulation."""
 SHOWN_SAMPLES: Final = 400

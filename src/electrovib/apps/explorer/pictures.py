@@ -13,6 +13,7 @@ import numpy as np
 
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.core.signals import SIGNALS
+from electrovib.studies.widths import TYPICAL_FACTORS
 from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, layer_colours
 from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
 
@@ -20,10 +21,11 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.apps.explorer.computed import Computed
+    from electrovib.apps.explorer.computed import Computed, MeasuredForce
+    from electrovib.apps.explorer.session import Earlier
 
-PINNED: Final = ("dash", "dot", "dashdot", "longdash")
-"""Dashes of the curves that are kept for comparison."""
+MOST_CURVES: Final = 5
+"""Curves of one plot, each in a colour of its own; the faint ones behind them are the same once more."""
 _LAYER_DASHES: Final = ("solid", "dash", "dot", "dashdot")
 """Dashes of the curves of layers, from the plate on: one that coincides with another one hides nothing."""
 _DIGITS: Final = 5
@@ -63,7 +65,7 @@ class PlottedCurve:
 
     Curves of the same `name` share an entry of the legend; the text on hover always has it. `colour` is
     ``#rrggbb``, `dash` as Plotly calls it. `fill_from` (n,) is the lower edge of a band whose upper edge is
-    `y`; the band is filled and has no line. A `is_faint` line lies behind and says nothing on hover.
+    `y`; the band is filled and has no line. A `is_faint` line lies behind, and neither legend nor hover names it.
     """
 
     x: ArrayLike
@@ -73,7 +75,6 @@ class PlottedCurve:
     dash: str = "solid"
     fill_from: ArrayLike | None = None
     width: float = 1.8
-    in_legend: bool = True
     is_faint: bool = False
 
 
@@ -88,8 +89,8 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict
     data: list[dict[str, Any]] = []
     named: set[str] = set()
     for each in curves:
-        data += _lines(each, x_scale, y_scale, unit, show=each.in_legend and each.name not in named)
-        if each.in_legend:
+        data += _lines(each, x_scale, y_scale, unit, show=not each.is_faint and each.name not in named)
+        if not each.is_faint:
             named.add(each.name)
     rows = math.ceil(sum(48 + 6.2 * len(name) for name in named) / _LEGEND)
     return {
@@ -128,7 +129,7 @@ def _lines(
     curve: PlottedCurve, x_scale: float, y_scale: float, unit: str, *, show: bool
 ) -> list[dict[str, Any]]:
     def line(x: NDArray[Any], y: NDArray[Any], **more: Any) -> dict[str, Any]:
-        points = {"x": _numbers(x / x_scale), "y": _numbers(y / y_scale)}
+        points = {"x": rounded(x / x_scale), "y": rounded(y / y_scale)}
         named = {"name": curve.name, "legendgroup": curve.name, "showlegend": show}
         return {"type": "scatter", "mode": "lines", **points, **named, **more}
 
@@ -151,7 +152,7 @@ def hover(unit: str, name: str) -> str:
     return f"%{{y:.4~g}} {unit}<extra>{name}</extra>"
 
 
-def _numbers(values: NDArray[Any]) -> tuple[float | None, ...]:
+def rounded(values: NDArray[Any]) -> tuple[float | None, ...]:
     """Round to a few digits, so that little is sent; numbers that are not finite become gaps.
 
     The framework watches every item of a list for changes, which takes longer than the simulation; a tuple is sent as it is.
@@ -219,8 +220,8 @@ _OVER_TIME: Final = (
         _VOLTAGE,
         {
             "drive_voltage": "drive",
-            "plate_voltage": "plate, behind the amplifier",
             "effective_voltage": "effective",
+            "plate_voltage": "plate, behind the amplifier",
         },
     ),
     ("Drive current", Axis("current", "A"), {"drive_current": "drive"}),
@@ -232,21 +233,14 @@ _OVER_TIME: Final = (
     ),
 )
 """Title, axis and signals of each plot over time."""
-_BEFORE: Final = ", before"
-"""What the names of curves before the last change end with."""
 _COMPARABLE: Final = 20.0
 """Ratio of the largest voltages of two layers up to which both can be read on one axis."""
 
 
-def over_time(
-    shown: Computed, pinned: Sequence[Computed] = (), former: Computed | None = None
-) -> list[dict[str, Any]]:
-    """Plot voltages, attraction, friction and fields over time.
-
-    Results that are pinned have dashed curves, the `former` one faint ones.
-    """
-    plots = [_signals(title, TIME, y, names, shown, pinned, former) for title, y, names in _OVER_TIME]
-    return _with_curves([*plots, _layer_voltages(shown, former)])[:4]
+def over_time(shown: Computed, earlier: Earlier | None = None) -> list[dict[str, Any]]:
+    """Plot voltages, attraction, friction and fields over time; an earlier result in colours of its own if kept, else faintly."""
+    plots = [_signals(title, TIME, y, names, shown, earlier) for title, y, names in _OVER_TIME]
+    return _with_curves([*plots, _layer_voltages(shown, earlier)])[:4]
 
 
 def unknown_signals(shown: Computed) -> list[str]:
@@ -256,15 +250,11 @@ def unknown_signals(shown: Computed) -> list[str]:
 
 
 def over_frequency(
-    shown: Computed,
-    pinned: Sequence[Computed] = (),
-    former: Computed | None = None,
-    *,
-    band: Mapping[str, NDArray[Any]] | None = None,
+    shown: Computed, earlier: Earlier | None = None, *, band: Mapping[str, NDArray[Any]] | None = None
 ) -> list[dict[str, Any]]:
     """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance.
 
-    Curves as in `over_time`. `band` has ``frequency`` [Hz], ``low`` and ``high`` [N] of fingers, each of shape (n,).
+    `band` has ``frequency`` [Hz], ``low`` and ``high`` [N] of fingers, each of shape (n,).
     """
     fingers = []
     if band is not None and shown.has("mean_force"):
@@ -272,21 +262,35 @@ def over_frequency(
         fingers = [PlottedCurve(band["frequency"], band["high"], name, colour, fill_from=band["low"])]
     force, magnitude = {"mean_force": "mean force of the scenario"}, {"impedance": "magnitude"}
     ohms = Axis("impedance", "ohm", is_logarithmic=True, lowest=1e-12)
-    share, seconds = (Axis(*each, is_logarithmic=True) for each in (("share", "1"), ("time constant", "s")))
+    share, seconds = (
+        Axis(*each, is_logarithmic=True) for each in (("share of the voltage", "1"), ("time constant", "s"))
+    )
     times, shares = _TIME_CONSTANTS, "Share of the voltage across each layer"
     gains = functools.partial(_of_layers, signal="field_gain")
     return _with_curves([
-        _signals("Mean force under a sine", FREQUENCY, _LOGARITHMIC_FORCE, force, shown, pinned, former, fingers),
-        _layers(times, FREQUENCY, seconds, shown, former, _time_constants),
-        _layers(shares, FREQUENCY, share, shown, former, gains),
-        _signals("Magnitude of the impedance", FREQUENCY, ohms, magnitude, shown, pinned, former),
+        _signals("Mean force under a sine", FREQUENCY, _LOGARITHMIC_FORCE, force, shown, earlier, fingers),
+        _layers(times, FREQUENCY, seconds, shown, earlier, _time_constants),
+        _layers(shares, FREQUENCY, share, shown, earlier, gains),
+        _signals("Magnitude of the impedance", FREQUENCY, ohms, magnitude, shown, earlier),
     ])  # fmt: skip
 
 
-def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]]:
-    """Plot the force of each law over time and over frequency; the law of the page has a solid line."""
-    cases = {type(shown.scenario.force).__name__: shown, **others}
-    looks = [(colour, "dash" if place else "solid") for place, colour in enumerate(COLOURS + FURTHER_COLOURS)]
+def laws(
+    shown: Computed, others: Mapping[str, Computed], measured: MeasuredForce | None = None
+) -> list[dict[str, Any]]:
+    """Plot the force of the law of the page, and of those that miss measured forces the least, over time and over frequency.
+
+    The law of the page has a thick solid line; what was `measured` is a band over time.
+    """
+    cases = {f"{type(shown.scenario.force).__name__} (this scenario)": shown}
+    cases |= {
+        name: others[name]
+        for name in sorted(others, key=lambda each: TYPICAL_FACTORS.get(each, math.inf))[: MOST_CURVES - 1]
+    }
+    looks = [
+        (colour, "dash" if place else "solid", None, 1.8 if place else 3.2)
+        for place, colour in enumerate(COLOURS)
+    ]
     plots = []
     for title, signal, x, y in (
         ("Electrostatic force of each law", "electrostatic_force", TIME, _FORCE),
@@ -294,9 +298,13 @@ def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]
     ):
         curves = [
             PlottedCurve(case.values(x.words), case.values(signal), name, *look)
-            for (name, case), look in zip(cases.items(), itertools.cycle(looks), strict=False)
+            for (name, case), look in zip(cases.items(), looks, strict=False)
             if case.has(signal)
         ]
+        if measured is not None and x is TIME:
+            ends, colour, (low, high) = shown.values("time")[[0, -1]], FURTHER_COLOURS[0], measured.interval
+            curves.append(PlottedCurve(ends, [math.sqrt(low * high)] * 2, measured.name, colour, "dot"))
+            curves.append(PlottedCurve(ends, [high] * 2, measured.name, colour, fill_from=[low] * 2))
         plots.append(figure(title, x, y, curves))
     return _with_curves(plots)
 
@@ -337,27 +345,28 @@ def _signals(
     y: Axis,
     names: Mapping[str, str],
     shown: Computed,
-    pinned: Sequence[Computed],
-    former: Computed | None,
+    earlier: Earlier | None,
     first: Sequence[PlottedCurve] = (),
 ) -> dict[str, Any]:
-    """Plot signals, the modulus of complex ones, of the present result and of those before it."""
-    before = [] if former is None else [(former, "solid", _BEFORE)]
-    places = enumerate(zip(pinned, PINNED, strict=False), 1)
-    kept = [(each, dash, f", kept {place}") for place, (each, dash) in places]
-    curves = [
-        PlottedCurve(
-            each.values(x.words), _real(each.values(signal)), f"{words}{which}", colour, dash,
-            in_legend=not which, is_faint=which == _BEFORE,
-        )
-        for each, dash, which in [(shown, "solid", ""), *kept, *before]
-        for colour, (signal, words) in zip(COLOURS, names.items(), strict=False)
-        if _is_known(each, signal, x)
-    ]  # fmt: skip
+    """Plot signals, the modulus of complex ones, of the present result and of an earlier one."""
+
+    def of(each: Computed, which: str, colours: Sequence[str], **look: Any) -> list[PlottedCurve]:
+        return [
+            PlottedCurve(each.values(x.words), _real(each.values(signal)), f"{words}{which}", colour, **look)
+            for colour, (signal, words) in zip(colours, names.items(), strict=False)
+            if _is_known(each, signal, x)
+        ]
+
+    curves = [*first, *of(shown, "", COLOURS)]
+    if earlier is not None and earlier.is_kept:
+        curves += of(earlier.computed, ", A", COLOURS[len(_OVER_TIME[0][2]) :], dash="dash")
+    elif earlier is not None:
+        curves += of(earlier.computed, ", before", COLOURS, is_faint=True)
     present = [words for signal, words in names.items() if _is_known(shown, signal, x)]
     if len(names) > 1 == len(present):  # the legend, which would name the only curve, is omitted
         title = f"{title}: {present[0]}"
-    return figure(title, x, y, [*first, *curves])
+    named = [each for each in curves if not each.is_faint][:MOST_CURVES]
+    return figure(title, x, y, [*named, *(each for each in curves if each.is_faint)])
 
 
 def _real(values: NDArray[Any]) -> NDArray[Any]:
@@ -382,11 +391,11 @@ def _layers(
     x: Axis,
     y: Axis,
     shown: Computed,
-    former: Computed | None,
+    earlier: Earlier | None,
     values_of: Callable[[Computed], Mapping[str, NDArray[Any]]],
     notes: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Plot a curve for each layer that has values, in its colour."""
+    """Plot a curve for each layer that has values, in its colour; those of an earlier result are faint."""
     layers = list(shown.scenario.stack.layers)
     looks = dict(
         zip(layers, zip(layer_colours(layers).values(), itertools.cycle(_LAYER_DASHES)), strict=False)
@@ -394,17 +403,16 @@ def _layers(
     curves = [
         PlottedCurve(
             each.values(x.words), values, name.replace("_", " ") + (notes or {}).get(name, ""), *looks[name],
-            in_legend=each is shown, is_faint=each is not shown,
+            is_faint=bool(place),
         )
-        for each in (shown, former)
-        if each is not None
+        for place, each in enumerate([shown] if earlier is None else [shown, earlier.computed])
         for name, values in values_of(each).items()
         if name in looks
     ]  # fmt: skip
     return figure(title, x, y, curves)
 
 
-def _layer_voltages(shown: Computed, former: Computed | None = None) -> dict[str, Any]:
+def _layer_voltages(shown: Computed, earlier: Earlier | None = None) -> dict[str, Any]:
     """Plot the voltage across each layer, its field times its thickness; relative ones where they differ by much."""
 
     def voltages(each: Computed) -> dict[str, NDArray[Any]]:
@@ -415,14 +423,14 @@ def _layer_voltages(shown: Computed, former: Computed | None = None) -> dict[str
     sizes = [each for each in largest.values() if each > 0]
     title = "Voltage across each layer"
     if not sizes or max(sizes) <= _COMPARABLE * min(sizes):
-        return _layers(title, TIME, _VOLTAGE, shown, former, voltages)
+        return _layers(title, TIME, _VOLTAGE, shown, earlier, voltages)
 
     def relative(each: Computed) -> dict[str, NDArray[Any]]:
         return {name: value / (largest.get(name) or 1.0) for name, value in voltages(each).items()}
 
     notes = {name: f" (1 is {pretty_quantity(each, 'V', digits=3)})" for name, each in largest.items()}
-    axis = Axis("voltage / largest", "1")
-    return _layers(f"{title} over its largest", TIME, axis, shown, former, relative, notes)
+    axis = Axis("relative voltage", "1")
+    return _layers(f"{title} over its largest", TIME, axis, shown, earlier, relative, notes)
 
 
 _TIME_CONSTANTS: Final = "Time constant of each layer: permittivity / conductivity"

@@ -276,11 +276,8 @@ MOST_FREE: Final = 6
 """Parameters that a page fits at once."""
 LONGEST_FIT: Final = 120.0
 """Seconds after which a fit is ended."""
-MOST_FITS: Final = 2
-"""Fits of all visitors that run at the same time."""
 _WITHOUT_EFFECT: Final = frozenset({"perception", "limits", "time", "frequency"})
 """Sections whose parameters change no signal."""
-_FREE: Final = threading.BoundedSemaphore(MOST_FITS)
 
 
 def fittable(scenario: Scenario) -> list[str]:
@@ -325,19 +322,8 @@ class RunningFit:
     def run(self) -> FitResult:
         """Fit the parameters to the recording, as `electrovib.fit`.
 
-        An error is raised if the fit was cancelled, takes too long, does not find the parameters, or would be
-        one fit too many.
+        An error is raised if the fit was cancelled, takes too long, or does not find the parameters.
         """
-        if not _FREE.acquire(blocking=False):
-            raise InputError(
-                f"{MOST_FITS} fits run on this server; start this one again when one of them has ended."
-            )
-        try:
-            return self._fit()
-        finally:
-            _FREE.release()
-
-    def _fit(self) -> FitResult:
         from time import monotonic
 
         from electrovib.apps.fit import fit

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, Generic, TypeVar
 
 from electrovib.core.budget import listening
@@ -167,14 +167,11 @@ class Workers:
     """Where the work of all visitors runs, outside of the event loop.
 
     `quick` has threads for simulations that a slider repeats, `patient` for work of many seconds, such as
-    long simulations, fits and reports, so that no short simulation waits for one. `turn` is held by the
-    visitor whose short simulation is computed and drawn: threads of one interpreter do not compute at the
-    same time, so visitors who take turns all have their plots earlier than visitors who share it.
+    long simulations, fits and reports, so that no short simulation waits for one.
     """
 
     quick: Executor
     patient: Executor
-    turn: asyncio.Lock = field(default_factory=asyncio.Lock)
 
 
 async def apart(executor: Executor, work: Callable[[], W]) -> W:

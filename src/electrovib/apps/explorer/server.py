@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import errno
 import gc
 import logging
@@ -306,7 +305,7 @@ class RequestLimits:
     def __init__(self, app: App, *, pages: Mapping[str, Any]) -> None:
         self._app, self._pages = app, pages
         self._connections: Counter[str] = Counter()
-        self._turn, self._waiting = asyncio.Lock(), 0
+        self._coming = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Hand a request to the application, unless it is too large, or one page or connection too many."""
@@ -332,23 +331,21 @@ class RequestLimits:
             self._connections -= Counter([page])
 
     async def _open(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Open a page after those that were asked for before, each of which exists when its answer begins."""
-        if has_room(self._pages, self._waiting):
-            with ExitStack() as turn:
-                self._waiting += 1
-                try:
-                    await self._turn.acquire()
-                finally:
-                    self._waiting -= 1
-                turn.callback(self._turn.release)
-                if has_room(self._pages):
-                    await self._answer(scope, receive, send, turn.close)
-                    return
+        """Open a page; one that is being made counts until its answer begins, when it exists."""
+        if has_room(self._pages, self._coming):
+            with ExitStack() as coming:
+                self._coming += 1
+                coming.callback(self._came)
+                await self._answer(scope, receive, send, coming.close)
+            return
         full = (
             f"This server has {MOST_PAGES} pages open, which is as many as it shows at once."
             " Close one and load this address again after some seconds."
         )
         await refuse(scope, receive, send, full, 503)
+
+    def _came(self) -> None:
+        self._coming -= 1
 
     async def _answer(
         self, scope: Scope, receive: Receive, send: Send, begins: Callable[[], object] = bool

@@ -1,12 +1,12 @@
-"""One visitor of the page: what is shown, what is pinned, and its computation."""
+"""One visitor of the page: what is shown, what it is compared with, and its computation."""
 
 from __future__ import annotations
 
 import asyncio
 import functools
 import logging
-from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from time import monotonic
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -32,11 +32,19 @@ GESTURE: Final = 2.0
 
 
 @dataclass(frozen=True)
-class Pinned:
-    """A result that is kept for comparison, with its name in the list of pinned curves."""
+class Earlier:
+    """A result behind the present one: that before the last change or, kept until it is dropped, the one called A."""
 
-    name: str
     computed: Computed
+    state: PageState
+    further: Further = field(default_factory=Further)
+    is_kept: bool = False
+
+    @property
+    def name(self) -> str:
+        """Scenario and changes."""
+        changes = [f"{path} = {value}" for path, value in self.state.changes.items()]
+        return ", ".join([self.state.preset, *changes])
 
 
 @dataclass
@@ -46,8 +54,7 @@ class Session:
     `own` are the scenarios that the page was started with. `show` is called with every new result, and again
     when more is known beside it; `complain` with a sentence when a scenario cannot be computed, empty when it
     can again; `busy` with True when a computation takes longer than a moment, and with False when it has
-    ended; `tell` with the key figures that follow a result. `former` is the result before the last change,
-    which begins with another parameter, or after a pause.
+    ended; `tell` when key figures follow a result. A change begins with another parameter, or after a pause.
     """
 
     own: Mapping[str, Scenario]
@@ -56,11 +63,10 @@ class Session:
     show: Callable[[Computed, Further], None]
     complain: Callable[[str], None]
     busy: Callable[[bool], object] = bool
-    tell: Callable[[Further], object] = bool
+    tell: Callable[[], object] = bool
     computed: Computed | None = None
     further: Further = field(default_factory=Further)
-    pinned: list[Pinned] = field(default_factory=list)
-    former: Computed | None = None
+    earlier: Earlier | None = None
     measured: xarray.Dataset | None = None
 
     def __post_init__(self) -> None:
@@ -85,34 +91,35 @@ class Session:
 
     def _keep_former(self, state: PageState) -> None:
         """Keep the present result beside the next ones where a change begins; that of another scenario is forgotten."""
+        if self.kept is not None:
+            return
         if state.preset != self.state.preset:
-            self.former = None
+            self.earlier = None
             return
         before, after = self.state.changes, state.changes
         moved = {each for each in {*before, *after} if before.get(each) != after.get(each)}
         if not moved:
             return
         if moved != self._moved or monotonic() - self._drawn > GESTURE:
-            self.former = self.computed
+            self.earlier = None if self.computed is None else Earlier(self.computed, self.state)
         self._moved = moved
 
-    def pin(self) -> None:
-        """Keep the present result for comparison; the oldest one is dropped beyond `MOST_PINNED`."""
-        if self.computed is not None:
-            changed = ", ".join(f"{path} = {value}" for path, value in self.state.changes.items())
-            name = self.state.preset + (f": {changed}" if changed else "")
-            self.pinned = [*self.pinned, Pinned(name, self.computed)][-limits.MOST_PINNED :]
+    @property
+    def kept(self) -> Earlier | None:
+        """The result that is kept as A."""
+        return self.earlier if self.earlier is not None and self.earlier.is_kept else None
 
-    def unpin(self) -> None:
-        """Forget the results that were kept."""
-        self.pinned = []
+    def keep(self) -> None:
+        """Keep what is shown, in place of what was kept before."""
+        if self.computed is not None and self.shown is not None:
+            self.earlier = Earlier(self.computed, self.shown, self.further, is_kept=True)
 
     def stop(self) -> None:
         """Cancel what runs, when the visitor has left, and forget what was kept."""
         self._presence.leave()
         self._updates.stop()
-        self.computed = self.former = self.measured = None
-        self.pinned, self.further = [], Further()
+        self.computed = self.earlier = self.measured = None
+        self.further = Further()
 
     async def work(self, work: Callable[[], R]) -> R:
         """Run work of many seconds in a thread, outside of the event loop, and return what it returns.
@@ -178,28 +185,18 @@ class Session:
             await self._compute_further(self.computed)
 
     async def _simulate(self, state: PageState) -> None:
-        """Simulate a scenario and show it: in turn if it is short, among long work if it takes long."""
-        quick, patient, turn = self.workers.quick, self.workers.patient, self.workers.turn
+        """Simulate a scenario and show it; one that takes long among long work."""
 
         def run(longest: float, is_in_vain: Callable[[], bool] = bool) -> Computed:
             with self._presence.working(is_in_vain):
                 return compute(scenario_of(state, own=self.own), longest=longest)
 
-        def shown_in_any_case(longest: float) -> Awaitable[Computed]:
-            # not in vain when a newer state waits, so that the curves follow a slider while it moves
-            return apart(quick, lambda: run(longest))
-
-        async def without_turn() -> Computed:
-            try:
-                return await shown_in_any_case(limits.LONGEST_QUICK_RUN)
-            except BudgetError:
-                return await apart(patient, lambda: run(limits.LONGEST_RUN, lambda: self._updates.is_stale))
-
-        try:
-            async with turn:
-                self._display(state, await shown_in_any_case(limits.LONGEST_SHORT_RUN))
+        try:  # not in vain when a newer state waits, so that the curves follow a slider while it moves
+            found = await apart(self.workers.quick, lambda: run(limits.LONGEST_QUICK_RUN))
         except BudgetError:
-            self._display(state, await without_turn())
+            slow = functools.partial(run, limits.LONGEST_RUN, lambda: self._updates.is_stale)
+            found = await apart(self.workers.patient, slow)
+        self._display(state, found)
 
     def _display(self, state: PageState, found: Computed) -> None:
         self.computed, self.shown, self._drawn = found, state, monotonic()
@@ -214,10 +211,9 @@ class Session:
                 return
             self.show(found, self.further)
         if await self._updates.rests(REST):
-            async with self.workers.turn:
-                answer = functools.partial(with_answers, found=found)
-                if await self._compute_slice(answer, self.workers.quick):
-                    self.tell(self.further)
+            answer = functools.partial(with_answers, found=found)
+            if await self._compute_slice(answer, self.workers.quick):
+                self.tell()
 
     async def _compute_slice(self, work: Slice, executor: Executor) -> bool:
         """Compute something more beside the result, and return whether it is still wanted."""
@@ -228,6 +224,8 @@ class Session:
             self.further = await apart(executor, lambda: self._limited(piece, lambda: self._updates.is_stale))
         except InterruptedWorkError:
             return False
+        if self.earlier is not None and self.earlier.computed is self.computed:
+            self.earlier = replace(self.earlier, further=self.further)
         return not self._updates.is_stale
 
 

@@ -12,12 +12,16 @@ from electrovib.core.parsing import read_toml
 
 @dataclass(frozen=True)
 class StoryStep:
-    """One state of the page; `name` is that of its story with its number, as in an address."""
+    """One state of the page; `name` is that of its story with its number, as in an address.
+
+    `asks` is the dotted path of the parameter that a visitor may change to see what the sentence is about.
+    """
 
     name: str
     preset: str
     tab: str
     sentence: str
+    asks: str
     changes: Mapping[str, str] = field(default_factory=dict)
 
 

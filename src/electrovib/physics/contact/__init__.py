@@ -1,21 +1,14 @@
 """Contact of finger and plate: areas, response of the surface topography to pressure, attraction against the gap."""
 
-from electrovib.physics.contact.area import Closing, Contact, FixedArea, GrowingArea
-from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
-from electrovib.physics.contact.rough_surface import PerssonSurface, RoughSurface
-from electrovib.physics.contact.surface import LinearSpring, Surface, pull_in_voltage
-
-__all__ = [
-    "Attraction",
-    "Closing",
-    "Contact",
-    "FixedArea",
-    "GrowingArea",
-    "LinearSpring",
-    "PerssonSurface",
-    "PlateAttraction",
-    "RoughAttraction",
-    "RoughSurface",
-    "Surface",
-    "pull_in_voltage",
-]
+from electrovib.physics.contact.area import Closing as Closing
+from electrovib.physics.contact.area import Contact as Contact
+from electrovib.physics.contact.area import FixedArea as FixedArea
+from electrovib.physics.contact.area import GrowingArea as GrowingArea
+from electrovib.physics.contact.attraction import Attraction as Attraction
+from electrovib.physics.contact.attraction import PlateAttraction as PlateAttraction
+from electrovib.physics.contact.attraction import RoughAttraction as RoughAttraction
+from electrovib.physics.contact.rough_surface import PerssonSurface as PerssonSurface
+from electrovib.physics.contact.rough_surface import RoughSurface as RoughSurface
+from electrovib.physics.contact.surface import LinearSpring as LinearSpring
+from electrovib.physics.contact.surface import Surface as Surface
+from electrovib.physics.contact.surface import pull_in_voltage as pull_in_voltage

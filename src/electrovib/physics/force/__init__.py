@@ -5,28 +5,17 @@ and differ by factors of 3.4 to 1650. Each is a law with a name. The finger can 
 so the Maxwell stress in the gap is the physical one; inside a lossy dielectric the Maxwell stress is a convention.
 """
 
-from electrovib.physics.force.base import ForceLaw, gap_field, layer_of, needed_layer, wanted_layer
+from electrovib.physics.force.base import ForceLaw as ForceLaw
+from electrovib.physics.force.base import gap_field as gap_field
+from electrovib.physics.force.base import layer_of as layer_of
+from electrovib.physics.force.base import needed_layer as needed_layer
+from electrovib.physics.force.base import wanted_layer as wanted_layer
+from electrovib.physics.force.maxwell_stress import SUMS as SUMS
+from electrovib.physics.force.maxwell_stress import EffectiveMedium as EffectiveMedium
+from electrovib.physics.force.maxwell_stress import MaxwellStressInGap as MaxwellStressInGap
+from electrovib.physics.force.maxwell_stress import MaxwellStressInInsulator as MaxwellStressInInsulator
 from electrovib.physics.force.maxwell_stress import (
-    SUMS,
-    EffectiveMedium,
-    MaxwellStressInGap,
-    MaxwellStressInInsulator,
-    MaxwellStressInStratumCorneum,
-    StressOfField,
-    equivalent_field,
+    MaxwellStressInStratumCorneum as MaxwellStressInStratumCorneum,
 )
-
-__all__ = [
-    "SUMS",
-    "EffectiveMedium",
-    "ForceLaw",
-    "MaxwellStressInGap",
-    "MaxwellStressInInsulator",
-    "MaxwellStressInStratumCorneum",
-    "StressOfField",
-    "equivalent_field",
-    "gap_field",
-    "layer_of",
-    "needed_layer",
-    "wanted_layer",
-]
+from electrovib.physics.force.maxwell_stress import StressOfField as StressOfField
+from electrovib.physics.force.maxwell_stress import equivalent_field as equivalent_field

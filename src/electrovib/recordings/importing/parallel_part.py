@@ -36,31 +36,24 @@ _FEWEST_KEPT: Final = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class ParallelPart:
-    """A resistor and a capacitor in parallel, measured; the capacitance is without that of the leads.
+    """A resistor and a capacitor in parallel, measured.
 
     - `estimate`: of ``resistance`` [ohm], ``capacitance`` [F, leads included] and ``phase_offset`` [rad].
     - `residual`: relative root mean square of the impedance that the part misses, offset included.
-    - `left_out`: frequencies of rows that are far from the others [Hz].
-    - `systematic_error`: relative error of the capacitance that the phase offset of the instrument makes at
-      the middle of the band.
     """
 
     resistance: float
     capacitance: float
     estimate: LeastSquaresEstimate
     residual: float
-    left_out: Real
-    systematic_error: float
 
 
-def fit_parallel_part(
-    frequency: ArrayLike, impedance: ArrayLike, *, stray_capacitance: float = 0.0
-) -> ParallelPart:
+def fit_parallel_part(frequency: ArrayLike, impedance: ArrayLike) -> ParallelPart:
     """Fit a resistor and a capacitor in parallel to an impedance spectrum, and judge the calibration by it.
 
     Z = R exp(j phi)/(1 + j w R C): the constant phase phi is the calibration's. A pair of R and C alone
-    absorbs part of it with a small residual, and gives a wrong C. `stray_capacitance`, that which a bare
-    resistor in the same leads gives, is taken off. A phase that does not vanish at low frequency is refused.
+    absorbs part of it with a small residual, and gives a wrong C. Rows far from the others are left out. A
+    phase that does not vanish at low frequency is refused.
     """
     grid, data = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
     if grid.ndim != 1 or grid.shape != data.shape or grid.size < _FEWEST:
@@ -70,11 +63,9 @@ def fit_parallel_part(
     fit = _Fit.of(grid, data)
     found = ParallelPart(
         resistance=fit.values["resistance"],
-        capacitance=fit.values["capacitance"] - stray_capacitance,
+        capacitance=fit.values["capacitance"],
         estimate=fit.estimate,
         residual=math.sqrt(fit.mean_square),
-        left_out=grid[~fit.kept],
-        systematic_error=fit.systematic_error,
     )
     problems = []
     offset = fit.values["phase_offset"]
@@ -164,13 +155,6 @@ class _Fit:
         )  # fmt: skip
         left, slopes = (np.concatenate([each.real, each.imag]) for each in (missed, slopes))
         return found.judged(left, slopes, {name: FreeParameter(start=at) for name, at in self.values.items()})
-
-    @property
-    def systematic_error(self) -> float:
-        """Relative error of the capacitance by a phase that is wrong by the offset, at the middle of the band."""
-        middle = 2 * math.pi * math.exp(float(np.mean(np.log(self.frequency[self.kept]))))
-        angle = math.atan(middle * self.values["resistance"] * self.values["capacitance"])
-        return abs(self.values["phase_offset"]) / max(math.sin(angle) * math.cos(angle), 1e-12)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -172,8 +172,6 @@ class MaterialFit:
     - `permittivity_error`, `conductivity_error`: relative root mean square, over the rows that were fitted;
       NaN of a conductivity that was not measured.
     - `outliers`: rows that were left out.
-    - `kramers_kronig`: relative root mean square by which the table misses the Kramers-Kronig relations; NaN
-      for too few rows to judge. Above 2 %, or twice the noise, no form of dispersion can represent the table.
     - `loss`: one of `LOSSES`; unless it was measured, the real part alone was fitted, and the conductivity is
       0.
     """
@@ -184,7 +182,6 @@ class MaterialFit:
     permittivity_error: float
     conductivity_error: float
     outliers: NDArray[np.bool_]
-    kramers_kronig: float
     loss: str = "measured"
 
     @property
@@ -214,14 +211,13 @@ def fit_material(
     """
     spectrum = FittedSpectrum.of(frequency, permittivity, noise, loss)
     _refuse(spectrum.frequency, spectrum.permittivity, forms, loss)
-    consistent = math.nan if loss == "unknown" else consistency(spectrum.frequency, spectrum.permittivity)
     outliers = np.zeros(spectrum.frequency.size, bool)
     for _ in range(_MOST_ROUNDS):
         found: list[MaterialFit] = []
         refused: list[str] = []
         for form in forms:
             try:
-                found.append(_best_of(form, spectrum, outliers, consistent))
+                found.append(_best_of(form, spectrum, outliers))
             except InputError as error:
                 refused += error.problems
         if not found:
@@ -304,9 +300,7 @@ def shift_of(
     return shift | {path: float(value) for path, value in zip(inside, found / scale, strict=True)}
 
 
-def _best_of(
-    form: str, spectrum: FittedSpectrum, outliers: NDArray[np.bool_], consistent: float
-) -> MaterialFit:
+def _best_of(form: str, spectrum: FittedSpectrum, outliers: NDArray[np.bool_]) -> MaterialFit:
     """Fit one form roughly from each of its initial values, and continue with the best."""
     kept, loss = spectrum.part(~outliers), spectrum.loss
     rough: list[tuple[LeastSquaresEstimate, Material]] = []
@@ -330,7 +324,7 @@ def _best_of(
         missed[1] = float(np.sqrt(np.mean((model.imag / target.imag - 1) ** 2)))
     return MaterialFit(
         form=form, material=material, estimate=estimate, permittivity_error=missed[0], conductivity_error=missed[1],
-        outliers=outliers, kramers_kronig=consistent, loss=loss,
+        outliers=outliers, loss=loss,
     )  # fmt: skip
 
 

@@ -23,6 +23,8 @@ _LIGHT = 0.3
 """Fraction of the load above which a contact that has reached half of it continues."""
 CLEAR = 5.0
 """Smallest load of a contact, in standard deviations of the signal without load."""
+TRIM = 0.05
+"""Fraction of a slide that is omitted at both of its ends."""
 FEWEST_COUNTS = 100.0
 """Smallest distance of a slide, in counts of the encoder."""
 
@@ -137,12 +139,12 @@ def sliding_speed(recording: Recording) -> Real | None:
     return np.asarray(moved, dtype=np.float64)
 
 
-def middle(recording: Recording, slide: Span, contact: Touch, *, trim: float) -> Span:
-    """Return the steady middle of a slide, without `trim` of its distance, or of its time without a position, at both ends."""
+def middle(recording: Recording, slide: Span, contact: Touch) -> Span:
+    """Return the steady middle of a slide, without `TRIM` of its distance, or of its time without a position, at both ends."""
     first, last = slide
     along = recording.time if recording.position is None else recording.position
     gone = np.abs(along[first:last] - along[first])
-    inside = np.flatnonzero((gone >= trim * gone[-1]) & (gone <= (1 - trim) * gone[-1]))
+    inside = np.flatnonzero((gone >= TRIM * gone[-1]) & (gone <= (1 - TRIM) * gone[-1]))
     guard = _width(recording.time)
     begin = max(first + int(inside[0]), contact.span[0] + guard)
     end = min(first + int(inside[-1]) + 1, contact.span[1] - guard)

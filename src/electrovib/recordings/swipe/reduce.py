@@ -42,7 +42,6 @@ def reduce_swipe(
     *,
     channels: Channels | None = None,
     speed: float | str | None = None,
-    trim: float = 0.05,
 ) -> SwipeResult:
     """Reduce the longest swipe of a recording to forces and friction.
 
@@ -54,8 +53,6 @@ def reduce_swipe(
         Columns of the file and their calibration, or the TOML file that holds them.
     speed : float or str, optional
         Set sliding speed [m/s], or as text with a unit, of a Trace without `sliding_speed`.
-    trim : float
-        Fraction of the sliding distance that is omitted at both ends of the slide [1], 0 to 0.4.
 
     Returns
     -------
@@ -68,7 +65,7 @@ def reduce_swipe(
     InputError
         If no contact, no section free of load or no motion is found.
     """
-    found = reduce_swipes(recording, channels=channels, speed=speed, trim=trim)
+    found = reduce_swipes(recording, channels=channels, speed=speed)
     return max(found, key=lambda swipe: swipe.distance or swipe.window[1] - swipe.window[0])
 
 
@@ -77,7 +74,6 @@ def reduce_swipes(
     *,
     channels: Channels | None = None,
     speed: float | str | None = None,
-    trim: float = 0.05,
 ) -> tuple[SwipeResult, ...]:
     """Reduce every swipe of a recording to forces and friction.
 
@@ -89,8 +85,6 @@ def reduce_swipes(
         Columns of the file and their calibration, or the TOML file that holds them.
     speed : float or str, optional
         Set sliding speed [m/s], or as text with a unit, of a Trace without `sliding_speed`.
-    trim : float
-        Fraction of the sliding distance that is omitted at both ends of each slide [1], 0 to 0.4.
 
     Returns
     -------
@@ -111,12 +105,10 @@ def reduce_swipes(
     zeros at the time of the swipe. The statistical error is that of the means of ten parts of the window, so a
     friction that changes along the plate counts as scatter.
     """
-    if not 0 <= trim <= 0.4:
-        raise InputError(f"trim = {100 * trim:g} %: expected 0 to 40 % of the sliding distance")
     recording = recording_of(recording, channels=channels, speed=speed)
     contacts = find_contacts(recording)
     pairs = [(contact, slide) for contact in contacts for slide in find_slides(recording, contact)]
-    windows = [(contact, slide, middle(recording, slide, contact, trim=trim)) for contact, slide in pairs]
+    windows = [(contact, slide, middle(recording, slide, contact)) for contact, slide in pairs]
     windows = [
         (contact, slide, window) for contact, slide, window in windows if window[1] - window[0] >= 2 * BLOCKS
     ]

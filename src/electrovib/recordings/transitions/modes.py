@@ -90,15 +90,11 @@ class FittedModes:
 
 @dataclass(frozen=True)
 class RingSection:
-    """One damped oscillation, fitted from `start` after the reference on, by frequency [Hz] and quality factor.
-
-    `misfit` is the rms of the residual, in the unit of the signal.
-    """
+    """One damped oscillation, fitted from `start` after the reference on, by frequency [Hz] and quality factor."""
 
     start: float
     frequency: Interval
     quality: Interval
-    misfit: float
 
 
 def fit_modes(

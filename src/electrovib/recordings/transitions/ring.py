@@ -246,8 +246,7 @@ def _sections(
         of = fitted.parameters()
         if not of["quality"].standard_error < _KNOWN * of["quality"].value:
             break
-        left = float(np.std(fitted.model - values[part]))
-        found.append(RingSection(start, of["frequency"], of["quality"], left))
+        found.append(RingSection(start, of["frequency"], of["quality"]))
     return tuple(found)
 
 

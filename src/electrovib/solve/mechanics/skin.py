@@ -1,4 +1,4 @@
-"""A skin with bristles that slides over the plate: its equations, with mass and spring or rigid, its energies and its slide."""
+"""A skin with bristles that slides over the plate: its equations, with mass and spring or rigid, energy balance and slide."""
 
 from __future__ import annotations
 
@@ -44,39 +44,6 @@ def let_go(state: Real, stiffness: float) -> None:
     """Set the deflection of the bristles to 0 [m]; their energy becomes heat [J]."""
     state[HEAT] += stiffness * state[DEFLECTION] ** 2 / 2
     state[DEFLECTION] = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Energies:
-    """Energy balance of a sliding skin since time 0.
-
-    Parameters
-    ----------
-    work : ndarray, shape (n,)
-        Work done by the hand [J].
-    kinetic, elastic, bristle : ndarray, shape (n,)
-        Energy stored in the motion of the skin over the plate, in the fingertip and in the contact [J].
-    damper, friction : ndarray, shape (n,)
-        Heat dissipated in the fingertip and in the contact [J].
-    stored_before : float
-        Energy stored at time 0 [J].
-    """
-
-    work: Real
-    kinetic: Real
-    elastic: Real
-    bristle: Real
-    damper: Real
-    friction: Real
-    stored_before: float
-
-    @property
-    def residual(self) -> float:
-        """Largest error of the energy balance, over the largest work or the initial energy [1]; 0 without motion."""
-        stored = self.kinetic + self.elastic + self.bristle
-        missing = self.work - (stored - self.stored_before) - self.damper - self.friction
-        size = float(max(np.max(np.abs(self.work)), self.stored_before))
-        return float(np.max(np.abs(missing))) / size if size > 0 else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,21 +112,17 @@ class SlidingSkin:
             state[DISPLACEMENT] = 0.0 if self.is_rigid else force / self.body[1]
         return np.asarray(state)
 
-    def energies(self, now: Real) -> Energies:
-        """Return the energies of the states over time [J]."""
+    def energy_residual(self, now: Real) -> float:
+        """Return the largest error of the energy balance since time 0, over the largest work or the initial energy [1].
+
+        The work of the hand is stored in the motion of the skin, in the fingertip and in the bristles, or becomes heat.
+        """
         mass, stiffness, _ = self.body
-        kinetic = mass * now[OVER_PLATE] ** 2 / 2
-        elastic = stiffness * now[DISPLACEMENT] ** 2 / 2
-        bristle = self.law.stiffness * now[DEFLECTION] ** 2 / 2
-        return Energies(
-            work=now[WORK],
-            kinetic=kinetic,
-            elastic=elastic,
-            bristle=bristle,
-            damper=now[DAMPER],
-            friction=now[HEAT],
-            stored_before=float(kinetic[0] + elastic[0] + bristle[0]),
-        )
+        stored = mass * now[OVER_PLATE] ** 2 + stiffness * now[DISPLACEMENT] ** 2
+        stored = (stored + self.law.stiffness * now[DEFLECTION] ** 2) / 2
+        missing = now[WORK] - (stored - stored[0]) - now[DAMPER] - now[HEAT]
+        size = float(max(np.max(np.abs(now[WORK])), stored[0]))
+        return float(np.max(np.abs(missing))) / size if size > 0 else 0.0
 
 
 def skin_of(
@@ -184,7 +147,7 @@ def skin_of(
 
 @dataclass(frozen=True, kw_only=True)
 class Slide:
-    """Motion, forces and energies of a sliding skin.
+    """Motion and forces of a sliding skin.
 
     Parameters
     ----------
@@ -196,8 +159,8 @@ class Slide:
         Friction force [N].
     bristle_deflection : ndarray, shape (n,)
         Deflection of the contact [m].
-    energies : Energies
-        Energy balance.
+    states : ndarray, shape (6, n)
+        States over time, work and heat among them.
     energy_residual : float
         Largest error of the energy balance, over the largest work [1].
     events : tuple of (float, str)
@@ -210,7 +173,7 @@ class Slide:
     skin_speed: Real
     lateral_force: Real
     bristle_deflection: Real
-    energies: Energies
+    states: Real
     energy_residual: float
     events: tuple[tuple[float, str], ...]
     steps: int
@@ -228,20 +191,19 @@ def slide_of(
     events: Sequence[tuple[float, str]],
     counts: tuple[int, int],
 ) -> Slide:
-    """Return motion, forces and energies from the states at n times.
+    """Return motion and forces from the states at n times.
 
     `states` (6, n), `directions`, `speed`, `strength`, `touches` (n,); `counts` of steps and of evaluations.
     """
     law, deflection, over_plate = skin.law, states[DEFLECTION], skin.over_plate(states, speed=speed)
     rate = law.deflection_rate(deflection, over_plate, strength, directions)
-    energies = skin.energies(states)
     return Slide(
         skin_displacement=states[DISPLACEMENT],
         skin_speed=speed - over_plate,
         lateral_force=np.where(touches, law.force(deflection, rate, over_plate), 0.0),
         bristle_deflection=deflection,
-        energies=energies,
-        energy_residual=energies.residual,
+        states=states,
+        energy_residual=skin.energy_residual(states),
         events=tuple(events),
         steps=counts[0],
         evaluations=counts[1],

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.solve.recursion.blocks import even_states, march_even
-from electrovib.solve.recursion.hold import gather, hold_weights
+from electrovib.solve.recursion.hold import gather
+from electrovib.solve.recursion.hold import hold_weights as hold_weights
 from electrovib.solve.recursion.uneven import march_uneven, uneven_states
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Indices, Numbers, Real
-
-__all__ = ["hold_weights", "march", "states_at"]
 
 
 def march(

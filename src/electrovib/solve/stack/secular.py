@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import decimal
-import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,10 +12,6 @@ from numpy.typing import ArrayLike
 from electrovib.core.arrays import Indices, Numbers, Real
 from electrovib.core.errors import InputError
 
-if TYPE_CHECKING:
-    pass
-
-_CANCELLED = 8.0  # largest cancellation in the closed form of two poles: three of 53 bits
 _LARGEST_NODE = 1e20
 _SMALLEST_GAP = 1e-30
 _LARGEST_WEIGHT = 1e50  # of the constant too; the smallest is its inverse
@@ -82,8 +77,6 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: Any) -> Roo
     _refuse_beyond_reach(node[:, None], weight[:, None], np.array([float(constant)]))
     if node.size == 1 and constant > 0:
         return _roots_at(node, weight, np.zeros(1, np.intp), weight / constant)
-    if node.size == 2 and (found := _of_two_poles(node, weight, float(constant))) is not None:
-        return _roots_at(node, weight, *found)
     offset, origin = _offsets(node[:, None], weight[:, None], np.array([float(constant)]))
     count = node.size - (constant == 0)
     return _roots_at(node, weight, origin[:count, 0], offset[:count, 0])
@@ -154,33 +147,6 @@ def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
     for array in (node, values, origin, offset, slope):
         array.flags.writeable = False
     return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
-
-
-def _of_two_poles(node: Real, weight: Real, constant: float) -> tuple[Indices, Real] | None:
-    """Return origins and offsets of the roots between and above two poles, in closed form; None where terms cancel too much.
-
-    With x the distance from the upper pole, c x^2 + (c gap - w0 - w1) x - w1 gap = 0: one root below it, one above.
-    """
-    (below, above), gap = weight.tolist(), float(node[1] - node[0])
-    if constant == 0:
-        nearer = int(below > above)
-        distance = gap * ((above if nearer else below) / (below + above))
-        return np.array([nearer]), np.array([-distance if nearer else distance])
-    reach = constant * gap
-    middle, product = reach - below - above, above * gap
-    root = math.sqrt(middle * middle + 4 * constant * product)
-    if not (reach + below + above <= _CANCELLED * root and product > 0):
-        return None
-    larger = (abs(middle) + root) / (2 * constant)
-    smaller = product / constant / larger
-    down, up = (larger, smaller) if middle > 0 else (smaller, larger)
-    if 2 * down <= gap:
-        origin, offset = [1, 1], [-down, up]
-    else:  # the lower root is nearer to the lower pole
-        other = reach + below + above
-        between = math.hypot(reach + above - below, 2 * math.sqrt(below * above))
-        origin, offset = [0, 1], [2 * below * gap / (other + between), up]
-    return np.array(origin), np.array(offset)
 
 
 def _differences(node: Real, origin: Indices, offset: Real) -> Real:

@@ -2,6 +2,7 @@
 
 from electrovib.studies.catalogue.found import find as find
 from electrovib.studies.catalogue.found import models as models
+from electrovib.studies.catalogue.found import overview as overview
 from electrovib.studies.catalogue.found import scenarios as scenarios
 from electrovib.studies.catalogue.items import families as families
 from electrovib.studies.catalogue.items import is_own as is_own

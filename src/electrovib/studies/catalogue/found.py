@@ -13,10 +13,11 @@ from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
+from electrovib.core.search import ALIAS, NAME, SPELLING, WORDS, Match, as_question, search, suggestions
 from electrovib.studies.catalogue import items
 from electrovib.studies.catalogue.items import Listed, Listing
 from electrovib.studies.catalogue.pages import labelled, page
+from electrovib.studies.catalogue.words import meaning, missing
 
 MOST: Final = 15
 """Entries shown of a search; the number of the others is stated."""
@@ -52,16 +53,18 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     if not query.strip():
         return Listing(
             entries,
-            text=lambda: laid_out(all_table(entries)) if complete else overview(entries),
+            text=lambda: laid_out(all_table(entries)) if complete else overview(),
             table=lambda: all_table(entries, "Models, papers and scenarios"),
         )
-    matches = _matches(query, entries, "model, material, skin, paper or scenario", "list' lists them")
-    full = _in_full(matches)
+    said, matches = _meant(query, entries)
+    if not said:
+        matches = _matches(query, entries, "model, material, skin, paper or scenario", "list' lists them")
+    full = [] if said else _in_full(matches)
     records = _with_reasons(matches)
     return Listing(
         records,
-        text=lambda: _as_text(query, full, records, complete=complete),
-        table=lambda: found_table(records, f"Found for '{query}'"),
+        text=lambda: said + _as_text(query, full, records, complete=complete),
+        table=lambda: replace(found_table(records, f"Found for '{query}'"), caption=said),
     )
 
 
@@ -96,6 +99,18 @@ def scenarios(query: str = "") -> Listing:
         text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(entries))}\n{RUN}\n",
         table=lambda: scenario_table(entries, title),
     )
+
+
+def _meant(query: str, entries: Sequence[Listed]) -> tuple[str, tuple[Match, ...]]:
+    """Say what a word of the field means here; find what belongs to it, and then what a search finds."""
+    found = search(query, entries)
+    close = not found or found[0].stage == SPELLING
+    said, names = meaning(query, within=close)
+    if not said:
+        return "", ()
+    named = {item.name: Match(item, WORDS, "belongs to it") for item in entries if item.name in names}
+    others = () if close else (match for match in found if match.entry.name not in named)
+    return f"{textwrap.fill(said, terminal_width())}\n\n", (*(named[name] for name in names), *others)
 
 
 def _matches(query: str, entries: Sequence[Listed], kind: str, advice: str) -> tuple[Match, ...]:
@@ -186,32 +201,35 @@ _MORE = (
 )
 
 
-def overview(entries: Iterable[Listed]) -> str:
-    """Write the names of everything by its place in a scenario, and how to find out more."""
-    found = list(entries)
-    held = items.places()
-    rows = {path: sorted(find_members(family)) for family, path in held.items()}
-    outside = {
-        items.kind_of(family): sorted(find_members(family))
-        for family in items.families()
-        if family not in held
+def overview() -> str:
+    """Write the names of everything by its place in a scenario, what is not modelled, and how to find out more."""
+    found = list(items.parts_and_papers())
+    held, labels = items.places(), (items.LIBRARY, "materials", "skins", "stacks", items.PAPERS)
+    sections = {
+        "Key of a scenario file, and the models to choose from:": {
+            path: sorted(find_members(family)) for family, path in held.items()
+        },
+        "Outside a scenario:": {
+            items.kind_of(family): sorted(find_members(family))
+            for family in items.families()
+            if family not in held
+        },
+        "Ready-made, used by name:": {
+            label: [item.name for item in found if item.group == label] for label in labels
+        }
+        | {items.SCENARIOS: [f"{items.scenario_count()}, listed by 'electrovib list scenarios'"]},
     }
-    labels = (items.LIBRARY, "materials", "skins", "stacks", items.PAPERS)
-    offered = {label: [item.name for item in found if item.group == label] for label in labels}
-    count = sum(item.group == items.SCENARIOS for item in found)
-    unverified = [item.name for item in found if item.status == UNVERIFIED and item.group != items.SCENARIOS]
-    width = max(map(len, [*rows, *offered, *outside])) + 2
-    lines = ["Key of a scenario file, and the models to choose from:", ""]
-    lines += [line for label, names in rows.items() for line in labelled(label, ", ".join(names), width)]
-    lines += ["", "Outside a scenario:", ""] if outside else []
-    lines += [line for label, names in outside.items() for line in labelled(label, ", ".join(names), width)]
-    lines += ["", "Ready-made, used by name:", ""]
-    lines += [
-        line for label, names in offered.items() if names for line in labelled(label, ", ".join(names), width)
-    ]
-    lines += labelled(items.SCENARIOS, f"{count}, listed by 'electrovib list scenarios'", width)
-    lines += [
-        "",
-        *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),
-    ]
-    return "\n".join([*lines, *textwrap.wrap(_MORE, terminal_width())]) + "\n"
+    width = max(len(label) for rows in sections.values() for label in rows) + 2
+    lines = list[str]()
+    for title, rows in sections.items():
+        lines += [title, ""]
+        lines += [line for label, names in rows.items() for line in labelled(label, ", ".join(names), width)]
+        lines.append("")
+    unverified = ", ".join(item.name for item in found if item.status == UNVERIFIED)
+    for text in (
+        f"{status_text(UNVERIFIED).capitalize()}: {unverified}.",
+        f"Not modelled: {missing()}.",
+        _MORE,
+    ):
+        lines += textwrap.wrap(text, terminal_width())
+    return "\n".join(lines) + "\n"

@@ -170,12 +170,17 @@ PAPERS, SCENARIOS, LIBRARY = "papers", "scenarios", "material library"
 
 def everything(*, own: bool = False) -> Iterator[Listed]:
     """Yield models by family, parts of a scenario without a choice, papers, and what papers offer ready-made."""
+    yield from parts_and_papers(own=own)
+    yield from scenario_items()
+
+
+def parts_and_papers(*, own: bool = False) -> Iterator[Listed]:
+    """Yield everything but the scenarios, which take as long to build as all else to import."""
     yield from model_items(own=own)
     yield from _parts()
     yield from paper_items(own=own)
     yield from _library()
     yield from _offered()
-    yield from scenario_items()
 
 
 def is_own(thing: type[Model] | ModuleType) -> bool:
@@ -328,6 +333,14 @@ def stack_text(stack: Any) -> str:
         filling = getattr(layer.material, "substance", None) or type(layer.material).__name__
         layers.append(f"{name} {thickness} ({filling}{shown})")
     return "; ".join(layers)
+
+
+def scenario_count() -> int:
+    """Return the number of ready-made scenarios; those of our papers are not built for it."""
+    return sum(
+        len(getattr(module, "PRESETS", ()) if is_own(module) else getattr(module, "scenarios", dict)())
+        for module in papers().values()
+    )
 
 
 def scenario_items() -> Iterator[Listed]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -112,44 +112,35 @@ def design(
     """
     arguments = {name: value for name, value in locals().items() if name not in (*_ALWAYS, "set")}
     given = {name: value for name, value in arguments.items() if value is not None}
-    form = form_of(given)
-    found: Designed = form.function(read_scenario(scenario, changes=set), progress=progress, **given)
+    found: Designed = form_of(given)(read_scenario(scenario, changes=set), progress=progress, **given)
     return found
 
 
-@dataclass(frozen=True)
-class DesignForm:
-    """One form of the question; the first argument in `needs` decides that it is meant."""
+def form_of(given: Mapping[str, Any]) -> Callable[..., Any]:
+    """Return the form that is meant by the given arguments, all that it needs and nothing else among them.
 
-    name: str
-    needs: tuple[str, ...]
-    example: str
-    function: Callable[..., Any]
-
-    @property
-    def accepts(self) -> tuple[str, ...]:
-        """Names of the arguments of the form, the scenario and the report of progress omitted."""
-        return tuple(name for name in inspect.signature(self.function).parameters if name not in _ALWAYS)
-
-
-def form_of(given: Mapping[str, Any]) -> DesignForm:
-    """Return the form that is meant by the given arguments, all that it needs and nothing else among them."""
-    form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
-    form = form or next((each for each in FORMS if set(each.needs) & given.keys()), None)
+    The first argument that a form needs decides that it is meant.
+    """
+    taken = {function: inspect.signature(function).parameters.values() for function in FORMS}
+    needs = {
+        each: [one.name for one in own if one.default is one.empty and one.name not in _ALWAYS]
+        for each, own in taken.items()
+    }
+    form = next((each for each in FORMS if needs[each][0] in given), None)
+    form = form or next((each for each in reversed(FORMS) if given.keys() & needs[each]), None)
     if form is None:
-        examples = "; or ".join(f"{each.name} by {each.example}" for each in FORMS)
+        examples = "; or ".join(f"{name} by {example}" for name, example in reversed(FORMS.values()))
         raise InputError(f"design: state what is wanted: {examples}")
-    missing = [name for name in form.needs if name not in given]
-    if missing:
+    name, example = FORMS[form]
+    if missing := [each for each in needs[form] if each not in given]:
         raise InputError(
-            f"{missing[0]}: not given, but the design of {form.name} needs it, for instance {form.example}"
+            f"{missing[0]}: not given, but the design of {name} needs it, for instance {example}"
         )
-    accepted = form.accepts
-    foreign = [name for name in given if name not in accepted]
-    if foreign:
+    accepted = [each.name for each in taken[form] if each.name not in _ALWAYS]
+    if foreign := [each for each in given if each not in accepted]:
         raise InputError(
-            f"{name}: does not belong to the design of {form.name}, which takes {', '.join(accepted)}; omit it"
-            for name in foreign
+            f"{each}: does not belong to the design of {name}, which takes {', '.join(accepted)}; omit it"
+            for each in foreign
         )
     return form
 
@@ -309,24 +300,12 @@ def _diagnostics(evaluation: Evaluation, at: float) -> tuple[Diagnostic, ...]:
         return ()
 
 
-FORMS: Final = (
-    DesignForm(
-        "a parameter",
-        ("want", "free"),
-        'want="mean electrostatic_force = 50 mN", free="drive.amplitude"',
-        design_parameter,
-    ),
-    DesignForm(
-        "a drive",
-        ("target", "method"),
-        'target="sine 50 Hz 30 mN", method="carrier"',
-        design_drive,
-    ),
-    DesignForm(
+FORMS: Final[dict[Callable[..., Any], tuple[str, str]]] = {
+    design_for_share: (
         "a parameter for a share of a population",
-        ("share", "want", "free", "space", "seed"),
         'want="mean electrostatic_force = 50 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1',
-        design_for_share,
     ),
-)
-"""The last form whose deciding argument is given is the one that is meant."""
+    design_drive: ("a drive", 'target="sine 50 Hz 30 mN", method="carrier"'),
+    design_parameter: ("a parameter", 'want="mean electrostatic_force = 50 mN", free="drive.amplitude"'),
+}
+"""Forms of the question with their names and an example."""

@@ -19,7 +19,6 @@ from electrovib.solve.effort import last_time
 from electrovib.solve.meter import clock
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared
-from electrovib.solve.quantities.names import TAKEN
 from electrovib.studies.sweep import felt, read_quantities
 
 if TYPE_CHECKING:
@@ -41,12 +40,11 @@ _EXAMPLE = "'mean electrostatic_force = 50 mN'"
 class Wanted:
     """A quantity with its wanted value, and the parameter that is free, each in its SI unit.
 
-    Of the quantity are `name`, `meaning`, `unit`, `value`, and `at`, the time of a signal that is wanted at
+    Of the quantity are `name`, `unit`, `value`, and `at`, the time of a signal that is wanted at
     one time; of the parameter its value `begin` in the scenario and the range.
     """
 
     name: str
-    meaning: str
     unit: str
     value: float
     is_felt: bool
@@ -98,17 +96,13 @@ def read_wanted(
     The quantity is one of a sweep, or a signal at one time: ``"electrostatic_force at 20 ms = 1 mN"``.
     """
     problems: list[str] = []
-    name, meaning, unit, value, is_felt, at = "", "", "1", math.nan, False, None
+    name, unit, value, is_felt, at = "", "1", math.nan, False, None
     with gathered(problems):
         name, text = _parted(want)
         statistic, at = _timed(scenario, name)
         asked = read_quantities(scenario, [statistic])
-        (statistic, (unit, meaning)), is_felt = next(iter(asked.units.items())), bool(asked.felt)
-        if at is None:
-            name = statistic
-        else:
-            name = f"{statistic.removeprefix(_ANY)} at {format_quantity(at, 's')}"
-            meaning = f"{meaning.removeprefix(f'{TAKEN[_ANY.strip()]}: ')} at {format_quantity(at, 's')}"
+        (statistic, (unit, _)), is_felt = next(iter(asked.units.items())), bool(asked.felt)
+        name = statistic if at is None else f"{statistic.removeprefix(_ANY)} at {format_quantity(at, 's')}"
         value = read_number(text, unit, f"want: {name}")
     declared, begin, ends = None, math.nan, (math.nan, math.nan)
     with gathered(problems):
@@ -118,7 +112,6 @@ def read_wanted(
         raise InputError(problems)
     return Wanted(
         name=name,
-        meaning=meaning,
         unit=unit,
         value=value,
         is_felt=is_felt,

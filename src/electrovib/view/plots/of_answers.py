@@ -271,9 +271,7 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
         named -= {REFERENCE} - {curve.look for curve in shown if curve.kind == "points"}
         known = {panel.y[0]}  # the axis names a curve of this label
         for curve, (colour, dash) in zip(shown, _looks(shown), strict=True):
-            is_spread = (
-                curve.upper is not None and curve.look in named
-            )  # the line or the points have the name
+            is_spread = curve.upper is not None and curve.look in named  # of what its line or points name
             words = curve.background or curve.label
             label = "_nolegend_" if is_spread or words in known else typeset(words)
             known.add(curve.background)

@@ -11,11 +11,24 @@ from tests.unit.apps.explorer.test_session import FIG6, FILM, Visit, at, high, u
 import electrovib as ev
 from electrovib.apps.explorer import session as sessions
 from electrovib.apps.explorer.computed import SAFETY, TIME, Further, compute, with_answers
-from electrovib.apps.explorer.key_figures import FELT, FORCES, LIMIT, KeyFigure, answers, felt, limit
+from electrovib.apps.explorer.key_figures import (
+    FELT,
+    FORCES,
+    LIMIT,
+    VALIDITY,
+    KeyFigure,
+    _level,
+    answers,
+    felt,
+    limit,
+    validity,
+)
 from electrovib.apps.explorer.page.plots import content
 from electrovib.apps.explorer.pictures import over_frequency, over_time
 from electrovib.apps.explorer.runner import LatestOnly
+from electrovib.apps.explorer.session import Earlier
 from electrovib.apps.explorer.state import PageState, presets
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import parse_quantity
 from electrovib.studies.check.result import FAIL, CheckRow
 from electrovib.studies.widths import TOGETHER
@@ -24,7 +37,7 @@ SINE = "bau_2010/sine"
 
 
 def known(found):
-    return {**found.forces, **answers(with_answers(Further(), found))}
+    return {**found.figures, **answers(with_answers(Further(), found))}
 
 
 @pytest.mark.parametrize("name", presets()[::6])
@@ -51,12 +64,12 @@ def test_forces_are_those_of_a_densely_sampled_run_or_of_the_output_times_where_
         )  # of three digits
         if how == "peak":
             largest = float(np.abs(trace[signal]).max())
-            assert parse_quantity(run.forces[words].value, "N") == pytest.approx(largest, rel=6e-3)
+            assert parse_quantity(run.figures[words].value, "N") == pytest.approx(largest, rel=6e-3)
 
 
 def test_forces_between_the_output_times_replace_those_at_them():
     coarse = compute(ev.load(SINE).replace({"time.samples": 4}))
-    quick, exact = coarse.forces, answers(with_answers(Further(), coarse))
+    quick, exact = coarse.figures, answers(with_answers(Further(), coarse))
     assert parse_quantity(quick["Peak attraction"].value, "N") < 0.36
     assert exact["Peak attraction"] == KeyFigure("387 mN")
     assert {**quick, **exact}["Peak attraction"].value == "387 mN"
@@ -113,7 +126,7 @@ def test_answers_that_take_longer_are_left_to_their_tab(monkeypatch):
 def test_the_answers_follow_once_no_slider_has_moved_for_a_moment():
     async def actions(visit):
         one, told = visit.session(), []
-        one.tell = told.append
+        one.tell = lambda: told.append(one.further)
         for volts in (100, 200, 300):
             one.ask(at(volts))
             await asyncio.sleep(sessions.REST / 4)
@@ -154,7 +167,7 @@ def test_the_result_before_a_change_stays_until_the_next_change(monkeypatch):
             moment[0] += pause
             one.ask(state)
             await until(lambda: one.is_idle)
-            return None if one.former is None else high(one.former)
+            return None if one.earlier is None else high(one.earlier.computed)
 
         assert await ask(PageState(FIG6)) is None
         assert await ask(at(100)) == 1000
@@ -162,21 +175,39 @@ def test_the_result_before_a_change_stays_until_the_next_change(monkeypatch):
         assert await ask(at(300), pause=1.1 * sessions.GESTURE) == 200
         assert await ask(at(300), pause=9 * sessions.GESTURE) == 200  # another tab, for instance
         assert await ask(at(300).changed(FILM, "50 um")) == 300
-        assert one.former.scenario.stack.layers["insulator"].thickness == pytest.approx(90e-6)
+        assert one.earlier.computed.scenario.stack.layers["insulator"].thickness == pytest.approx(90e-6)
         assert await ask(PageState(SINE)) is None
         await ask(PageState(SINE, {"drive.amplitude": "50 V"}))
-        assert one.former is not None
+        assert one.earlier is not None
         one.stop()
-        assert one.former is None
+        assert one.earlier is None
 
     Visit(actions)
+
+
+def test_validity_counts_what_is_open_and_names_the_worst():
+    states = ("ok", "unknown", "warning", "warning")
+    found = [Diagnostic(f"{state}_{place}", state, "...") for place, state in enumerate(states)]
+    assert validity(found) == KeyFigure("2 warning, 1 unknown", "warning 2, warning 3", "warning")
+    assert validity(found[:2]) == KeyFigure("1 unknown", "unknown 1", "unknown")
+    assert validity(found[:1]) == validity([]) == KeyFigure("ok", "", "ok")
+    run = compute(ev.load(FIG6))
+    assert run.figures[VALIDITY] == validity(run.diagnostics)
+
+
+def test_a_level_that_rounds_to_nothing_has_no_sign():
+    assert {_level(each) for each in (-0.4, 0.0, 0.4)} == {"0"}
+    assert [_level(each) for each in (-12.0, 3.0)] == ["\N{MINUS SIGN}12", "+3"]
 
 
 def test_former_curves_are_faint_behind_the_others_and_on_the_same_scale():
     shown, former = (
         compute(ev.load("vezzoli_2014/fig6_gap").replace({"drive.high": each})) for each in (500, 1000)
     )
-    plots = [*over_time(shown, (), former), *over_frequency(shown, (), former)]
+    plots = [
+        *over_time(shown, Earlier(former, PageState(FIG6))),
+        *over_frequency(shown, Earlier(former, PageState(FIG6))),
+    ]
     for plot in plots:
         now = [each for each in plot["data"] if "opacity" not in each]
         before = [each for each in plot["data"] if "opacity" in each]
@@ -195,5 +226,5 @@ def test_former_curves_are_faint_behind_the_others_and_on_the_same_scale():
     relative = next(each for each in plots if "over its largest" in each["layout"]["title"]["text"])["data"]
     assert max(relative[0]["y"]) == pytest.approx(1, rel=1e-3)
     assert max(relative[3]["y"]) == pytest.approx(2, rel=1e-3)
-    figures = content(TIME, shown, Further(), former=former).figures
+    figures = content(TIME, shown, Further(), earlier=Earlier(former, PageState(FIG6))).figures
     assert any("opacity" in line for line in figures[0]["data"])

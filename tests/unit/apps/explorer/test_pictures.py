@@ -27,6 +27,7 @@ from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
 from electrovib.apps.explorer.pictures import (
+    MOST_CURVES,
     Axis,
     PlottedCurve,
     figure,
@@ -36,11 +37,12 @@ from electrovib.apps.explorer.pictures import (
     recorded,
     thinned,
 )
-from electrovib.apps.explorer.session import Pinned
-from electrovib.apps.explorer.state import presets
+from electrovib.apps.explorer.session import Earlier
+from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.physics.perception import NonPacinian, Pacinian, Perception
+from electrovib.studies.widths import TYPICAL_FACTORS
 
 GAP = "vezzoli_2014/fig6_gap"
 X, Y = Axis("x", "s"), Axis("y", "N")
@@ -161,20 +163,35 @@ def test_a_curve_holds_the_numbers_of_the_trace_in_the_unit_of_its_axis(shown):
     np.testing.assert_allclose(y, expected, rtol=0, atol=1e-3 * force.max())
 
 
-def test_kept_curves_are_dashed_and_listed_over_time_and_over_frequency_only(shown):
-    other = compute(shown.scenario.replace({"drive.high": "500 V"}))
-    lines = titled(over_time(shown, [other]), "Electrostatic force")["data"]
+def test_kept_curves_are_dashed_and_in_the_legend_and_those_of_layers_faint(shown):
+    kept = Earlier(compute(shown.scenario.replace({"drive.high": "500 V"})), PageState(GAP), is_kept=True)
+    lines = titled(over_time(shown, kept), "Electrostatic force")["data"]
     assert [line["line"]["dash"] for line in lines] == ["solid", "dash"]
-    assert [line["name"] for line in lines] == ["attraction", "attraction, kept 1"]
-    assert [line["showlegend"] for line in lines] == [True, False]
+    assert [line["name"] for line in lines] == ["attraction", "attraction, A"]
+    assert all(line["showlegend"] and "opacity" not in line for line in lines)
     assert max(lines[0]["y"]) == pytest.approx(4 * max(lines[1]["y"]), rel=1e-3)
-    text = words.kept_words([Pinned("a <b>", shown), Pinned("c", other)])
-    assert "kept 1: a &lt;b&gt;" in text
-    assert text.count("<line") == 2
-    kept = [Pinned("mine: drive.high = 5 V", shown)]
-    for tab in (TIME, FREQUENCY):
-        assert "kept 1: mine: drive.high = 5 V" in content(tab, shown, Further(), pinned=kept).above
-    assert content(LAWS, shown, Further(), pinned=kept).above == ""
+    layers = titled(over_time(shown, kept), "Voltage across")["data"]
+    assert [line.get("opacity") for line in layers] == [None] * 3 + [0.45] * 3
+    for tab, place in ((TIME, 1), (FREQUENCY, 0)):
+        assert content(tab, shown, Further(), earlier=kept).figures[place]["data"][1]["name"].endswith(", A")
+
+
+@pytest.mark.parametrize("name", presets()[::6])
+def test_a_legend_has_at_most_five_curves_in_five_colours_and_axes_are_words(name):
+    found = compute(ev.load(name))
+    band = {"frequency": np.ones(2), "low": np.ones(2), "high": np.full(2, 2.0)}
+    plots = [
+        *over_time(found, Earlier(found, PageState(name), is_kept=True)),
+        *over_frequency(found, band=band),
+    ]
+    plots += content(LAWS, found, known_further(LAWS, found)).figures
+    for plot in plots:
+        curves = [line for line in plot["data"] if "opacity" not in line and "fill" not in line]
+        colours = [line["line"]["color"] for line in curves if line["line"]["width"]]
+        assert len(colours) == len(set(colours)) <= MOST_CURVES + (plot in plots[-2:]), title(plot)
+        assert not any(re.fullmatch(r"#(..)\1\1", each) for each in colours)
+        for text in units(plot):
+            assert re.fullmatch(r"[a-z][a-z ]+( \[[^\]]+\])?", text), text
 
 
 def test_the_voltages_of_the_layers_add_up_and_where_they_differ_by_much_are_relative_to_their_largest(shown):
@@ -238,7 +255,9 @@ def test_every_other_law_is_run_or_left_out_with_a_reason(shown):
     assert known.left_out["Persson2018RoughGap"].startswith("it needs force.mean_gap and force.rms_gap: ")
     plots = laws(shown, known.laws)
     assert len(plots) == 2
-    assert plots[0]["data"][0]["name"] == "MaxwellStressInGap"
+    assert plots[0]["data"][0]["name"] == "MaxwellStressInGap (this scenario)"
+    assert {line["line"]["width"] for line in plots[0]["data"][1:]} == {1.8}
+    assert plots[0]["data"][0]["line"]["width"] > 3
     text = words.law_words(shown, known)
     assert "cannot run here" in text
     one = ev.simulate(shown.scenario.replace({"force": {"model": "MaxwellStressInInsulator"}}))
@@ -246,9 +265,41 @@ def test_every_other_law_is_run_or_left_out_with_a_reason(shown):
     assert f"<td>{ratio:.3g}</td>" in text
 
 
+@pytest.mark.parametrize("law", ["MaxwellStressInGap", "Vezzoli2014Causal"])
+def test_what_was_measured_in_the_set_up_is_marked_and_nothing_beside_another(shown, law):
+    """The lateral force swings by 3.16 mN, within 2 to 5 mN printed: by 6.3 mN of attraction at a friction of 0.5."""
+    own = compute(shown.scenario.replace({"force": {"model": law}, "limits.current": "1 mA"}))
+    known = known_further(LAWS, own)
+    low, high = known.measured.interval
+    assert math.sqrt(low * high) == pytest.approx(math.sqrt(2e-3 * 5e-3) / 0.5, rel=1e-3)
+    assert high / low == pytest.approx(1.32**2)
+    plot, other = laws(own, known.laws, known.measured)
+    line, *band = plot["data"][-3:]
+    assert line["name"] == "measured: Vezzoli 2014, section 4 and figure 6"
+    assert line["y"] == pytest.approx([6.324555] * 2, rel=1e-4)
+    assert [each["showlegend"] for each in (line, *band)] == [True, False, False]
+    assert not any("measured" in each["name"] for each in other["data"])
+    assert "3.16 mN" in words.law_words(own, known)
+    slippery = known_further(LAWS, compute(own.scenario.replace({"friction.coefficient": 0.25}))).measured
+    assert slippery.interval == pytest.approx((2 * low, 2 * high), rel=1e-3)  # which was not printed
+    for changes in ({"drive.high": 500}, {"drive": {"model": "Sine", "amplitude": 1000, "frequency": 100}}):
+        assert known_further(LAWS, compute(own.scenario.replace(changes))).measured is None
+
+
+def test_the_laws_beside_that_of_the_page_are_those_that_miss_measured_forces_the_least(shown):
+    known = Further(laws=dict.fromkeys((*TYPICAL_FACTORS, "Mine"), shown))
+    plotted = [line["name"] for line in laws(shown, known.laws)[0]["data"]]
+    best = sorted(TYPICAL_FACTORS, key=TYPICAL_FACTORS.get)
+    assert plotted == ["MaxwellStressInGap (this scenario)", *best[:4]]
+    assert "the four that miss measured forces the least" in words.law_words(shown, known)
+    assert "the four" not in words.law_words(shown, Further(laws={"EffectiveMedium": shown}))
+
+
 def test_felt_and_safety(shown):
     percept = known_further(FELT, shown).percept
-    assert percept.answer.partition(",")[2] in words.verdict_words(percept)
+    verdict, more = words.verdict_words(percept)
+    assert percept.answer.partition(",")[2] in verdict
+    assert percept.widths[-1].text in more
     assert f"{percept.channels[0].level:.1f}".replace("-", "−") in words.felt_words(percept)
     (plot,) = felt(percept, shown.scenario)
     largest = percept.spectrum.amplitude[percept.spectrum.frequency >= 1].max()
@@ -271,7 +322,8 @@ def test_a_calibrated_perception_is_stated_with_its_level():
         (skin | own, ""),
     ):
         scenario = ev.load("bau_2010/sine").replace(changes)
-        percept, above = ev.perceive(scenario), of_tab(FELT, compute(scenario)).above
+        percept, felt_tab = ev.perceive(scenario), of_tab(FELT, compute(scenario))
+        above = felt_tab.above + felt_tab.below
         assert f"<b>felt</b>, {percept.felt_by} channel: {percept.sensation:+.1f} dB (" in above
         assert ("assumed from publications" in above) == bool(assumed)
         assert not assumed or f"assumed from publications: {assumed}; " in above

@@ -10,11 +10,11 @@ import pytest
 
 import electrovib as ev
 from electrovib.apps.changes import read_changes
-from electrovib.apps.explorer import computed, limits, reading, runner
+from electrovib.apps.explorer import computed, reading, runner
 from electrovib.apps.explorer import session as sessions
 from electrovib.apps.explorer.computed import LAWS, SAFETY, Further, compute
-from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
-from electrovib.apps.explorer.reading import MOST_FITS, RunningFit
+from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN
+from electrovib.apps.explorer.reading import RunningFit
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, closed_at_end, end_work
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
@@ -96,8 +96,8 @@ def test_what_is_shown_is_what_the_library_gives_to_each_visitor_and_a_mistake_i
         for each, volts in ((one, 100), (other, 200)):
             each.ask(at(volts))
         await until(lambda: one.is_idle and other.is_idle)
-        one.pin()
-        assert other.pinned == []
+        one.keep()
+        assert other.kept is None
         assert (high(one.computed), high(other.computed)) == (100, 200)
         one.ask(at("five"))
         await until(lambda: one.is_idle)
@@ -214,24 +214,29 @@ def test_a_visitor_is_told_of_work_that_takes_long_until_it_has_ended_or_failed(
     assert told == ([] if case == "a moment" else [True, False])
 
 
-def test_curves_are_kept_and_the_oldest_is_dropped_and_who_has_left_keeps_nothing():
+def test_what_is_shown_is_kept_with_what_becomes_known_of_it_and_who_has_left_keeps_nothing():
     async def actions(visit):
         one = visit.session()
-        for volts in range(1, limits.MOST_PINNED + 3):
-            one.ask(at(volts))
-            await until(lambda: one.is_idle)
-            one.pin()
-        assert [high(each.computed) for each in one.pinned] == [3, 4, 5, 6]
-        assert one.pinned[-1].name == f"{FIG6}: drive.high = 6 V"
-        one.unpin()
-        assert one.pinned == []
-        one.pin()
+        one.keep()
+        assert one.kept is None  # nothing is shown yet
+        one.ask(at(5))
+        await until(lambda: one.computed is not None)
+        one.keep()
+        one.state = at(6)  # which is not shown
+        one.keep()
+        assert (high(one.kept.computed), one.kept.name) == (5, f"{FIG6}, drive.high = 5 V")
+        await until(lambda: one.is_idle)
+        assert one.kept.further.check is not None
+        known = one.kept
+        one.ask(at(7))
+        await until(lambda: one.is_idle)
+        assert one.earlier is known  # a change beside it is behind nothing
         one.measured = one.computed.trace
         one.stop()
         return one
 
     one = Visit(actions).found
-    assert (one.computed, one.measured, one.pinned, one.further) == (None, None, [], Further())
+    assert (one.computed, one.measured, one.kept, one.further) == (None, None, None, Further())
 
 
 def test_only_one_task_runs_at_a_time_and_what_waits_ends_when_its_visitor_leaves():
@@ -262,8 +267,8 @@ def test_only_one_task_runs_at_a_time_and_what_waits_ends_when_its_visitor_leave
     assert "waits" not in done
 
 
-def test_runs_that_take_longer_hold_up_nobody_and_short_ones_take_turns(monkeypatch):
-    release, running, asked = threading.Event(), [], []
+def test_runs_that_take_longer_hold_up_nobody(monkeypatch):
+    release, asked = threading.Event(), []
 
     def slow(scenario, *, longest):
         asked.append((threading.current_thread().name.partition("_")[0], longest))
@@ -272,10 +277,6 @@ def test_runs_that_take_longer_hold_up_nobody_and_short_ones_take_turns(monkeypa
                 raise BudgetError("too long")
             assert release.wait(20)
             return compute(scenario)
-        running.append(scenario)
-        assert len(running) == 1
-        time.sleep(0.01)
-        running.pop()
         return compute(scenario)
 
     monkeypatch.setattr(sessions, "compute", slow)
@@ -283,7 +284,7 @@ def test_runs_that_take_longer_hold_up_nobody_and_short_ones_take_turns(monkeypa
     async def actions(visit):
         first, *others = (visit.session() for _ in range(6))
         first.ask(PageState(FIG6, {"time.duration": "3 s"}))
-        await until(lambda: len(asked) == 3)
+        await until(lambda: len(asked) == 2)
         for each in others:
             each.ask(PageState(FIG6))
         await asyncio.wait_for(until(lambda: all(each.is_idle for each in others)), 20)
@@ -295,8 +296,8 @@ def test_runs_that_take_longer_hold_up_nobody_and_short_ones_take_turns(monkeypa
     visit = Visit(actions, quick=3)
     assert visit.found.computed.scenario.time.duration == 3
     assert visit.complaints.count("") == len(visit.complaints)
-    quick = [("quick", LONGEST_SHORT_RUN), ("quick", LONGEST_QUICK_RUN)]
-    assert asked == [*quick, ("long", LONGEST_RUN), *quick[:1] * 5]
+    quick = ("quick", LONGEST_QUICK_RUN)
+    assert asked == [quick, ("long", LONGEST_RUN), *[quick] * 5]
 
 
 def test_the_estimate_decides_where_a_run_goes():
@@ -383,21 +384,6 @@ def test_files_are_read_one_at_a_time_and_mistakes_of_the_program_are_sentences(
 
     Visit(actions, quick=2)
     assert "could not do what was asked" in caplog.text
-
-
-def test_fits_of_all_visitors_are_limited(monkeypatch):
-    release, begun = threading.Event(), []
-    monkeypatch.setattr(RunningFit, "_fit", lambda self: begun.append(self) or release.wait(20))
-    fits = [RunningFit(ev.load(FIG6), None, [FILM]) for _ in range(MOST_FITS + 1)]
-    with ThreadPoolExecutor(MOST_FITS) as threads:
-        running = [threads.submit(each.run) for each in fits[:MOST_FITS]]
-        while len(begun) < MOST_FITS:
-            time.sleep(0.002)
-        with pytest.raises(InputError, match="2 fits run on this server"):
-            fits[-1].run()
-        release.set()
-        assert all(each.result() for each in running)
-    assert fits[-1].run()
 
 
 @pytest.mark.parametrize("why", ["cancelled", "late", "server"])

@@ -1,4 +1,4 @@
-"""The page of one visitor, with the bar at its top: which scenario, reset, curves to compare, dark or light."""
+"""The page of one visitor, with the bar at its top: which scenario, reset, what to compare with, dark or light."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from fastapi import Request
 from nicegui import app, events, ui
 
 from electrovib.apps.explorer.downloads import DOWNLOADS, Download
-from electrovib.apps.explorer.key_figures import answers
 from electrovib.apps.explorer.page.guide import FOLLOW, Guide
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
@@ -79,9 +78,12 @@ class VisitorPage:
         with ui.column().classes("w-full gap-2"):
             self.message = ui.label(mistake).props("role=alert").classes("text-negative whitespace-pre-line")
             self.guide = Guide(self, is_first=not query)
+            self.kept = KeptStrip(self)
             self.plots = Plots(self)
             with self.plots.place:
                 self.recording = RecordingPanel(self)
+        if self.guide.asks:
+            self.knobs.rebuild()
         self.client.on_delete(self._leave)
         ui.on("explorer_back", self._went)
         ui.on("explorer_link", lambda event: self._went(event, is_link=True))
@@ -117,6 +119,15 @@ class VisitorPage:
         self.ask(self.session.state.reset())
         self.knobs.rebuild()
 
+    def swap(self) -> None:
+        """Show the state that is kept, and keep the present one in its place."""
+        kept = self.session.kept
+        if kept is None:
+            return
+        self.session.keep()
+        present = self.session.state
+        self._go(replace(kept.state, tab=present.tab, story=present.story))
+
     def redraw(self) -> None:
         """Show the present result again."""
         if self.session.computed is not None:
@@ -129,9 +140,10 @@ class VisitorPage:
 
     def _change(self, state: PageState, *, is_other: bool) -> None:
         self.session.ask(state)
+        asked = self.guide.asks
         self.guide.tell(state)
         self.message.set_text("")
-        if is_other:
+        if is_other or self.guide.asks != asked:
             self.knobs.rebuild()
 
     def _went(self, event: events.GenericEventArguments, *, is_link: bool = False) -> None:
@@ -141,7 +153,11 @@ class VisitorPage:
         except InputError as error:
             self.complain(_unread(error))
             return
-        if is_link:
+        self._go(state, is_step=is_link)
+
+    def _go(self, state: PageState, *, is_step: bool = True) -> None:
+        """Show a state that the controls do not show yet; `is_step` as for `ask`, without which the address is left as it is."""
+        if is_step:
             ui.navigate.history.push(f"/?{state.to_query()}")
         self._change(state, is_other=True)
         self.bar.show(state.preset)
@@ -154,12 +170,12 @@ class VisitorPage:
     def _show(self, found: Computed, further: Further) -> None:
         with self.client:
             self.knobs.show(found)
+            self.kept.show()
             self.plots.show(found, further)
 
-    def _tell(self, further: Further) -> None:
-        assert self.session.computed is not None
+    def _tell(self) -> None:
         with self.client:
-            self.plots.figures.show(self.session.computed.forces | answers(further))
+            self.plots.tell()
 
     def _busy(self, is_busy: bool) -> None:
         with self.client:
@@ -204,8 +220,11 @@ class Bar:
             explained = "What to see first: five steps for each kind of visitor"
             _button("Stories", lambda: page.guide.choose(), explained)  # noqa: PLW0108 - made later
             _button("Reset", page.reset, "Take all changes back")
-            _button("Keep curve", self._pin, "Keep the present curves, dashed, beside the next ones")
-            _button("Drop curves", self._unpin, "Remove the curves that were kept")
+            _button(
+                "Keep as A",
+                self._keep,
+                "Keep this state as A; curves and key figures then show it beside the next ones",
+            )
             with _button("Download", None, "Scenario, numbers, figures, report and references"), ui.menu():
                 for each in DOWNLOADS:
                     ui.menu_item(each.label, on_click=lambda each=each: self._download(each))
@@ -232,12 +251,8 @@ class Bar:
         if name in self._names and name != self._session.state.preset:
             self._page.ask(PageState(name, tab=self._session.state.tab))
 
-    def _pin(self) -> None:
-        self._session.pin()
-        self._page.redraw()
-
-    def _unpin(self) -> None:
-        self._session.unpin()
+    def _keep(self) -> None:
+        self._session.keep()
         self._page.redraw()
 
     def _change_theme(self) -> None:
@@ -267,6 +282,32 @@ class Bar:
             ui.html("".join(f"<p>{escape(each)}</p>" for each in ABOUT), sanitize=False)
             ui.button("Close", on_click=dialog.close).props("no-caps")
         dialog.on("hide", dialog.delete)
+
+
+class KeptStrip:
+    """The state that is kept as A: what it is, and what can be done with it."""
+
+    def __init__(self, page: VisitorPage) -> None:
+        self._page, self._session = page, page.session
+        with (
+            ui.row()
+            .classes("ev-story ev-compared")
+            .props('role=region aria-label="Kept as A"') as self._strip
+        ):
+            self._name = ui.label().classes("ev-sentence")
+            for words, work in (("Swap", page.swap), ("Drop", self._drop)):
+                ui.button(words, on_click=work).props("flat dense no-caps color=inherit")
+        self.show()
+
+    def show(self) -> None:
+        """Show which state is kept."""
+        kept = self._session.kept
+        self._strip.set_visibility(kept is not None)
+        self._name.set_text(f"A, dashed: {kept.name}" if kept else "")
+
+    def _drop(self) -> None:
+        self._session.earlier = None
+        self._page.redraw()
 
 
 def _button(words: str, on_click: Callable[[], object] | None, explained: str) -> ui.button:

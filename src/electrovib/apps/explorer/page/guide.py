@@ -29,7 +29,10 @@ new ResizeObserver(() => document.body.style.setProperty('--ev-top', `${bar.offs
 
 
 class Guide:
-    """Tells a story; `is_first` invites to one, as nothing is asked for in the address."""
+    """Tells a story; `is_first` invites to one, as nothing is asked for in the address.
+
+    At `place`, beside the sentence, are the controls of the parameter that the step `asks` to change.
+    """
 
     def __init__(self, page: VisitorPage, *, is_first: bool) -> None:
         self._page = page
@@ -44,6 +47,8 @@ class Guide:
                 self._sentence = ui.label()
             self._links = {words: _link(words) for words in ("Previous", "Show again", "Next")}
             _close(lambda: page.ask(replace(page.session.state, story="")), "Close the story")
+            self.place = ui.element("div").classes("ev-asked")
+        self.asks = ""
         self._dialog: ui.dialog | None = None
         self._invitation.set_visibility(is_first)
         self._strip.set_visibility(False)
@@ -54,6 +59,7 @@ class Guide:
         if self._dialog is not None:
             self._dialog.close()
         self._strip.set_visibility(bool(state.story))
+        self.asks = STEPS[state.story].asks if state.story else ""
         if not state.story:
             return
         self._invitation.set_visibility(False)

@@ -106,8 +106,20 @@ class Knobs:
             for section, heading in SECTIONS.items():
                 if mine := [each for each in offered if each.section == section and each not in first]:
                     self._group(section, heading, mine)
+        self._lend()
         self._mark_changed()
         self._show_found()
+
+    def _lend(self) -> None:
+        """Put the row of the parameter that a story asks for beside its sentence."""
+        guide = getattr(self._page, "guide", None)  # which is made later
+        if guide is None:
+            return
+        guide.place.clear()
+        for group in self._groups:
+            if any(each.path == guide.asks for each in group.controls):
+                self._make_rows(group)
+                self._rows[guide.asks].column.move(guide.place)
 
     def _group(self, name: str, heading: str, mine: list[Control]) -> None:
         """Make a part that opens and closes, and remember whether it is open."""

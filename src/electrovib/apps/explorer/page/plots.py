@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from electrovib.apps.explorer.computed import Computed
     from electrovib.apps.explorer.page.build import VisitorPage
-    from electrovib.apps.explorer.session import Pinned
+    from electrovib.apps.explorer.session import Earlier
     from electrovib.studies.check.result import CheckResult
     from electrovib.studies.perceive import Percept
     from electrovib.view.fitted import FitResult
@@ -54,7 +54,6 @@ _LIGHTER: Final = {
     "#8a8d2e": "#c9cc5a",
     "#6f4e37": "#c59a78",
     "#870f0f": "#ff7a7a",
-    "#b0009a": "#ff6be8",
     "#2222e0": "#8c8cff",
     "#2e6b3a": "#6cc47c",
 }
@@ -71,12 +70,7 @@ class Plots:
 
     def __init__(self, page: VisitorPage) -> None:
         self._page, self._session = page, page.session
-        self.figures = KeyLine()
-        with ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 gap-4"):
-            self._stack = _html("w-full max-w-md")
-            with ui.column().classes("gap-1"):
-                ui.label("Validity").classes("text-base font-bold").props("role=heading aria-level=2")
-                self._judged = _html("text-sm").props("aria-live=polite")
+        self._figures = KeyLine()
         self._tabs = ui.tabs(on_change=lambda e: page.open(e.value))
         with self._tabs.props('dense no-caps outside-arrows align=left aria-label="Results"').classes(
             "w-full"
@@ -94,15 +88,20 @@ class Plots:
             self._player = PulsePlayer()
             self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")
             self._words = _html("w-full text-sm overflow-x-auto")
+        with ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 gap-4"):
+            self._stack = _html("w-full max-w-md")
+            with ui.column().classes("gap-1"):
+                ui.label("Validity").classes("text-base font-bold").props("role=heading aria-level=2")
+                self._judged = _html("text-sm").props("aria-live=polite")
         self._plots: list[Any] = []
         self._height = ""
 
     def show(self, found: Computed, further: Further) -> None:
         """Show a result, and what is known beside it."""
         session = self._session
-        self.figures.show(found.forces | answers(further))
-        beside: dict[str, Any] = {"former": session.former, "measured": session.measured}
-        shown = content(session.state.tab, found, further, pinned=session.pinned, **beside)
+        self.tell()
+        beside: dict[str, Any] = {"earlier": session.earlier, "measured": session.measured}
+        shown = content(session.state.tab, found, further, **beside)
         for element, text in (
             (self._stack, drawing(found)),
             (self._judged, judged_words(found.diagnostics)),
@@ -120,6 +119,13 @@ class Plots:
                 if plot.props.get("aria-label") != title:
                     plot.props(f'role=img aria-label="{title}"')
                 plot.update_figure(themed)
+
+    def tell(self) -> None:
+        """Show the key figures, with those of a result that is kept."""
+        session = self._session
+        assert session.computed is not None
+        kept = {} if session.kept is None else _figures(session.kept.computed, session.kept.further)
+        self._figures.show(_figures(session.computed, session.further), kept)
 
     def open(self, tab: str) -> None:
         """Mark the open tab."""
@@ -156,29 +162,37 @@ class Plots:
         return figure
 
 
+def _figures(found: Computed, further: Further) -> dict[str, KeyFigure]:
+    return found.figures | answers(further)
+
+
 class KeyLine:
     """The key figures in a line; one that is not known yet keeps its former value, greyed."""
 
     def __init__(self) -> None:
         with ui.element("dl").classes("ev-key w-full").props('aria-label="Key figures"'):
-            names = (*key_figures.FORCES.values(), key_figures.FELT, key_figures.LIMIT)
+            names = (*key_figures.FORCES.values(), key_figures.FELT, key_figures.LIMIT, key_figures.VALIDITY)
             self._places = {name: _html("ev-key-figure") for name in names}
-        self.show({})
+        self.show({}, {})
 
-    def show(self, known: Mapping[str, KeyFigure]) -> None:
-        """Show what is known of a result."""
+    def show(self, known: Mapping[str, KeyFigure], kept: Mapping[str, KeyFigure]) -> None:
+        """Show what is known of a result, and below each figure that of the one that is kept, if there is one."""
         for name, place in self._places.items():
             if (figure := known.get(name)) is None and place.content:
                 place.classes("ev-stale")
                 continue
             place.classes(remove="ev-stale")
-            text = _key_figure(name, figure or KeyFigure("…"))
+            text = _key_figure(
+                name, figure or KeyFigure("…"), kept.get(name, KeyFigure("…")) if kept else None
+            )
             if place.content != text:
                 place.set_content(text)
 
 
-def _key_figure(name: str, figure: KeyFigure) -> str:
+def _key_figure(name: str, figure: KeyFigure, kept: KeyFigure | None) -> str:
     value = f'<dd class="{CLASSES.get(figure.state, "")}">{escape(figure.value)}</dd>'
+    if kept is not None:
+        value += f"<dd class=ev-kept>A: {escape(kept.value)}</dd>"
     return f"<dt>{escape(name)}</dt>{value}<dd class=ev-note>{escape(figure.note)}</dd>"
 
 
@@ -209,8 +223,7 @@ def content(
     found: Computed,
     further: Further,
     *,
-    pinned: Sequence[Pinned] = (),
-    former: Computed | None = None,
+    earlier: Earlier | None = None,
     measured: xarray.Dataset | None = None,
 ) -> Content:
     """Return what a tab shows.
@@ -218,23 +231,22 @@ def content(
     A sentence above takes the place of a plot or table that cannot be shown.
     """
     above = _paragraphs(further.problems)
-    kept = [each.computed for each in pinned]
     shown = Content([], above)
     if tab == TIME:
         unknown = pictures.unknown_signals(found)
         lacking = [f"The {each} is not shown: it has no value in this scenario." for each in unknown]
-        figures = pictures.over_time(found, kept, former)
-        shown = Content(figures, above + _paragraphs(lacking) + kept_words(pinned))
+        shown = Content(pictures.over_time(found, earlier), above + _paragraphs(lacking))
     elif tab == FADING:
         return Content([], above + _paragraphs([why_not(found)]), pulse=animation(found))
     elif tab == FREQUENCY:
-        figures = pictures.over_frequency(found, kept, former, band=further.band)
-        shown = Content(figures, above + kept_words(pinned), _paragraphs([further.drawn]))
+        figures = pictures.over_frequency(found, earlier, band=further.band)
+        shown = Content(figures, above, _paragraphs([further.drawn]))
     elif tab == LAWS:
-        shown = Content(pictures.laws(found, further.laws), above, law_words(found, further))
+        figures = pictures.laws(found, further.laws, further.measured)
+        shown = Content(figures, above, law_words(found, further))
     elif tab == FELT and (percept := further.percept) is not None:
-        figures = felt(percept, found.scenario)
-        shown = Content(figures, above + verdict_words(percept), felt_words(percept))
+        verdict, more = verdict_words(percept)
+        shown = Content(felt(percept, found.scenario), above + verdict, more + felt_words(percept))
     elif tab == SAFETY and further.check is not None:
         shown = Content([], above, safety_words(further.check))
     elif tab == RECORDING and measured is not None:
@@ -248,8 +260,6 @@ def _paragraphs(sentences: Iterable[str]) -> str:
     return "".join(f"<p>{escape(each)}</p>" for each in sentences)
 
 
-_DASHES: Final = {"dash": "8 5", "dot": "2 4", "dashdot": "8 4 2 4", "longdash": "13 5"}
-"""Dashes of Plotly as SVG writes them."""
 CLASSES: Final = {
     "ok": "ev-ok",
     "pass": "ev-ok",
@@ -274,7 +284,7 @@ def judged_words(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 def law_words(found: Computed, further: Further) -> str:
-    """Tabulate the largest force of each law over that of the law of the page."""
+    """Tabulate the largest force of each law over that of the law of the page, below what was measured."""
     own, rows = _peak(found), []
     for name, case in {type(found.scenario.force).__name__: found, **further.laws}.items():
         peak, law = _peak(case), case.scenario.force
@@ -286,15 +296,19 @@ def law_words(found: Computed, further: Further) -> str:
         *("law", "stress evaluated in", "source status", "largest force", "relative to this law"),
         "measured forces missed by",
     )
-    return _table(headings, rows)
+    cut = len(further.laws) >= pictures.MOST_CURVES
+    more = [further.measured.words] if further.measured else []
+    more += ["The curves are those of this law, and of the four that miss measured forces the least."] * cut
+    return _paragraphs(more) + _table(headings, rows)
 
 
-def verdict_words(percept: Percept) -> str:
-    """State whether it is felt, what that rests on, and where nothing varies."""
+def verdict_words(percept: Percept) -> tuple[str, str]:
+    """State whether it is felt and where nothing varies; and what that rests on."""
     head, comma, rest = percept.answer.partition(",")
     still = "The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show."
-    more = [percept.to_measure, *sentences(percept.widths[1:]), "" if percept.loudest else still]
-    return f"<p><b>{escape(head)}</b>{escape(comma + rest)}</p>" + _paragraphs(filter(None, more))
+    verdict = f"<p><b>{escape(head)}</b>{escape(comma + rest)}</p>"
+    more = filter(None, (percept.to_measure, *sentences(percept.widths[1:])))
+    return verdict + _paragraphs([] if percept.loudest else [still]), _paragraphs(more)
 
 
 def felt_words(percept: Percept) -> str:
@@ -305,16 +319,6 @@ def felt_words(percept: Percept) -> str:
     ]
     relative = "relative to a sine of equal force at the best frequency"
     return _table(("channel", "level", relative, "source status"), rows) + _notes(percept.calibrated_on)
-
-
-def kept_words(pinned: Sequence[Pinned]) -> str:
-    """List the results that are kept, each with the dash of its curves."""
-    rows = [
-        f'<svg width="36" height="8" aria-hidden="true"><line x1="0" y1="4" x2="36" y2="4" stroke="currentColor"'
-        f' stroke-width="2" stroke-dasharray="{_DASHES[dash]}"/></svg> kept {place}: {escape(each.name)}'
-        for place, (each, dash) in enumerate(zip(pinned, pictures.PINNED, strict=False), 1)
-    ]
-    return _list(rows, "ev-kept") if rows else ""
 
 
 def safety_words(check: CheckResult) -> str:
@@ -373,9 +377,9 @@ def _notes(texts: Iterable[str]) -> str:
     return _list(escape(typeset(text)) for text in texts)
 
 
-def _list(rows: Iterable[str], kind: str = "ev-list") -> str:
+def _list(rows: Iterable[str]) -> str:
     """Write a list of items, in which texts are escaped already."""
-    return f'<ul class="{kind}">{"".join(f"<li>{row}</li>" for row in rows)}</ul>'
+    return f'<ul class="ev-list">{"".join(f"<li>{row}</li>" for row in rows)}</ul>'
 
 
 def _table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, states: bool = False) -> str:

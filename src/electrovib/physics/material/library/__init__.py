@@ -9,27 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from electrovib.core.parsing import read_toml
 from electrovib.core.units import parse_quantity
-from electrovib.physics.material.library.record import (
-    UNVERIFIED,
-    BreakdownStrength,
-    Dispersion,
-    SourcedValue,
-    Substance,
-)
+from electrovib.physics.material.library.record import UNVERIFIED as UNVERIFIED
+from electrovib.physics.material.library.record import BreakdownStrength as BreakdownStrength
+from electrovib.physics.material.library.record import Dispersion as Dispersion
+from electrovib.physics.material.library.record import SourcedValue as SourcedValue
+from electrovib.physics.material.library.record import Substance as Substance
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-__all__ = [
-    "UNVERIFIED",
-    "BreakdownStrength",
-    "Dispersion",
-    "SourcedValue",
-    "Substance",
-    "find_substance",
-    "materials",
-    "nearest_substances",
-]
 
 
 @functools.cache

@@ -2,17 +2,11 @@
 
 from importlib.metadata import version
 
-from electrovib.solve.population.kernels.percentiles import Histogram, quantiles
-from electrovib.solve.population.kernels.stepping import TimeSteps, first_order_hold_many, time_steps
-
-__all__ = [
-    "Histogram",
-    "TimeSteps",
-    "first_order_hold_many",
-    "kernel_name",
-    "quantiles",
-    "time_steps",
-]
+from electrovib.solve.population.kernels.percentiles import Histogram as Histogram
+from electrovib.solve.population.kernels.percentiles import quantiles as quantiles
+from electrovib.solve.population.kernels.stepping import TimeSteps as TimeSteps
+from electrovib.solve.population.kernels.stepping import first_order_hold_many as first_order_hold_many
+from electrovib.solve.population.kernels.stepping import time_steps as time_steps
 
 
 def kernel_name() -> str:

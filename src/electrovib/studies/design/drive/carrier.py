@@ -50,12 +50,6 @@ class CarrierGain:
     current: Real
     body_current: Real
 
-    def amplitude(self, force: ArrayLike) -> Real:
-        """Return the peak of the drive that causes a mean force; infinite where the gain is 0."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.asarray(force, dtype=float) / self.force
-            return np.where(np.asarray(force) == 0, 0.0, np.sqrt(ratio))
-
     def largest_amplitude(self, limits: Limits, *, slew: float | None = None) -> Real:
         """Return the largest peak of the drive within limits of voltage, currents and slope; infinite without one."""
         bounds = [np.full(len(self.frequency), np.inf)]
@@ -70,10 +64,6 @@ class CarrierGain:
         if slew is not None:
             bounds.append(slew / (2 * math.pi * self.frequency))
         return np.asarray(np.min(bounds, axis=0))
-
-    def largest_force(self, limits: Limits, *, slew: float | None = None) -> Real:
-        """Return the largest mean force of one sine within declared limits; infinite where none is declared."""
-        return np.asarray(self.force * self.largest_amplitude(limits, slew=slew) ** 2)
 
 
 def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
