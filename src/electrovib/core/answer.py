@@ -141,7 +141,7 @@ class Document:
     - `diagnostics`: by a label where several results are judged; `note`: what they do not cover.
     - `figures`, `tables`: the first figure stands before the tables of a page, the others after them.
     - `remarks`: what was assumed and what is not stated, shown everywhere; `pages`: explanations at length, and
-      tables to look things up, on a page alone.
+      tables and figures to look things up, on a page alone and in this order.
     """
 
     title: str
@@ -152,7 +152,7 @@ class Document:
     figures: Sequence[Shown] = ()
     tables: Sequence[Table] = ()
     remarks: Sequence[str] = ()
-    pages: Sequence[Page | Table] = ()
+    pages: Sequence[Page | Table | Shown] = ()
     references: Sequence[str] = ()
 
     @property

@@ -132,6 +132,10 @@ def html(document: Document, *, pictures: Mapping[str, Figure] | None = None) ->
             replace(each, title="" if each.title == before else each.title)
             for each, before in zip(figures, titles, strict=False)
         ],
+        pages=[
+            on_page(each, figure=made.get(each.id)) if isinstance(each, (Panel, Drawing)) else each
+            for each in document.pages
+        ],
         versions=summary.versions(),
     )
 
