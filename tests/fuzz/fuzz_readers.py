@@ -104,7 +104,9 @@ def survives(path):
     child = os.fork()
     if not child:
         for deadly in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL):
-            signal.signal(deadly, signal.SIG_DFL)  # libFuzzer's own handler ends with an exit status and writes a crash file
+            signal.signal(
+                deadly, signal.SIG_DFL
+            )  # libFuzzer's own handler ends with an exit status and writes a crash file
         resource.setrlimit(resource.RLIMIT_CPU, (3, 3))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         try:

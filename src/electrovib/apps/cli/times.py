@@ -32,7 +32,8 @@ record                Trace file with signals over time, as electrovib import wr
 --recipe FILE.toml -> channels  Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.
 --speed SPEED         Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
 --trim PER_CENT       Of --swipes: part of the distance omitted at both ends of a slide. [default: 5.0]
--o, --output DIR      Folder for report.html and times.csv, or swipes.csv.
+-o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
+--style
 --force
 """)
 def times(given: Arguments) -> None:
