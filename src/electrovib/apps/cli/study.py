@@ -88,16 +88,15 @@ def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
     from electrovib.exports.save import check_bands, save
     from electrovib.studies.population import study
     from electrovib.view.pages import check_page
-    from electrovib.view.report import report as write_report
 
-    report, force = given.pop("report", None), given.pop("force", False)
-    problems: list[str] = []
+    force, problems = given.pop("force", False), list[str]()
     for each in bands:
         with gathered(problems):
             check_bands(each, force=force)
-    with gathered(problems):
-        if report is not None:
-            check_page(report, force=force)
+    if "report" in given:
+        with gathered(problems):
+            check_page(given["report"], force=force)
+        bands = [*bands, given.pop("report")]
     refuse(problems)
     done = [0, given["n"]]
     try:
@@ -114,10 +113,6 @@ def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
     say(*summary(found), f"written: {store}")
     for each in bands:
         say(*(f"written: {path}" for path in save(found, each, force=force)))
-    if report is not None:
-        with tracked("drawing the report"):
-            page = write_report(found, report, force=force)
-        say(f"written: {page}")
 
 
 def summary(found: xarray.Dataset) -> list[str]:
