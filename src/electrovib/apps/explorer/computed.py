@@ -259,7 +259,7 @@ class MeasuredForce:
 
 @functools.cache
 def _measured_forces() -> list[Measurement]:
-    from electrovib.studies.evidence import measurements
+    from electrovib.studies.evidence.files import measurements
 
     return [
         each
