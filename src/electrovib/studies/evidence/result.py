@@ -194,7 +194,10 @@ class Evidence(Answer):
         names = [each.model for each in standings(self.judging(self._places[0]))]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
         rows = {
-            name: (f"{each.called}, {each.on}", f"{each.title} [{each.unit if each.unit != '1' else 'ratio'}]")
+            name: (
+                f"{each.called}, {each.on}",
+                f"{each.title} [{each.unit if each.unit != '1' else 'ratio'}]",
+            )
             for name, each in self.measured.items()
             if each.judges == self._places[0]
         }
