@@ -349,7 +349,8 @@ def test_a_reproduction_states_the_warnings(monkeypatch):
     module = SimpleNamespace(scenarios=lambda: own, reproduce=lambda **_: empty)
     monkeypatch.setattr("electrovib.core.discovery.paper", lambda _: module)
     told = [each.text for each in ev.reproduce("example_2099", "out").diagnostics]
-    assert sum(text.startswith(WARNING) for text in told) == 1
+    (found,) = [text for text in told if text.startswith(WARNING)]
+    assert "(scenario one, again" in found
     assert WARNING in html.unescape(Path("out/report.html").read_text(encoding="utf-8"))
 
 

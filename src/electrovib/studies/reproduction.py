@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -11,9 +11,12 @@ from electrovib.core.answer import Page, Shown, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import KINDS
 
-VERDICTS: Final = ("disagrees", "reproduced", "consistent", "open", "ours", "check")
+VERDICTS: Final = ("reproduced", "consistent", "disagrees", "open", "ours", "check")
 """In the order in which rows are shown. The first four compare a row with the paper; ``ours`` is a quantity of which the paper
 states nothing, and a check an identity or a control."""
+INPUTS: Final = ("printed", "published", "constructed", "drawn", "chosen")
+"""What a number is computed from: the paper's own inputs alone, skins of other publications, skins constructed through a
+number of the paper, values drawn at random, or values of our choice."""
 COMPARED: Final = VERDICTS[:4]
 SHOWN_UNITS: Final = {"pF": 1e-12, "nF": 1e-9, "mN": 1e-3, "ms": 1e-3}
 """Units of a row besides SI, and their size."""
@@ -26,12 +29,13 @@ class Row:
     - `id`, `what`: names for programs and for people.
     - `paper`: what is printed, in `unit`, which is SI or one of `SHOWN_UNITS`; None where nothing is.
     - `ours`: our number, or the lowest and highest over skins, fingers or causes, all under one law.
-    - `verdict`: ``disagrees`` only with a printed number that ours does not reach; ``reproduced`` only where
-      the paper prints the number; ``consistent`` and ``open`` only with something that the paper states,
-      ``open`` where the note says what it does not give; ``ours`` and ``check`` where the paper says nothing.
+    - `verdict`: ``disagrees`` only where ours follows from the inputs that the paper prints and does not reach its
+      number; ``reproduced`` only where it prints the number; ``consistent`` and ``open`` only with something that it
+      states, ``open`` where the note says what it does not give; ``ours`` and ``check`` where it says nothing.
     - `note`, `brief`: explanation for ``numbers.json``, and on the page where that is shorter.
     - `stated`: what the paper states in words; `leads`: the paper's own reading of its main result, shown
       first.
+    - `place`: section, equation or figure of the paper; `inputs`: one of `INPUTS`.
     """
 
     id: str
@@ -44,15 +48,21 @@ class Row:
     stated: str = ""
     brief: str = ""
     leads: bool = False
+    place: str = ""
+    inputs: str = "printed"
 
     def __post_init__(self) -> None:
         """Refuse a verdict that the row does not support."""
         verdict, compared = self.verdict, self.paper is not None or bool(self.stated)
-        known = verdict in VERDICTS and (self.unit in SHOWN_UNITS or self.unit in KINDS)
+        known = self.unit in SHOWN_UNITS or self.unit in KINDS
+        known = known and verdict in VERDICTS and self.inputs in INPUTS
         reached = self.paper is None or overlap(self.paper, self.ours)
         what = f"{verdict}, compared with what? Give the number or the words of the paper, or call it ours"
         faults = {
-            f"verdict '{verdict}' or unit '{self.unit}' is not allowed": not known,
+            f"verdict '{verdict}', unit '{self.unit}' or inputs '{self.inputs}' is not allowed": not known,
+            f"what {self.inputs} inputs give neither reproduces the paper nor disagrees with it": verdict
+            in {"reproduced", "disagrees"}
+            and self.inputs != "printed",
             "only a printed number can be reproduced": verdict == "reproduced" and self.paper is None,
             "only a printed number that ours does not reach disagrees with it": verdict == "disagrees"
             and reached,
@@ -67,10 +77,31 @@ class Row:
                 msg = f"row {self.id}: {words}"
                 raise ValueError(msg)
 
+    @property
+    def here(self) -> str:
+        """Our number or range with its unit."""
+        return shown(self.ours, self.unit)
+
+    @property
+    def said(self) -> str:
+        """What the paper states, as a number or else in its words."""
+        return (
+            f"in words: {self.stated}" if self.stated and self.paper is None else shown(self.paper, self.unit)
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """Return the row for ``numbers.json``."""
-        shown = {name: value for name, value in vars(self).items() if name not in {"brief", "leads"}}
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in shown.items()}
+        kept = {name: value for name, value in vars(self).items() if name not in {"brief", "leads"}}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in kept.items()}
+
+
+def shown(value: float | tuple[float, float] | None, unit: str) -> str:
+    """Write a number or an interval in the unit of its row."""
+    if value is None:
+        return "not printed"
+    numbers, digits = (value, 3) if isinstance(value, tuple) else ((value,), 4)
+    text = " to ".join(f"{number:.{digits}g}" for number in numbers)
+    return text if unit == "1" else f"{text} {unit}"
 
 
 def overlap(one: float | tuple[float, float], other: float | tuple[float, float]) -> bool:
@@ -79,9 +110,32 @@ def overlap(one: float | tuple[float, float], other: float | tuple[float, float]
     return low <= most and least <= high
 
 
-def verdict_over(paper: float | tuple[float, float], ours: tuple[float, float]) -> str:
-    """Return the verdict on a range of ours: a number of the paper outside it disagrees, one inside it is open."""
-    return "open" if overlap(paper, ours) else "disagrees"
+@dataclass(frozen=True)
+class Group:
+    """Rows that one sentence sums up, and what is concluded of all of them."""
+
+    words: str
+    verdict: str
+    rows: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a report: words, figures by their `id`, and groups of rows."""
+
+    title: str
+    words: str
+    groups: tuple[Group, ...]
+    panels: tuple[str, ...] = ()
+
+
+def group(words: str, rows: Mapping[str, Row], ids: str, **numbers: object) -> Group:
+    """Sum up rows in words, in which ``{id.here}`` and ``{id.said}`` are numbers of a row, and other names those of `numbers`."""
+    named = tuple(ids.split())
+    verdicts = [rows[name].verdict for name in named]
+    compared = [each for each in verdicts if each in COMPARED] or verdicts
+    verdict = "disagrees" if "disagrees" in compared else max(compared, key=VERDICTS.index)
+    return Group(words.format_map({**rows, **numbers}), verdict, named)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +149,7 @@ class Reproduction:
     - `title`: heading of the page; made from the paper's name if empty.
     - `findings`: main results, before any table.
     - `diagnostics`: warnings of the paper's scenarios.
+    - `parts`: the report in its order; without them findings and rows are shown.
     """
 
     paper: str
@@ -108,38 +163,15 @@ class Reproduction:
     title: str = ""
     findings: tuple[str, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
+    parts: tuple[Part, ...] = ()
 
     @property
     def ordered(self) -> tuple[Row, ...]:
-        """Rows as they are shown: the paper's own reading, what disagrees, then the others in the order of `VERDICTS`."""
+        """Rows as they are shown: the paper's own reading, then the others in the order of `VERDICTS`."""
         return tuple(sorted(self.rows, key=lambda row: (not row.leads, VERDICTS.index(row.verdict))))
 
     def count(self) -> str:
-        """Count the rows of each verdict, printed numbers and statements in words apart; empty without rows."""
-        if not self.rows:
-            return ""
-        compared = [row for row in self.rows if row.verdict in COMPARED]
-        parts = [
-            f"{_several(len(rows), what)}: {_verdicts(rows)}"
-            for what, rows in (
-                ("number of the paper", [row for row in compared if row.paper is not None]),
-                ("statement in words", [row for row in compared if row.paper is None]),
-            )
-            if rows
-        ]
+        """Count the rows of each verdict; empty without rows."""
         of = Counter(row.verdict for row in self.rows)
-        own = [
-            _several(of[name], word) for name, word in (("ours", "quantity"), ("check", "check")) if of[name]
-        ]
-        return "; ".join([*parts, f"beside them {' and '.join(own)} of ours"] if own else parts)
-
-
-def _verdicts(rows: Sequence[Row]) -> str:
-    of = Counter(row.verdict for row in rows)
-    return ", ".join(f"{of[name]} {name.replace('disagrees', 'disagree')}" for name in COMPARED if of[name])
-
-
-def _several(count: int, what: str) -> str:
-    first, space, rest = what.partition(" ")
-    many = first.removesuffix("y") + "ies" if first.endswith("y") else f"{first}s"
-    return f"{count} {what if count == 1 else many + space + rest}"
+        words = {"disagrees": "disagree", "ours": "quantities of ours", "check": "checks"}
+        return ", ".join(f"{of[name]} {words.get(name, name)}" for name in VERDICTS if of[name])

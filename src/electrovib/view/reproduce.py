@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.answer import Document, Panel, Table
+from electrovib.core.answer import Document, Drawing, Page, Panel, Table
 from electrovib.core.budget import each_item
 from electrovib.core.errors import InputError, gathered, refuse
 from electrovib.core.files import inputs_noted
@@ -26,19 +26,20 @@ from electrovib.data.atomic import (
 from electrovib.data.marks import Form, csv_text, is_ours
 from electrovib.studies.reproduction import COMPARED
 from electrovib.view.documents import drawn, html
-from electrovib.view.units import pretty_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from electrovib.core.answer import Shown
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.studies.reproduction import Reproduction, Row
+    from electrovib.studies.reproduction import Part, Reproduction
 
 _PAGE: Final = "report.html"
 _VERDICTS: Final = (
-    "Disagrees: no value of ours reaches the number that the paper prints. Reproduced: the paper prints the number."
-    " Consistent: it agrees with a statement of the paper. Open: the paper does not print what the comparison needs."
-    " Full notes: numbers.json"
+    "Reproduced: the number that the paper prints follows from its own inputs. Consistent: ours agrees with a statement of it."
+    " Disagrees: its own inputs give another number. Open: the paper does not print what the comparison needs. Notes in full:"
+    " numbers.json; curves of a figure: the .csv of its name"
 )
 
 
@@ -92,9 +93,15 @@ def _found(paper: str, skin: str | None) -> Reproduction:
         raise InputError(f"'{paper}' has nothing to reproduce. Papers that have: {able or 'none'}.")
     found: Reproduction = module.reproduce(skin=skin)
     own: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
-    told = (each for scenario in own.values() for each in validity(scenario) if each.state == "warning")
-    stated = tuple(dict.fromkeys(told))
-    return replace(found, diagnostics=stated) if stated else found
+    told: dict[str, tuple[Diagnostic, list[str]]] = {}
+    for name, scenario in own.items():
+        for each in validity(scenario):
+            if each.state == "warning":
+                told.setdefault(each.text, (each, []))[1].append(name)
+    stated = (
+        replace(each, text=f"{text} (scenario {', '.join(names)})") for text, (each, names) in told.items()
+    )
+    return replace(found, diagnostics=tuple(stated)) if told else found
 
 
 def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), force: bool = False) -> None:
@@ -179,52 +186,76 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
 
 
 def document_of(found: Reproduction) -> Document:
-    """Say what a reproduction has found: the paper's numbers beside ours, figures, tables, explanations, equations."""
-    compared = [
-        (row.verdict, row.what, _printed(row), shown(row.ours, row.unit), row.brief or row.note)
-        for row in found.ordered
-        if row.verdict in COMPARED
-    ]
-    numbers = Table(
-        "Numbers of the paper",
-        ("verdict", "quantity", "paper", "here", "note"),
-        tuple(compared),
-        caption=_VERDICTS,
-        looks={0: "state", 1: "what", 2: "words", 3: "number"},
-    )
+    """Say what a reproduction has found: the paper's numbers beside ours, figures, tables, explanations, equations.
+
+    One with `parts` has these first, and all else folded.
+    """
+    first = {name for part in found.parts for name in part.panels}
+    panels = {each.id: each if each.id in first else _with_file(each) for each in found.panels}
     formulas = tuple((f"({number})", text) for number, text in found.equations.items())
-    count = found.count()
+    warnings = tuple((each.state, each.text) for each in found.diagnostics)
+    heading = f"Warnings on the paper's own scenarios: {len(warnings)}"
+    further: list[Page | Table | Shown] = [
+        *_rows(found, "Numbers of the paper", COMPARED, caption=_VERDICTS),
+        *([Table(heading, ("", ""), warnings, looks={0: "state"})] if warnings else []),
+        *(each for name, each in panels.items() if name not in first),
+        *(each for each in found.tables if each.on_page),
+        *found.pages,
+        *([Table("Equations", ("", ""), formulas, looks={1: "formula"})] if formulas else []),
+        *_rows(found, "Quantities of which the paper states nothing", ("ours",)),
+        *_rows(found, "Checks of this software", ("check",)),
+    ]
+    shown = [item for part in found.parts for item in _shown(part, panels)]
+    count = [f"{found.count()}."] if found.rows and not found.parts else []
     return Document(
         title=found.title or f"{found.paper}: the paper, reproduced",
-        sentences=[*([f"{count}."] if count else []), *found.findings, found.citation],
-        numbers=[numbers] if compared else [],
-        diagnostics=found.diagnostics,
-        figures=[
-            replace(each, caption=f"{each.caption} {file_of(each)}".strip())
-            if isinstance(each, Panel)
-            else each
-            for each in found.panels
-        ],
-        tables=found.tables,
-        pages=[
-            *found.pages,
-            *([Table("Equations", ("", ""), formulas, looks={1: "formula"})] if formulas else []),
-            *_of_ours(found, "ours", "Quantities of which the paper states nothing", "quantity"),
-            *_of_ours(found, "check", "Checks of this software", "identity or control"),
-        ],
+        sentences=[*count, *found.findings, found.citation],
+        pages=[*shown, *map(_folded, further)] if found.parts else further,
         references=found.references,
     )
 
 
-def _of_ours(found: Reproduction, verdict: str, title: str, heading: str) -> list[Table]:
-    rows = [
-        (row.what, shown(row.ours, row.unit), row.brief or row.note)
-        for row in found.ordered
-        if row.verdict == verdict
+def _shown(part: Part, panels: Mapping[str, Shown]) -> list[Page | Table | Shown]:
+    """Return what a page shows of a part: its groups of rows, then its figures."""
+    groups = tuple((each.verdict, each.words) for each in part.groups)
+    return [
+        Page(part.title, (part.words,) if part.words else ()),
+        Table("", ("", ""), groups, looks={0: "state"}),
+        *(panels[name] for name in part.panels if name in panels),
     ]
-    return (
-        [Table(title, (heading, "here", "note"), tuple(rows), looks={0: "what", 1: "number"})] if rows else []
+
+
+def _folded(item: Page | Table | Shown) -> Page | Table | Shown:
+    return item if isinstance(item, Drawing) else replace(item, folded=True)
+
+
+def _rows(found: Reproduction, title: str, verdicts: Sequence[str], *, caption: str = "") -> list[Table]:
+    """Return the rows with these verdicts as a table with the columns that they fill, or nothing."""
+    compared = verdicts == COMPARED
+    rows = tuple(
+        (
+            row.verdict if compared else "",
+            row.place,
+            row.what,
+            row.said if compared else "",
+            row.here,
+            row.inputs if row.place else "",
+            row.brief or row.note,
+        )
+        for row in found.ordered
+        if row.verdict in verdicts
     )
+    headings = ("verdict", "place", "quantity", "paper", "here", "from inputs", "note")
+    filled = tuple(column for column in range(len(headings)) if any(row[column] for row in rows))
+    looks = {0: "state", 2: "what", 3: "words", 4: "number"}
+    return [Table(title, headings, rows, caption=caption, shown=filled, looks=looks)] if rows else []
+
+
+def _with_file(shown: Shown) -> Shown:
+    """Name the file of its curves in the caption of a panel."""
+    if isinstance(shown, Drawing):
+        return shown
+    return replace(shown, caption=f"{shown.caption} {file_of(shown)}".strip())
 
 
 def file_of(panel: Panel) -> str:
@@ -232,21 +263,6 @@ def file_of(panel: Panel) -> str:
     parts = (panel, *panel.below)
     more = any(not curve.drawn for part in parts for curve in part.curves)
     return f"{'All curves' if more else 'Curves'}: {', '.join(f'{part.id}.csv' for part in parts)}"
-
-
-def _printed(row: Row) -> str:
-    """Write what the paper states, as a number or else in its words."""
-    return f"in words: {row.stated}" if row.stated and row.paper is None else shown(row.paper, row.unit)
-
-
-def shown(value: float | tuple[float, float] | None, unit: str) -> str:
-    """Write a number or an interval in the unit of its row."""
-    if value is None:
-        return "not printed"
-    numbers = value if isinstance(value, tuple) else (value,)
-    digits = 3 if isinstance(value, tuple) else 4
-    text = " … ".join(f"{number:.{digits}g}" for number in numbers)
-    return f"{text} {pretty_unit(unit)}".strip()
 
 
 def to_csv(panel: Panel) -> str:

@@ -138,9 +138,8 @@ def test_the_rows_of_the_abstract(reproduction):
     assert rows["direction"].verdict == "consistent"
     assert rows["direction"].ours[0] > 1.0
     assert (rows["crossover_tau"].paper, rows["crossover_tau"].verdict) == (60.0, "open")
-    assert reproduction.count() == (
-        "2 numbers of the paper: 2 open; 3 statements in words: 2 consistent, 1 open; beside them 2 quantities of ours"
-    )
+    assert reproduction.count() == "2 consistent, 3 open, 2 quantities of ours"
+    assert {row.inputs for row in rows.values()} == {"published", "constructed"}
     assert len(reproduction.findings) == 3
     assert "from 48 to 630 Hz" in reproduction.findings[1]
     assert rows["crossover_tau"].ours == pytest.approx((48.0, 630.0), rel=0.01)  # closed form apart

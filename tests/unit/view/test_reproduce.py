@@ -15,10 +15,11 @@ import pytest
 
 from electrovib.core import discovery
 from electrovib.core.answer import Curve, Drawing, Page, Panel, Table
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.studies.reproduction import Reproduction, Row
+from electrovib.studies.reproduction import Group, Part, Reproduction, Row, group, shown
 from electrovib.view import plots
-from electrovib.view.reproduce import _write, reproduce, shown
+from electrovib.view.reproduce import _write, reproduce
 
 X = np.linspace(0, 1, 20)
 AXES = {"x": ("time", "s"), "y": ("force", "N")}
@@ -97,8 +98,8 @@ def test_numbers_and_curves_are_written_as_they_are(tmp_path, found):
     _write(replace(found, panels=(hidden, found.panels[1])), tmp_path)
     numbers = json.loads(read(tmp_path, "numbers.json"))
     assert numbers == [row.to_dict() for row in found.ordered]
-    assert [each["id"] for each in numbers] == ["own", "tau", "C", "rise", "hold", "past", "ramp", "sum"]
-    assert numbers[1]["ours"] == [0.05, 6.6]
+    assert [each["id"] for each in numbers] == ["own", "C", "rise", "hold", "tau", "past", "ramp", "sum"]
+    assert numbers[4]["ours"] == [0.05, 6.6]
     assert numbers[6]["paper"] is None
     heading, *lines = csv.reader(io.StringIO(read(tmp_path, "fig2.csv")))
     assert heading == ["curve", "time [s]", "force [N]", "force [N], upper edge"]
@@ -129,16 +130,13 @@ def test_a_drawing_has_no_curves_and_panels_below_have_a_file_each(tmp_path, fou
 
 
 def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tmp_path, found):
-    counted = (
-        "5 numbers of the paper: 1 disagree, 1 reproduced, 1 consistent, 2 open; 1 statement in words: 1 consistent; beside"
-        " them 1 quantity and 1 check of ours"
-    )
+    counted = "1 reproduced, 2 consistent, 1 disagree, 2 open, 1 quantities of ours, 1 checks"
     assert found.count() == counted
     _write(found, tmp_path)
     text = read(tmp_path, "report.html")
     order = [
         *(counted, "One thing to know.", "Another: 5 µm."),
-        *("Numbers of the paper", "its own reading", "time constant", "capacitance", "roughly constant"),
+        *("Numbers of the paper", "its own reading", "capacitance", "roughly constant", "time constant"),
         *("force in the past", "fig1.csv", "<td>wet</td>", "What this paper leaves open"),
         *("Quantities of which the paper states nothing", "a short one", "Checks of this software"),
         "sum of charges",
@@ -156,7 +154,7 @@ def test_the_page_fetches_nothing_and_names_the_files_of_what_it_shortens(tmp_pa
     for words in (
         *("a short one", "Shortened.", "In full: rest.md", "<td>sliding</td>", "Whole table: causes.csv"),
         *(f'<span class="word {name}">{name}</span>' for name in ("reproduced", "open", "disagrees")),
-        *("On &lt;nothing&gt;", "32.96 pF", "0.05 … 6.6 ms", "5 µm", "One &amp; only.", "Second one."),
+        *("On &lt;nothing&gt;", "32.96 pF", "0.05 to 6.6 ms", "5 µm", "One &amp; only.", "Second one."),
         *("<td>wet</td>", "Somebody 2000", "numpy"),
         r"$\nosuchthing{x}$",  # what mathtext cannot draw is shown as it is written
     ):
@@ -237,8 +235,38 @@ def test_a_paper_without_reproduction_and_an_output_that_is_a_file_are_refused(t
     assert paper == [], "before the work"
 
 
+def test_parts_come_first_and_all_else_is_folded(tmp_path, found):
+    """Each part with its groups of rows and its figures; a group that disagrees anywhere disagrees."""
+    rows = {row.id: row for row in found.rows}
+    said = group("C is {C.here}, printed {C.said}, off by {percent:.0f} %.", rows, "C tau own", percent=3)
+    assert said == Group("C is 32.96 pF, printed 32 pF, off by 3 %.", "disagrees", ("C", "tau", "own"))
+    assert group("", rows, "C ramp own").verdict == "open"
+    assert group("", rows, "ramp sum").verdict == "check"
+    parts = (Part("Done", "In short.", (said,), ("fig2",)), Part("Left", "", (group("Rest.", rows, "own"),)))
+    warned = Diagnostic("gap", "warning", "the gap is large (scenario fig1)")
+    _write(replace(found, parts=parts, diagnostics=(warned,)), tmp_path)
+    text = read(tmp_path, "report.html")
+    before, *folded = text.split("<details>")
+    order = ["One thing to know.", ">Done<", "In short.", "off by 3 %.", ">Figure 2<", ">Left<", "Rest."]
+    assert [before.index(words) for words in order] == sorted(before.index(words) for words in order)
+    for words in (
+        "Numbers of the paper",
+        "Warnings on the paper",
+        "Figure 1",
+        "Skins",
+        "The rest",
+        "Equations",
+        "sum of charges",
+    ):
+        assert words not in before, words
+        assert sum(words in each.partition("</details>")[0] for each in folded) == 1, words
+    assert "the gap is large (scenario fig1)" in text
+    assert "fig1.csv" in text.partition("</details>")[2]
+    assert text.count("<svg") == 2 + 2
+
+
 def test_numbers_are_shown_in_the_unit_of_the_row():
     assert shown(0.5, "1") == "0.5"
     assert shown(None, "mN") == "not printed"
-    assert shown((2, 5), "mN") == "2 … 5 mN"
-    assert shown(5.57e5, "ohm m") == "5.57e+05 Ω·m"
+    assert shown((2, 5), "mN") == "2 to 5 mN"
+    assert shown(5.57e5, "ohm m") == "5.57e+05 ohm m"

@@ -16,7 +16,8 @@ from electrovib.core.errors import InputError
 --over
 --material
 --layer
--o, --output FILE  Write an HTML page.
+-o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
+--style
 --force
 """)
 def compare(given: Arguments) -> None:
@@ -33,7 +34,7 @@ def compare(given: Arguments) -> None:
     if not given.get("scenario"):
         _print_static(given)
     elif "materials" in given:
-        given.only("scenario set all materials layer", "--material, which compares no laws", "force")
+        given.only("scenario set all materials layer output", "--material, which compares no laws", "force")
         _print_materials(given)
     else:
         given.only("scenario set all laws over output", "the comparison of force laws", "force")
@@ -78,7 +79,8 @@ def _print_materials(given: Arguments) -> None:
 --all
 -n N               Draws of what a publication does not print. [default: 64]
 --seed N           Of the draws. [default: 0]
--o, --output FILE|DIR  Page (.html), or a folder with the page and its tables.
+-o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
+--style
 --force
 """,
     example="electrovib evidence vezzoli -o evidence",
@@ -113,20 +115,15 @@ def reproduce(given: Arguments) -> None:
 
     with items_shown(f"reproducing {given['paper']}"):
         found = reproduce(**given)
-    say(f"{given['paper']}: {found.count()}")
     for number, finding in enumerate(found.findings, 1):
-        say(f"{number}. {finding}")
-    for row in found.ordered:
-        unit = "" if row.unit == "1" else f" {row.unit}"
-        printed = row.stated if row.stated and row.paper is None else shown(row.paper)
-        held = f" (paper: {printed})" if row.verdict in COMPARED else ""
-        say(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
-    say(*warned(found))
+        say(f"{number}. {finding}" if len(found.findings) > 1 else finding)
+    for part in found.parts:
+        say("", part.title, *([part.words] if part.words else []))
+        say(*(f"{each.verdict:<11} {each.words}" for each in part.groups))
+    for row in () if found.parts else found.ordered:
+        say(
+            f"{row.verdict:<11} {row.what}: {row.here}"
+            + (f" (paper: {row.said})" if row.verdict in COMPARED else "")
+        )
+    say("", f"{given['paper']}, numbers: {found.count()}", *warned(found))
     say(f"written: {given['output']}/report.html")
-
-
-def shown(value: float | tuple[float, float] | None) -> str:
-    """Format a number or an interval."""
-    if value is None:
-        return "not given"
-    return f"{value:.4g}" if isinstance(value, (int, float)) else f"{value[0]:.3g} to {value[1]:.3g}"

@@ -23,7 +23,7 @@ from electrovib.scenario import Scenario, skins
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.studies.reproduction import Row, verdict_over
+from electrovib.studies.reproduction import Row
 
 if TYPE_CHECKING:
     from electrovib.physics.material import Material
@@ -189,17 +189,28 @@ def static_force(law: str, *, gap: float | None = None, skin: float = values.SKI
     return float(simulate(base.replace(changes), time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 
-def suspended_constancy(*, conductivity: float) -> float:
-    """Compute for figure 2 the attraction at the end of the hold over that at its beginning [1]."""
-    scenario = scenarios()["fig2"]
-    if conductivity:
-        leaky = {"model": "Constant", "permittivity": 1.0, "conductivity": conductivity}
-        scenario = scenario.replace({"stack.gap.material": leaky})
+def leaky_air(resistivity: float) -> dict[str, Any]:
+    """Return the change that lets the gap leak, with a resistivity [ohm m]."""
+    return {"stack.gap.material": {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / resistivity}}
+
+
+def over_hold(scenario: Scenario) -> float:
+    """Compute the attraction at the end of the hold of a trapezoidal pulse over that at its beginning [1]."""
     drive = scenario.drive
     assert isinstance(drive, Trapezium)
     ends = np.array([0.0, drive.rise, drive.rise + drive.hold])
     force = simulate(scenario, time=ends).electrostatic_force.values
     return float(force[2] / force[1])
+
+
+def oscillation() -> float:
+    """Compute for figure 2 the largest over the smallest attraction in the hold, the hand trembling [1]."""
+    scenario = scenarios()["fig2_tremor"]
+    drive = scenario.drive
+    assert isinstance(drive, Trapezium)
+    time = np.concatenate([[0.0], drive.rise + np.linspace(0.0, drive.hold, 801)])
+    force = simulate(scenario, time=time).electrostatic_force.values[1:]
+    return float(force.max() / force.min())
 
 
 @dataclass(frozen=True)
@@ -232,40 +243,64 @@ MEASURED = DecayReading(
 )
 
 
+def published_skins() -> dict[str, Skin]:
+    """Collect the skins of other publications."""
+    return {key: skin for key, skin in all_skins().items() if not key.startswith("vezzoli_2014/")}
+
+
+def time_constants(frequency: float) -> tuple[float, float]:
+    """Shortest and longest time constant of the voltage [s] among the published skins at a frequency [Hz]."""
+    found = [float(time_constant(skin.material, frequency)) for skin in published_skins().values()]
+    return min(found), max(found)
+
+
+SLOWEST, USUAL = 1.0, 100.0
+"""Frequencies between which the time constants of skins are given, as the paper prints none [Hz]."""
+
+
 def decay_rows() -> tuple[Row, ...]:
     """Return the time constants of the paper under both readings, and the check that they rest on."""
-    skins = {key: skin for key, skin in all_skins().items() if key != "vezzoli_2014/point"}
-    taus = sorted((float(time_constant(skin.material, 100.0)), skin.name) for skin in skins.values())
-    (least, fastest), (most, slowest) = taus[0], taus[-1]
-    voltage = (least / 1e-3, most / 1e-3)
-    force = (values.force_decay(tau=least) / 1e-3, values.force_decay(tau=most) / 1e-3)
+    voltage = (time_constants(USUAL)[0] / 1e-3, time_constants(SLOWEST)[1] / 1e-3)
+    force = (values.force_decay(tau=voltage[0]), values.force_decay(tau=voltage[1]))
+    at = ", ".join(f"{time_constants(f)[1] / 1e-3:.3g} ms at {f:g} Hz" for f in (USUAL, 10.0, SLOWEST))
+    through = max(
+        float(time_constant(skin.material, USUAL))
+        for skin in values.skins().values()
+        if not skin.reproduces_force
+    )
     short, long = BY_VOLTAGE.decay / MEASURED.decay, BY_FORCE.decay / MEASURED.decay
     simulated = lateral_decay(point(values.TAU_MODEL))
     film = 1 + values.insulator_capacitance() / values.skin_capacitance()
+    ends = [time_constant(skin.material, np.array([100.0, 1e4])) for skin in published_skins().values()]
+    falls = [float(low / high) for low, high in ends]
+    skins = f"published skins, {SLOWEST:g} to {USUAL:g} Hz"
+    calculated, measured = values.TAU_MODEL / 1e-3, values.DECAY_MEASURED / 1e-3
+    given: dict[str, Any] = {"place": "section 4", "inputs": "published"}
     return (
-        Row("tau_giraud", "time constant of the voltage, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, voltage, "ms",
-            verdict_over(values.TAU_MODEL / 1e-3, voltage),
-            "The 7.7 ms calculated for Giraud's conditions, taken as the time constant of the voltage. The cited skins reach from"
-            f" {fastest} to {slowest}. The paper prints neither the frequency of its eps 1560 nor a resistivity: 5.57e5 ohm m is"
-            " computed from these 7.7 ms and is no independent value.", brief="frequency and resistivity not printed"),
-        Row("tau_giraud_force", "decay of the force, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, force, "ms",
-            verdict_over(values.TAU_MODEL / 1e-3, force),
-            "The same 7.7 ms, taken as the decay of the force. A force is proportional to the square of the voltage and decays in"
-            f" half its time constant, which is then {BY_FORCE.tau / 1e-3:.3g} ms; the paper does not state which of the two its"
-            " 7.7 ms is.", brief="if 7.7 ms is of the force"),
-        Row("tau_giraud_measured", "decay of the lateral force, cited skins at 100 Hz",
-            values.DECAY_MEASURED / 1e-3, force, "ms", verdict_over(values.DECAY_MEASURED / 1e-3, force),
-            f"Measured by Giraud. These 6 ms correspond to {MEASURED.tau / 1e-3:.3g} ms of the voltage. A decay of the finger"
-            " pulp of 4 ms (Pawluk and Howe 1999) may be part of them.", brief="skin of the subject not printed"),
+        Row("tau_giraud", f"time constant of the voltage, {skins}", calculated, voltage, "ms", "open",
+            f"The paper prints neither the frequency of its eps 1560 nor a resistivity: 5.57e5 ohm m is computed from these 7.7"
+            f" ms and is no independent value. Published skins end at {at}. Skins constructed through the paper's own point reach"
+            f" {through / 1e-3:.3g} ms at {USUAL:g} Hz.", **given),
+        Row("tau_giraud_force", f"decay of the force, {skins}", calculated, force, "ms", "open",
+            "The same 7.7 ms, taken as the decay of the force. A force is proportional to the square of the voltage and"
+            f" decays in half its time constant, which is then {BY_FORCE.tau / 1e-3:.3g} ms; the paper does not state which of"
+            " the two its 7.7 ms is, nor the frequency.", **given),
+        Row("tau_giraud_measured", f"decay of the lateral force, {skins}", measured, force, "ms", "open",
+            f"Measured by Giraud; insulator and skin are not printed. These 6 ms correspond to {MEASURED.tau / 1e-3:.3g} ms of"
+            " the voltage. A decay of the finger pulp of 4 ms (Pawluk and Howe 1999) may be part of them.", **given),
         Row("tau_giraud_decay", "decay of the lateral force, the paper's model",
-            values.DECAY_MEASURED / 1e-3, (BY_VOLTAGE.decay / 1e-3, BY_FORCE.decay / 1e-3), "ms", "open",
+            measured, (BY_VOLTAGE.decay / 1e-3, BY_FORCE.decay / 1e-3), "ms", "open",
             "The paper compares 7.7 ms with 6 ms. If 7.7 ms belongs to the voltage, the force of the model decays in"
             f" {short:.2f} of the measured time; if it belongs to the force, in {long:.2f} of it. The paper does not state"
-            " which.", brief="7.7 ms of the voltage, or of the force"),
+            " which.", place="section 4"),
+        Row("fig4_dispersion", "time constant at 100 Hz over that at 10 kHz, published skins", None,
+            (min(falls), max(falls)), "1", "open", "The table of Yamamoto and Yamamoto 1976, which figure 4 shows, could"
+            " not be obtained.",
+            "strong frequency dependence of the time constant", place="section 3.1, figure 4", inputs="published"),
         Row("force_decay_over_tau", "decay of the simulated lateral force over the time constant of the voltage",
-            None, simulated / (values.TAU_MODEL * film), "1", "check",
-            "After a step. One half, because the force is proportional to the square of the voltage.",
-            brief="force ~ voltage squared"),
+            None, simulated / (values.TAU_MODEL * film), "1", "consistent", "After a step, simulated with friction. One"
+            " half, because the force is proportional to the square of the voltage; the static law (1) keeps its force.",
+            "exponential reduction of the lateral force, unexplained by the static model", place="section 2.2"),
     )  # fmt: skip
 
 

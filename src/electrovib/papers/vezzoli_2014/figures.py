@@ -109,10 +109,7 @@ def voltage(trace: xarray.Dataset) -> Curve:
 def figure_2() -> Panel:
     """Force on a finger held off the plate, over time."""
     trace = simulate(scenarios()["fig2"])
-    leak = scenarios()["fig2"].replace(
-        {"stack.gap.material": {"model": "Constant", "permittivity": 1.0, "conductivity": 1 / 8.7e8}}
-    )
-    leaky = simulate(leak)
+    leaky = simulate(scenarios()["fig2"].replace(compute.leaky_air(8.7e8)))
     held = simulate(scenarios()["fig2_tremor"])
     forces = [
         curve(label, found.time.values, found.electrostatic_force.values, meaning, kind=kind)

@@ -13,7 +13,7 @@ from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.papers.vezzoli_2014.values import FORCE_MEASURED
 from electrovib.studies.evidence import Measurement, between
 from electrovib.studies.evidence.score import LEVEL, Score, judge
-from electrovib.studies.reproduction import Row, overlap, verdict_over
+from electrovib.studies.reproduction import Row, overlap
 
 if TYPE_CHECKING:
     from electrovib.studies.evidence.predicted import ModelPrediction
@@ -95,7 +95,7 @@ PRINTED: Final = {"swing": (*FORCE_MEASURED, "mN"), "decay": (0.34, 0.4, "1")}
 SHORT: Final = {"swing": "change of the lateral force", "decay": "share of the force left after 6 ms"}
 DRAWN: Final = 5
 """Laws that a figure shows, the best ones; its file has all."""
-LEFT_OPEN: Final = f"{100 * LEVEL:.0f} % of the draws of skin, gap, friction and ramp"
+LEFT_OPEN: Final = f"{100 * LEVEL:.0f} % of draws of conductivity (a tenth to ten times that of 7.7 ms), gap, friction and ramp"
 
 
 @functools.cache
@@ -124,8 +124,8 @@ def rows() -> tuple[Row, ...]:
             ours = (float(bands[model][0]), float(bands[model][-1]))
             found.append(
                 Row(f"measured_{name}_{short}", f"{SHORT[name]}, measured; {words}", printed, ours, unit,
-                    verdict_over((low, high), drawn[model]), f"Here, {LEFT_OPEN}, which are not printed. Of"
-                    f" {len(drawn)} laws these reach it in some draw: {', '.join(reached)}. {measured.note}", brief=LEFT_OPEN),
+                    "open", f"Here, {LEFT_OPEN}, which are not printed. Of {len(drawn)} laws these reach it in some draw:"
+                    f" {', '.join(reached)}. {measured.note}", place="section 4", inputs="drawn"),
             )  # fmt: skip
     return tuple(found)
 
@@ -133,19 +133,6 @@ def rows() -> tuple[Row, ...]:
 def ends(drawn: ModelPrediction) -> tuple[float, float]:
     """Return the least and the largest value of a law over all draws, which an end of a 90 % interval depends on less."""
     return float(drawn.values.min()), float(drawn.values.max())
-
-
-def finding() -> str:
-    """State which laws reach the measured change of the force, and how far each is from it."""
-    found = judged()["swing"]
-    reached = [one.model for one, _ in found if overlap(FORCE_MEASURED, ends(one))]
-    medians = [f"{each.model} {each.ratio:.2g}" for _, each in found]
-    low, high = (1e3 * each for each in FORCE_MEASURED)
-    return (
-        f"Drawn over skin, gap, friction and ramp, which are not printed, {len(reached)} of {len(found)} laws reach the measured"
-        f" {low:g} to {high:g} mN in some of {len(found[0][0].values)} draws: {', '.join(reached)}. The medians over what was"
-        f" measured: {', '.join(medians)}."
-    )
 
 
 def table() -> Table:

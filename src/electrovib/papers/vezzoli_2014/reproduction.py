@@ -31,7 +31,15 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     `skin` is a table of one's own skin, columns frequency, permittivity and resistivity, which is drawn
     beside the others; one that is not a passive dielectric is refused.
     """
-    from electrovib.papers.vezzoli_2014 import compute, falling_edge, figures, measured, numbers, population
+    from electrovib.papers.vezzoli_2014 import (
+        compute,
+        falling_edge,
+        figures,
+        measured,
+        numbers,
+        population,
+        report,
+    )
 
     own = None if skin is None else _own_skin(skin)
     found = computed(
@@ -44,27 +52,26 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
             ("figures of what was measured", measured.panels),
             ("figures of the falling edge", falling_edge.panels),
             ("figures of the population", population.panels),
-            ("table of what was measured", lambda: [measured.table()]),
-            ("table of decays", lambda: [compute.decay_table()]),
-            ("tables by skin", lambda: compute.skin_tables(own)),
-            ("table of the falling edge", lambda: [falling_edge.table()]),
-            ("table of the population", lambda: [population.table()]),
+            ("tables by skin", lambda: [compute.decay_table(), *compute.skin_tables(own)]),
+            ("further tables", lambda: [each.table() for each in (measured, falling_edge, population)]),
         ]
     )
     rows, printed, further, tables = (
         tuple(chain(*part)) for part in (found[:4], found[4:5], found[5:8], found[8:])
     )
+    named = {row.id: row for row in rows}
     return Reproduction(
         paper="vezzoli_2014",
         citation=CITATION,
         rows=rows,
         panels=(*printed, *(replace(each, folded=True) for each in further)),
-        pages=(numbers.page(rows),),
+        pages=(report.page(named),),
         tables=tables,
         equations=EQUATIONS,
         references=tuple(sorted({each.source for each in compute.all_skins().values()} - {CITATION})),
         title="Vezzoli et al. 2014, recomputed",
-        findings=(*numbers.findings(rows), measured.finding()),
+        findings=(report.finding(named),),
+        parts=report.parts(named),
     )
 
 
