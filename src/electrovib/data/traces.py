@@ -119,10 +119,17 @@ _LONG_TEXT: Final = 8000  # HDF5 refuses attributes beyond 64 kB, and keeps smal
 
 
 def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
-    """Write a Trace as netCDF.
+    """Write a Trace as netCDF."""
+    content = nc_content(trace, path)
+    with writing({path: Form.NETCDF}, force=force) as temporaries:
+        temporaries[path].write_bytes(content)
+    return [path]
 
-    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... . The file is built in
-    memory, because the HDF5 library ends the interpreter if the disk is full.
+
+def nc_content(trace: xarray.Dataset, path: Path) -> bytes:
+    """Write a Trace as netCDF into memory, because the HDF5 library ends the interpreter if the disk is full.
+
+    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... .
     """
     stored = prepared(trace, path).drop_encoding()
     attributes, stored.attrs = stored.attrs, {WRITTEN_BY: unsigned(Form.NETCDF)}
@@ -133,12 +140,9 @@ def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[P
             stored.attrs[name] = int(value) if isinstance(value, bool) else value  # netCDF knows no booleans
     no_fill: dict[Any, Any] = {name: {"_FillValue": None} for name in stored.variables}
     try:
-        content = in_memory(stored, no_fill)
+        return in_memory(stored, no_fill).getvalue()
     except (ValueError, TypeError) as error:
         raise InputError(f"this Trace cannot be written as netCDF: {error}", path=path) from error
-    with writing({path: Form.NETCDF}, force=force) as temporaries:
-        temporaries[path].write_bytes(content.getbuffer())
-    return [path]
 
 
 def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:

@@ -56,6 +56,7 @@ class Axis:
 TIME: Final = Axis("time", "s")
 FREQUENCY: Final = Axis("frequency", "Hz", is_logarithmic=True)
 _FORCE, _LOGARITHMIC_FORCE = Axis("force", "N"), Axis("force", "N", is_logarithmic=True)
+_FORCE_OF_LAWS: Final = Axis("force", "N", is_logarithmic=True, lowest=1e-5)  # which differ by decades
 _VOLTAGE: Final = Axis("voltage", "V")
 
 
@@ -293,7 +294,7 @@ def laws(
     ]
     plots = []
     for title, signal, x, y in (
-        ("Electrostatic force of each law", "electrostatic_force", TIME, _FORCE),
+        ("Electrostatic force of each law", "electrostatic_force", TIME, _FORCE_OF_LAWS),
         ("Mean force of each law under a sine", "mean_force", FREQUENCY, _LOGARITHMIC_FORCE),
     ):
         curves = [
