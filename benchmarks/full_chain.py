@@ -15,7 +15,7 @@ from benchmarks.table import surroundings, write
 from numpy.typing import NDArray
 from tests.reference.plain_recursion import march_loop
 
-from electrovib.solve.mechanics.filters import filtered, second_order
+from electrovib.solve.mechanics.filters import march_through, second_order
 from electrovib.solve.recursion import hold_weights, march
 
 Array = NDArray[np.float64]
@@ -61,7 +61,8 @@ def chain(drive: Array) -> Array:
     """Return the lateral sensor's signal at every 80th sample, settled under the first force."""
     force = electrics(drive)
     into_friction(force)
-    return filtered(SENSOR, force, step=STEP, settled=True)[::KEEP].copy()
+    state = SENSOR.state(float(force[0]))
+    return march_through(SENSOR, force[:-1], force[1:], steps=STEP, state=state)[::KEEP].copy()
 
 
 def reference(drive: Array) -> tuple[Array, Array]:
@@ -78,7 +79,7 @@ def contenders(drive: Array) -> list[Contender]:
     voltage, reading = reference(drive)
     own = [
         ("electrics alone, every 80th kept", electrics_kept, voltage, "the reference"),
-        ("full chain (numpy)", chain, reading, "`march`, formula, `filtered`"),
+        ("full chain (numpy)", chain, reading, "`march`, formula, `march_through`"),
     ]
     found = [Contender(name, ROUNDS, partial(work, drive), exact, say) for name, work, exact, say in own]
     found.append(Contender("sosfilt and lfilter chain", 15, _biquads(drive), reading, "filters prepared"))

@@ -1,10 +1,13 @@
 """Hysteresis of a surface on a linear spring: pull-in at one voltage, release at a lower one."""
 
+import math
+
 import numpy as np
 from matplotlib.figure import Figure
 
 import electrovib as ev
-from electrovib.physics.contact import LinearSpring, pull_in_voltage
+from electrovib.core.constants import eps0
+from electrovib.physics.contact import LinearSpring
 from electrovib.solve.equilibrium import Hysteresis
 
 SPRING = LinearSpring(stiffness=1e8, free_gap=20e-6)
@@ -15,9 +18,8 @@ def main() -> tuple[Hysteresis, float]:
     """Return the gap over rising and falling voltage, and the pull-in voltage [V]."""
     voltages = np.linspace(1, 250, 500)
     loop = ev.hysteresis(voltages, surface=SPRING, pressure=200.0, electrical_thickness=FILM)
-    snap = pull_in_voltage(
-        stiffness=SPRING.stiffness, free_gap=SPRING.free_gap, electrical_thickness=FILM, pressure=200.0
-    )
+    left = SPRING.free_gap - 200.0 / SPRING.stiffness  # under the load
+    snap = math.sqrt(8 * SPRING.stiffness * (FILM + left) ** 3 / (27 * eps0))  # at the gap (2 left - FILM)/3
     return loop, snap
 
 

@@ -58,7 +58,7 @@ def linked(text: str, docname: str) -> str:
 
 def show(app: Sphinx, docname: str, source: list[str]) -> None:
     """Change the links of a text as it is read."""
-    if app.env.doc2path(docname).endswith(".md"):
+    if Path(app.env.doc2path(docname)).suffix == ".md":
         source[0] = linked(source[0], docname)
 
 

@@ -20,7 +20,8 @@ from electrovib.core.signals import make_trace
 from electrovib.core.unchangeable import FrozenDict
 from electrovib.data.marks import Form, is_ours
 from electrovib.studies.texture import TextureDrive
-from electrovib.view.documents import check_answer
+from electrovib.view.documents import parts
+from electrovib.view.files import check_answer
 from electrovib.view.fitted_separately import SeparateAnswer
 from electrovib.view.swipe import SwipesAnswer
 from electrovib.view.times import TimesAnswer
@@ -221,12 +222,15 @@ def test_text_notebook_and_page_say_the_same(found, tmp_path):
 
 def test_a_folder_holds_the_page_and_all_files(found, tmp_path):
     written = ev.save(found, tmp_path / "answer")
-    assert [path.name for path in written] == ["report.html", *found.files]
+    figures = [f"{part.id}.pdf" for each in found.document.figures for part in parts(each)]
+    assert [path.name for path in written] == ["report.html", *found.files, *figures]
+    firsts = {path.suffix: path for path in reversed(written)}
+    if figures:
+        firsts[".pdf"] = tmp_path / "answer" / f"{parts(found.document.main)[0].id}.pdf"
     for path in written[1:]:
-        form = found.files[path.name]
+        form = found.files.get(path.name, Form.FIGURE)
         assert form is None or is_ours(path, Form(form)), path.name
-        suffixes = [each.suffix for each in written]
-        if suffixes.count(path.suffix) == 1:
+        if firsts[path.suffix] == path:
             (alone,) = ev.save(found, tmp_path / f"alone{path.suffix}")
             assert alone.read_bytes() == path.read_bytes()
     (tmp_path / "answer" / "report.html").write_text("mine")
@@ -239,13 +243,12 @@ def test_a_folder_holds_the_page_and_all_files(found, tmp_path):
 
 def test_other_suffixes_are_refused_before_the_computation(found, tmp_path):
     for write in (ev.save, lambda found, path: check_answer(type(found), path)):
-        with pytest.raises(InputError, match=r"out\.pdf: this result is written as \.html.*without a suffix"):
-            write(found, tmp_path / "out.pdf")
+        with pytest.raises(InputError, match=r"out\.gif: this result is written as \.html.*without a suffix"):
+            write(found, tmp_path / "out.gif")
     assert not list(tmp_path.iterdir())
 
 
 class Sketch(Answer):
-    DRAWN = True
     FILES = {"a.csv": Form.TABLE, "b.csv": Form.TABLE}  # noqa: RUF012
 
     @property
@@ -253,16 +256,6 @@ class Sketch(Answer):
         figure = Drawing(id="f", title="Its figure", plot="stack", of=ev.load(SINE), size=(3.0, 2.0))
         table = Table("Numbers", ("a",), (("1",),))
         return Document(title="t", sentences=["one", "two"], figures=[figure], tables=[table], remarks=["r"])
-
-
-def test_a_figure_is_written_alone_and_no_mark_protects_it(tmp_path):
-    (picture,) = ev.save(Sketch(), tmp_path / "f.png")
-    assert picture.read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(InputError, match="may be somebody else's"):
-        ev.save(Sketch(), picture)
-    assert b"<svg" in ev.save(Sketch(), tmp_path / "f.SVG")[0].read_bytes()
-    with pytest.raises(InputError, match=r"written as \.html, \.png, \.svg, or"):  # two files end in .csv
-        ev.save(Sketch(), tmp_path / "x.csv")
 
 
 def test_remarks_follow_warnings_and_tables_follow_sentences():

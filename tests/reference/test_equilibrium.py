@@ -9,7 +9,7 @@ from itertools import pairwise
 import mpmath
 import numpy as np
 import pytest
-from parallel_plates import equilibria
+from parallel_plates import equilibria, pull_in_voltage
 from scenario_parts import EPS0
 from scipy.optimize import brentq, minimize_scalar
 
@@ -19,7 +19,6 @@ from electrovib.physics.contact import (
     PerssonSurface,
     PlateAttraction,
     RoughAttraction,
-    pull_in_voltage,
 )
 from electrovib.physics.roughness import IdleSpots, PullingSpots
 from electrovib.solve.equilibrium import hysteresis

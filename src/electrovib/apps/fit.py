@@ -25,7 +25,7 @@ from electrovib.recordings.fit.result import parameter_table
 from electrovib.recordings.fit.sessions import RecordedFit, SeparateFits, failed_rows, spreads_of
 from electrovib.recordings.fit.weighing import LawCase, cases_of, compare_fits, weigh
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.view.documents import check_answer, save_answer
+from electrovib.view.files import check_answer, save_answer
 from electrovib.view.fitted import CHAINS, FitResult
 
 if TYPE_CHECKING:

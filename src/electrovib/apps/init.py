@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from electrovib.core.errors import InputError
 from electrovib.core.files import inputs_noted
 from electrovib.scenario import DEFAULT, Source, read_scenario
 
@@ -55,6 +56,8 @@ def init(
         from electrovib.data.marks import Form, unsigned
 
         place = output_path(output)
+        if place.suffix.lower() != ".toml":
+            raise InputError(f"a scenario is written as .toml, not as '{place.suffix}'", path=place)
         check_writable({place: Form.SCENARIO}, inputs=inputs, force=force)
         write_text(place, f"# {unsigned(Form.SCENARIO)}\n{text}", Form.SCENARIO, force=force)
     return text

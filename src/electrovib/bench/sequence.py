@@ -470,7 +470,7 @@ def _attributes(plan: BenchPlan, record: RunRecord, stopped: str) -> dict[str, A
     limiter = plan.settings.current_limiter
     stated = provenance(plan.scenario)
     return {
-        "title": f"Bench: {plan.scenario.title}",
+        "title": f"Bench: {plan.scenario.titled()}",
         "electrovib": stated["electrovib"],
         "planned_scenario": stated["scenario"],
         "planned_scenario_hash": stated["scenario_hash"],

@@ -6,6 +6,7 @@ Every kind of result states its `Document`; how terminal, notebook, page and fil
 from __future__ import annotations
 
 import html
+import re
 import shutil
 import textwrap
 from abc import ABC, abstractmethod
@@ -140,6 +141,8 @@ class Document:
     - `sentences`, `numbers`: the answer, each sentence or group of sentences a line of a terminal, and its tables.
     - `diagnostics`: by a label where several results are judged; `note`: what they do not cover.
     - `figures`, `tables`: the first figure stands before the tables of a page, the others after them.
+    - `one_screen`: whether a page shows sentences and figures on one screen, and the rest by a click.
+    - `alone`: `id` of the figure that is written where one is asked for, by default the first.
     - `remarks`: what was assumed and what is not stated, shown everywhere; `pages`: explanations at length, and
       tables and figures to look things up, on a page alone and in this order.
     """
@@ -154,6 +157,13 @@ class Document:
     remarks: Sequence[str] = ()
     pages: Sequence[Page | Table | Shown] = ()
     references: Sequence[str] = ()
+    alone: str = ""
+    one_screen: bool = False
+
+    @property
+    def main(self) -> Shown:
+        """The figure that stands for all."""
+        return next((each for each in self.figures if each.id == self.alone), self.figures[0])
 
     @property
     def judged(self) -> Mapping[str, Sequence[Diagnostic]]:
@@ -177,8 +187,6 @@ class Answer(Unchangeable, ABC):
 
     FILES: ClassVar[Mapping[str, str | None]] = {}
     """Names of the files that hold its numbers, and their forms as in `electrovib.data.marks`."""
-    DRAWN: ClassVar[bool] = False
-    """Whether the first figure of its document can be written alone, as .png or .svg."""
 
     @property
     def files(self) -> Mapping[str, str | None]:
@@ -229,6 +237,37 @@ def as_html(table: Table) -> str:
     )
     title = f"<caption>{html.escape(table.title)}</caption>" if table.title else ""
     return f"<table>{title}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+_TO_LATEX: Final = str.maketrans(
+    {each: f"\\{each}" for each in "&%#_{}"}
+    | {
+        "$": r"\$", "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": "$<$", ">": "$>$",
+        "µ": r"$\mu$", "Ω": r"$\Omega$", "ε": r"$\varepsilon$", "σ": r"$\sigma$", "τ": r"$\tau$", "·": r"$\cdot$",
+        "×": r"$\times$", "≤": r"$\leq$", "≥": r"$\geq$", "≈": r"$\approx$", "−": "$-$", "–": "--", "°": r"$^\circ$",
+        "²": "$^2$", "³": "$^3$", "…": r"\ldots{}",
+    }
+)  # fmt: skip
+_NARROW: Final = 40
+"""Characters from which on a column of LaTeX is broken into lines."""
+
+
+def as_latex(table: Table) -> str:
+    """Write a table as LaTeX, below its title and its caption as a comment; formulas stay formulas."""
+
+    def line(cells: Sequence[str]) -> str:
+        parts = (re.split(r"(\$[^$]+\$)", " ".join(cell.split())) for cell in cells)
+        escaped = (
+            "".join(p if p[:1] == "$" == p[-1:] and p[1:] else p.translate(_TO_LATEX) for p in each)
+            for each in parts
+        )
+        return " & ".join(escaped) + r" \\"
+
+    wide = [max(map(len, column)) > _NARROW for column in zip(table.headings, *table.rows, strict=True)]
+    columns = "".join(rf"p{{{0.8 / sum(wide):.2g}\linewidth}}" if each else "l" for each in wide)
+    said = [f"% {' '.join(text.split())}" for text in (table.title, table.caption) if text]
+    body = [r"\hline", line(table.headings), r"\hline", *map(line, table.rows), r"\hline"]
+    return "\n".join([*said, rf"\begin{{tabular}}{{{columns}}}", *body, r"\end{tabular}", ""])
 
 
 def terminal_width() -> int:

@@ -38,18 +38,21 @@ class Form(StrEnum):
     WAVEFORM = "waveform"
     STUDY = "study"
     MEASUREMENT = "measurement"
+    FIGURE = "figure"
+    LATEX = "tables in LaTeX"
+    TEXT = "text"
 
 
 WRITTEN_BY: Final = "written_by"
 """Name of the mark in formats with named attributes."""
 
 _EMPTY: Final = "0" * 32
-_HEAD: Final = 1 << 16  # every format has its mark in its first 64 kB
+_HEAD: Final = 1 << 16  # every format has its mark in its first or last 64 kB
 _BLOCK: Final = 1 << 20
 
 
 def unsigned(form: Form) -> str:
-    """Return the mark that a writer puts once near the beginning of its content and that `sign` completes."""
+    """Return the mark that a writer puts once near the beginning or the end of its content and that `sign` completes."""
     return f"electrovib {form}, checksum {_EMPTY}"
 
 
@@ -72,9 +75,7 @@ def json_text(form: Form, content: Mapping[str, object]) -> str:
 def sign(path: Path, form: Form) -> None:
     """Write the checksum of a complete file into its mark; a file without a mark remains unchanged."""
     with path.open("r+b") as file:
-        start = file.read(_HEAD).find(unsigned(form).encode())
-        if start >= 0:
-            place = start + len(unsigned(form)) - len(_EMPTY)
+        if place := _place(file, unsigned(form).encode()):
             checksum = _checksum(file, place)
             file.seek(place)
             file.write(checksum)
@@ -83,18 +84,33 @@ def sign(path: Path, form: Form) -> None:
 def is_marked(path: Path, form: Form) -> bool:
     """Return whether a file states in its mark that this package wrote it in this form."""
     with path.open("rb") as file:
-        return unsigned(form).removesuffix(_EMPTY).encode() in file.read(_HEAD)
+        return bool(_place(file, _any_checksum(form)))
 
 
 def is_ours(path: Path, form: Form) -> bool:
     """Return whether this package wrote a file in this form and it has not been changed since."""
-    mark = re.escape(unsigned(form).removesuffix(_EMPTY).encode()) + b"([0-9a-f]{%d})" % len(_EMPTY)
     try:
         with path.open("rb") as file:
-            found = re.search(mark, file.read(_HEAD))
-            return found is not None and _checksum(file, found.start(1)) == found[1]
+            if place := _place(file, _any_checksum(form)):
+                file.seek(place)
+                return file.read(len(_EMPTY)) == _checksum(file, place)
     except OSError:
-        return False
+        pass
+    return False
+
+
+def _any_checksum(form: Form) -> bytes:
+    return re.escape(unsigned(form).removesuffix(_EMPTY).encode()) + b"[0-9a-f]{%d}" % len(_EMPTY)
+
+
+def _place(file: BinaryIO, mark: bytes) -> int:
+    """Find where the checksum of a mark begins, near the beginning or the end of a file; 0 without one."""
+    size = file.seek(0, io.SEEK_END)
+    for start in (0, max(size - _HEAD, 0)):
+        file.seek(start)
+        if found := re.search(mark, file.read(_HEAD)):
+            return start + found.end() - len(_EMPTY)
+    return 0
 
 
 def _checksum(file: BinaryIO, place: int) -> bytes:

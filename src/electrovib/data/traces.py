@@ -19,7 +19,6 @@ from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
-from electrovib.data.guarded import GuardedReading
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.trace_csv import load_csv, not_a_trace, prepared, rebuilt, structure_of
 from electrovib.data.verified import verified
@@ -119,10 +118,17 @@ _LONG_TEXT: Final = 8000  # HDF5 refuses attributes beyond 64 kB, and keeps smal
 
 
 def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
-    """Write a Trace as netCDF.
+    """Write a Trace as netCDF."""
+    content = nc_content(trace, path)
+    with writing({path: Form.NETCDF}, force=force) as temporaries:
+        temporaries[path].write_bytes(content)
+    return [path]
 
-    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... . The file is built in
-    memory, because the HDF5 library ends the interpreter if the disk is full.
+
+def nc_content(trace: xarray.Dataset, path: Path) -> bytes:
+    """Write a Trace as netCDF into memory, because the HDF5 library ends the interpreter if the disk is full.
+
+    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... .
     """
     stored = prepared(trace, path).drop_encoding()
     attributes, stored.attrs = stored.attrs, {WRITTEN_BY: unsigned(Form.NETCDF)}
@@ -133,12 +139,9 @@ def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[P
             stored.attrs[name] = int(value) if isinstance(value, bool) else value  # netCDF knows no booleans
     no_fill: dict[Any, Any] = {name: {"_FillValue": None} for name in stored.variables}
     try:
-        content = in_memory(stored, no_fill)
+        return in_memory(stored, no_fill).getvalue()
     except (ValueError, TypeError) as error:
         raise InputError(f"this Trace cannot be written as netCDF: {error}", path=path) from error
-    with writing({path: Form.NETCDF}, force=force) as temporaries:
-        temporaries[path].write_bytes(content.getbuffer())
-    return [path]
 
 
 def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
@@ -154,6 +157,7 @@ def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
 
 def load_nc(path: Path) -> xarray.Dataset:
     """Read a Trace from netCDF."""
+    from electrovib.data.guarded import GuardedReading
     from electrovib.data.readers.hdf5 import reader
 
     check_file(path)

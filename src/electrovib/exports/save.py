@@ -1,4 +1,4 @@
-"""Write a Trace in the format of the suffix of the file name, the bands of a study as CSV, or any answer as page and files."""
+"""Write a Trace, the result of a study or any answer as its numbers, a page, a figure or a table, by the suffix of the name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from electrovib.core.signals import is_study_result, is_trace
 from electrovib.data.atomic import check_writable, output_path
 from electrovib.data.marks import Form
 from electrovib.data.trace_csv import csv_files, csv_forms, save_csv
-from electrovib.data.traces import save_mat, save_nc
+from electrovib.data.traces import nc_content, save_mat, save_nc
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -19,13 +19,16 @@ if TYPE_CHECKING:
     import xarray
 
 FORMATS: Final[dict[str, Callable[..., list[Path]]]] = {".nc": save_nc, ".csv": save_csv, ".mat": save_mat}
-"""Suffix to writer."""
-_PICTURES: Final = (".png", ".svg", ".pdf", ".html", ".jpg")
+"""Suffix to writer of a Trace."""
 _FORMS: Final = {".nc": Form.NETCDF, ".mat": Form.MATLAB}
+_IN_FOLDER: Final = {"trace.nc": Form.NETCDF}
+_OF_STUDY: Final = {"bands.csv": Form.TABLE}
 
 
-def save(trace: xarray.Dataset | Answer, path: str | Path, *, force: bool = False) -> list[Path]:
-    """Write a Trace, or the result of a comparison, a check, a fit, a sensitivity analysis or a design.
+def save(
+    trace: xarray.Dataset | Answer, path: str | Path, *, style: str = "", force: bool = False
+) -> list[Path]:
+    """Write a Trace or any other result as numbers, a page, a figure or tables.
 
     Parameters
     ----------
@@ -34,7 +37,10 @@ def save(trace: xarray.Dataset | Answer, path: str | Path, *, force: bool = Fals
         any other result that has a `document`.
     path : str or Path
         The output: of a Trace ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB); of
-        another result ``.html``, the suffix of one of its files such as ``.csv``, or a folder for the page and all files.
+        another result the suffix of one of its files such as ``.csv``. Of each ``.html``, its first figure as ``.pdf``,
+        ``.svg`` or ``.png``, its tables as ``.tex``; without a suffix a folder with the page, all figures and files.
+    style : str, optional
+        Of a figure: ``"journal"`` for 85 mm in width and text of 8 pt; by default that of a page.
     force : bool
         Whether a file that was not written by electrovib may be replaced.
 
@@ -49,39 +55,74 @@ def save(trace: xarray.Dataset | Answer, path: str | Path, *, force: bool = Fals
         If the suffix is unknown, the file cannot be written or would replace one that electrovib did not write in this
         form, or the format cannot hold this Trace.
     """
+    from electrovib.view.files import in_style, save_answer, save_document
+
     path = output_path(path)
-    if isinstance(trace, Answer):
-        from electrovib.view.documents import save_answer
+    with in_style(style, [path]):
+        if isinstance(trace, Answer):
+            return save_answer(trace, path, force=force)
+        if is_study_result(trace):
+            from electrovib.studies.population.result import bands_csv
+            from electrovib.view.studied import study_document
 
-        return save_answer(trace, path, force=force)
-    if is_study_result(trace):
-        from electrovib.studies.population.result import save_bands
+            return save_document(
+                study_document(trace), path, _OF_STUDY, lambda _: bands_csv(trace), force=force
+            )
+        if not is_trace(trace):
+            kind = type(trace).__name__
+            why = f"only a Trace or a result with a document is saved, not a {kind}; a scenario is written by its to_toml()"
+            raise InputError(why, path=path)
+        if not _is_document(path):
+            return _writer(path)(trace, path, force=force)
+        from electrovib.view.report import document_of
 
-        return save_bands(trace, path, force=force)
-    if not is_trace(trace):
-        kind = type(trace).__name__
-        why = f"only a Trace or a result with a document is saved, not a {kind}; a scenario is written by its to_toml()"
-        raise InputError(why, path=path)
-    return _writer(path)(trace, path, force=force)
+        document = document_of({path.stem: trace})
+        return save_document(document, path, _IN_FOLDER, lambda _: nc_content(trace, path), force=force)
 
 
 def check_output(
-    path: str | Path, sizes: Mapping[str, int], *, inputs: Iterable[Path] = (), force: bool = False
+    path: str | Path,
+    sizes: Mapping[str, int],
+    *,
+    inputs: Iterable[Path] = (),
+    force: bool = False,
+    shown: bool = True,
 ) -> None:
-    """Check before a long computation that `save` can write the output; only the names of `sizes` count."""
+    """Check before a long computation that `save` can write a Trace; only the names of `sizes` count.
+
+    Pages, figures and tables, in which a Trace is `shown`, can be refused.
+    """
     path = output_path(path)
-    _writer(path)
+    if shown and _is_document(path):
+        from electrovib.view.files import check_document
+
+        return check_document(path, _IN_FOLDER, inputs=inputs, force=force)
+    _writer(path, shown=shown)
     suffix = path.suffix.lower()
     forms = csv_forms(csv_files(sizes, path)) if suffix == ".csv" else {path: _FORMS[suffix]}
     check_writable(forms, inputs=inputs, force=force)
+    return None
 
 
-def _writer(path: Path) -> Callable[..., list[Path]]:
+def check_bands(path: str | Path, *, force: bool = False) -> None:
+    """Check, before a study, that its bands can be written."""
+    from electrovib.view.files import check_document
+
+    check_document(path, _OF_STUDY, force=force)
+
+
+def _is_document(path: Path) -> bool:
+    from electrovib.view.files import SUFFIXES, is_file
+
+    return path.suffix.lower() in SUFFIXES or not is_file(path)
+
+
+def _writer(path: Path, *, shown: bool = True) -> Callable[..., list[Path]]:
+    from electrovib.view.files import SUFFIXES
+
     writer = FORMATS.get(path.suffix.lower())
     if writer is None:
         near = suggestion(path.suffix.lower(), FORMATS) if path.suffix else ""
-        if path.suffix.lower() in _PICTURES:
-            near = " Figures are in the report, --report report.html; ev.plot draws one in Python."
-        why = f"a Trace is saved as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}"
+        why = f"a Trace is saved as {', '.join([*FORMATS, *(SUFFIXES if shown else ())])}, not as '{path.suffix}'.{near}"
         raise InputError(why, path=path)
     return writer

@@ -11,21 +11,20 @@ from electrovib.core.diagnostics import Diagnostic, diagnostics_of, warning_line
 from electrovib.core.errors import InputError
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, output_path, write_text
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.marks import Form
 from electrovib.exports.spice.netlist import netlist
 from electrovib.exports.waveform import check_waveform_file, export_waveform
 from electrovib.exports.waveform_formats import FORMATS
 from electrovib.physics.limits import broken
 from electrovib.scenario import Source, read_scenario
-from electrovib.scenario.toml import to_toml
 from electrovib.solve.effort import refuse_large
 from electrovib.solve.simulate import simulate
 from electrovib.studies.design.drive import DesignedDrive
+from electrovib.studies.design.result import Designed
+from electrovib.view.files import check_document, save_answer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
-
-    from electrovib.studies.design import Designed
 
 
 WRITERS: Final[dict[str, Callable[..., str]]] = {".cir": netlist}
@@ -108,23 +107,16 @@ def export_netlist(
     return WrittenNetlist(path=place, diagnostics=diagnostics)
 
 
-FORMS: Final = {".toml": Form.SCENARIO, ".json": Form.DESIGN}
-"""Suffix to form of the files that are no waveforms."""
-
-
 def check_design_file(
     path: str | Path, *, edge: float | str | None = None, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
     """Check before a computation that its result can be written."""
     place = output_path(path)
-    suffix = place.suffix.lower()
-    if suffix not in FORMS and suffix not in FORMATS:
-        known = ", ".join([*FORMS, *FORMATS])
-        raise InputError(f"a design is written as {known}, not as '{suffix}'", path=place)
-    if suffix in FORMATS:
+    if place.suffix.lower() in FORMATS:
         check_waveform_file(place, edge=edge, inputs=inputs, force=force)
     else:
-        check_writable({place: FORMS[suffix]}, inputs=inputs, force=force)
+        waveforms = {f"drive{suffix}": None for suffix in FORMATS if place.suffix}
+        check_document(place, {**Designed.FILES, **waveforms}, inputs=inputs, force=force)
 
 
 def write_design(
@@ -135,22 +127,19 @@ def write_design(
     amplifier_present: bool = False,
     force: bool = False,
 ) -> list[str]:
-    """Write the scenario with the result (``.toml``), all numbers (``.json``) or the drive as a waveform."""
+    """Write the drive of a design as a waveform, or the design as any other answer."""
     place = output_path(path)
     check_design_file(place, edge=edge, force=force)
     suffix = place.suffix.lower()
-    if suffix == ".json":
-        write_text(place, found.content("design.json"), Form.DESIGN, force=force)
-        return [f"written: {place}"]
+    if suffix not in {".toml", *FORMATS}:
+        return [f"written: {path}" for path in save_answer(found, place, force=force)]
     if found.scenario is None:
         raise InputError(
             "there is no result within the limits that could be written; nothing was written. All numbers are written as .json",
             path=place,
         )
     if suffix == ".toml":
-        text = f"# {unsigned(Form.SCENARIO)}\n{to_toml(found.scenario)}"
-        write_text(place, text, Form.SCENARIO, force=force)
-        return [f"written: {place}"]
+        return [f"written: {path}" for path in save_answer(found, place, force=force)]
     rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive) else (None, ())
     written = export_waveform(
         found.scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes, edge=edge,

@@ -1,104 +1,29 @@
-"""Answers as pages, figures and files: one HTML page, one file of the numbers, or a folder with all of them."""
+"""Answers as pages: one HTML file with every figure, drawn here."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Drawing, Panel
-from electrovib.core.errors import InputError
-from electrovib.core.files import kind_of
-from electrovib.data.atomic import check_folder, check_writable, output_path, write_folder, writing
 from electrovib.data.marks import Form, unsigned
 from electrovib.view.style import MOST
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
-    from electrovib.core.answer import Answer, Curve, Document, Shown
+    from electrovib.core.answer import Curve, Document, Shown
 
-PAGE: Final = "report.html"
-"""Name of the page in a folder."""
 PANEL_SIZE: Final = (8.2, 4.3)
 """Width and height of a figure of a page [inch]."""
 BELOW: Final = 1.6
 """What each panel below adds to the height [inch]."""
-
-
-def check_answer(
-    kind: type[Answer],
-    path: str | Path,
-    *,
-    more: Mapping[str, str | None] | None = None,
-    inputs: Iterable[Path] = (),
-    force: bool = False,
-) -> None:
-    """Check, before a long computation, that an answer of this kind can be written; `more` are files of what was asked for."""
-    place = output_path(path)
-    if _is_file(place):
-        check_writable({place: _single(kind.FILES, place, drawn=kind.DRAWN)[1]}, inputs=inputs, force=force)
-    else:
-        check_folder(place, _forms({**kind.FILES, **(more or {})}), inputs=inputs, force=force)
-
-
-def save_answer(found: Answer, path: str | Path, *, force: bool = False) -> list[Path]:
-    """Write an answer: ``.html``, the suffix of one of its files or of a figure; without a suffix a folder with all.
-
-    All files are written, or none. A figure carries no mark, so only `force` replaces one.
-    """
-    place = output_path(path)
-    if not _is_file(place):
-        contents = {PAGE: html(found.document)} | {name: found.content(name) for name in found.files}
-        return write_folder(place, contents, _forms(found.files), force=force)
-    name, form = _single(found.files, place, drawn=found.DRAWN)
-    if name == PAGE:
-        content: str | bytes = html(found.document)
-    else:
-        content = found.content(name) if name else _picture(found.document, place.suffix.lower())
-    with writing({place: form}, force=force) as temporary:
-        temporary[place].write_bytes(content.encode() if isinstance(content, str) else content)
-    return [place]
-
-
-def _is_file(place: Path) -> bool:
-    """Return whether a path names a file: it has the suffix of one, and is not there as a folder."""
-    return place.suffix[1:].isalpha() and kind_of(place) != "folder"
-
-
-def _forms(files: Mapping[str, str | None]) -> dict[str, Form | None]:
-    """Return the names of the files of a folder, and their forms."""
-    return {PAGE: Form.PAGE} | {name: None if form is None else Form(form) for name, form in files.items()}
-
-
-def _single(files: Mapping[str, str | None], place: Path, *, drawn: bool) -> tuple[str, Form | None]:
-    """Return the name in the folder, empty for a figure, and the form of a file with this suffix."""
-    forms = _forms(files)
-    suffixes = [Path(name).suffix for name in forms]
-    known = {
-        suffix: each
-        for suffix, each in zip(suffixes, forms.items(), strict=True)
-        if suffixes.count(suffix) == 1
-    }
-    known |= dict.fromkeys((".png", ".svg") if drawn else (), ("", None))
-    suffix = {".htm": ".html"}.get(place.suffix.lower(), place.suffix.lower())
-    if suffix not in known:
-        why = f"this result is written as {', '.join(known)}, or without a suffix as a folder, not as '{place.suffix}'"
-        raise InputError(why, path=place)
-    return known[suffix]
-
-
-def _picture(document: Document, suffix: str) -> bytes:
-    from electrovib.view.pages import to_png, to_svg
-
-    figure = drawn(document.figures[0])
-    return to_png(figure) if suffix == ".png" else to_svg(figure).encode()
 
 
 @dataclass(frozen=True)
@@ -117,11 +42,11 @@ def html(document: Document, *, pictures: Mapping[str, Figure] | None = None) ->
     from electrovib.view.pages import filled
 
     made = pictures or {}
-    parts = [
-        few_curves(each) if isinstance(each, Panel) and each.id not in made else (each,)
-        for each in document.figures
+    figures = [
+        on_page(each, figure=made.get(each.id))
+        for whole in document.figures
+        for each in ((whole,) if whole.id in made else parts(whole))
     ]
-    figures = [on_page(each, figure=made.get(each.id)) for some in parts for each in some]
     titles = ["", *(each.title for each in figures)]
     return filled(
         "page.html.jinja",
@@ -138,6 +63,11 @@ def html(document: Document, *, pictures: Mapping[str, Figure] | None = None) ->
         ],
         versions=summary.versions(),
     )
+
+
+def parts(shown: Shown) -> tuple[Shown, ...]:
+    """Split a figure into those that are drawn."""
+    return few_curves(shown) if isinstance(shown, Panel) else (shown,)
 
 
 def on_page(shown: Shown, *, figure: Figure | None = None) -> PageFigure:
@@ -209,10 +139,15 @@ def few_curves(panel: Panel) -> tuple[Panel, ...]:
             panel,
             id=f"{panel.id}_{number}" if further else panel.id,
             title=f"{panel.title}, {number} of {len(parts)}" if further else panel.title,
-            curves=tuple(sorted(chain(beside, *part), key=lambda each: each.kind == "points")),
+            curves=tuple(sorted(chain(beside, *part), key=_height)),
         )
         for number, part in enumerate(parts, start=1)
     )
+
+
+def _height(curve: Curve) -> tuple[bool, bool]:
+    """Order bands below lines, these below the lines of references, and points on top."""
+    return curve.kind == "points", curve.look == REFERENCE and curve.upper is None
 
 
 def _merged(things: Sequence[list[Curve]], same: float) -> list[list[Curve]]:

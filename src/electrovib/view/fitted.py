@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
+from electrovib.core.diagnostics import warning_lines
 from electrovib.core.signals import SIGNALS
+from electrovib.core.versions import versions
 from electrovib.data.marks import WRITTEN_BY, Form, csv_text, unsigned
 from electrovib.recordings.fit.misfit import LEVEL
 from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
@@ -68,8 +70,10 @@ class FitResult(Answer):
 
     FILES: ClassVar = {
         "parameters.csv": Form.TABLE,
+        "correlations.csv": Form.TABLE,
         "parameters.toml": Form.SCENARIO,
         "space.toml": Form.SPACE,
+        "fit.txt": Form.TEXT,
     }
     best: ScenarioFit
     rows: tuple[EstimatedParameter, ...]
@@ -129,10 +133,17 @@ class FitResult(Answer):
         )
 
     def content(self, name: str) -> str | bytes:
-        """Write the estimates as CSV, the scenario with them, the space of them, or the chains."""
+        """Write estimates or correlations as CSV, the scenario with them, the space of them, all as a text, or the chains."""
         found, rows = self.best, self.rows
         if name == "parameters.csv":
             return parameters_csv(rows, found.diagnostics, found.misfit.sentence, *found.prescribed)
+        if name == "correlations.csv":
+            estimate = found.estimate
+            numbers = zip(estimate.values, estimate.correlation.tolist(), strict=True)
+            cells = ([each, *(one if math.isfinite(one) else None for one in line)] for each, line in numbers)
+            return csv_text(("", *estimate.values), cells, diagnostics=found.diagnostics)
+        if name == "fit.txt":
+            return fit_text(found, rows)
         if name == "parameters.toml":
             return scenario_toml(found)
         if self.posterior is not None and name in CHAINS:
@@ -163,6 +174,24 @@ def fit_answer(
     elif not found.estimate.converged:
         text += " The search ended without having converged."
     return text
+
+
+def fit_text(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
+    """Write a fit as a short text to paste: law, data, each parameter with its interval, what makes it doubtful, version."""
+    data: dict[str, list[str]] = {}
+    for each in found.residuals:
+        data.setdefault(each.recording, []).append(each.observed.signal.replace("_", " "))
+    recorded = "; ".join(f"{name} ({', '.join(signals)})" for name, signals in data.items())
+    law, count = type(found.scenario.force).__name__, found.estimate.count
+    of = found.scenario.titled(without=[each.path for each in found.unknowns]) or "A scenario"
+    lines = [
+        f"{of}, force law {law}, fitted to {count} numbers of {recorded}. Intervals of 95 %.",
+        *(f"{row.name} = {with_interval(row)}" for row in rows),
+        *_remarks(found.misfit.sentence, *found.prescribed),
+        *warning_lines(found.diagnostics, brief=True),
+        f"electrovib {versions()['electrovib']}; {unsigned(Form.TEXT)}",
+    ]
+    return "\n".join([*lines, ""])
 
 
 def with_interval(row: EstimatedParameter) -> str:

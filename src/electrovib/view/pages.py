@@ -35,6 +35,14 @@ def to_svg(figure: Figure, *, tight: bool = False) -> str:
     return re.sub(r"\s*<metadata>.*?</metadata>", "", text.getvalue(), flags=re.DOTALL)
 
 
+def to_pdf(figure: Figure) -> bytes:
+    """Write a figure as a PDF file with its letters in it, without date and creator."""
+    content = BytesIO()
+    with style():
+        figure.savefig(content, format="pdf", metadata=dict.fromkeys(("Creator", "Producer", "CreationDate")))
+    return content.getvalue()
+
+
 def to_png(figure: Figure, *, resolution: float = 150.0) -> bytes:
     """Write a figure as a PNG file at this many dots per inch."""
     content = BytesIO()

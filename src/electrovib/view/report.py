@@ -15,13 +15,11 @@ from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError, gathered, refuse
 from electrovib.core.files import inputs_noted, kind_of
 from electrovib.core.signals import is_study_result, is_trace, signal
-from electrovib.data.atomic import output_path, write_text
-from electrovib.data.marks import Form
+from electrovib.data.atomic import output_path
 from electrovib.recordings.importing.merging import is_measured, residuals
 from electrovib.view import summary, tables
-from electrovib.view.documents import html
+from electrovib.view.files import check_document, save_document
 from electrovib.view.lines import Line, scenario_or_none
-from electrovib.view.pages import check_page
 from electrovib.view.plots.draw import draw, finish
 from electrovib.view.report_figures import figures
 from electrovib.view.style import COLOURS, NEUTRAL
@@ -55,7 +53,7 @@ def report(
         file, is simulated. One study, the result of `electrovib.study` or its store, alone or with Traces, which are drawn
         over its bands.
     path : str or Path
-        The HTML file; replaced as a whole.
+        The HTML file, or a figure or its tables, as for `electrovib.save`; replaced as a whole.
     title : str, optional
         Of the page; by default that of the Trace.
     force : bool
@@ -86,14 +84,14 @@ def reported(
     with inputs_noted() as inputs, gathered(problems):
         found = _loaded(traces)
     with gathered(problems):
-        check_page(output, inputs=inputs, force=force)
+        check_document(output, inputs=inputs, force=force)
     refuse(problems)
     studies = {label: found.pop(label) for label in list(found) if is_study_result(found[label])}
     if len(studies) > 1:
         raise InputError(f"a report shows one study, alone or with Traces; these are {len(studies)}")
     studied = next(iter(studies.values()), None)
     shown = _simulated(found) if found or studied is None else {}
-    write_text(output, html(document_of(shown, title=title, studied=studied)), Form.PAGE, force=force)
+    save_document(document_of(shown, title=title, studied=studied), output, force=force)
     return {**studies, **shown}
 
 
@@ -177,6 +175,7 @@ def document_of(
     swept = {label: texts for label, trace in traces.items() if (texts := summary.swept_texts(trace))}
     bands = of_study.band_figures(studied, traces) if studied is not None else []
     compared = _residuals(traces)
+    drawn = [*bands, *figures(traces, scenarios), *_residual_figures(compared)]
     return Document(
         title=title or _title(traces),
         sentences=_sentences(traces, swept),
@@ -188,7 +187,8 @@ def document_of(
         ],
         diagnostics={label: _judged(trace, readable=label in scenarios) for label, trace in traces.items()},
         note=_OF_SWEEP if swept else "",
-        figures=[*bands, *figures(traces, scenarios), *_residual_figures(compared)],
+        figures=drawn,
+        alone=next((each.id for each in drawn if each.plot != "stack"), ""),
         pages=[
             *tables.parameter_tables(scenarios, swept),
             *(tables.model_table(each, label) for label, each in _different(scenarios).items()),

@@ -76,6 +76,7 @@ _RULES: Final[dict[str, Any]] = {
     "figure.dpi": 100.0,
     "savefig.dpi": 150.0,
     "path.simplify": True,
+    "pdf.fonttype": 42,  # TrueType, which journals take
     "svg.fonttype": "path",
     "svg.hashsalt": "electrovib",
 }

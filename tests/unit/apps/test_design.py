@@ -48,7 +48,10 @@ def test_what_can_be_played_is_written_within_limits_alone(said, refused, cli, h
 
 def test_a_wrong_suffix_is_refused_before_anything_is_computed(refused, monkeypatch):
     monkeypatch.setattr("electrovib.studies.design.function.design", lambda *_, **__: pytest.fail("computed"))
-    assert "a design is written as .toml, .json, .csv" in refused(f"{ASKED} -o found.xyz")
+    assert (
+        "written as .html, .pdf, .svg, .png, .tex, .txt, .csv, .pwl, .wav, .mat, .npy, .toml, .json"
+        in refused(f"{ASKED} -o found.xyz")
+    )
 
 
 def test_a_space_with_its_draws(said):

@@ -27,8 +27,17 @@ def test_the_folder_holds_what_can_be_used_again(spectra, here, table):
         spectra / "plate.toml", spectra / "a.nc", free=[GAP, LEAK], output=out, compare_with=models
     )
     estimate, correlation = found.best.estimate, found.best.estimate.correlation[0][1]
-    files = ["parameters.csv", "parameters.toml", "report.html", "space.toml"]
-    assert sorted(path.name for path in out.iterdir()) == files
+    files = {"parameters.csv", "parameters.toml", "report.html", "space.toml", "correlations.csv", "fit.txt"}
+    assert {path.name for path in out.iterdir() if path.suffix != ".pdf"} == files
+    text = (out / "fit.txt").read_text()
+    for words in (
+        "law MaxwellStressInGap, fitted to",
+        "a.nc (impedance)",
+        f"{GAP} = 3",
+        " µm (",
+        "electrovib ",
+    ):
+        assert words in text
     assert ev.load(out / "parameters.toml").stack.layers["gap"].thickness == estimate.values[GAP]
     (row,) = [row for row in table(out / "parameters.csv") if row["name"] == GAP]
     assert (float(row["value"]), row["unit"]) == (estimate.values[GAP], "m")
@@ -38,6 +47,8 @@ def test_the_folder_holds_what_can_be_used_again(spectra, here, table):
     assert space.distributions[GAP].distribution.deviation == estimate.standard_deviations[GAP]
     assert space.correlations == {(GAP, LEAK): correlation}
     assert tomllib.loads((out / "space.toml").read_text())["correlation"] == {f"{GAP} ~ {LEAK}": correlation}
+    (_, *first), _ = (row.values() for row in table(out / "correlations.csv"))
+    assert [float(each) for each in first] == [1.0, correlation]
     covariance = estimate.covariance
     assert correlation == pytest.approx(covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1]))
     page = (out / "report.html").read_text()

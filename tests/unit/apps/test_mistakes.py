@@ -145,10 +145,10 @@ run my.toml {GAP} mean_lateral_force => Did you mean 'mean lateral_force'?
 # outputs
 run -o nowhere/out.nc => nowhere
 run -o out.xyz => .nc, .csv, .mat
-run -o force.png => Figures are in the report, --report report.html
+run -o force.gif => .pdf, .svg, .png
 run --over drive.rise=1ms:2ms:3 --records -o out.csv => .nc
 run --records => --over
-compare vezzoli_2014/fig6 -o page.pdf => .html
+compare vezzoli_2014/fig6 -o page.gif => .html, .pdf, .svg, .png
 # what is given to another command, or in another order
 run my.toml --states --report a.html => --report: does not belong to --states
 run my.toml --voltage '9 V' => --voltage: does not belong to a run without --states

@@ -71,17 +71,15 @@ def test_an_input_stays_whatever_is_forced(line, force, files, refused):
 
 
 @pytest.mark.parametrize(
-    "line",
+    ("line", "words"),
     [
-        "report t.nc -o t.nc",
-        "report t.nc -o meas.csv",
-        "report b.toml -o b.toml",
-        "run b.toml --report b.toml",
+        ("report t.nc -o t.nc", "t.nc: this result is written as .html, .pdf"),
+        ("report b.toml -o b.toml", "b.toml: this result is written as .html, .pdf"),
+        ("run b.toml --report b.toml", "b.toml: a report is an .html file"),
     ],
 )
-def test_a_report_is_an_html_file(line, files, refused):
-    name = line.split()[-1]
-    assert f"{name}: a report is an .html file" in refused(f"{line} --force")
+def test_a_report_is_no_trace_and_no_scenario(line, words, files, refused):
+    assert words in refused(f"{line} --force")
 
 
 @pytest.mark.parametrize(
@@ -161,6 +159,9 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(files):
         Form.DESIGN: "design.json",
         Form.WAVEFORM: ev.export("b.toml", "played.csv", limits=limits, ramp=1e-3, edge="line"),
         Form.STUDY: "study/zarr.json",
+        Form.FIGURE: ev.save(ev.check("b.toml"), "check.pdf")[0],
+        Form.LATEX: ev.save(ev.check("b.toml"), "check.tex")[0],
+        Form.TEXT: "fit/fit.txt",
     }
     assert set(written) == set(Form)
     for form, name in written.items():

@@ -58,7 +58,7 @@ def test_the_command_prints_bands_and_writes_them(closed, said):
             ["exceed = 5 V: expected a value in N", "budget_memory = much: expected an amount of memory"],
         ),
         (f"{FIVE} --quantity mean_force --quantity lateral_force", ["expected signals over the same axis"]),
-        (f"{FIVE} -o a.txt", ["at most one .csv file"]),
+        (f"{FIVE} -o a.xyz", ["name one folder DIR.zarr"]),
         (f"{FIVE} --report a.pdf", [".html"]),
     ],
 )

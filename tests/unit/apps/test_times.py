@@ -31,7 +31,7 @@ def test_the_table_states_times_with_intervals(trace, here, said, refused, table
     for words in ("rising, 10-90 % time as recorded: 13", "falling, time constant (exponential): 6"):
         assert words in out
     assert "95 % interval" in out
-    assert sorted(path.name for path in (here / "found").iterdir()) == ["report.html", "times.csv"]
+    assert {path.name for path in (here / "found").iterdir()} >= {"report.html", "times.csv"}
     assert (here / "found" / "times.csv").read_text().startswith("# electrovib table as CSV")
     rows = table(here / "found" / "times.csv")
     time = next(row for row in rows if row["group"] == "falling" and "of the fitted form" in row["name"])

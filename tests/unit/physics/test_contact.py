@@ -21,7 +21,6 @@ from electrovib.physics.contact import (
     PlateAttraction,
     RoughAttraction,
     Surface,
-    pull_in_voltage,
 )
 from electrovib.physics.contact.rough_surface import gaussian_gaps
 from electrovib.physics.roughness import (
@@ -292,21 +291,6 @@ def test_growth_is_the_slope_of_the_share(pressure):
     exact = mpmath.diff(lambda p: mpmath.erf(mpmath.sqrt(2) * p / 7e6), pressure)
     assert contact_growth(pressure=pressure, **given) == pytest.approx(float(exact), rel=1e-10)
     assert contact_fraction(1.0, **given) == pytest.approx(contact_growth(pressure=0.0, **given), rel=1e-12)
-
-
-def test_pull_in_voltage_is_the_printed_formula():
-    def voltage(thickness, free_gap=1e-5, **load):
-        return pull_in_voltage(stiffness=1e9, free_gap=free_gap, electrical_thickness=thickness, **load)
-
-    assert voltage(1e-6) == pytest.approx(math.sqrt(8 * 1e9 * 1.1e-5**3 / (27 * EPS0)), rel=1e-14)
-    assert voltage(2e-5) is None  # g0 = K/2: it closes without a snap
-    assert voltage(1.999e-5) is not None
-    # a load is a smaller free gap
-    assert voltage(1e-6, pressure=1e3) == pytest.approx(voltage(1e-6, free_gap=9e-6), rel=1e-12)
-    assert voltage(1e-6, pressure=2e4) is None
-    film = 90e-6 / 3.35 + 200e-6 / 1560  # on the founding film a gap below 13 um has none
-    assert voltage(film, free_gap=13.4e-6) is None
-    assert voltage(film, free_gap=13.6e-6) is not None
 
 
 def test_a_fixed_area_is_the_same_under_any_force_and_a_growing_one_follows_its_power():

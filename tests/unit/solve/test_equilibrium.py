@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from parallel_plates import equilibria
+from parallel_plates import equilibria, pull_in_voltage
 
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import diagnostics_of
@@ -21,7 +21,6 @@ from electrovib.physics.contact import (
     PerssonSurface,
     PlateAttraction,
     RoughAttraction,
-    pull_in_voltage,
 )
 from electrovib.physics.roughness import IdleSpots, PullingSpots
 from electrovib.scenario import load

@@ -292,11 +292,8 @@ def test_the_command_and_the_answer(tmp_path):
     assert "1 set-ups exceed a limit of validity" in repr(beyond)
     assert "661 V" in str(page(beyond, "Set-ups beyond a limit"))
     ev.save(found, tmp_path / "evidence")
-    assert {file.name for file in (tmp_path / "evidence").iterdir()} == {
-        "report.html",
-        "laws.csv",
-        "measurements.csv",
-    }
+    tables = {file.name for file in (tmp_path / "evidence").iterdir() if file.suffix != ".pdf"}
+    assert tables == {"report.html", "laws.csv", "measurements.csv"}
     assert ev.evidence({"test/forces": measured()}, n=16, seed=1).scores[0].score == found.scores[0].score
     with pytest.raises(InputError, match="Groups that measured: "):
         ev.measurements("no such word")

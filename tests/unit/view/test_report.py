@@ -161,7 +161,7 @@ def test_what_cannot_be_loaded_or_written_is_refused_before_the_work(tmp_path, m
     with pytest.raises(InputError) as caught:
         report([trace, "missing_2099/nothing", str(tmp_path / "gone.toml")], tmp_path / "r.html")
     assert len(caught.value.problems) == 2
-    for name in ("no/such/folder/r.html", "."):
+    for name in ("no/such/folder/r.html", "r.xyz"):
         with pytest.raises(ElectrovibError):
             report(trace, tmp_path / name)
     assert list(tmp_path.iterdir()) == []

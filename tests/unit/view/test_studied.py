@@ -104,7 +104,7 @@ def test_the_bands_as_csv(found, tmp_path):
     path.write_text("mine")
     with pytest.raises(InputError, match="--force"):
         ev.save(found, path)
-    with pytest.raises(InputError, match=r"bands of a study are a \.csv file"):
+    with pytest.raises(InputError, match=r"written as \.html, \.pdf, .*\.csv"):
         ev.save(found, tmp_path / "bands.nc")
 
 

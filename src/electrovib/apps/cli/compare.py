@@ -16,7 +16,8 @@ from electrovib.core.errors import InputError
 --over
 --material
 --layer
--o, --output FILE  Write an HTML page.
+-o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
+--style
 --force
 """)
 def compare(given: Arguments) -> None:
@@ -33,7 +34,7 @@ def compare(given: Arguments) -> None:
     if not given.get("scenario"):
         _print_static(given)
     elif "materials" in given:
-        given.only("scenario set all materials layer", "--material, which compares no laws", "force")
+        given.only("scenario set all materials layer output", "--material, which compares no laws", "force")
         _print_materials(given)
     else:
         given.only("scenario set all laws over output", "the comparison of force laws", "force")
@@ -78,7 +79,8 @@ def _print_materials(given: Arguments) -> None:
 --all
 -n N               Draws of what a publication does not print. [default: 64]
 --seed N           Of the draws. [default: 0]
--o, --output FILE|DIR  Page (.html), or a folder with the page and its tables.
+-o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
+--style
 --force
 """,
     example="electrovib evidence vezzoli -o evidence",

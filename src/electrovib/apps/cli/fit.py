@@ -65,8 +65,10 @@ files... [SCENARIO] FILE...  A scenario, and Trace files from which its paramete
 --set PATH=VALUE           Change a parameter of the scenario; of a spectrum or a table an entry of the recipe of an import:
     area='1 cm2', thickness='200 um', series_resistance='1 kohm', parallel_capacitance='2 pF' of the fixture, part, reader,
     delimiter, decimal_comma; repeatable.
--o, --output PLACE         Folder for report.html, parameters.csv, parameters.toml and space.toml; or the material, or the
-    scenario with it in --layer, as .toml; or the table of a power law as .csv.
+-o, --output PLACE         Folder for report.html, all figures, parameters.csv, correlations.csv, parameters.toml, space.toml and
+    fit.txt, a text to paste; or one of them: .txt, .html, a figure (.pdf, .svg, .png), .csv, .tex. Or the material, or
+    the scenario with it in --layer, as .toml; or the table of a power law as .csv.
+--style
 --all
 --models A,B,...|FILE.py -> laws  Force laws, or all: which of them made the recordings, each with and without the gap and the
     leaks of the scenario, by their evidence. Or a Python file with models of your own; repeatable.

@@ -25,6 +25,7 @@ scenario               A TOML file, a paper's scenario such as vezzoli_2014/fig6
 --layer NAME           Layer of the material, where there are several.
 --material A,B,... -> materials  Materials of the insulator; 'all' of the library.
 --report FILE          Write a self-contained HTML report.
+--style journal        Of figures (-o x.pdf, .svg, .png): 85 mm wide, with text of 8 pt.
 --space SPACE          Parameters that differ between fingers or are uncertain: a name such as fingers, or a TOML file with
     distributions.
 --as hp_33120a -> instrument  Instrument whose codes are written.
@@ -74,6 +75,12 @@ class Arguments(dict[str, Any]):
                 _refuse_blank(self.flags[name], value)
             if not (value in (None, [], (), [""]) or value is False or value == ""):
                 self[name] = names_of(value) if ",..." in str(each.metavar) else value
+        if style := self.pop("style", ""):
+            from electrovib.view.files import in_style
+
+            self.typed.remove("style")  # which every form of a command takes
+            outputs = self.get("output", [])
+            context.with_resource(in_style(style, [outputs] if isinstance(outputs, str) else outputs))
 
     def only(self, accepted: str, of: str, always: str = "models laws force") -> None:
         """Refuse every option that was given and is not among the names `accepted`, because `of` does not take it."""

@@ -62,7 +62,8 @@ scenario
 --ramp
 --limits
 -o, --output FILE    Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy,
-    ...); of a plate all candidates (.csv), a page (.html) or the figure (.png, .svg).
+    ...); a page (.html), a figure (.pdf, .svg, .png) or tables (.tex); of a plate all candidates (.csv).
+--style
 --as
 --largest-error
 --full-scale
@@ -180,7 +181,8 @@ def _render_texture(given: Arguments) -> None:
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.exports.waveform import check_waveform_file, export_waveform
-    from electrovib.studies.texture import texture_drive
+    from electrovib.exports.waveform_formats import FORMATS
+    from electrovib.studies.texture import TextureDrive, texture_drive
     from electrovib.studies.texture.set_up import amount
 
     if "path" not in given:
@@ -194,6 +196,10 @@ def _render_texture(given: Arguments) -> None:
     given |= edge_of(given)
     samples = given.take(f"{_OF_SAMPLES} force")
     of_file = {name: samples[name] for name in ("instrument", "edge", "force") if name in samples}
+    if file and not used and Path(file).suffix.lower() not in FORMATS:
+        wanted = given.take(f"{_OF_TEXTURE} output") | of_file
+        answered(TextureDrive, texture_drive, "rendering and simulating", wanted)
+        return
     if file:
         check_waveform_file(file, **of_file)
     with inputs_noted() as inputs, tracked("rendering and simulating"):
@@ -216,7 +222,8 @@ first SCENARIO|DRIVE  The scenario; or, before a scenario, a file with the colum
 [second] SCENARIO     The scenario in which that drive is checked.
 --limits
 --series-resistor     Compute the smallest resistor that holds the body current if the insulator fails.
--o, --output FILE     Write the result: .csv, .json or .html.
+-o, --output FILE|DIR  Write the result: .csv, .json, .html, a figure (.pdf, .svg, .png), tables (.tex), or a folder with all.
+--style
 --all
 --set
 --models

@@ -29,7 +29,8 @@ scenario           [default: vezzoli_2014/fig6]
 --records          Keep the signals over time of each case of --over too.
 --states           Find every state of gap and attraction, stable or not, instead: of contact.surface and a layer 'gap'.
 --voltage VOLTAGE  Of --states: voltage that is held, such as '100 V'; by default the largest of the drive.
--o, --output FILE  Write the result: .nc, .csv or .mat.
+-o, --output FILE|DIR  Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
+--style
 --report
 --all
 --models

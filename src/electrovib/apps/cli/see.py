@@ -54,7 +54,9 @@ def explore(given: Arguments) -> None:
 
 @takes("""
 traces...           Trace files, overlaid in one report.
--o, --output FILE   The HTML file to write. [default: report.html]
+-o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
+    [default: report.html]
+--style
 --column
 --set KEY=VALUE     Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'; repeatable.
 --recipe

@@ -28,8 +28,10 @@ scenario
 --budget-memory MEMORY  Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.
     [default: 1 GB]
 --workers N|ADDRESS  Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.
--o, --output DIR  Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and a .csv file for
-    the bands; of --sensitivity the folder for report.html, indices.csv, elasticities.csv and space.toml; repeatable.
+-o, --output DIR  Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and files of the
+    bands: .csv, a figure (.pdf, .svg, .png), a table (.tex); of --sensitivity one file, or the folder for report.html,
+    indices.csv, elasticities.csv, space.toml and the figure; repeatable.
+--style
 --report
 --set
 --models
@@ -43,16 +45,18 @@ def study(given: Arguments) -> None:
     if "space" not in given:
         raise InputError("not given; for instance --space fingers", path="--space")
     given.put_changes()
+    from electrovib.view.files import SUFFIXES
+
     outputs = given.pop("output", [])
     if given.pop("sensitivity", False):
         given.only("scenario n seed space signal sensitivity output set", "--sensitivity")
         _print_sensitivity(given, outputs)
         return
-    bands = [name for name in outputs if name.lower().endswith(".csv")]
+    bands = [name for name in outputs if Path(name).suffix.lower() in {".csv", *SUFFIXES}]
     stores = [name for name in outputs if name not in bands]
-    if len(stores) != 1 or len(bands) > 1:
-        raise InputError("name one folder DIR.zarr, and at most one .csv file for the bands", path="--output")
-    _print_bands(given | _processes(given.pop("workers", None)), stores[0], next(iter(bands), None))
+    if len(stores) != 1:
+        raise InputError("name one folder DIR.zarr; further outputs are files of the bands", path="--output")
+    _print_bands(given | _processes(given.pop("workers", None)), stores[0], bands)
 
 
 def _processes(workers: str | None) -> dict[str, int | str | None]:
@@ -78,23 +82,21 @@ def _print_sensitivity(given: Arguments, outputs: list[str]) -> None:
     answered(Sensitivity, sensitivity, "evaluating draws", wanted)
 
 
-def _print_bands(given: dict[str, Any], store: str, csv: str | None) -> None:
+def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
     """Compute the bands, print them, and write the outputs beside the store."""
     from electrovib.apps.progress import tracked
-    from electrovib.exports.save import save
+    from electrovib.exports.save import check_bands, save
     from electrovib.studies.population import study
-    from electrovib.studies.population.result import check_bands
     from electrovib.view.pages import check_page
-    from electrovib.view.report import report as write_report
 
-    report, force = given.pop("report", None), given.pop("force", False)
-    problems: list[str] = []
-    with gathered(problems):
-        if csv is not None:
-            check_bands(Path(csv), force=force)
-    with gathered(problems):
-        if report is not None:
-            check_page(report, force=force)
+    force, problems = given.pop("force", False), list[str]()
+    for each in bands:
+        with gathered(problems):
+            check_bands(each, force=force)
+    if "report" in given:
+        with gathered(problems):
+            check_page(given["report"], force=force)
+        bands = [*bands, given.pop("report")]
     refuse(problems)
     done = [0, given["n"]]
     try:
@@ -109,12 +111,8 @@ def _print_bands(given: dict[str, Any], store: str, csv: str | None) -> None:
         complain(f"{done[0]} of {done[1]} fingers are complete; the same command continues with the next")
         raise SystemExit(INTERRUPTED) from None
     say(*summary(found), f"written: {store}")
-    if csv is not None:
-        say(*(f"written: {path}" for path in save(found, csv, force=force)))
-    if report is not None:
-        with tracked("drawing the report"):
-            page = write_report(found, report, force=force)
-        say(f"written: {page}")
+    for each in bands:
+        say(*(f"written: {path}" for path in save(found, each, force=force)))
 
 
 def summary(found: xarray.Dataset) -> list[str]:

@@ -164,7 +164,7 @@ def answered(
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.exports.save import save
-    from electrovib.view.documents import check_answer
+    from electrovib.view.files import check_answer
 
     output, force, everything = (given.pop(name, None) for name in ("output", "force", "all"))
     if output:

@@ -31,7 +31,8 @@ record                Trace file with signals over time, as electrovib import wr
 --swipes              Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.
 --recipe FILE.toml -> channels  Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.
 --speed SPEED         Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
--o, --output DIR      Folder for report.html and times.csv, or swipes.csv.
+-o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
+--style
 --force
 """)
 def times(given: Arguments) -> None:

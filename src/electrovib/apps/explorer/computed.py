@@ -142,11 +142,11 @@ def slices(tab: str, found: Computed) -> Iterator[Slice]:
     }
     if tab in works:
         yield functools.partial(_guarded, *works[tab], found=found)
-    if tab == LAWS:
-        yield functools.partial(_with_measured, found=found)
     for name in find_members(ForceLaw) if tab == LAWS else ():
         if name != type(found.scenario.force).__name__:
             yield functools.partial(_with_law, found=found, name=name)
+    if tab == LAWS:
+        yield functools.partial(_with_measured, found=found)
 
 
 def with_answers(known: Further, found: Computed) -> Further:
@@ -259,7 +259,7 @@ class MeasuredForce:
 
 @functools.cache
 def _measured_forces() -> list[Measurement]:
-    from electrovib.studies.evidence import measurements
+    from electrovib.studies.evidence.files import measurements
 
     return [
         each

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import tempfile
 import zipfile
 from collections.abc import Callable
@@ -11,8 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from electrovib.apps.explorer.computed import Computed
 
 
@@ -34,6 +33,10 @@ def _saved(shown: Computed, name: str) -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in save(shown.trace, Path(folder) / name)}
 
 
+def _alone(shown: Computed, name: str) -> bytes:
+    return _saved(shown, name)[name]
+
+
 def _csv(shown: Computed) -> bytes:
     """Return the tables over time and over frequency as one archive."""
     archive = BytesIO()
@@ -41,41 +44,6 @@ def _csv(shown: Computed) -> bytes:
         for name, content in _saved(shown, "trace.csv").items():
             packed.writestr(name, content)
     return archive.getvalue()
-
-
-def _figure(shown: Computed) -> Figure:
-    """Draw drive, attraction and friction over time, and the mean force over frequency, as printed figures."""
-    from electrovib.view import plots
-    from electrovib.view.style import new_figure, style
-
-    figure = new_figure((9.0, 6.0))
-    with style():
-        axes = figure.subplots(2, 2).ravel()
-    wanted = (
-        (plots.drive, ("drive_voltage", "drive_current")),
-        (plots.force, ("electrostatic_force",)),
-        (plots.lateral_force, ("lateral_force",)),
-        (plots.frequency_response, ("mean_force",)),
-    )
-    for ax, (draw, signals) in zip(axes, wanted, strict=True):
-        if any(signal in shown.trace for signal in signals):
-            draw(shown.trace, ax=ax)
-        else:
-            ax.set_axis_off()
-    return figure
-
-
-def _drawn(shown: Computed, kind: str) -> bytes:
-    output = BytesIO()
-    _figure(shown).savefig(output, format=kind, metadata={"Date": None} if kind == "svg" else None)
-    return output.getvalue()
-
-
-def _report(shown: Computed) -> bytes:
-    from electrovib.view.report import report
-
-    with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
-        return report(shown.trace, Path(folder) / "report.html").read_bytes()
 
 
 def _bibliography(shown: Computed) -> bytes:
@@ -100,14 +68,15 @@ DOWNLOADS: Final = (
         lambda shown: shown.scenario.to_toml().encode(),
     ),
     Download("Numbers (CSV, zipped)", "trace.zip", "application/zip", _csv),
-    Download(
-        "Trace (netCDF)",
-        "trace.nc",
-        "application/x-netcdf",
-        lambda shown: _saved(shown, "trace.nc")["trace.nc"],
+    *(
+        Download(label, name, kind, functools.partial(_alone, name=name))
+        for label, name, kind in (
+            ("Trace (netCDF)", "trace.nc", "application/x-netcdf"),
+            ("Figures (PNG)", "figures.png", "image/png"),
+            ("Figures (SVG)", "figures.svg", "image/svg+xml"),
+            ("Figures (PDF)", "figures.pdf", "application/pdf"),
+            ("Report (HTML)", "report.html", "text/html"),
+        )
     ),
-    Download("Figures (PNG)", "figures.png", "image/png", lambda shown: _drawn(shown, "png")),
-    Download("Figures (SVG)", "figures.svg", "image/svg+xml", lambda shown: _drawn(shown, "svg")),
-    Download("Report (HTML)", "report.html", "text/html", _report),
     Download("References (BibTeX)", "references.bib", "application/x-bibtex", _bibliography),
 )

@@ -11,4 +11,3 @@ from electrovib.physics.contact.rough_surface import PerssonSurface as PerssonSu
 from electrovib.physics.contact.rough_surface import RoughSurface as RoughSurface
 from electrovib.physics.contact.surface import LinearSpring as LinearSpring
 from electrovib.physics.contact.surface import Surface as Surface
-from electrovib.physics.contact.surface import pull_in_voltage as pull_in_voltage

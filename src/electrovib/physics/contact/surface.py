@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
-from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
@@ -157,34 +155,3 @@ class LinearSpring(Surface):
         closed = (given >= self.stiffness * self.free_gap).astype(float)
         share: NDArray[np.float64] = np.where(np.isnan(given), np.nan, closed)
         return share
-
-
-def pull_in_voltage(
-    *, stiffness: float, free_gap: float, electrical_thickness: float, pressure: float = 0.0
-) -> float | None:
-    """Return the pull-in voltage of a skin on a linear spring.
-
-    Parameters
-    ----------
-    stiffness : float
-        Stiffness of the spring per area [Pa/m].
-    free_gap : float
-        Gap without pressure [m].
-    electrical_thickness : float
-        K, the sum of T/eps over the layers that block [m], 0 or more.
-    pressure : float
-        Pressure of the load [Pa], which reduces the free gap to g0 = free_gap - pressure/stiffness.
-
-    Returns
-    -------
-    voltage : float or None
-        Pull-in voltage [V]; None where the gap closes continuously.
-
-    Notes
-    -----
-    V^2 = 8 k (K + g0)^3/(27 eps0), at the gap (2 g0 - K)/3, which is positive only for g0 > K/2.
-    """
-    left = free_gap - pressure / stiffness
-    if not left > electrical_thickness / 2:
-        return None
-    return math.sqrt(8 * stiffness * (electrical_thickness + left) ** 3 / (27 * eps0))

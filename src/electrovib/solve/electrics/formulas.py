@@ -16,6 +16,7 @@ import numpy as np
 
 from electrovib.solve.electrics.straight import chebyshev_rule, fading
 from electrovib.solve.meter import Meter
+from electrovib.solve.recursion.blocks import states_before
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -147,22 +148,13 @@ def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:
 
 def _march_steps(part: Smooth, rates: Real, grid: Real, state: Real) -> Real:
     """Return the states at the points of a grid, from that at its first point."""
-    inside = (grid[:-1] >= part.start) & (grid[1:] <= part.stop)
-    states, steps = np.empty((len(rates), len(grid))), np.diff(grid)
-    states[:, 0] = state
-    cached: dict[float, tuple[Real, Real]] = {}
+    inside, steps = (grid[:-1] >= part.start) & (grid[1:] <= part.stop), np.diff(grid)
     nodes = np.arange(SMOOTH_DEGREE + 1) / SMOOTH_DEGREE
-    values = part.formula(grid[:-1, None] + steps[:, None] * nodes)
-    for index, step in enumerate(steps):
-        key = float(step)
-        if key not in cached:
-            cached[key] = _weights(rates * step)
-        decay, weights = cached[key]
-        state = decay * state
-        if inside[index]:
-            state = state + weights @ values[index]
-        states[:, index + 1] = state
-    return states
+    values = np.where(inside[:, None], part.formula(grid[:-1, None] + steps[:, None] * nodes), 0.0)
+    distinct, kind = np.unique(steps, return_inverse=True)
+    weights = _weights(np.outer(distinct, rates).ravel()).reshape(len(distinct), len(rates), -1)
+    pushes = np.einsum("skn,sn->sk", weights[kind], values)
+    return states_before(pushes, -np.outer(steps, rates), state).T
 
 
 def _grid(part: Smooth, times: Real) -> Real:
@@ -177,8 +169,8 @@ def _grid(part: Smooth, times: Real) -> Real:
     return np.concatenate(pieces)
 
 
-def _weights(z: Real) -> tuple[Real, Real]:
-    """Return decay and quadrature weights of one step, z = rate times step.
+def _weights(z: Real) -> Real:
+    """Return the quadrature weights of steps, z = rate times step, shape (len(z), nodes).
 
     Moments m_k = z integral of exp(-z (1 - s)) s^k over 0..1: m_k = 1 - k m_(k-1)/z is stable for large z;
     Gauss quadrature is exact to rounding for small z.
@@ -192,7 +184,7 @@ def _weights(z: Real) -> tuple[Real, Real]:
     for k in range(SMOOTH_DEGREE + 1):
         moment = moment if k == 0 else 1 - k * moment / fast
         moments[~small, k] = moment
-    return np.exp(-z), moments @ to_values
+    return np.asarray(moments @ to_values)
 
 
 @functools.cache

@@ -129,10 +129,8 @@ def skin_of(
     law: BristleFriction, *, mass: float | None, stiffness: float | None, damping: float | None
 ) -> SlidingSkin:
     """Return the skin of a finger, or a rigid one."""
-    if mass is None and stiffness is None and damping is None:
-        return SlidingSkin(law=law, body=(0.0, 0.0, 0.0))
     if mass is None or stiffness is None or damping is None:
-        raise InputError("finger: needs mass, stiffness and damping, or none of them for a rigid finger")
+        return SlidingSkin(law=law, body=(0.0, 0.0, 0.0))
     if not mass > 0:
         raise InputError(
             f"finger.mass = {mass:.6g} kg: it must be above 0, because the speed of the skin is a state; omit the finger for"

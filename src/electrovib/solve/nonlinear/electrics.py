@@ -1,9 +1,7 @@
-"""Amplifier, series elements, charge and polarisation of a stack as states of a larger system.
+"""Amplifier, series elements, charge and polarisation of a stack as one stiff system, with a gap that is fixed or prescribed.
 
-`Electrics` keeps its states in one slice of a state vector and its signs in one slice of the mode: `rate`,
-`switches` and `jump` take that slice, with the gap and its rate of change, whatever moves it. `attraction` returns
-the pressure across the gap for the mechanics. A system that contains `Electrics` calls `jump` at every break in order of
-time, because the drive is smooth only from one break to the next, and the current interval is stored.
+The drive is smooth only from one break to the next: `jump` is called at every break in order of time, and stores the
+interval that begins there.
 """
 
 from __future__ import annotations
@@ -22,6 +20,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.drive.parts import Smooth
+    from electrovib.physics.motion import Distance
     from electrovib.solve.nonlinear.integrate import Mode
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import Moment, StackStates
@@ -98,7 +97,7 @@ def stretch_after(drive: Drive, *, time: float, following: float) -> Stretch:
 
 
 class Electrics(System):
-    """States of a stack behind an amplifier.
+    """States of a stack behind an amplifier, for `integrate`.
 
     Parameters
     ----------
@@ -110,6 +109,8 @@ class Electrics(System):
         Last time [s].
     amplifier : Amplifier, optional
         Amplifier between drive and plate; by default the drive is the plate's voltage.
+    distance : Distance, optional
+        Thickness of the moving layer of `space` over time.
 
     Notes
     -----
@@ -118,8 +119,16 @@ class Electrics(System):
     current or its voltage (0); the sign of the field of each leak with a kink.
     """
 
-    def __init__(self, space: StackStates, drive: Drive, *, end: float, amplifier: Amplifier = IDEAL) -> None:
-        self.space, self.drive, self.amplifier = space, drive, amplifier
+    def __init__(
+        self,
+        space: StackStates,
+        drive: Drive,
+        *,
+        end: float,
+        amplifier: Amplifier = IDEAL,
+        distance: Distance | None = None,
+    ) -> None:
+        self.space, self.drive, self.amplifier, self.distance = space, drive, amplifier, distance
         marks, heights = drive.corners(end)
         self._breaks, self._jumps = marks.tolist(), bool(np.any(heights))
         self._end = end
@@ -157,11 +166,12 @@ class Electrics(System):
             sizes[-1] = self.volts
         return sizes
 
-    def begin(self, gap: float | None = None) -> tuple[Real, Mode]:
-        """Return the state before time 0 and the mode after it.
+    def begin(self) -> tuple[Real, Mode]:
+        """Return the state before time 0 and the mode after it."""
+        return self._begun(self._gap(0.0, np.zeros(0), None)[0])
 
-        Returns `state` (size,).
-        """
+    def _begun(self, gap: float | None) -> tuple[Real, Mode]:
+        """Return the same for a gap at time 0 [m]."""
         state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
         self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
         after = self.jump(state, time=0.0)
@@ -173,8 +183,11 @@ class Electrics(System):
         return state, (clipped, 0, *signs)
 
     def breaks(self, end: float) -> list[float]:
-        """Return the times of breaks of the drive up to an end [s]."""
-        return [time for time in self._breaks if time <= end]
+        """Return the times of breaks of the drive and of the distance, up to an end [s]."""
+        bends = () if self.distance is None else self.distance.breaks()
+        return sorted(
+            {*(time for time in self._breaks if time <= end), *(bend for bend in bends if 0 < bend < end)}
+        )
 
     def jump(self, state: Real, *, time: float) -> Real:
         """Return the state just after a break [s], and store the drive's next smooth interval."""
@@ -200,21 +213,30 @@ class Electrics(System):
             state[-1] = across + state[place]
         return state
 
-    def rate(self, state: Real, mode: Mode, *, time: Any, gap: Any = None, closing: Any = 0.0) -> Real:
+    def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return the rate of change of each state [its unit/s], at one time or at n times."""
+        return self._own_rate(state, mode, time, *self._gap(time, state, mode))
+
+    def _own_rate(self, state: Real, mode: Mode, time: Any, gap: Any, closing: Any) -> Real:
+        """Return the rates of the electrical states, for a gap [m] and its rate of change [m/s]."""
         _, slope, moment = self._supplied(time, state, mode, gap, closing)
         own = self.space.rate(state[: self.space.size], moment, slope=slope)
         return own if self.follows else np.concatenate([own, np.broadcast_to(slope, state.shape[1:])[None]])
 
-    def switches(self, state: Real, mode: Mode, *, time: Any, gap: Any = None, closing: Any = 0.0) -> Real:
+    def switches(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return values that stay above 0 as long as the mode holds, at one time or at n times."""
-        return np.array([value for value, _ in self._watched(time, state, mode, gap, closing)])
+        own, gap = state[: self.size], self._gap(time, state, mode)
+        return np.array([value for value, _ in self._watched(time, own, mode, *gap)])
 
-    def following(
-        self, index: int, state: Real, mode: Mode, *, time: float, gap: Any = None, closing: Any = 0.0
-    ) -> Mode:
+    def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
         """Return the mode after the switching function of this index has fallen through zero."""
-        return self._watched(time, state, mode, gap, closing)[index][1]
+        own, gap = state[: self.size], self._gap(time, state, mode)
+        return self._watched(time, own, mode, *gap)[index][1]
+
+    def _gap(self, time: Any, state: Real, mode: Mode | None) -> tuple[Any, Any]:
+        """Return the gap [m] and its rate of change [m/s]."""
+        del state, mode
+        return (None, 0.0) if self.distance is None else (self.distance.gap(time), self.distance.rate(time))
 
     def attraction(self, state: Real, mode: Mode, *, time: Any, gap: Any = None) -> Any:
         """Compute the Maxwell stress in the gap, eps0 E^2/2 [Pa], at one time or at n times."""
@@ -296,13 +318,19 @@ class Electrics(System):
         modes = [(clipped, side, *signs) for side in (-1, 1)]
         return list(zip(spare, modes * (len(spare) // 2), strict=True))
 
-    def signals(
-        self, times: Real, states: Real, *, gap: Real | None, closing: Real | float
-    ) -> dict[Key, Real]:
-        """Compute the signals at output times from the states alone.
+    def signals(self, times: Real, states: Real) -> dict[Key, Real]:
+        """Compute the signals at output times from the states alone, and a gap that moves.
 
-        `times` (n,) [s], `states` (size, n), `gap`, `closing` (n,) [m].
+        `times` (n,) [s], `states` (size, n).
         """
+        gap, closing = self._gap(times, states, None)
+        found = self._own_signals(times, states[: self.size], gap, closing)
+        return found if gap is None else found | {"gap": gap}
+
+    def _own_signals(
+        self, times: Real, states: Real, gap: Real | None, closing: Real | float
+    ) -> dict[Key, Real]:
+        """Return the electrical signals for a gap [m] and its rate of change [m/s]."""
         own, drive = states[: self.space.size], self.drive.voltage(times)
         aim = self.amplifier.aim(drive)
         slope = self._gain * self.drive.slope(times) * (aim == self._gain * drive)

@@ -81,65 +81,31 @@ class Moments:
         return len(mine) == len(its) and all(map(np.array_equal, mine, its))
 
 
-@dataclass(frozen=True, eq=False)
 class Excitation:
     """A drive as sums of straight pieces and of sines: its moments, and all of its amplitudes [V] in one row.
 
-    The row has the rate of change of the straight pieces after each output [V/s], the integral of a settled drive at each
-    output [V s], the rise from each time of the grid to the next [V], the straight pieces at these times, the mean of a
-    settled drive, the constant to which all modes have settled at time 0, the real and imaginary parts of the tones, and
-    the drive just after the beginning and just before the end of each piece of a period.
+    Attributes
+    ----------
+    slopes, integral : ndarray, shape (n,)
+        Rate of change of the straight pieces after each output [V/s]; integral of a settled drive without a mean [V s].
+    rises, voltage : ndarray, shape (m,)
+        Rise from each time of the grid to the next, no difference of large values, and the straight pieces there [V].
+    mean, level : float
+        Mean of a settled drive, and the constant to which all modes have settled at time 0 [V].
+    tones : ndarray of complex, shape (tones,)
+        Amplitudes of the sines [V].
     """
 
-    moments: Moments
-    row: Real
-
-    def _part(self, place: int) -> Real:
-        outputs, tones = len(self.moments.outputs), len(self.moments.frequencies)
-        grid = len(self.moments.time)
-        counts = [outputs, outputs, grid, grid, 2, tones, tones]
-        begin = sum(counts[:place])
-        return self.row[begin : begin + counts[place]]
-
-    @property
-    def voltage(self) -> Real:
-        """Straight pieces at the times of the grid [V]."""
-        return self._part(3)
-
-    @property
-    def rises(self) -> Real:
-        """Rise from each time of the grid to the next, 0 after the last [V]; no difference of large values."""
-        return self._part(2)
-
-    @property
-    def slopes(self) -> Real:
-        """Rate of change of the straight pieces after each output [V/s]."""
-        return self._part(0)
-
-    @property
-    def integral(self) -> Real:
-        """Integral of a settled drive without a mean at each output, with a mean of 0 [V s]."""
-        return self._part(1)
-
-    @property
-    def level(self) -> float:
-        """Constant voltage to which all modes have settled at time 0 [V]."""
-        return float(self._part(4)[1])
-
-    @property
-    def mean(self) -> float:
-        """Mean of a settled drive over its period [V]."""
-        return float(self._part(4)[0])
-
-    @property
-    def tones(self) -> Complex:
-        """Complex amplitudes of the sines [V]."""
-        return np.asarray(self._part(5) + 1j * self._part(6))
+    def __init__(self, moments: Moments, row: Real) -> None:
+        self.moments, self.row = moments, row
+        outputs, grid, tones = len(moments.outputs), len(moments.time), len(moments.frequencies)
+        parts = np.split(row, np.cumsum([outputs, outputs, grid, grid, 1, 1, tones, tones]))
+        self.slopes, self.integral, self.rises, self.voltage, mean, level, real, imag, self._ends = parts
+        self.mean, self.level, self.tones = float(mean[0]), float(level[0]), real + 1j * imag
 
     def periods(self) -> list[tuple[Real, Real, Real]]:
         """Return duration, begin and end of the pieces of each repeated part."""
-        rest = self.row[len(self.row) - 2 * sum(len(each) for each in self.moments.lengths) :]
-        found = []
+        rest, found = self._ends, []
         for lengths in self.moments.lengths:
             begins, ends, rest = np.split(rest, [len(lengths), 2 * len(lengths)])
             found.append((lengths, begins, ends))
@@ -426,7 +392,7 @@ def _left(transfer: Transfer, drive: Excitation) -> Real:
     """Return the response to charge at time 0; in the periodic state only trapped charge remains."""
     rates, free = _rows(transfer.rates, transfer.free)
     left = np.where(rates == 0, free, 0.0) if drive.moments.settled else free
-    nothing = replace(drive, row=np.zeros(len(drive.row)))
+    nothing = Excitation(drive.moments, np.zeros(len(drive.row)))
     return _stepped(nothing, rates, np.zeros(rates.shape), np.zeros(len(rates)), left, lags=False)
 
 

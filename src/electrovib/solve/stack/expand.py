@@ -226,25 +226,23 @@ def reduction_band(*, low: float, high: float) -> tuple[float, float]:
     return float(10.0**first), float(10.0**last)
 
 
-def reduce_material(
-    material: Material, *, low: float = LOWEST, high: float = HIGHEST, terms: int | None = None
-) -> Reduction:
+def reduce_material(material: Material, *, low: float = LOWEST, high: float = HIGHEST) -> Reduction:
     """Return the Debye terms of a material."""
     exact = material.debye()
     if exact is not None:
         return Reduction(exact, 0.0)
-    return _reduced(material, *reduction_band(low=low, high=high), terms)
+    return _reduced(material, *reduction_band(low=low, high=high))
 
 
 @functools.lru_cache(maxsize=256)
-def _reduced(material: Material, low: float, high: float, terms: int | None) -> Reduction:
+def _reduced(material: Material, low: float, high: float) -> Reduction:
     rows, slowest = material.table(), material.slowest_relaxation
     if rows is None:
-        count = terms or min(DENSE, math.ceil(TERMS_PER_DECADE * math.log10(high / low)) + 2)
+        count = min(DENSE, math.ceil(TERMS_PER_DECADE * math.log10(high / low)) + 2)
         return fit_debye(material.bound_permittivity, low=low, high=high, terms=count, slowest=slowest)
     near = (rows[0] >= low) & (rows[0] <= high)
     wanted = near if np.count_nonzero(near) >= FEWEST else np.ones_like(near)
-    return fit_debye_table(*(row[wanted] for row in rows), terms=terms or FEWEST_TERMS, slowest=slowest)
+    return fit_debye_table(*(row[wanted] for row in rows), terms=FEWEST_TERMS, slowest=slowest)
 
 
 def band_of_run(scenario: Scenario, times: Real) -> tuple[float, float]:

@@ -71,9 +71,6 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: Any) -> Roo
     if np.ndim(nodes) == 2:
         return _of_cases(np.asarray(nodes, float), np.asarray(weights, float), constant)
     node, weight = np.array(nodes, dtype=float), np.array(weights, dtype=float)
-    if node.ndim != 1 or node.size == 0 or weight.shape != node.shape:
-        message = f"nodes and weights: shapes {node.shape} and {weight.shape}, expected the same (count,)"
-        raise ValueError(message)
     _refuse_beyond_reach(node[:, None], weight[:, None], np.array([float(constant)]))
     if node.size == 1 and constant > 0:
         return _roots_at(node, weight, np.zeros(1, np.intp), weight / constant)

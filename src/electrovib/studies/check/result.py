@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Final, Self, TypeAlias
 
-from electrovib.core.answer import Answer, Document, Table
+from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.citation import UNVERIFIED
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError, refuse
@@ -297,6 +297,7 @@ class CheckResult(Answer):
             title=f"Check of {self.title}",
             sentences=self.sentences,
             diagnostics=self.diagnostics,
+            figures=[Drawing(id="limits", title="Every value over its limit", plot="limits", of=self)],
             tables=self.tables,
             remarks=self.notes,
         )

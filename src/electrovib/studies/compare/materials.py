@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from electrovib.core.answer import Answer, Document, Table
+from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import STATES, Diagnostic, read_diagnostics
 from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
@@ -23,6 +23,7 @@ from electrovib.solve.diagnostics.assumptions import SETTLED_CHARGE
 from electrovib.solve.quantities.answer import validity
 from electrovib.solve.simulate import simulate
 from electrovib.studies.check.result import FILM, breakdown_row
+from electrovib.studies.compare.coatings import MOST, Coating, coating_figure, coatings_of, recommended
 
 AS_IT_IS: Final = "as it is"
 """Name of the entry with the scenario's own material."""
@@ -81,6 +82,7 @@ class MaterialComparison(Answer):
     - `entries`: the scenario's own material first, the others from the largest to the smallest attraction.
     - `left_out`: material to why the scenario does not run with it.
     - `tables`: the same as text.
+    - `coatings`: force over fingers and margins of each, from the largest force on; of up to five materials that are named.
     """
 
     scenario: Scenario
@@ -88,6 +90,7 @@ class MaterialComparison(Answer):
     entries: tuple[MaterialEntry, ...]
     left_out: dict[str, str]
     tables: tuple[Table, ...]
+    coatings: tuple[Coating, ...] = ()
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -96,9 +99,20 @@ class MaterialComparison(Answer):
 
     @property
     def document(self) -> Document:
-        """The tables."""
+        """The tables; of a few coatings which one to take, with force and margins, on one screen."""
         title = f"Materials compared: {self.scenario.titled() or 'a stack'}"
-        return Document(title=title, sentences=[], diagnostics=self.diagnostics, tables=self.tables)
+        whole = Document(title=title, sentences=[], diagnostics=self.diagnostics, tables=self.tables)
+        if not self.coatings:
+            return whole
+        stack = Drawing(
+            id="stack",
+            title=f"Stack; '{self.layer}' is exchanged",
+            plot="stack",
+            of=self.scenario,
+            size=(4.6, 3.0),
+        )
+        figures, said = [stack, coating_figure(self.coatings)], recommended(self.coatings)
+        return replace(whole, sentences=said, figures=figures, alone="coatings", one_screen=True)
 
 
 def compare_materials(
@@ -127,18 +141,23 @@ def compare_materials(
     """
     given = read_scenario(scenario)
     chosen = layer_of_plate(given, layer)
-    entries, left_out = [], dict[str, str]()
+    entries, left_out, cases = [], dict[str, str](), dict[str, Scenario]()
     wanted = known_materials() if materials is None else dict.fromkeys(materials)
     if not wanted:
         raise InputError(f"no material is named; known: {', '.join(known_materials())}")
     for name, material in {AS_IT_IS: "", **named_materials(wanted)}.items():
         try:
-            case = with_material(given, chosen, material) if material else given
-            entries.append(_entry(name, case, chosen))
+            cases[name] = with_material(given, chosen, material) if material else given
+            entries.append(_entry(name, cases[name], chosen))
         except ElectrovibError as error:
             left_out[name] = str(error)
     if not entries:
         raise InputError(f"no material can be compared here. {name}: {why}" for name, why in left_out.items())
+    coatings: tuple[Coating, ...] = ()
+    if materials is not None and len(wanted) <= MOST:
+        coatings = coatings_of(
+            {name: case for name, case in cases.items() if name not in {AS_IT_IS, *left_out}}, chosen
+        )
     entries.sort(key=lambda entry: (entry.name != AS_IT_IS, -entry.force))
     return MaterialComparison(
         scenario=given,
@@ -146,6 +165,7 @@ def compare_materials(
         entries=tuple(entries),
         left_out=left_out,
         tables=_tables(chosen, given, entries, left_out),
+        coatings=coatings,
     )
 
 

@@ -8,10 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from electrovib.core.answer import Answer, Document, Table
+import numpy as np
+
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Shown, Table
 from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, json_text, plain
+from electrovib.data.marks import Form, json_text, plain, unsigned
+from electrovib.scenario.toml import to_toml
 from electrovib.studies.check.result import UNKNOWN, not_shown
 from electrovib.studies.widths import Width, sentences
 
@@ -19,7 +23,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
     from electrovib.studies.design.limits import Obtainable
-    from electrovib.studies.design.search import Function, Root
+    from electrovib.studies.design.search import Function, Point, Root
     from electrovib.studies.design.uncertain import NeededValues
     from electrovib.studies.design.wanted import Wanted
     from electrovib.studies.sensitivity import Elasticity
@@ -32,7 +36,7 @@ class Designed(Answer):
     `widths` say by what a value is uncertain that depends on people: see `electrovib.studies.widths`.
     """
 
-    FILES: ClassVar[Mapping[str, str | None]] = {"design.json": Form.DESIGN}
+    FILES: ClassVar[Mapping[str, str | None]] = {"design.json": Form.DESIGN, "scenario.toml": Form.SCENARIO}
     limits: tuple[LimitsSource, ...] = ()
     widths: tuple[Width, ...] = ()
     form: ClassVar[str]
@@ -73,6 +77,11 @@ class Designed(Answer):
         return ()
 
     @property
+    def figures(self) -> Sequence[Shown]:
+        """Figures of the result."""
+        return ()
+
+    @property
     def answer(self) -> str:
         """The sentences that are needed first, as one text."""
         return " ".join(self.sentences)
@@ -89,20 +98,27 @@ class Designed(Answer):
 
     @property
     def document(self) -> Document:
-        """The sentences, the tables, and the details."""
+        """The sentences, the figures, the tables, and the details."""
         scenario = self.scenario
         return Document(
             title=f"Design: {(scenario.titled() if scenario is not None else '') or self.form}",
             sentences=self.sentences,
             diagnostics=self.diagnostics,
+            figures=self.figures,
             tables=self.tables,
             remarks=self.details,
         )
 
+    @property
+    def files(self) -> Mapping[str, str | None]:
+        """Files of the numbers; that of the scenario where there is a result."""
+        return {name: form for name, form in self.FILES.items() if self.scenario or form != Form.SCENARIO}
+
     def content(self, name: str) -> str:
-        """Write all numbers as JSON."""
-        del name
-        return json_text(Form.DESIGN, self.to_dict())
+        """Write all numbers as JSON, or the scenario with the result."""
+        if name.endswith(".json") or self.scenario is None:
+            return json_text(Form.DESIGN, self.to_dict())
+        return f"# {unsigned(Form.SCENARIO)}\n{to_toml(self.scenario)}"
 
     def __repr__(self) -> str:
         return "\n".join(self.lines)
@@ -115,6 +131,8 @@ class Designed(Answer):
         return {name: plain(value) for name, value in found.items()} | told
 
 
+_SHOWN: Final = 3.0
+"""Largest value of the parameter in the figure, over the largest solution."""
 _MOST_INFLUENCES: Final = 6
 _NEGLIGIBLE: Final = 0.01
 """Elasticity below which a parameter is not listed."""
@@ -160,15 +178,14 @@ class FoundValue:
 class Explored:
     """Where the quantity was computed, at `count` values of the free parameter.
 
-    `lowest` and `highest` are such a value and the quantity there, `refused` has the reasons where nothing
+    `points` are such a value and the quantity there, in the order of the values, `refused` has the reasons where nothing
     could be computed, and `unknown` values have no known quantity. The quantity passes the wanted value
     discontinuously at the `jumps`, and `beyond` the listed solutions; `is_settled` is False if finer values
     kept showing further ones.
     """
 
     count: int
-    lowest: tuple[float, float]
-    highest: tuple[float, float]
+    points: tuple[Point, ...]
     refused: dict[float, str]
     unknown: int
     jumps: tuple[float, ...]
@@ -178,11 +195,10 @@ class Explored:
     @classmethod
     def of(cls, function: Function, jumps: list[float], *, beyond: int, is_settled: bool) -> Explored:
         """Return what a search has computed of a function."""
-        points = function.known
+        points = tuple(sorted(function.known))
         return cls(
             count=len(function.values),
-            lowest=min(points, key=lambda point: point[1]),
-            highest=max(points, key=lambda point: point[1]),
+            points=points,
             refused=dict(function.refused),
             unknown=len(function.values) - len(points) - len(function.refused),
             jumps=tuple(jumps),
@@ -191,15 +207,22 @@ class Explored:
         )
 
     @property
+    def ends(self) -> tuple[Point, Point]:
+        """Points with the smallest and with the largest quantity."""
+        by_quantity = sorted(self.points, key=lambda point: point[1])
+        return by_quantity[0], by_quantity[-1]
+
+    @property
     def is_all(self) -> bool:
         """Whether every solution that was seen is listed, and none appeared between finer values."""
         return self.is_settled and not self.beyond
 
     def numbers(self) -> dict[str, Any]:
         """Return all numbers as a table."""
+        lowest, highest = (dict(zip(("at", "quantity"), point, strict=True)) for point in self.ends)
         return {
-            "lowest": dict(zip(("at", "quantity"), self.lowest, strict=True)),
-            "highest": dict(zip(("at", "quantity"), self.highest, strict=True)),
+            "lowest": lowest,
+            "highest": highest,
             "discontinuities": self.jumps,
             "is_all": self.is_all,
             "beyond": self.beyond,
@@ -272,6 +295,25 @@ class DesignedParameter(Designed):
         """Solutions, percentiles and elasticities as tables of words."""
         return tuple(table for table in _tables(self) if table.rows)
 
+    @property
+    def figures(self) -> tuple[Panel, ...]:
+        """The quantity over the free parameter, with the wanted value and the values that give it."""
+        wanted, points = self.wanted, self.explored.points
+        solved = np.array([(each.value, each.root.reached) for each in self.solutions]).reshape(-1, 2).T
+        most = _SHOWN * np.max(np.abs(solved[0]), initial=0.0) or math.inf
+        x, y = np.array([point for point in points if abs(point[0]) <= most]).reshape(-1, 2).T
+        name, free = words_at(None, wanted.name), words_at(self.base, wanted.free)
+        curves = (
+            Curve(label=name, x=x, y=y),
+            Curve(label="wanted", x=x, y=np.full_like(y, wanted.value), kind="dashed", look=REFERENCE),
+            Curve(label="solutions", x=solved[0], y=solved[1], kind="points", look=1),
+        )
+        panel = Panel(
+            id="quantity", title=f"{name[0].upper()}{name[1:]} over the {free}", x=(free, wanted.declared.unit),
+            y=(name, wanted.unit), curves=curves, caption=f"Computed at {len(points)} values of {wanted.free}.",
+        )  # fmt: skip
+        return (panel,)
+
     def numbers(self) -> dict[str, Any]:
         """Return all numbers as nested tables."""
         wanted, nearest, spread = self.wanted, self.obtainable, self.distribution
@@ -304,7 +346,7 @@ def _answer(found: DesignedParameter) -> list[str]:
         for each in found.solutions:
             lines += [f"{_span(found, each)} would, but {row.text}." for row in each.failed]
         return [*lines, *_obtainable(found)]
-    low, high = found.explored.lowest, found.explored.highest
+    low, high = found.explored.ends
     lines = [
         f"No value of {wanted.free} {reach} gives {aim}: it reaches from {wanted.quantity(low[1])} (at"
         f" {wanted.parameter(low[0])}) to {wanted.quantity(high[1])} (at {wanted.parameter(high[0])})."

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.core.errors import InputError, Problem, gathered, refuse
+from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
 from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
@@ -28,6 +30,7 @@ from electrovib.studies.design.widths import Sampled, widths_of
 from electrovib.studies.widths import SAMPLING, Width, clopper_pearson, quantile_ranks, sentences
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
 
@@ -99,6 +102,7 @@ def design_for_share(
         widths=() if top is None else _widths(sampled, cover, top.value, over.paths),
         ranges=tuple(sampled.covered.where(uncertain.needed(share, n))),
         top=top,
+        shares=sampled.covered.shares(),
         method="proportional to the square of the parameter, one solution each"
         if quadratic
         else f"solved at up to {uncertain.MOST_VALUES} values of the parameter, and between them by Brent's method",
@@ -153,6 +157,7 @@ class DesignedForShare(Designed):
     - `ranges`: where the wanted share of the draws is reached.
     - `top`: `found`, or the value with the largest share where the wanted one is not reached; None if no draw
       has the wanted quantity.
+    - `shares`: values of the parameter, and the share of the draws at each.
     - `method`: how the quantity of each finger was computed.
     - `check`: of the draw that comes nearest to a limit, or exceeds it most, at `top`; `checked`: number of
       draws that were compared with the limits; `unchecked`: why they cannot be compared.
@@ -170,6 +175,7 @@ class DesignedForShare(Designed):
     found: ShareAt | None
     ranges: tuple[tuple[float, float], ...]
     top: ShareAt | None
+    shares: tuple[Real, Real]
     method: str
     check: CheckResult | None = None
     checked: int = 0
@@ -218,6 +224,25 @@ class DesignedForShare(Designed):
         return (
             f"{self.n} draws, seed {self.seed}; the quantity of each: {self.method}.",
             *self.space.remarks,
+        )
+
+    @property
+    def figures(self) -> tuple[Panel, ...]:
+        """The share of the draws over the free parameter, with the wanted one and the value."""
+        free, (x, y) = self.wanted.free, self.shares
+        at = np.array([] if self.top is None else [(self.top.value, self.top.share)]).reshape(-1, 2).T
+        curves = (
+            Curve(label="share of the draws", x=x, y=y),
+            Curve(label="wanted", x=x, y=np.full_like(y, self.share), kind="dashed", look=REFERENCE),
+            Curve(label="value", x=at[0], y=at[1], kind="points", look=1),
+        )  # fmt: skip
+        title = f"Share of the fingers with {wish(self)}"
+        log = len(x) > 0 and x[0] > 0 and x[-1] > 30 * x[0]
+        x_axis, said = (words_at(self.base, free), self.wanted.declared.unit), f"{self.n} draws."
+        return (
+            Panel(
+                id="share", title=title, caption=said, x=x_axis, y=("share", "1"), curves=curves, log_x=log
+            ),
         )
 
     def numbers(self) -> dict[str, Any]:

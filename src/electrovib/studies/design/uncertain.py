@@ -206,6 +206,11 @@ class Covered:
         order = np.lexsort((ends, starts))
         return starts[order], ends[order], numbers[order]
 
+    def shares(self) -> tuple[Real, Real]:
+        """Return the ends of these pieces, and the share of the members that fulfil the condition there."""
+        starts, ends, numbers = self.steps()
+        return np.column_stack([starts, ends]).ravel(), np.repeat(numbers / self.count, 2)
+
     def where(self, least: int) -> list[tuple[float, float]]:
         """Return the intervals of the variable on which at least so many members fulfil the condition."""
         starts, ends, numbers = self.steps()

@@ -270,10 +270,10 @@ def _draw_ratios(
     ax.set_xscale("log")
     ax.xaxis.set_major_formatter("{x:g}")
     for height, (who, what) in enumerate(rows.values()):
-        place: Any = {"xycoords": ("axes fraction", "data"), "va": "bottom"}
-        place["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-        ax.annotate(who, (0.01, height - 0.38), **place, weight="bold")
-        ax.annotate(what, (0.01, height - 0.16), **place, fontsize="small")
+        at: Any = {"xycoords": ("axes fraction", "data"), "va": "bottom"}
+        at["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        ax.annotate(who, (0.01, height - 0.38), **at, weight="bold")
+        ax.annotate(what, (0.01, height - 0.16), **at, fontsize="small")
         ax.axhline(height - 0.58, color="0.8", linewidth=0.6)
     ax.set_yticks([])
     ax.set_ylim(len(names) - 0.58, -0.58)

@@ -6,20 +6,18 @@ import hashlib
 import json
 import tomllib
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.diagnostics import diagnostics_of
-from electrovib.core.errors import InputError, printable
+from electrovib.core.errors import printable
 from electrovib.core.own_models import origins
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.core.versions import versions
-from electrovib.data.atomic import check_writable, write_text
-from electrovib.data.marks import Form, csv_text, plain
+from electrovib.data.marks import csv_text, plain
 from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
 from electrovib.solve.population.kernels import quantiles
@@ -293,27 +291,17 @@ def nominal_words(found: xarray.Dataset) -> list[str]:
     ]
 
 
-def check_bands(path: Path, *, force: bool = False) -> None:
-    """Check, before the study, that its bands can be written."""
-    if path.suffix.lower() != ".csv":
-        raise InputError(f"the bands of a study are a .csv file, not '{path.suffix}'", path=path)
-    check_writable({path: Form.TABLE}, force=force)
-
-
-def save_bands(found: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
+def bands_csv(found: xarray.Dataset) -> str:
     """Write the bands of a study as CSV."""
-    check_bands(path, force=force)
     columns = _columns(found)
     said = [*method_words(found), *width_words(found)]
     remarks = [found.attrs["title"], *said, *found.attrs["space_remarks"], NOT_JUDGED]
-    text = csv_text(
+    return csv_text(
         [*columns],
         ([float(value) for value in row] for row in zip(*columns.values(), strict=True)),
         remarks=[printable(line) for line in remarks if line],
         diagnostics=diagnostics_of(found),
     )
-    write_text(path, text, Form.TABLE, force=force)
-    return [path]
 
 
 def _columns(found: xarray.Dataset) -> dict[str, Real]:

@@ -18,6 +18,7 @@ from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario, Source
 from electrovib.solve.simulate import simulate
 from electrovib.studies.check import CheckResult, cleared_for_output, not_shown, sampled, with_drive
+from electrovib.studies.design.drive.target import force_panel
 from electrovib.studies.texture.reading import PathSource, TextureSource, read_path
 from electrovib.studies.texture.set_up import (
     FREQUENCY,
@@ -112,7 +113,8 @@ class TextureDrive(Answer):
     def document(self) -> Document:
         """What the drive reaches, and the diagnostics of the prediction."""
         title = f"Drive of a texture in: {self.scenario.titled() or 'a scenario'}"
-        return Document(title=title, sentences=self.sentences, diagnostics=self.diagnostics)
+        figure = force_panel(self.times, self.wanted_force, self.predicted_force)
+        return Document(title=title, sentences=self.sentences, diagnostics=self.diagnostics, figures=[figure])
 
     @property
     def misfit_in_words(self) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from electrovib.view.plots.layers import stack
-from electrovib.view.plots.of_answers import SIZE, held_force, indices, panel, size_of, trade_off
+from electrovib.view.plots.of_answers import SIZE, held_force, indices, limits, panel, size_of, trade_off
 from electrovib.view.plots.over_fingers import bands, exceedance
 from electrovib.view.plots.over_frequency import (
     frequency_response,
@@ -25,7 +25,11 @@ from electrovib.view.plots.over_time import (
     over_time,
 )
 
-SIZES: dict[str, Callable[[Any], tuple[float, float]]] = {"indices": size_of, "trade_off": lambda _: SIZE}
+SIZES: dict[str, Callable[[Any], tuple[float, float]]] = {
+    "indices": size_of,
+    "trade_off": lambda _: SIZE,
+    "limits": lambda found: (7.2, 1.2 + 0.3 * len(found.rows)),
+}
 """Plot to width and height of its figure [inch], a function of what it shows."""
 
 __all__ = [
@@ -45,6 +49,7 @@ __all__ = [
     "indices",
     "lateral_force",
     "layer_voltages",
+    "limits",
     "over_time",
     "panel",
     "quantity",

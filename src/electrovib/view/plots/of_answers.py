@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
+    from electrovib.studies.check import CheckResult
     from electrovib.studies.design.drive import HeldForce
     from electrovib.studies.design.plate import PlateCandidate, PlateDesign
     from electrovib.studies.sensitivity import Sensitivity
@@ -129,6 +130,43 @@ def _front(axes: Axes, design: PlateDesign, across: str, handles: list[Any], lab
                 zorder=4,
             )
             axes.annotate("best", place, textcoords="offset points", xytext=(-9, 6), ha="right")
+
+
+_STATES: Final = {"pass": COLOURS[2], "unknown": COLOURS[4], "fail": COLOURS[1]}
+_MOST_SHOWN: Final = 3.0
+"""Largest value over its limit that a bar shows."""
+
+
+def limits(found: CheckResult, *, ax: Axes | None = None) -> Axes:
+    """Draw every value of a check over its limit.
+
+    Parameters
+    ----------
+    found : CheckResult
+        From `electrovib.check`.
+    ax : Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        A bar for each known limit, in the colour of its state: within, of uncertain standing, or exceeded. Bars end at 3.
+    """
+    rows = [row for row in found.rows if row.margin is not None]
+    with drawing(ax, (_WIDTH, 1.2 + _HEIGHT_OF_INPUT * len(rows))) as axes:
+        shares = [min(1 / row.margin, _MOST_SHOWN) if row.margin else _MOST_SHOWN for row in rows]
+        for state, words in (("pass", "within"), ("unknown", "of uncertain standing"), ("fail", "exceeded")):
+            if some := [place for place, row in enumerate(rows) if row.state == state]:
+                axes.barh(some, [shares[place] for place in some], color=_STATES[state], label=words)
+        axes.set_yticks(range(len(rows)), [row.quantity for row in rows])
+        axes.invert_yaxis()
+        axes.axvline(1.0, color="#222222", linestyle="--", label="limit")
+        axes.grid(visible=False, axis="y")
+        axes.set_xlim(0, max(1.1, axes.get_xlim()[1]))
+        axes.set_xlabel("value over its limit")
+        axes.set_title("Values over their limits")
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        return axes
 
 
 _INSET: Final = 0.02

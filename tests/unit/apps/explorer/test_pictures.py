@@ -18,6 +18,7 @@ from electrovib.apps.explorer.computed import (
     TABS,
     TIME,
     Further,
+    _printed,
     compute,
     slices,
 )
@@ -27,7 +28,6 @@ from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
 from electrovib.apps.explorer.pictures import (
-    MOST_CURVES,
     Axis,
     PlottedCurve,
     figure,
@@ -41,8 +41,11 @@ from electrovib.apps.explorer.session import Earlier
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
+from electrovib.core.discovery import find_members
+from electrovib.physics.drive.base import Drive
 from electrovib.physics.perception import NonPacinian, Pacinian, Perception
 from electrovib.studies.widths import TYPICAL_FACTORS
+from electrovib.view.style import MOST
 
 GAP = "vezzoli_2014/fig6_gap"
 X, Y = Axis("x", "s"), Axis("y", "N")
@@ -188,7 +191,7 @@ def test_a_legend_has_at_most_five_curves_in_five_colours_and_axes_are_words(nam
     for plot in plots:
         curves = [line for line in plot["data"] if "opacity" not in line and "fill" not in line]
         colours = [line["line"]["color"] for line in curves if line["line"]["width"]]
-        assert len(colours) == len(set(colours)) <= MOST_CURVES + (plot in plots[-2:]), title(plot)
+        assert len(colours) == len(set(colours)) <= MOST + (plot in plots[-2:]), title(plot)
         assert not any(re.fullmatch(r"#(..)\1\1", each) for each in colours)
         for text in units(plot):
             assert re.fullmatch(r"[a-z][a-z ]+( \[[^\]]+\])?", text), text
@@ -276,7 +279,7 @@ def test_what_was_measured_in_the_set_up_is_marked_and_nothing_beside_another(sh
     plot, other = laws(own, known.laws, known.measured)
     line, *band = plot["data"][-3:]
     assert line["name"] == "measured: Vezzoli 2014, section 4 and figure 6"
-    assert line["y"] == pytest.approx([6.324555] * 2, rel=1e-4)
+    assert line["y"] == pytest.approx([6.324555e-3] * 2, rel=1e-4)
     assert [each["showlegend"] for each in (line, *band)] == [True, False, False]
     assert not any("measured" in each["name"] for each in other["data"])
     assert "3.16 mN" in words.law_words(own, known)
@@ -284,6 +287,22 @@ def test_what_was_measured_in_the_set_up_is_marked_and_nothing_beside_another(sh
     assert slippery.interval == pytest.approx((2 * low, 2 * high), rel=1e-3)  # which was not printed
     for changes in ({"drive.high": 500}, {"drive": {"model": "Sine", "amplitude": 1000, "frequency": 100}}):
         assert known_further(LAWS, compute(own.scenario.replace(changes))).measured is None
+
+
+def test_another_drive_is_another_set_up_whatever_its_numbers(shown):
+    of_amplitude, of_root = (
+        shown.scenario.replace({"drive": find_members(Drive)[name].example | {"model": name}})
+        for name in ("AmplitudeModulation", "SquareRootModulation")
+    )
+    assert _printed(of_amplitude, ()) != _printed(of_root, ())
+
+
+def test_the_curves_of_a_that_are_too_many_are_left_out():
+    amplifier = {"circuit.amplifier": {"source_current": "250 uA", "stray_capacitance": "100 pF"}}
+    found = compute(ev.load("vezzoli_2014/fig6").replace(amplifier))
+    plot = titled(over_time(found, Earlier(found, PageState(GAP), is_kept=True)), "Voltage")
+    names = ["drive", "effective", "plate, behind the amplifier", "drive, A", "effective, A"]
+    assert [line["name"] for line in plot["data"]] == names
 
 
 def test_the_laws_beside_that_of_the_page_are_those_that_miss_measured_forces_the_least(shown):

@@ -228,7 +228,7 @@ def test_what_is_shown_is_kept_with_what_becomes_known_of_it_and_who_has_left_ke
         await until(lambda: one.is_idle)
         assert one.kept.further.check is not None
         known = one.kept
-        one.ask(at(7))
+        one.ask(at(5).changed(FILM, "50 um"))
         await until(lambda: one.is_idle)
         assert one.earlier is known  # a change beside it is behind nothing
         one.measured = one.computed.trace

@@ -20,7 +20,7 @@ from electrovib.physics.stack import Layer
 from electrovib.solve.electrics.leaks import leaky_response
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.electrics import Electrics
-from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
+from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.layer_states import stack_states
 
@@ -205,15 +205,14 @@ AMPLIFIERS = {
 def test_several_times_at_once_are_one_after_the_other(amplifier, name, finger, drive):
     """The stages of a step are evaluated together: the same rates and switching functions in every mode."""
     space = finger("body", leak=LEAKS["field"], gap_leak=LEAKS["polarity"]).space
-    electrics = Electrics(space, drive(name), end=END, amplifier=AMPLIFIERS[amplifier])
-    system = FingerOverPlate(electrics)
+    system = Electrics(space, drive(name), end=END, amplifier=AMPLIFIERS[amplifier])
     state, _ = system.begin()
     system.jump(state, time=0.0)
     times = np.array([1e-3, 2e-3, 5e-3])
     states = np.random.default_rng(1).normal(size=(system.scale.size, 3)) * system.scale[:, None]
     for mode in itertools.product((-1, 0, 1), (-1, 0, 1), (-1, 1)):
         clipped, held, _ = mode
-        if (clipped and electrics.volts == 100) or (held and not electrics.limited):
+        if (clipped and system.volts == 100) or (held and not system.limited):
             continue
         for asked in (system.rate, system.switches):
             every = zip(states.T, times.tolist(), strict=True)

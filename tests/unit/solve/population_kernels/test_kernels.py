@@ -201,18 +201,9 @@ def test_histograms_add_up_whatever_the_division():
     assert np.array_equal(total.quantiles(PROBABILITIES), whole.quantiles(PROBABILITIES))
 
 
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda: Histogram(2).add([[1.0, np.nan]]), "not a number"),
-        (lambda: Histogram(2).add([[1.0]]), r"expected \(fingers, 2\)"),
-        (lambda: Histogram(2).quantiles([0.5]), "one value or more"),
-        (lambda: Histogram(2).merge(Histogram(4)), "cannot be added"),
-    ],
-)
-def test_quantiles_of_nothing_and_what_is_no_number_are_refused(call, words):
-    with pytest.raises(InputError, match=words):
-        call()
+def test_what_is_no_number_is_not_counted():
+    with pytest.raises(InputError, match="not a number"):
+        Histogram(2).add([[1.0, np.nan]])
 
 
 def test_each_place_in_the_order_is_found():

@@ -146,6 +146,40 @@ def test_further_curves_have_a_figure_of_their_own_beside_the_first():
         assert looks == expected
 
 
+def test_a_band_stays_with_its_line_and_points_of_no_line_are_in_every_part():
+    """Whatever is not drawn takes no place, and a thin line of the background none of the five."""
+    curves = [
+        part
+        for look in range(7)
+        for part in (
+            Curve(label=f"law {look}, 90 %", x=X, y=X * 2**look, upper=X * 3**look, kind="band", look=look),
+            Curve(label=f"law {look}", x=X, y=X * 2.5**look, look=look),
+            Curve(label=f"law {look}, hidden", x=X, y=X, look=20 + look, drawn=False),
+        )
+    ]
+    curves += [
+        Curve(label="measured", x=X[::9], y=X[::9], kind="points", look=REFERENCE),
+        Curve(label="its spread", x=X[::9], y=X[::9], upper=2 * X[::9], kind="band", look=REFERENCE),
+        Curve(label="record", x=X[::7], y=X[::7], kind="points", look=9),
+        Curve(label="faint", x=X, y=X, look=3, background="others"),
+    ]
+    first, second = few_curves(make(*curves, log_y=True))
+    everywhere = {"measured", "its spread", "record", "faint"}
+    for part, looks in ((first, range(5)), (second, (0, 5, 6))):
+        own = {f"law {look}{end}" for look in looks for end in ("", ", 90 %")}
+        assert {curve.label for curve in part.curves} == own | everywhere
+        assert [curve.label for curve in part.curves][-2:] == ["record", "measured"], "points on top"
+    legend = [text.get_text() for text in plots.panel(second).get_legend().get_texts()]
+    assert sorted(legend) == ["law 0", "law 5", "law 6", "measured", "others", "record"]
+    limit = Curve(label="limit", x=X, y=1 + 0 * X, look=REFERENCE)
+    bands = [Curve(label=f"band {n}", x=X, y=X, upper=2 * X, kind="band", look=n) for n in range(7)]
+    for part in (parts := few_curves(make(limit, *bands))):
+        assert "limit" in [curve.label for curve in part.curves]
+    assert [len(part.curves) for part in parts] == [6, 4], "equal bands are no equal lines"
+    (residuals,) = few_curves(make(*(Curve(label=f"{n}", x=X, y=n * X, kind="points") for n in range(5))))
+    assert [curve.look for curve in residuals.curves] == [0, 1, 2, 3, 4]
+
+
 def test_data_of_one_recording_are_grey_and_of_several_have_the_colour_of_their_model():
     def looks(*recordings):
         x = np.linspace(0.0, 1.0, 50)

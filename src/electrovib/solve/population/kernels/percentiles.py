@@ -88,8 +88,6 @@ class Histogram:
         from electrovib.solve.population.kernels import loops
 
         given = np.asarray(values, np.float32)
-        if given.ndim != 2 or given.shape[1] != len(self.pages):
-            raise InputError(f"values has shape {given.shape}: expected (fingers, {len(self.pages)}).")
         if np.isnan(given.max(initial=0.0)):
             raise InputError(
                 "values has a value that is not a number: a histogram counts finite values and infinities."
@@ -110,8 +108,6 @@ class Histogram:
 
     def merge(self, other: Histogram) -> None:
         """Add the counts of another histogram."""
-        if len(self.pages) != len(other.pages):
-            raise InputError(f"histograms of {len(self.pages)} and {len(other.pages)} times cannot be added.")
         filled = other.pages >= 0
         self.allocate(filled)
         self.counts[self.pages[filled]] += other.counts[other.pages[filled]]
@@ -123,10 +119,6 @@ class Histogram:
         `probabilities` (p,); returns `quantiles` (p, times) [unit of the values].
         """
         wanted = np.atleast_1d(np.asarray(probabilities, np.float64))
-        if not self.count or not ((wanted >= 0.0) & (wanted <= 1.0)).all():
-            raise InputError(
-                f"probabilities = {wanted.tolist()} of {self.count} values: expected numbers from 0 to 1 of one value or more."
-            )
         ranks = np.rint(wanted * (self.count - 1)).astype(np.int64)
         result = np.empty((wanted.size, len(self.pages)))
         for time, pages in enumerate(self.pages):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.answer import Panel
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.current import CurrentSine
@@ -20,7 +21,7 @@ from electrovib.studies.check.amplifier import LARGEST, without_its_limits
 from electrovib.studies.check.result import not_shown
 from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_gain, design_carrier
 from electrovib.studies.design.drive.direct import design_direct
-from electrovib.studies.design.drive.target import Target, TargetSource, read_target
+from electrovib.studies.design.drive.target import Target, TargetSource, force_panel, read_target
 from electrovib.studies.design.limits import Bounds, several_limits
 from electrovib.studies.design.result import Designed
 from electrovib.studies.design.wanted import read_number
@@ -252,6 +253,11 @@ class DesignedDrive(Designed, FoundDrive):
     def notes(self) -> tuple[str, ...]:
         """What the drive is, its misfit and what bounds it, as a file of the drive states it."""
         return (f"target: {self.target.text}", _drive(self), *_misfit(self), *_limits(self))
+
+    @property
+    def figures(self) -> tuple[Panel, ...]:
+        """The force over time."""
+        return (force_panel((self.edges[:-1] + self.edges[1:]) / 2, self.wanted, self.predicted),)
 
     def numbers(self) -> dict[str, Any]:
         """Return all numbers as nested tables."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.studies.check import first_columns
@@ -38,6 +39,19 @@ _SINE: Final = re.compile(
     rf"sine\s+{_QUANTITY}\s+{_QUANTITY}(?:\s+to\s+{_QUANTITY})?(?:\s+for\s+{_QUANTITY})?"
 )
 _CONSTANT: Final = re.compile(rf"constant\s+{_QUANTITY}(?:\s+for\s+{_QUANTITY})?")
+
+
+def force_panel(times: Real, wanted: Real, predicted: Real) -> Panel:
+    """Show the force over time that is wanted, and that of the full model."""
+    curves = (
+        Curve(label="predicted", x=times, y=predicted, look=0),
+        Curve(label="wanted", x=times, y=wanted, kind="dashed", look=REFERENCE),
+    )
+    caption = "Means over a period of the carrier, or between samples where there is none."
+    return Panel(
+        id="force", title="Wanted and predicted force", caption=caption, x=("time", "s"), y=("electrostatic force", "N"),
+        curves=curves,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -6,7 +6,7 @@ import functools
 import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
@@ -72,7 +72,6 @@ class PlateDesign(Designed):
     """
 
     FILES: ClassVar = {"candidates.csv": Form.TABLE} | dict(Designed.FILES)
-    DRAWN = True
     form = "plate"
     base: Scenario
     layer: str
@@ -146,29 +145,25 @@ class PlateDesign(Designed):
         return tuple(found + ([_forbidden_table(self)] if len(self.allowed) < len(self.candidates) else []))
 
     @property
+    def figures(self) -> tuple[Drawing, ...]:
+        """All candidates."""
+        caption = (
+            "Every sign is one candidate. No candidate on the line can be improved in one objective without loss in the other;"
+            " the star is the best one in the first objective."
+        )
+        title = "Candidates and Pareto set"
+        return (Drawing(id="pareto", title=title, caption=caption, plot="trade_off", of=self),)
+
+    @property
     def document(self) -> Document:
-        """The answer, all candidates as a figure, the tables, and what was assumed."""
-        figure = Drawing(
-            id="pareto",
-            title="Candidates and Pareto set",
-            caption="Every sign is one candidate. No candidate on the line can be improved in one objective without loss in the"
-            " other; the star is the best one in the first objective.",
-            plot="trade_off",
-            of=self,
-        )
-        return Document(
-            title=f"Design of the plate: {self.base.titled() or 'a scenario'}",
-            sentences=self.sentences,
-            diagnostics=self.diagnostics,
-            figures=[figure],
-            tables=self.tables,
-            remarks=self.notes,
-            pages=[] if self.check is None else [Page("Check of the best plate", self.check.notes)],
-        )
+        """The document of a design, with the notes on the check of the best plate."""
+        pages = [] if self.check is None else [Page("Check of the best plate", self.check.notes)]
+        title = f"Design of the plate: {self.base.titled() or 'a scenario'}"
+        return replace(super().document, title=title, pages=pages)
 
     def content(self, name: str) -> str:
         """Write a row for each candidate, with every objective and every limit, or all numbers as JSON."""
-        if name.endswith(".json"):
+        if not name.endswith(".csv"):
             return super().content(name)
         rows = list(dict.fromkeys(row.quantity for each in self.candidates for row in each.rows))
         units = {row.quantity: row.unit for each in self.candidates for row in each.rows}
