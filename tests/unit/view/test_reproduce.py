@@ -17,7 +17,7 @@ from electrovib.core import discovery
 from electrovib.core.answer import Curve, Drawing, Page, Panel, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.studies.reproduction import Group, Part, Reproduction, Row, group, shown
+from electrovib.studies.reproduction import GroupOfRows, Part, Reproduction, Row, group, shown
 from electrovib.view import plots
 from electrovib.view.reproduce import _write, document_of, reproduce
 
@@ -242,7 +242,7 @@ def test_parts_come_first_and_all_else_is_folded(tmp_path, found):
     """Each part with its groups of rows and its figures; a group that disagrees anywhere disagrees."""
     rows = {row.id: row for row in found.rows}
     said = group("C is {C.here}, printed {C.said}, off by {percent:.0f} %.", rows, "C tau own", percent=3)
-    assert said == Group("C is 32.96 pF, printed 32 pF, off by 3 %.", "disagrees", ("C", "tau", "own"))
+    assert said == GroupOfRows("C is 32.96 pF, printed 32 pF, off by 3 %.", "disagrees", ("C", "tau", "own"))
     assert group("", rows, "C ramp own").verdict == "open"
     assert group("", rows, "ramp sum").verdict == "check"
     parts = (Part("Done", "In short.", (said,), ("fig2",)), Part("Left", "", (group("Rest.", rows, "own"),)))
