@@ -348,7 +348,6 @@ def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
         "numbers.json",
         "skins.csv",
         "falling_edge_candidates.csv",
-        "fig6_ramps.csv",
     ):
         assert name in page, name
     (explained,) = reproduction.pages
