@@ -21,47 +21,23 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited, derived
-from electrovib.papers import aliabbasi_2024, gabriel_1996, palmar_1995, plutchik_1963
+from electrovib.core.citation import Check, derived
+from electrovib.papers import (
+    aliabbasi_2024,
+    cited_as,
+    gabriel_1996,
+    not_read,
+    palmar_1995,
+    plutchik_1963,
+    preset_notes,
+)
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("E. AliAbbasi", "M. R. A. Sormoli", "C. Basdogan"),
-        title="Frequency-dependent behavior of electrostatic forces between human finger and touch screen under"
-        " electroadhesion",
-        journal="IEEE Trans. Haptics",
-        year=2022,
-        volume="15",
-        pages="416-428",
-        doi="10.1109/TOH.2022.3152030",
-        read="first sentence of the abstract; the rest cited from memory, unverified",
-    ),
-    Citation(
-        kind="misc",
-        authors=("E. AliAbbasi",),
-        title="Electro-mechanical contact interactions between human finger and touchscreen under electroadhesion",
-        eprint="2409.18725",
-        read="abstract",
-        note="thesis",
-        key="aliabbasi_thesis",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "unverified"
-PRESETS = {
-    "maximum": PresetNote(
-        "maximum near 250 Hz (unverified)",
-        "touchscreen, touch panel with a thin coating, force over frequency, leaky gap",
-    )
-}
-NOT_READ = (
-    "The paper was not read beyond the first sentence of its abstract, and its maximum near 250 Hz is cited from memory,"
-    " unverified; of the thesis only the abstract, with the division at 250 Hz, was read."
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "AliAbbasi 2022, a maximum near 250 Hz (cited from memory, unverified), against Vezzoli 2014, which rises and"
     " saturates: the frequency of the maximum is about inversely proportional to the resistivity of the gap, 32 Hz, 1.6 kHz"

@@ -19,35 +19,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import plutchik_1963
+from electrovib.papers import cited_as, not_read, plutchik_1963, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("E. AliAbbasi", "others"),
-        title="Experimental estimation of gap thickness and electrostatic forces between contacting surfaces under"
-        " electroadhesion",
-        journal="Adv. Intell. Syst.",
-        year=2024,
-        doi="10.1002/aisy.202300618",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-PRESETS = {
-    "chain": PresetNote(
-        "a leak in parallel with the gap",
-        "touchscreen, touch panel with a thin coating, impedance, electrode polarisation, force over frequency",
-    )
-}
-NOT_READ = "The gap, the form of the electrode polarisation impedance and its values were not read."
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 
 GAP, GAP_RESISTIVITY = 3e-6, 2e7
 """Thickness and resistivity of the gap, illustrative [m, ohm m]."""

@@ -13,29 +13,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check
+from electrovib.papers import cited_as, not_read
 from electrovib.physics.roughness import GaussianGaps, PullingSpots, contact_fraction, mean_pull
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("M. Ayyildiz", "M. Scaraggi", "O. Sirin", "C. Basdogan", "B. N. J. Persson"),
-        title="Contact mechanics between the human finger and a touchscreen under electroadhesion",
-        journal="Proc. Natl. Acad. Sci. USA",
-        year=2018,
-        volume="115",
-        pages="12668",
-        doi="10.1073/pnas.1811750115",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-NOT_READ = (
-    "equations, parameters and forces: thickness, permittivity, modulus, shear strength and roughness of this work are"
-    " known from memory only and therefore not used; the averaged pull is available as Persson2018RoughGap with values of"
-    " the user"
-)
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "Ayyildiz 2018 and its sequel (Sirin et al. 2019, arXiv:2104.01090, abstract) against smooth adhesive contact (Popov"
     " 2018): in full slip the measured apparent contact area is smaller with electrovibration, although friction is larger,"

@@ -13,26 +13,13 @@ with mass and stiffness at one speed, `MassSpringDamper` with its `growth` is th
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
+from electrovib.papers import cited_as, not_read
 from electrovib.physics.finger import GrowthWithSpeed
 
-CITATIONS = (
-    Citation(
-        kind="misc",
-        authors=("J. K. Balasubramanian", "D. M. Pool", "Y. Vardar"),
-        title="Sliding speed influences electrovibration-induced finger friction dynamics on touchscreens",
-        year=2025,
-        eprint="2505.11162",
-        read="abstract",
-        note="data doi:10.4121/d9f05363-d7d3-411a-9f3a-d78e49b4d3c5",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-NOT_READ = (
-    "The tables with cut-off, mass and stiffness at each speed (the intercepts of the three straight lines) were not"
-    " read; they have no default."
-)
+NOT_READ = not_read(__name__)
 
 CUT_OFF_SLOPE = 13.8e3
 """Rise of the cut-off of the friction response with sliding speed, abstract [Hz per m/s]."""

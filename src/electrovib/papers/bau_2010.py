@@ -13,45 +13,15 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Citation, cited, derived
+from electrovib.core.citation import derived
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="inproceedings",
-        authors=("O. Bau", "I. Poupyrev", "A. Israr", "C. Harrison"),
-        title="TeslaTouch: electrovibration for touch surfaces",
-        booktitle="UIST 2010",
-        year=2010,
-        doi="10.1145/1866029.1866074",
-        read="abstract",
-    ),
-    Citation(
-        kind="article",
-        authors=("S. Ryu", "D. Pyo", "S.-C. Lim", "D.-S. Kwon"),
-        title="Mechanical vibration influences the perception of electrovibration",
-        journal="Sci. Rep.",
-        year=2018,
-        volume="8",
-        pages="4555",
-        doi="10.1038/s41598-018-22865-x",
-        read="abstract",
-        key="ryu_2018",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-PRESETS = {
-    "sine": PresetNote(
-        "difference threshold", "touchscreen, touch panel with a thin coating, TeslaTouch, sine"
-    )
-}
-NOT_READ = (
-    "The paper's parallel-plate equation, its thresholds and its difference thresholds were not read; the screen"
-    " here is a choice."
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 
 DIFFERENCE_THRESHOLD = 1.21
 """Mean difference threshold of the amplitude, abstract of Ryu 2018 [dB]."""

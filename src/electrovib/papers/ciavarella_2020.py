@@ -20,9 +20,10 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
+from electrovib.papers import cited_as, not_read
 from electrovib.physics.contact.rough_surface import (
     MODULUS,
     SLOPE,
@@ -32,27 +33,9 @@ from electrovib.physics.contact.rough_surface import (
 )
 from electrovib.physics.roughness import contact_fraction, local_pull
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("M. Ciavarella", "A. Papangelo"),
-        title="A simplified theory of electroadhesion for rough interfaces",
-        journal="Front. Mech. Eng.",
-        year=2020,
-        volume="6",
-        pages="27",
-        doi="10.3389/fmech.2020.00027",
-        eprint="1910.06756",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-NOT_READ = (
-    "equation not read: repulsion against mean gap, c q0 h_rms E* exp(-2 u/h_rms), is cited from memory, unverified, beside"
-    " the averaged attraction; the factor c, near 1, was not read, so BearingArea has no default for it and the paper no"
-    " scenario"
-)
+NOT_READ = not_read(__name__)
 
 
 class BearingArea(RoughSurface):

@@ -17,39 +17,16 @@ from dataclasses import replace
 from decimal import Decimal
 from typing import Final
 
-from electrovib.core.citation import SECOND_HAND, Check, Citation, cited, derived
+from electrovib.core.citation import SECOND_HAND, Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.papers import cited_as, not_read
 from electrovib.physics.material import ColeCole
 from electrovib.physics.skin import Skin, time_constant
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("S. Gabriel", "R. W. Lau", "C. Gabriel"),
-        title="The dielectric properties of biological tissues: III. Parametric models for the dielectric spectrum"
-        " of tissues",
-        journal="Phys. Med. Biol.",
-        year=1996,
-        volume="41",
-        pages="2271",
-        doi="10.1088/0031-9155/41/11/003",
-        read="abstract, and its parameters as others quote them",
-    ),
-    Citation(
-        kind="article",
-        title="Electrical exposure analysis of galvanic-coupled intra-body communication based on the empirical arm"
-        " models",
-        journal="Biomed. Eng. Online",
-        year=2018,
-        doi="10.1186/s12938-018-0473-9",
-        read="abstract and table 3",
-        key="arm_models_2018",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 _SOURCE = str(replace(CITATIONS[0], title="", read="abstract"))
 STATUS = SECOND_HAND
-NOT_READ = "the article itself; the text of the publication whose table is compared, which may say how it was computed"
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "Gabriel 1996 against table 3 of doi:10.1186/s12938-018-0473-9: from 10 kHz to 1 MHz, 19 of 20 numbers for dry and wet"
     " skin agree to the last printed digit. The conductivity of wet skin at 200 kHz is 0.1135 S/m there and 0.1150 S/m here;"

@@ -15,37 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
-from electrovib.papers import shultz_2018, veijgen_2013
+from electrovib.core.citation import Check
+from electrovib.papers import cited_as, not_read, shultz_2018, veijgen_2013
 from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence import Measurement, between
 from electrovib.studies.evidence.quantities import coefficient, steady
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("R. V. Grigorii", "J. E. Colgate"),
-        about="closed-loop application of electroadhesion",
-        journal="IEEE Trans. Haptics",
-        year=2020,
-        doi="10.1109/TOH.2020.2972350",
-        read="public code",
-    ),
-    Citation(
-        kind="article",
-        authors=("R. V. Grigorii", "J. E. Colgate"),
-        about="data-driven playback of texture",
-        journal="IEEE Trans. Haptics",
-        year=2021,
-        doi="10.1109/TOH.2021.3130091",
-        read="public data, one file",
-        key="grigorii_2021",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "in part"
-NOT_READ = "the articles: coating, area, carrier and current of the display were not read"
+NOT_READ = not_read(__name__)
 
 GROUP = "Northwestern (Colgate and Peshkin)"
 LAW, EXPONENT = 41.0, -0.63

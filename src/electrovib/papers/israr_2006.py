@@ -16,27 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
-from electrovib.papers import shultz_2018
+from electrovib.core.citation import Check
+from electrovib.papers import cited_as, not_read, shultz_2018
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence import Measurement, between
 from electrovib.studies.evidence.quantities import vibration_threshold
 
-CITATIONS = (
-    Citation(
-        kind="inproceedings",
-        authors=("A. Israr", "S. Choi", "H. Z. Tan"),
-        about="detection threshold of a held pen",
-        booktitle="IROS 2006",
-        year=2006,
-        pages="472",
-        url="https://github.com/adambickerdike/Stabilisation_Pen",
-        read="as tabled in a public ledger",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "second-hand"
-NOT_READ = "the paper itself: thresholds between the three frequencies were not read"
+NOT_READ = not_read(__name__)
 
 PEN = {10.0: 26e-6, 20.0: 8.5e-6, 320.0: 0.06e-6}
 """Threshold [m] over frequency [Hz]."""

@@ -21,29 +21,15 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers import cited_as, not_read
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("K. A. Kaczmarek", "K. Nammi", "A. K. Agarwal", "M. E. Tyler", "S. J. Haase", "D. J. Beebe"),
-        title="Polarity effect in electrovibration for tactile display",
-        journal="IEEE Trans. Biomed. Eng.",
-        year=2006,
-        volume="53",
-        number="10",
-        pages="2047",
-        doi="10.1109/TBME.2006.881804",
-        archive="PMC2582732",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 PRESETS = {
     f"{kind}{pulse}": PresetNote(
@@ -52,10 +38,7 @@ PRESETS = {
     for kind, layer in {"": "", "skin_": ", rectifying skin", "gap_": ", rectifying interface"}.items()
     for pulse in ("positive", "negative", "biphasic")
 }
-NOT_READ = (
-    "Waveforms, thresholds, electrodes and equations were not read; asymmetric conduction is modelled here by two"
-    " conductivities, one for each polarity."
-)
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "Kaczmarek 2006 against every force law on layers that conduct alike for both polarities: +V and -V give the same"
     " attraction to the last bit, while people are less sensitive to positive pulses. A layer that rectifies shows the"

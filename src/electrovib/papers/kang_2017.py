@@ -19,41 +19,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("J. Kang", "H. Kim", "S. Choi", "K.-D. Kim", "J. Ryu"),
-        title="Investigation on low voltage operation of electrovibration display",
-        journal="IEEE Trans. Haptics",
-        year=2017,
-        volume="10",
-        number="3",
-        pages="371-381",
-        doi="10.1109/TOH.2016.2635145",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-PRESETS = {
-    "sine": PresetNote(
-        "low-voltage drives, the reference", "electrovibration display, plastic film, conventional sine"
-    ),
-    "modulated": PresetNote(
-        "low-voltage drives", "electrovibration display, plastic film, amplitude modulation, carrier"
-    ),
-    "offset": PresetNote("low-voltage drives", "electrovibration display, plastic film, DC offset"),
-    "both": PresetNote(
-        "low-voltage drives",
-        "electrovibration display, plastic film, amplitude modulation, carrier, DC offset",
-    ),
-}
-NOT_READ = "The voltages, the carrier frequency, the measured friction and any equation were not read."
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 
 MODULATION, CARRIER = 100.0, 3000.0
 """Frequencies of the drives of the presets, a choice [Hz]."""

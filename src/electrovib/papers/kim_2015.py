@@ -16,38 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("H. Kim", "others"),
-        about="electrovibration of uniform intensity by current control",
-        journal="IEEE Trans. Haptics",
-        year=2015,
-        volume="8",
-        number="4",
-        read="cited from memory, unverified; no page of it was found",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "unverified"
-PRESETS = {
-    "current": PresetNote(
-        "uniform intensity (unverified)", "current control, uniform intensity, prescribed current"
-    ),
-    "voltage": PresetNote(
-        "uniform intensity (unverified)", "voltage control, for comparison with a prescribed current"
-    ),
-}
-NOT_READ = (
-    "The paper itself was not read. That it controls the current is cited from memory, unverified; the law of a prescribed"
-    " current is electrostatics and is derived here."
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 
 CURRENT, FREQUENCY = 1e-3, 25e3
 """Root-mean-square current [A] and frequency [Hz] of the preset, a choice."""

@@ -17,37 +17,17 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="inproceedings",
-        authors=("D. J. Meyer", "M. A. Peshkin", "J. E. Colgate"),
-        title="Fingertip friction modulation due to electrostatic attraction",
-        booktitle="World Haptics Conference 2013",
-        year=2013,
-        pages="43-48",
-        doi="10.1109/WHC.2013.6548382",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-PRESETS = {
-    "first_order": PresetNote(
-        "cut-off below 500 Hz",
-        "touchscreen, thin coating, tribometer, first-order circuit, force over frequency",
-    )
-}
-NOT_READ = (
-    "The equations and the figure of force over frequency were not read: which voltage the first-order circuit"
-    " filters, and on which surface the Maxwell stress is evaluated, are assumptions made here."
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "Meyer 2013 against Vezzoli 2014: according to the first, the same measurements are unambiguously at odds with a"
     " first-order circuit; according to the second they agree with it, if permittivity and resistivity of the skin depend"

@@ -20,43 +20,16 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("T. Nakamura", "A. Yamamoto"),
-        title="Modeling and control of electroadhesion force in DC voltage",
-        journal="ROBOMECH J.",
-        year=2017,
-        volume="4",
-        doi="10.1186/s40648-017-0085-3",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-PRESETS = {
-    "rise": PresetNote(
-        "the force rises under DC",
-        "electroadhesion, Johnsen-Rahbek effect, constant voltage, two leaky layers",
-    ),
-    "fall": PresetNote("the force falls under DC", "electroadhesion, constant voltage, two leaky layers"),
-    "charged": PresetNote(
-        "charge has to be neutralised", "electroadhesion, Johnsen-Rahbek effect, residual charge"
-    ),
-    "blocked": PresetNote(
-        "comparison with Vezzoli 2014", "electroadhesion, constant voltage, plastic film that insulates"
-    ),
-}
-NOT_READ = (
-    "The paper's tables of layers and its spring and damper were not read; two leaky layers in series are the textbook"
-    " form of its electrics."
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "Nakamura 2017 against Vezzoli 2014 under a constant voltage: between two layers that leak the attraction rises if"
     " rho_g > eps_d rho_d and falls otherwise; on the film of Vezzoli et al. 2014, which blocks, the attraction of any"

@@ -12,36 +12,16 @@ from __future__ import annotations
 
 import math
 
-from electrovib.core.citation import Citation, cited, derived
+from electrovib.core.citation import derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.papers import cited_as
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin, time_constant
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence import Measurement, between
 from electrovib.studies.evidence.quantities import of_skin
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        about="palmar skin admittance of 48 healthy persons",
-        journal="Med. Biol. Eng. Comput.",
-        year=1995,
-        doi="10.1007/bf02510531",
-        read="abstract",
-    ),
-    Citation(
-        kind="article",
-        authors=("Z. G. Qiao", "L. Morkrid", "N. K. Vollestad"),
-        journal="Med. Biol. Eng. Comput.",
-        year=1994,
-        volume="32",
-        pages="161",
-        doi="10.1007/BF02518913",
-        read="abstract",
-        key="qiao_1994",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 
 WOMEN, MEN = 0.8025, 0.7545

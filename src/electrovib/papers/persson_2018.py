@@ -20,55 +20,22 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.roughness import ContactSpots, GaussianGaps, PullingSpots, local_pull, mean_pull
 from electrovib.physics.stack import Layer, Linear, Section, roles_of
 from electrovib.scenario import Scenario, preset, sourced
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("B. N. J. Persson",),
-        title="The dependency of adhesion and friction on electrostatic attraction",
-        journal="J. Chem. Phys.",
-        year=2018,
-        volume="148",
-        pages="144701",
-        doi="10.1063/1.5024038",
-        read="abstract",
-    ),
-    Citation(
-        kind="article",
-        authors=("B. N. J. Persson",),
-        title="General theory of electroadhesion",
-        journal="J. Phys.: Condens. Matter",
-        year=2021,
-        volume="33",
-        pages="435001",
-        doi="10.1088/1361-648x/abe797",
-        read="abstract",
-        key="persson_2021",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-PRESETS = {
-    "coating": PresetNote(
-        "no number of the paper",
-        "touchscreen, touch panel with a thin coating, the 3M-type screen of `compare` (values unverified), rough finger",
-    )
-}
-NOT_READ = (
-    "the paper's own distribution of gaps under load and attraction, solved together with the contact area: the law here"
-    " takes a Gaussian whose mean and rms the user gives"
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "Persson 2018 against one equivalent gap: averaged over gaps, contact spots included, the pull on a coating of 1 um is 4.5"
     " to 571 times that at the mean gap for rms gaps of 5 to 22 um and mean gaps of 1 to 3 rms, and half to nearly all of it"

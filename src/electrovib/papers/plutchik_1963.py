@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY
+from electrovib.papers import cited_as
 from electrovib.papers.rosell_1988 import BODY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin
@@ -23,21 +24,7 @@ from electrovib.physics.stack import Layer
 from electrovib.studies.evidence import Measurement, between
 from electrovib.studies.evidence.quantities import lag, of_skin
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("R. Plutchik", "H. R. Hirsch"),
-        title="Skin impedance and phase angle as a function of frequency and current",
-        journal="Science",
-        year=1963,
-        volume="141",
-        number="3584",
-        pages="927-928",
-        doi="10.1126/science.141.3584.927",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 
 RESISTANCE, RELAXATION, EXPONENT = 130.8e3, 0.911e-3, 0.783

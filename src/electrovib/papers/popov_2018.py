@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import math
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
+from electrovib.papers import cited_as, not_read
 
 
 def separation_energy(*, voltage: float, thickness: float, permittivity: float) -> float:
@@ -78,35 +79,9 @@ def contact_area(*, normal_force: float, radius: float, modulus: float, energy: 
     return math.pi * math.pow(3 * radius * load / (4 * modulus), 2 / 3)
 
 
-CITATIONS = (
-    Citation(
-        kind="misc",
-        authors=("V. L. Popov", "M. Hess"),
-        title="Voltage induced friction in a contact of a finger and a touchscreen with a thin dielectric coating",
-        year=2018,
-        eprint="1805.08714",
-        read="abstract",
-    ),
-    Citation(
-        kind="article",
-        authors=("M. Hess", "V. L. Popov"),
-        title="Voltage-induced friction with application to electrovibration",
-        journal="Lubricants",
-        year=2019,
-        volume="7",
-        pages="102",
-        doi="10.3390/lubricants7120102",
-        read="abstract",
-        key="hess_2019",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-NOT_READ = (
-    "the closed-form friction force: two candidates, the coefficient times the adhesive load, and the coefficient times the"
-    " load plus strength times area, differ by orders of magnitude, so none is offered; area and load of the adhesive sphere"
-    " are"
-)
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "Popov 2018 takes the strength of adhesion on the air side of the interface, eps_r times the stress inside the coating"
     " (673 against 173 kPa for 1 um of permittivity 3.9 at 100 V): the surface on which the Maxwell stress is evaluated is"

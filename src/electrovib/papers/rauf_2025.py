@@ -20,45 +20,18 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
-from electrovib.papers import grigorii_2020, shultz_2018
+from electrovib.papers import cited_as, grigorii_2020, not_read, preset_notes, shultz_2018
 from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
-from electrovib.scenario.sources import PresetNote
 from electrovib.studies.evidence import Measurement, between
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("A. M. Rauf", "S. Follmer"),
-        title="Modeling the dynamics of sub-millisecond electroadhesive engagement and release times",
-        journal="Extreme Mech. Lett.",
-        year=2025,
-        volume="79",
-        pages="102382",
-        doi="10.1016/j.eml.2025.102382",
-        eprint="2412.16803",
-        read="abstract and public code",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "in part"
-PRESETS = {
-    "field_50": PresetNote(
-        "figure 2b", "electroadhesive clutch, interdigitated electrodes, high permittivity; not a finger"
-    ),
-    "field_3": PresetNote("figure 2b", "electroadhesive clutch, interdigitated electrodes; not a finger"),
-    "relaxor": PresetNote(
-        "figure 3, the film alone",
-        "electroadhesive clutch, relaxor ferroelectric, slow polarisation; not a finger",
-    ),
-}
-NOT_READ = (
-    "the text: equation (4), its field calculations and the fit of the film are from the authors' public code; contact"
-    " mechanics and squeeze film are not used"
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 DEFECTS = (
     "Rauf 2025 against stresses taken inside a dielectric: as the gap closes to 10 nm, its field calculations come to 48.0"
     " and 3.00 times eps0 k V^2 A/(8 d^2) for permittivities k of 50 and 3. The force is that of the field in the gap.",

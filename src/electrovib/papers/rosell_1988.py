@@ -13,29 +13,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from electrovib.core.citation import Check, Citation, cited
-from electrovib.papers import shultz_2018
+from electrovib.core.citation import Check
+from electrovib.papers import cited_as, not_read, shultz_2018
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence import Measurement, between
 from electrovib.studies.evidence.quantities import magnitude, of_skin
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("J. Rosell", "others"),
-        title="Skin impedance from 1 Hz to 1 MHz",
-        journal="IEEE Trans. Biomed. Eng.",
-        year=1988,
-        volume="35",
-        number="8",
-        pages="649",
-        doi="10.1109/10.4599",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-NOT_READ = "the article: impedances between the three frequencies and their spread were not read"
+NOT_READ = not_read(__name__)
 
 AREA = 1e-4
 """Area that the two impedances are for, printed [m2]."""

@@ -13,34 +13,16 @@ import functools
 
 import numpy as np
 
-from electrovib.core.citation import Citation, cited, derived
+from electrovib.core.citation import derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="inproceedings",
-        authors=("C. D. Shultz", "M. A. Peshkin", "J. E. Colgate"),
-        title="Surface haptics via electroadhesion: expanding electrovibration with Johnsen and Rahbek",
-        booktitle="IEEE World Haptics Conference 2015",
-        year=2015,
-        read="title from the references of hal-01341981; text cited from memory, unverified",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "unverified"
-PRESETS = {
-    "leaky": PresetNote(
-        "a leaky coating keeps the force",
-        "touchscreen, electroadhesive display, Johnsen-Rahbek effect, constant voltage",
-    ),
-    "insulated": PresetNote(
-        "the force fades on an insulator", "touchscreen, electroadhesive display, constant voltage"
-    ),
-}
-NOT_READ = "The text was not read: its law is cited from memory, unverified; its coating, gap and voltages are not known here."
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 
 VOLTAGE, AREA, GAP = 100.0, 1e-4, 3e-6
 COATING_RESISTIVITY, GAP_RESISTIVITY = 1e7, 1e12

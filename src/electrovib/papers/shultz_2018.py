@@ -16,35 +16,15 @@ import functools
 
 import numpy as np
 
-from electrovib.core.citation import Citation, cited, derived
+from electrovib.core.citation import derived
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="inproceedings",
-        authors=("C. D. Shultz", "M. A. Peshkin", "J. E. Colgate"),
-        title="On the electrical characterization of electroadhesive displays and the prominent interfacial gap impedance"
-        " associated with sliding fingertips",
-        booktitle="IEEE Haptics Symposium 2018",
-        year=2018,
-        url="https://experts.illinois.edu/en/publications/on-the-electrical-characterization-of-electroadhesive-displays-an",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-PRESETS = {
-    "at_rest": PresetNote("impedance of a sliding finger", "touchscreen, electroadhesive display, impedance"),
-    "sliding": PresetNote(
-        "impedance of a sliding finger", "touchscreen, electroadhesive display, impedance, air gap"
-    ),
-}
-NOT_READ = (
-    "The values of the series elements, and the equations of the companion paper on broadband electroadhesion"
-    " (IEEE Trans. Haptics 11(2), 2018), were not read."
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 
 CHOICE = "not printed in the abstract; a choice"
 COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"

@@ -13,39 +13,15 @@ import functools
 
 import numpy as np
 
-from electrovib.core.citation import Check, Citation, cited, derived
+from electrovib.core.citation import Check, derived
+from electrovib.papers import cited_as, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("R. M. Strong", "D. E. Troxel"),
-        title="An electrotactile display",
-        journal="IEEE Trans. Man-Mach. Syst.",
-        year=1970,
-        volume="11",
-        number="1",
-        url="https://ieeexplore.ieee.org/document/4081933",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-PRESETS = {
-    "display": PresetNote(
-        "intensity set by peak voltage",
-        "electrotactile display, plastic film, Maxwell stress in the insulator",
-    ),
-    "display_gap": PresetNote(
-        "intensity set by peak voltage", "electrotactile display, plastic film, Maxwell stress in the gap"
-    ),
-}
-NOT_READ = (
-    "The paper's model of the texture sensation was not read. F = eps0 eps A V^2/(2 d^2) with Coulomb friction is cited from"
-    " memory, unverified; here it is MaxwellStressInInsulator on one layer."
-)
+PRESETS = preset_notes(__name__)
+NOT_READ = not_read(__name__)
 
 CHOICE = "not printed in the abstract; a choice"
 VEZZOLI = "not printed in the abstract; the film of vezzoli_2014, so that the laws can be compared"

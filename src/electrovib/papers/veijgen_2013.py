@@ -12,27 +12,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from electrovib.core.citation import Check, Citation, cited
-from electrovib.papers import shultz_2018
+from electrovib.core.citation import Check
+from electrovib.papers import cited_as, shultz_2018
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence import Measurement, between
 from electrovib.studies.evidence.quantities import coefficient, load_exponent
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("N. K. Veijgen", "M. A. Masen", "E. van der Heide"),
-        title="Relating friction on the human skin to the hydration and temperature of the skin",
-        journal="Tribol. Lett.",
-        year=2013,
-        volume="49",
-        number="1",
-        pages="251",
-        doi="10.1007/s11249-012-0062-1",
-        read="abstract",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 
 AT_REST, IN_MOTION = 0.52, 0.36

@@ -8,46 +8,17 @@ from typing import Final
 from numpy.typing import ArrayLike
 
 from electrovib.core.arrays import Real
-from electrovib.core.citation import Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import plutchik_1963
+from electrovib.papers import cited_as, not_read, plutchik_1963, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
 from electrovib.physics.perception import UNVERIFIED_CORNER, ElasticViscousSkin, Pacinian, Perception
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.sources import PresetNote
 from electrovib.studies import felt_spectrum
 
-CITATIONS = (
-    Citation(
-        kind="article",
-        authors=("Y. Vardar", "B. Guclu", "C. Basdogan"),
-        title="Effect of waveform on tactile perception by electrovibration displayed on touch screens",
-        journal="IEEE Trans. Haptics",
-        year=2017,
-        volume="10",
-        number="4",
-        pages="488",
-        doi="10.1109/TOH.2017.2704603",
-        read="abstract",
-    ),
-    Citation(
-        kind="inproceedings",
-        authors=("Y. Vardar", "B. Guclu", "C. Basdogan"),
-        about="the earlier conference paper on the same",
-        booktitle="EuroHaptics 2016",
-        year=2016,
-        doi="10.1007/978-3-319-42321-0_18",
-        read="abstract",
-        key="vardar_2016",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
-NOT_READ = (
-    "The circuit and the law of the force are cited from memory, unverified; the polynomials of the skin's permittivity and"
-    " resistivity and the thresholds in volts were not read."
-)
+NOT_READ = not_read(__name__)
 
 
 FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 1920.0)
@@ -55,16 +26,7 @@ FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 1920.0)
 VOLTAGE = 100.0
 """Peak of the ready-made drives, a choice [V]."""
 
-PRESETS = {
-    "sine": PresetNote(
-        "thresholds of sine and square",
-        "touchscreen, touch panel with a thin coating as on a 3M-type screen (values unverified), perception, waveform",
-    ),
-    "square": PresetNote(
-        "thresholds of sine and square",
-        "touchscreen, touch panel with a thin coating as on a 3M-type screen (values unverified), perception, waveform",
-    ),
-}
+PRESETS = preset_notes(__name__)
 
 CHOICE = "not printed in the abstract; a choice"
 COATING = "not printed in the abstract; as of 3M-type screens (cited from memory, unverified), and the coating of vezzoli_2014"

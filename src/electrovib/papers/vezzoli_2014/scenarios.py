@@ -5,30 +5,12 @@ from __future__ import annotations
 import functools
 from typing import Any, Final
 
+from electrovib.papers import preset_notes
 from electrovib.papers.palmar_1995 import MEN, palmar
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
-from electrovib.scenario.sources import PresetNote
 
-PRESETS = {
-    "fig2": PresetNote("figure 2", "no contact, finger held off a plastic film by hand, constant voltage"),
-    "fig2_tremor": PresetNote("figure 2", "no contact, hand tremor, tribometer with a sensor that relaxes"),
-    "fig6": PresetNote(
-        "figure 6",
-        "plastic film, trapezoidal pulse of 1 kV, decay by conduction of the skin, the law of the paper",
-    ),
-    "fig6_static": PresetNote(
-        "figure 6 with equation (1)", "plastic film, trapezoidal pulse of 1 kV, static law, no leakage"
-    ),
-    "fig6_gap": PresetNote(
-        "figure 6 as a stack with a gap",
-        "plastic film, trapezoidal pulse of 1 kV, leaky air gap, Maxwell stress in the gap",
-    ),
-    "fig7": PresetNote(
-        "figure 7",
-        "touchscreen, thin coating, force over frequency, skin with dispersion, constant-phase element",
-    ),
-}
+PRESETS = preset_notes(__name__)
 
 NOT_PRINTED = "not printed in the paper; a choice"
 PRINTED = "Vezzoli 2014, section 3.1"

@@ -6,24 +6,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from electrovib.core.citation import Check, Citation, cited
+from electrovib.core.citation import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers import cited_as
 from electrovib.papers.palmar_1995 import MEN, WOMEN
 from electrovib.physics.material import Constant, ConstantPhase, Material
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Layer
 
-CITATIONS = (
-    Citation(
-        kind="inproceedings",
-        authors=("E. Vezzoli", "M. Amberg", "F. Giraud", "B. Lemaire-Semail"),
-        title="Electrovibration modeling analysis",
-        booktitle="EuroHaptics 2014",
-        year=2014,
-        archive="hal-01253573",
-    ),
-)
-CITATION = cited(CITATIONS)
+CITATIONS, CITATION = cited_as(__name__)
 STATUS = "full text"
 
 AREA = 1e-4
