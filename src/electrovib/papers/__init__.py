@@ -1,7 +1,7 @@
 """One file for each publication, found automatically: its laws, values, scenarios and checks.
 
 Its docstring says what the paper claims and what it does not. `CITATIONS`, `CITATION`, `STATUS` and a check are required;
-ours take from `publications.toml` what they cite, what was not read and what their scenarios show;
+ours take from `publications.toml` what they cite, what was not read, what is at odds and what scenarios show;
 laws are subclasses of a family, and `skins()`, `materials()`, `stacks()`, `scenarios()`, `measurements()` and `reproduce()`
 are there if they have something to give. `PRESETS` states for each scenario what it shows. A scenario is a base and changes:
 a pair is a value and its source, a table's source is that of the values in it without one, and what is not changed keeps the
@@ -41,6 +41,11 @@ def not_read(module: str) -> str:
     """Return what was not read of the paper that a module belongs to."""
     text: str = _publication(module)["not_read"]
     return text
+
+
+def defects(module: str) -> tuple[str, ...]:
+    """Return where the paper that a module belongs to is at odds with others or with itself."""
+    return tuple(_publication(module)["defects"])
 
 
 def preset_notes(module: str) -> dict[str, PresetNote]:

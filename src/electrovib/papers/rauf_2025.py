@@ -22,7 +22,7 @@ import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
-from electrovib.papers import cited_as, grigorii_2020, not_read, preset_notes, shultz_2018
+from electrovib.papers import cited_as, defects, grigorii_2020, not_read, preset_notes, shultz_2018
 from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
@@ -32,10 +32,7 @@ CITATIONS, CITATION = cited_as(__name__)
 STATUS = "in part"
 PRESETS = preset_notes(__name__)
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Rauf 2025 against stresses taken inside a dielectric: as the gap closes to 10 nm, its field calculations come to 48.0"
-    " and 3.00 times eps0 k V^2 A/(8 d^2) for permittivities k of 50 and 3. The force is that of the field in the gap.",
-)
+DEFECTS = defects(__name__)
 
 THICKNESS, VOLTAGE = 24e-6, 300.0
 FINGERS, WIDTH, DEPTH = 4, 1.5e-3, 2e-3
