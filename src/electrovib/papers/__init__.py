@@ -22,12 +22,14 @@ if TYPE_CHECKING:
 
 
 @functools.cache
-def _publications() -> dict[str, dict[str, Any]]:
-    return read_toml((resources.files(__name__) / "publications.toml").read_text(encoding="utf-8"))
+def tables(name: str) -> dict[str, Any]:
+    """Return the tables of the file ``name.toml`` of this folder."""
+    return read_toml((resources.files(__name__) / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def _publication(module: str) -> dict[str, Any]:
-    return _publications()[module.removeprefix(f"{__name__}.").partition(".")[0]]
+    found: dict[str, Any] = tables("publications")[module.removeprefix(f"{__name__}.").partition(".")[0]]
+    return found
 
 
 def cited_as(module: str) -> tuple[tuple[Citation, ...], str]:
