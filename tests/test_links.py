@@ -68,6 +68,12 @@ def test_links_and_pictures_lead_to_files_of_the_repository(text, ignored):
             assert f"class {anchor}(" in there.read_text(encoding="utf-8"), target
 
 
+def test_every_picture_of_the_texts_is_shown():
+    shown = {Path(target).name for text in TEXTS for _, target in links(text)}
+    pictures = [file for file in (ROOT / "docs" / "images").rglob("*") if file.is_file()]
+    assert {file.name for file in pictures} <= shown
+
+
 def test_a_link_into_the_source_leads_to_the_page_that_is_written_from_it(sources):
     law = "src/electrovib/physics/force/maxwell_stress.py#MaxwellStressInGap"
     page = "reference/generated/models/force_law/MaxwellStressInGap.rst"

@@ -44,6 +44,7 @@ QUESTIONS: Final = {
 TABLE: Final = "{examples}"
 """Place of the table of all examples on the first page of the gallery, which `gallery_results` writes."""
 NUMBERS: Final = {
+    "constant_force": ("slow voltage", "carrier of 3 kHz, 0 pF"),
     "insulator_sweep": ("insulator of 1 um", "insulator of 90 um"),
     "stick_slip": ("no voltage", "500 V held"),
     "whole_experiment": ("law (1) of the paper:", "Maxwell stress in a leaky gap:"),

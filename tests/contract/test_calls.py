@@ -199,10 +199,6 @@ PLAUSIBLE = {
         lambda: repr(ev.fit_power_law(np.arange(1.0, 4.0), np.arange(1.0, 4.0) ** 2)),
     ),
     "a voltage": (lambda: refusal(voltage="100 V"), lambda: refusal(voltage=100.0)),
-    "a resistance": (
-        lambda: repr(ev.series_resistor(SINE, limits={"current": "1 mA"}, body_resistance="1 kohm")),
-        lambda: repr(ev.series_resistor(SINE, limits={"current": "1 mA"}, body_resistance=1e3)),
-    ),
 }
 """What a person may well write, and the same as it is declared."""
 

@@ -17,8 +17,7 @@ from electrovib.core.signals import is_trace
 
 _UNITS: Final = {
     "voltage": "V", "voltages": "V", "full_scale": "V", "rate": "Hz", "time": "s", "at": "s", "start": "s", "window": "s",
-    "before": "s", "duration": "s", "ramp": "s", "pressure": "Pa", "electrical_thickness": "m", "body_resistance": "ohm",
-    "force": "N",
+    "before": "s", "duration": "s", "ramp": "s", "pressure": "Pa", "electrical_thickness": "m", "force": "N",
 }  # fmt: skip
 """Unit of a number, by the name of its parameter; any other is a plain number."""
 _ALIAS: Final = re.compile(r"Any|\w*(Source|Limits|Amount)")

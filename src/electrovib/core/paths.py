@@ -76,8 +76,9 @@ _HEIGHTS: Final = ("amplitude", "high", "level")
 def words_at(model: Model | None, path: str) -> str:
     """Name the parameter at a dotted path as an axis does: ``thickness of the insulator``, ``drive voltage``.
 
-    They are the first words of its meaning, or its own name where these are long, a number, or also those of another one.
-    Of what is no parameter of the model they are its own words, without underscores.
+    They are the first words of its meaning, or its own name where these are long, a number, or also those of another one
+    beside it; the part follows where a parameter of another part has the same. Of what is no parameter of the model they
+    are its own words, without underscores.
     """
     *before, name = path.split(".")
     try:
@@ -86,26 +87,23 @@ def words_at(model: Model | None, path: str) -> str:
         quantity = None
     if model is None or quantity is None:
         return path.replace("_", " ")
-    if before[0] == "drive" and quantity.unit == "V" and name in _HEIGHTS:
-        return "drive voltage"
-    words = _first_words(quantity.doc)
-    alike = [
-        where
-        for where, _, other in model.parameters()
-        if where.split(".")[:-1] == before and _first_words(other.doc) == words
-    ]
-    is_layer = before[0] == "stack"
-    owner = (before[1] if is_layer else " ".join(dict.fromkeys(reversed(before[:2])))).replace("_", " ")
-    if len(words) > _LONGEST or words[0].isdigit() or len(alike) > 1:
-        return f"{name.replace('_', ' ')} of the {owner}"
-    if is_layer:
-        named = words.replace("the layer", f"the {owner}")
-        return named if named != words else f"{words} of the {owner}"
-    return words
+    words = _first_words(path, quantity)
+    others = (where for where, _, each in model.parameters() if _first_words(where, each) == words)
+    parts = [where.split(".")[:-1] for where in others]
+    if len(words) > _LONGEST or words[0].isdigit() or parts.count(before) > 1:
+        words = f"{name} of the {before[1 if before[0] == 'stack' else 0]}".replace("_", " ")
+    place = " ".join(str(int(each) + 1) if each.isdigit() else each for each in before[1:])
+    return f"{words} ({place})" if place and any(part != before for part in parts) else words
 
 
-def _first_words(meaning: str) -> str:
-    return re.split(r"[;,:(]", meaning)[0].strip()
+def _first_words(path: str, quantity: Quantity) -> str:
+    """Return the first words of a meaning, with the name of the layer; the height of a drive is the drive voltage."""
+    *before, name = path.split(".")
+    words = re.split(r"[;,:(]", quantity.doc)[0].strip()
+    if before[:1] == ["stack"]:
+        layer = f"the {before[1].replace('_', ' ')}"
+        return words.replace("the layer", layer) if "the layer" in words else f"{words} of {layer}"
+    return "drive voltage" if before[:1] == ["drive"] and quantity.unit == "V" and name in _HEIGHTS else words
 
 
 def followers(model: Model, path: str) -> list[str]:

@@ -19,7 +19,6 @@ from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
-from electrovib.data.guarded import GuardedReading
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.data.trace_csv import load_csv, not_a_trace, prepared, rebuilt, structure_of
 from electrovib.data.verified import verified
@@ -158,6 +157,7 @@ def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
 
 def load_nc(path: Path) -> xarray.Dataset:
     """Read a Trace from netCDF."""
+    from electrovib.data.guarded import GuardedReading
     from electrovib.data.readers.hdf5 import reader
 
     check_file(path)

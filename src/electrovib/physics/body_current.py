@@ -88,28 +88,24 @@ THRESHOLDS: Final = (
 """In the order in which they are shown."""
 
 
-def smallest_series_resistance(*, voltage: float, current: float, body_resistance: float = 0.0) -> float:
+def smallest_series_resistance(*, voltage: float, current: float) -> float:
     """Compute the smallest resistance [ohm] that holds the current after a breakdown of the insulator.
 
-    It is V/I - R_body, and 0 where the body alone suffices: `voltage` V is the largest of the supply [V],
-    `current` I the largest through the finger [A], above 0, `body_resistance` R_body that of finger and body
-    that is relied on [ohm]. The insulator counts as a short circuit. The charge behind the resistor, on the
-    plate and its stray capacitance, is not limited by it: see `stored_energy_behind`.
+    It is V/I: `voltage` V is the largest of the supply [V], `current` I the largest through the finger [A],
+    above 0. The insulator counts as a short circuit and the body as no resistance. The charge behind the resistor,
+    on the plate and its stray capacitance, is not limited by it: see `stored_energy_behind`.
     """
-    return max(voltage / current - body_resistance, 0.0)
+    return voltage / current
 
 
-def largest_supply_voltage(*, resistance: float, current: float, body_resistance: float = 0.0) -> float:
-    """Compute the largest voltage of a supply at which a series resistance holds the current after a breakdown.
-
-    It is I (R + R_body) [V], with the arguments of `smallest_series_resistance`.
-    """
-    return current * (resistance + body_resistance)
+def largest_supply_voltage(*, resistance: float, current: float) -> float:
+    """Compute the largest voltage of a supply at which a series resistance holds the current after a breakdown: I R [V]."""
+    return current * resistance
 
 
-def resistor_power(*, voltage: float, resistance: float, body_resistance: float = 0.0) -> float:
-    """Compute the power in the series resistor while the insulator is a short circuit: R (V/(R + R_body))^2 [W]."""
-    return resistance * (voltage / (resistance + body_resistance)) ** 2 if resistance > 0 else 0.0
+def resistor_power(*, voltage: float, resistance: float) -> float:
+    """Compute the power in the series resistor while the insulator is a short circuit: V^2/R [W]."""
+    return voltage**2 / resistance if resistance > 0 else 0.0
 
 
 def charging_time(*, resistance: float, capacitance: float) -> float:

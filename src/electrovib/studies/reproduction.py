@@ -111,7 +111,7 @@ def overlap(one: float | tuple[float, float], other: float | tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Group:
+class GroupOfRows:
     """Rows that one sentence sums up, and what is concluded of all of them."""
 
     words: str
@@ -125,17 +125,17 @@ class Part:
 
     title: str
     words: str
-    groups: tuple[Group, ...]
+    groups: tuple[GroupOfRows, ...]
     panels: tuple[str, ...] = ()
 
 
-def group(words: str, rows: Mapping[str, Row], ids: str, **numbers: object) -> Group:
+def group(words: str, rows: Mapping[str, Row], ids: str, **numbers: object) -> GroupOfRows:
     """Sum up rows in words, in which ``{id.here}`` and ``{id.said}`` are numbers of a row, and other names those of `numbers`."""
     named = tuple(ids.split())
     verdicts = [rows[name].verdict for name in named]
     compared = [each for each in verdicts if each in COMPARED] or verdicts
     verdict = "disagrees" if "disagrees" in compared else max(compared, key=VERDICTS.index)
-    return Group(words.format_map({**rows, **numbers}), verdict, named)
+    return GroupOfRows(words.format_map({**rows, **numbers}), verdict, named)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -183,8 +183,9 @@ def fit_text(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
         data.setdefault(each.recording, []).append(each.observed.signal.replace("_", " "))
     recorded = "; ".join(f"{name} ({', '.join(signals)})" for name, signals in data.items())
     law, count = type(found.scenario.force).__name__, found.estimate.count
+    of = found.scenario.titled(without=[each.path for each in found.unknowns]) or "A scenario"
     lines = [
-        f"{found.scenario.titled() or 'A scenario'}, force law {law}, fitted to {count} numbers of {recorded}. Intervals of 95 %.",
+        f"{of}, force law {law}, fitted to {count} numbers of {recorded}. Intervals of 95 %.",
         *(f"{row.name} = {with_interval(row)}" for row in rows),
         *_remarks(found.misfit.sentence, *found.prescribed),
         *warning_lines(found.diagnostics, brief=True),

@@ -191,7 +191,7 @@ def document_of(found: Reproduction) -> Document:
     One with `parts` has these first, and all else folded.
     """
     first = {name for part in found.parts for name in part.panels}
-    panels = {each.id: each if each.id in first else _with_file(each) for each in found.panels}
+    panels = {each.id: each for each in found.panels}
     formulas = tuple((f"({number})", text) for number, text in found.equations.items())
     warnings = tuple((each.state, each.text) for each in found.diagnostics)
     heading = f"Warnings on the paper's own scenarios: {len(warnings)}"
@@ -249,20 +249,6 @@ def _rows(found: Reproduction, title: str, verdicts: Sequence[str], *, caption: 
     filled = tuple(column for column in range(len(headings)) if any(row[column] for row in rows))
     looks = {0: "state", 2: "what", 3: "words", 4: "number"}
     return [Table(title, headings, rows, caption=caption, shown=filled, looks=looks)] if rows else []
-
-
-def _with_file(shown: Shown) -> Shown:
-    """Name the file of its curves in the caption of a panel."""
-    if isinstance(shown, Drawing):
-        return shown
-    return replace(shown, caption=f"{shown.caption} {file_of(shown)}".strip())
-
-
-def file_of(panel: Panel) -> str:
-    """Name the file of the curves, and mark one that has more of them than the figure."""
-    parts = (panel, *panel.below)
-    more = any(not curve.drawn for part in parts for curve in part.curves)
-    return f"{'All curves' if more else 'Curves'}: {', '.join(f'{part.id}.csv' for part in parts)}"
 
 
 def to_csv(panel: Panel) -> str:

@@ -52,6 +52,16 @@ def test_force_and_margins_are_those_of_single_runs(found):
     assert open_gap > 0.999 * closed_gap
 
 
+def test_a_gap_that_is_open_takes_a_part_of_the_voltage(monkeypatch):
+    monkeypatch.setattr(coatings, "DRAWS", 20)
+    (sine,) = ev.compare_materials("bau_2010/sine", materials=["pet"]).coatings
+    open_gap, closed_gap, amplifier = sine.margins
+    assert closed_gap == pytest.approx(STRENGTH * 1e-6 / 100.0)  # all of 100 V across 1 um
+    divider = 1e-6 / 3.15 + 3e-6  # electrical thickness of film and gap; the skin adds a few per cent
+    assert open_gap == pytest.approx(STRENGTH * 3.15 * divider / 100.0, rel=0.05)
+    assert np.isnan(amplifier)
+
+
 def test_the_page_says_first_what_to_take_and_why(found, tmp_path):
     head, reason, other, law = found.document.sentences
     assert head == "Take pet: the only one within all limits."

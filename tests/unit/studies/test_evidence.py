@@ -325,7 +325,10 @@ def test_a_row_of_the_picture_says_who_measured_what_and_the_unit():
     drawing.plot(figure)
     (ax,) = figure.axes
     assert "Maxwell stress in gap" in {each.get_text() for each in ax.get_legend().get_texts()}
-    assert [each.called for each in (part, measured(source="doi:10.1/2, abstract"))] == ["this test", "nobody"]
+    assert [each.called for each in (part, measured(source="doi:10.1/2, abstract"))] == [
+        "this test",
+        "nobody",
+    ]
     assert [each.get_text() for each in ax.texts] == [
         *("this test, finger", "made up [N]"),
         *("this test, pad", "made up [ratio]"),

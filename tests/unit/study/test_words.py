@@ -50,6 +50,7 @@ def test_no_word_hides_an_entry_or_another_word():
         ("two electrodes", ["SecondElectrode", "OneOfTwoInAntiphase", "kaczmarek_2006"]),
         ("electrodes, two", ["SecondElectrode", "OneOfTwoInAntiphase", "kaczmarek_2006"]),
         ("differential drive of a screen", ["SecondElectrode", "OneOfTwoInAntiphase"]),
+        ("ridges", ["PerssonSurface", "BearingArea", "Persson2018RoughGap", "RectangularWaveform"]),
         ("ITO", ["Circuit", "persson_2018/coating", "vardar_2017/sine", "SecondElectrode"]),
         (
             "coating",
@@ -86,5 +87,7 @@ def test_the_overview_names_what_is_not_modelled():
 def test_the_scenarios_of_another_package_are_counted_although_it_declares_none(monkeypatch):
     other = ModuleType("other_2099")
     other.scenarios = lambda: {"one": None, "two": None}
-    monkeypatch.setattr(items, "papers", lambda: {**papers(), "other_2099": other, "none_2099": ModuleType("none")})
+    monkeypatch.setattr(
+        items, "papers", lambda: {**papers(), "other_2099": other, "none_2099": ModuleType("none")}
+    )
     assert items.scenario_count() == len(ev.scenarios()) + 2

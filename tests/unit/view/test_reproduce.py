@@ -17,9 +17,9 @@ from electrovib.core import discovery
 from electrovib.core.answer import Curve, Drawing, Page, Panel, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.studies.reproduction import Group, Part, Reproduction, Row, group, shown
+from electrovib.studies.reproduction import GroupOfRows, Part, Reproduction, Row, group, shown
 from electrovib.view import plots
-from electrovib.view.reproduce import _write, reproduce
+from electrovib.view.reproduce import _write, document_of, reproduce
 
 X = np.linspace(0, 1, 20)
 AXES = {"x": ("time", "s"), "y": ("force", "N")}
@@ -111,7 +111,10 @@ def test_numbers_and_curves_are_written_as_they_are(tmp_path, found):
     assert heading == ["curve", "time [s]", "force [N]"]
     assert lines[-1] == ["b", "1.0", "2.0"]
     assert len(lines) == 2 * len(X)
-    assert "All curves: fig1.csv" in read(tmp_path, "report.html")
+    drawn = [each for each in document_of(found).pages if isinstance(each, Panel)]
+    assert [each.caption for each in drawn] == [each.caption for each in found.panels], (
+        "and no names of files"
+    )
 
 
 def test_a_drawing_has_no_curves_and_panels_below_have_a_file_each(tmp_path, found):
@@ -125,7 +128,7 @@ def test_a_drawing_has_no_curves_and_panels_below_have_a_file_each(tmp_path, fou
     text = read(tmp_path, "report.html")
     assert "<details><summary>Figure 1</summary>" in text
     assert "<h2>Circuit</h2>" in text
-    assert "Curves: fig1.csv, fig2_force.csv" in text
+    assert "fig1.csv" not in text.partition("beside this page")[0], "a caption says what one sees"
     assert "fig3.csv" not in text
 
 
@@ -137,7 +140,7 @@ def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tm
     order = [
         *(counted, "One thing to know.", "Another: 5 µm."),
         *("Numbers of the paper", "its own reading", "capacitance", "roughly constant", "time constant"),
-        *("force in the past", "fig1.csv", "<td>wet</td>", "What this paper leaves open"),
+        *("force in the past", "Figure 1", "<td>wet</td>", "What this paper leaves open"),
         *("Quantities of which the paper states nothing", "a short one", "Checks of this software"),
         "sum of charges",
     ]
@@ -239,7 +242,7 @@ def test_parts_come_first_and_all_else_is_folded(tmp_path, found):
     """Each part with its groups of rows and its figures; a group that disagrees anywhere disagrees."""
     rows = {row.id: row for row in found.rows}
     said = group("C is {C.here}, printed {C.said}, off by {percent:.0f} %.", rows, "C tau own", percent=3)
-    assert said == Group("C is 32.96 pF, printed 32 pF, off by 3 %.", "disagrees", ("C", "tau", "own"))
+    assert said == GroupOfRows("C is 32.96 pF, printed 32 pF, off by 3 %.", "disagrees", ("C", "tau", "own"))
     assert group("", rows, "C ramp own").verdict == "open"
     assert group("", rows, "ramp sum").verdict == "check"
     parts = (Part("Done", "In short.", (said,), ("fig2",)), Part("Left", "", (group("Rest.", rows, "own"),)))

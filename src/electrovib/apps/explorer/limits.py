@@ -39,9 +39,9 @@ LARGEST_MESSAGE: Final = 1_000_000
 LONGEST_RUN: Final = 20.0
 """Estimated seconds of one simulation, above which it is refused."""
 LONGEST_SHORT_RUN: Final = 0.1
-"""Estimated seconds up to which visitors take turns: a longer simulation would hold up the others."""
+"""Estimated seconds up to which visitors take turns; a longer simulation runs beside fits and reports, and holds up nobody."""
 LONGEST_QUICK_RUN: Final = 2.0
-"""Estimated seconds above which a simulation runs beside fits and reports, where no short one waits for it."""
+"""Seconds after which a simulation ends for whose result nobody waits any more."""
 LARGEST_RUN: Final = 500e6
 """Estimated memory of one simulation, above which it is refused [bytes]."""
 FINGERS: Final = 200

@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.core.signals import SIGNALS
 from electrovib.studies.widths import TYPICAL_FACTORS
-from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, layer_colours
+from electrovib.view.style import COLOURS, FURTHER_COLOURS, MOST, NEUTRAL, layer_colours
 from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
 
 if TYPE_CHECKING:
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed, MeasuredForce
     from electrovib.apps.explorer.session import Earlier
 
-MOST_CURVES: Final = 5
-"""Curves of one plot, each in a colour of its own; the faint ones behind them are the same once more."""
 _LAYER_DASHES: Final = ("solid", "dash", "dot", "dashdot")
 """Dashes of the curves of layers, from the plate on: one that coincides with another one hides nothing."""
 _DIGITS: Final = 5
@@ -286,7 +284,7 @@ def laws(
     cases = {f"{type(shown.scenario.force).__name__} (this scenario)": shown}
     cases |= {
         name: others[name]
-        for name in sorted(others, key=lambda each: TYPICAL_FACTORS.get(each, math.inf))[: MOST_CURVES - 1]
+        for name in sorted(others, key=lambda each: TYPICAL_FACTORS.get(each, math.inf))[: MOST - 1]
     }
     looks = [
         (colour, "dash" if place else "solid", None, 1.8 if place else 3.2)
@@ -366,7 +364,7 @@ def _signals(
     present = [words for signal, words in names.items() if _is_known(shown, signal, x)]
     if len(names) > 1 == len(present):  # the legend, which would name the only curve, is omitted
         title = f"{title}: {present[0]}"
-    named = [each for each in curves if not each.is_faint][:MOST_CURVES]
+    named = [each for each in curves if not each.is_faint][:MOST]
     return figure(title, x, y, [*named, *(each for each in curves if each.is_faint)])
 
 

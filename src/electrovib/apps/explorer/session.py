@@ -191,11 +191,16 @@ class Session:
             with self._presence.working(is_in_vain):
                 return compute(scenario_of(state, own=self.own), longest=longest)
 
-        try:  # not in vain when a newer state waits, so that the curves follow a slider while it moves
-            found = await apart(self.workers.quick, lambda: run(limits.LONGEST_QUICK_RUN))
+        begun = monotonic()
+
+        def is_in_vain() -> bool:
+            # a shorter run is shown in any case, so that the curves follow a slider while it moves
+            return self._updates.is_stale and monotonic() - begun > limits.LONGEST_QUICK_RUN
+
+        try:
+            found = await apart(self.workers.quick, lambda: run(limits.LONGEST_SHORT_RUN))
         except BudgetError:
-            slow = functools.partial(run, limits.LONGEST_RUN, lambda: self._updates.is_stale)
-            found = await apart(self.workers.patient, slow)
+            found = await apart(self.workers.patient, lambda: run(limits.LONGEST_RUN, is_in_vain))
         self._display(state, found)
 
     def _display(self, state: PageState, found: Computed) -> None:

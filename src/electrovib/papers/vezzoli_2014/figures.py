@@ -146,10 +146,10 @@ def figure_4(own: Tabulated | None) -> Panel:
             np.max(constructed, axis=0),
         ),
         *(
-            curve(label, ends, np.full(2, reading.tau), meaning, kind=kind)
-            for label, reading, meaning, kind in (
-                ("paper: 7.7 ms, of the voltage", compute.BY_VOLTAGE, "paper point", "bold"),
-                ("paper: 15.4 ms, if 7.7 ms is of the force", compute.BY_FORCE, "sensor", "dashed"),
+            curve(label, ends, np.full(2, reading.tau), "paper point", kind="bold", drawn=drawn)
+            for label, reading, drawn in (
+                ("paper: 7.7 ms", compute.BY_VOLTAGE, True),
+                ("paper: 15.4 ms, if 7.7 ms is of the force", compute.BY_FORCE, False),
             )
         ),
     ]

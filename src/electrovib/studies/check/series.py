@@ -32,14 +32,13 @@ class SeriesResistor(Answer):
     """Smallest series resistor, what it does to the drive, and what it does not limit.
 
     - `voltage`, `current`: largest of the supply [V] and through the finger [A], each with who declared it.
-    - `body_resistance`: resistance of finger and body that was relied on [ohm].
     - `resistance`: the smallest between amplifier and plate [ohm].
     - `power`: the largest in it, while the insulator is a short circuit and the body is not counted [W].
     - `capacitance`: of the plate under the finger and the stray capacitance, behind the resistor [F].
     - `time_constant`, `corner`: with which the plate then charges [s], and its corner frequency [Hz].
     - `stored_energy`: behind the resistor at the largest voltage, which it does not limit [J].
     - `present`: series resistance that the scenario has already, circuit.source_resistance [ohm].
-    - `supply_voltage`: largest voltage that `present` and the body would allow [V]; None where both are 0.
+    - `supply_voltage`: largest voltage that `present` would allow [V]; None where it is 0.
     - `diagnostics`: those of the scenario.
     """
 
@@ -47,7 +46,6 @@ class SeriesResistor(Answer):
     voltage_source: str
     current: float
     current_source: str
-    body_resistance: float
     resistance: float
     power: float
     capacitance: float
@@ -96,7 +94,6 @@ def series_resistor(
     *,
     limits: LimitsSource | Sequence[LimitsSource] = None,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
-    body_resistance: float = 0.0,
 ) -> SeriesResistor:
     """Compute the smallest series resistor that holds the body current if the insulator is a short circuit.
 
@@ -109,8 +106,6 @@ def series_resistor(
         ``body_current``, or else ``current``, the largest current through the finger.
     set : mapping of str to value, optional
         Dotted path to value, put into the scenario.
-    body_resistance : float
-        Resistance of finger and body that may be relied on [ohm], >= 0; none by default, which is the safe choice.
 
     Returns
     -------
@@ -124,11 +119,10 @@ def series_resistor(
 
     Notes
     -----
-    R = V/I - R_body. The capacitance is that of the layers of plate and gap under the contact at 1 kHz, with the finger as a
-    conductor, plus the declared stray capacitance; the energy C V^2/2 stored there is released past the resistor.
+    R = V/I: the body counts as no resistance. The capacitance is that of the layers of plate and gap under the contact at
+    1 kHz, with the finger as a conductor, plus the declared stray capacitance; the energy C V^2/2 stored there is released
+    past the resistor.
     """
-    if not (math.isfinite(body_resistance) and body_resistance >= 0):
-        raise InputError("must be 0 ohm or more", path="body_resistance", value=str(body_resistance))
     found = read_scenario(scenario, changes=set)
     declared = declared_limits(found, limits)
     holding = declared.get("body_current") or declared.get("current")
@@ -146,9 +140,7 @@ def series_resistor(
         )
     if not math.isfinite(voltage):
         raise InputError("the largest voltage is not known; declare limits.voltage")
-    resistance = body_current.smallest_series_resistance(
-        voltage=voltage, current=holding.value, body_resistance=body_resistance
-    )
+    resistance = body_current.smallest_series_resistance(voltage=voltage, current=holding.value)
     capacitance = plate_capacitance(found)
     present = found.circuit.source_resistance
     return SeriesResistor(
@@ -156,7 +148,6 @@ def series_resistor(
         voltage_source=whose,
         current=holding.value,
         current_source=holding.source,
-        body_resistance=body_resistance,
         resistance=resistance,
         power=body_current.resistor_power(voltage=voltage, resistance=resistance),
         capacitance=capacitance,
@@ -164,10 +155,7 @@ def series_resistor(
         corner=body_current.corner_frequency(resistance=resistance, capacitance=capacitance),
         stored_energy=body_current.stored_energy_behind(voltage=voltage, capacitance=capacitance),
         present=present,
-        supply_voltage=body_current.largest_supply_voltage(
-            resistance=present, current=holding.value, body_resistance=body_resistance
-        )
-        or None,
+        supply_voltage=body_current.largest_supply_voltage(resistance=present, current=holding.value) or None,
         diagnostics=validity(found),
     )
 

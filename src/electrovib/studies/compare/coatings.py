@@ -127,12 +127,12 @@ def _draw(figure: Any, *, coatings: Sequence[Coating]) -> None:
         force, colour = each.for_most[1], f"C{place}"
         left.plot(np.quantile(each.force, [0.05, 0.95]), [place, place], color=colour, linewidth=5, alpha=0.3)
         left.plot(force, place, "o", color=colour)
-        above = {"xytext": (0, 7), "textcoords": "offset points", "ha": "center"}
+        above = {"xytext": (0, 7), "textcoords": "offset points", "ha": "left"}
         left.annotate(format_quantity(force, "N", digits=3), (force, place), **above)
         for margin, sign in zip(each.margins, _SIGNS, strict=True):
-            right.plot(margin, place, color=colour, **sign)
+            right.plot(margin, place, color=colour, linestyle="none", **sign)
     for name, sign in zip(MARGINS, _SIGNS, strict=True):
-        right.plot([], [], color="#555555", label=name, **sign)
+        right.plot([], [], color="#555555", label=name, linestyle="none", **sign)
     right.axvline(1.0, color="#222222", linestyle="--", linewidth=1, label="limit")
     right.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     for ax, words in ((left, "peak electrostatic force"), (right, "limit over value")):
@@ -141,6 +141,7 @@ def _draw(figure: Any, *, coatings: Sequence[Coating]) -> None:
         ax.set_ylim(len(coatings) - 0.5, -0.6)
         ax.grid(visible=False, axis="y")
     left.set_xlim(left=0.0)
+    left.locator_params(axis="x", nbins=4)
     left.xaxis.set_major_formatter(EngFormatter("N"))
     right.set_xscale("log")
     right.xaxis.set_major_formatter("{x:g}")

@@ -12,6 +12,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Shown, Table
 from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, json_text, plain, unsigned
 from electrovib.scenario.toml import to_toml
@@ -301,14 +302,14 @@ class DesignedParameter(Designed):
         solved = np.array([(each.value, each.root.reached) for each in self.solutions]).reshape(-1, 2).T
         most = _SHOWN * np.max(np.abs(solved[0]), initial=0.0) or math.inf
         x, y = np.array([point for point in points if abs(point[0]) <= most]).reshape(-1, 2).T
-        name = wanted.name.replace("_", " ")
+        name, free = words_at(None, wanted.name), words_at(self.base, wanted.free)
         curves = (
             Curve(label=name, x=x, y=y),
             Curve(label="wanted", x=x, y=np.full_like(y, wanted.value), kind="dashed", look=REFERENCE),
             Curve(label="solutions", x=solved[0], y=solved[1], kind="points", look=1),
         )
         panel = Panel(
-            id="quantity", title=f"{name[0].upper()}{name[1:]} over {wanted.free}", x=(wanted.free, wanted.declared.unit),
+            id="quantity", title=f"{name[0].upper()}{name[1:]} over the {free}", x=(free, wanted.declared.unit),
             y=(name, wanted.unit), curves=curves, caption=f"Computed at {len(points)} values of {wanted.free}.",
         )  # fmt: skip
         return (panel,)

@@ -12,6 +12,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.core.errors import InputError, Problem, gathered, refuse
+from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
 from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
@@ -237,7 +238,7 @@ class DesignedForShare(Designed):
         )  # fmt: skip
         title = f"Share of the fingers with {wish(self)}"
         log = len(x) > 0 and x[0] > 0 and x[-1] > 30 * x[0]
-        x_axis, said = (free, self.wanted.declared.unit), f"{self.n} draws."
+        x_axis, said = (words_at(self.base, free), self.wanted.declared.unit), f"{self.n} draws."
         return (
             Panel(
                 id="share", title=title, caption=said, x=x_axis, y=("share", "1"), curves=curves, log_x=log

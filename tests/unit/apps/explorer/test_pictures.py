@@ -28,7 +28,6 @@ from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
 from electrovib.apps.explorer.pictures import (
-    MOST_CURVES,
     Axis,
     PlottedCurve,
     figure,
@@ -46,6 +45,7 @@ from electrovib.core.discovery import find_members
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.perception import NonPacinian, Pacinian, Perception
 from electrovib.studies.widths import TYPICAL_FACTORS
+from electrovib.view.style import MOST
 
 GAP = "vezzoli_2014/fig6_gap"
 X, Y = Axis("x", "s"), Axis("y", "N")
@@ -191,7 +191,7 @@ def test_a_legend_has_at_most_five_curves_in_five_colours_and_axes_are_words(nam
     for plot in plots:
         curves = [line for line in plot["data"] if "opacity" not in line and "fill" not in line]
         colours = [line["line"]["color"] for line in curves if line["line"]["width"]]
-        assert len(colours) == len(set(colours)) <= MOST_CURVES + (plot in plots[-2:]), title(plot)
+        assert len(colours) == len(set(colours)) <= MOST + (plot in plots[-2:]), title(plot)
         assert not any(re.fullmatch(r"#(..)\1\1", each) for each in colours)
         for text in units(plot):
             assert re.fullmatch(r"[a-z][a-z ]+( \[[^\]]+\])?", text), text

@@ -13,7 +13,7 @@ from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer import computed, reading, runner
 from electrovib.apps.explorer import session as sessions
 from electrovib.apps.explorer.computed import LAWS, SAFETY, Further, compute
-from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN
+from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
 from electrovib.apps.explorer.reading import RunningFit
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, closed_at_end, end_work
 from electrovib.apps.explorer.session import Session
@@ -296,7 +296,7 @@ def test_runs_that_take_longer_hold_up_nobody(monkeypatch):
     visit = Visit(actions, quick=3)
     assert visit.found.computed.scenario.time.duration == 3
     assert visit.complaints.count("") == len(visit.complaints)
-    quick = ("quick", LONGEST_QUICK_RUN)
+    quick = ("quick", LONGEST_SHORT_RUN)
     assert asked == [quick, ("long", LONGEST_RUN), *[quick] * 5]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from electrovib.apps.explorer.computed import FADING, FREQUENCY, LAWS, Further, compute, slices
+from electrovib.apps.explorer.controls import controls
 from electrovib.apps.explorer.limits import FINGERS, LONGEST_SHORT_RUN
 from electrovib.apps.explorer.page.plots import content
 from electrovib.apps.explorer.state import PageState, read_query, scenario_of
@@ -39,6 +40,13 @@ def further(name):
     for each in slices(STEPS[name].tab, found):
         known = each(known)
     return known
+
+
+@pytest.mark.parametrize("step", STEPS.values(), ids=lambda step: step.name)
+def test_a_step_asks_for_a_parameter_that_has_a_slider(step):
+    offered = {each.path: each for each in controls(scenario_of(PageState.of_step(step), own={}))}
+    assert offered[step.asks].value is not None
+    assert step.asks in step.changes or not offered.keys() & step.changes.keys()
 
 
 def top(found, signal="electrostatic_force"):

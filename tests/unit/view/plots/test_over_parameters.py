@@ -28,7 +28,10 @@ def test_a_curve_over_one_parameter(swept, over_two):
     (line,) = ax.lines
     np.testing.assert_array_equal(line.get_ydata(), swept[FORCE].values)
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("thickness of the gap [µm]", "peak electrostatic force [mN]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "thickness of the gap [µm]",
+        "peak electrostatic force [mN]",
+    )
     wide = swept.copy(deep=True)
     wide[FORCE][0] = 100 * float(swept[FORCE].max())
     assert plots.quantity(wide, FORCE).get_yscale() == "log"

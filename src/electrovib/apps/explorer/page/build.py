@@ -34,8 +34,8 @@ _BACK: Final = (
 )
 _PRIMARY: Final = "#1c5d94"
 """Dark enough for white text."""
-WORKERS: Final = 2
-"""Threads in which the simulations of all visitors run."""
+WORKERS: Final = 1
+"""Threads in which the short simulations of all visitors run: visitors who take turns all have their plots earlier."""
 PATIENT_WORKERS: Final = 4
 """Threads in which their long simulations, fits, reports and uploads run."""
 DROPPED: Final = "dropped"

@@ -30,6 +30,7 @@ from electrovib.apps.explorer.page.pulse_player import PulsePlayer
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.studies.check.result import not_shown
 from electrovib.studies.widths import missed_by, sentences
+from electrovib.view.style import MOST
 from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity, typeset
 
@@ -296,7 +297,7 @@ def law_words(found: Computed, further: Further) -> str:
         *("law", "stress evaluated in", "source status", "largest force", "relative to this law"),
         "measured forces missed by",
     )
-    cut = len(further.laws) >= pictures.MOST_CURVES
+    cut = len(further.laws) >= MOST
     more = [further.measured.words] if further.measured else []
     more += ["The curves are those of this law, and of the four that miss measured forces the least."] * cut
     return _paragraphs(more) + _table(headings, rows)
