@@ -8,6 +8,7 @@ import pytest
 
 from electrovib.core.citation import STATUSES, Check
 from electrovib.core.discovery import offers
+from electrovib.papers import tables
 from electrovib.physics.material import Material
 from electrovib.physics.safety import film_diagnostic
 from electrovib.physics.stack import Stack
@@ -38,6 +39,18 @@ def test_a_paper_that_was_not_read_in_full_says_so_and_checks_no_number_as_if_it
         return
     assert all(citation.read for citation in paper.CITATIONS)
     assert all(check.status != "full text" for check in paper.CHECKS)
+
+
+def test_what_is_stated_of_a_paper_beside_it_is_what_the_paper_shows(paper):
+    """No entry of `publications.toml` is lost by a misspelt name, and no scenario is described that there is not."""
+    name = paper.__name__.rsplit(".", 1)[-1]
+    stated = tables("publications")[name]
+    assert stated.keys() <= {"citations", "not_read", "defects", "presets"}
+    assert len(paper.CITATIONS) == len(stated["citations"])
+    assert getattr(paper, "NOT_READ", None) == stated.get("not_read")
+    assert list(getattr(paper, "DEFECTS", ())) == stated.get("defects", [])
+    assert stated.get("presets", {}).keys() <= set(getattr(paper, "scenarios", dict)())
+    assert stated.get("presets", {}).keys() <= set(getattr(paper, "PRESETS", {}))
 
 
 def test_a_paper_carries_a_check_and_its_offers_are_read_by_their_names(paper):

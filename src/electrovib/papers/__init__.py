@@ -1,7 +1,7 @@
 """One file for each publication, found automatically: its laws, values, scenarios and checks.
 
 Its docstring says what the paper claims and what it does not. `CITATIONS`, `CITATION`, `STATUS` and a check are required;
-ours take from `publications.toml` what they cite, what was not read and what their scenarios show;
+ours take from `publications.toml` what they cite, what was not read, what is at odds and what scenarios show;
 laws are subclasses of a family, and `skins()`, `materials()`, `stacks()`, `scenarios()`, `measurements()` and `reproduce()`
 are there if they have something to give. `PRESETS` states for each scenario what it shows. A scenario is a base and changes:
 a pair is a value and its source, a table's source is that of the values in it without one, and what is not changed keeps the
@@ -22,12 +22,14 @@ if TYPE_CHECKING:
 
 
 @functools.cache
-def _publications() -> dict[str, dict[str, Any]]:
-    return read_toml((resources.files(__name__) / "publications.toml").read_text(encoding="utf-8"))
+def tables(name: str) -> dict[str, Any]:
+    """Return the tables of the file ``name.toml`` of this folder."""
+    return read_toml((resources.files(__name__) / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def _publication(module: str) -> dict[str, Any]:
-    return _publications()[module.removeprefix(f"{__name__}.").partition(".")[0]]
+    found: dict[str, Any] = tables("publications")[module.removeprefix(f"{__name__}.").partition(".")[0]]
+    return found
 
 
 def cited_as(module: str) -> tuple[tuple[Citation, ...], str]:
@@ -41,6 +43,11 @@ def not_read(module: str) -> str:
     """Return what was not read of the paper that a module belongs to."""
     text: str = _publication(module)["not_read"]
     return text
+
+
+def defects(module: str) -> tuple[str, ...]:
+    """Return where the paper that a module belongs to is at odds with others or with itself."""
+    return tuple(_publication(module)["defects"])
 
 
 def preset_notes(module: str) -> dict[str, PresetNote]:

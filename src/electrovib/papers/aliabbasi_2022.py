@@ -25,6 +25,7 @@ from electrovib.core.citation import Check, derived
 from electrovib.papers import (
     aliabbasi_2024,
     cited_as,
+    defects,
     gabriel_1996,
     not_read,
     palmar_1995,
@@ -38,12 +39,7 @@ CITATIONS, CITATION = cited_as(__name__)
 STATUS = "unverified"
 PRESETS = preset_notes(__name__)
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "AliAbbasi 2022, a maximum near 250 Hz (cited from memory, unverified), against Vezzoli 2014, which rises and"
-    " saturates: the frequency of the maximum is about inversely proportional to the resistivity of the gap, 32 Hz, 1.6 kHz"
-    " and 32 kHz for 1e9, 2e7 and 1e6 ohm m on one dispersive skin. So 250 Hz is a fit of the leak and not a constant of"
-    " fingers.",
-)
+DEFECTS = defects(__name__)
 
 FITTED_RESISTIVITY = 9.13e7
 """Resistivity of the gap, fitted so that the maximum is at 250 Hz with the skin of plutchik_1963: circular [ohm m]."""

@@ -14,18 +14,13 @@ from __future__ import annotations
 import numpy as np
 
 from electrovib.core.citation import Check
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import cited_as, defects, not_read
 from electrovib.physics.roughness import GaussianGaps, PullingSpots, contact_fraction, mean_pull
 
 CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Ayyildiz 2018 and its sequel (Sirin et al. 2019, arXiv:2104.01090, abstract) against smooth adhesive contact (Popov"
-    " 2018): in full slip the measured apparent contact area is smaller with electrovibration, although friction is larger,"
-    " which the theory attributes to a larger real contact area; an adhesive sphere without roughness has a larger apparent"
-    " area.",
-)
+DEFECTS = defects(__name__)
 
 ROUGHNESSES = (1e-6, 5e-6, 22e-6)
 """Root-mean-square gaps over which trends are evaluated [m]."""

@@ -19,7 +19,7 @@ from typing import Final
 
 from electrovib.core.citation import SECOND_HAND, Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import cited_as, defects, not_read
 from electrovib.physics.material import ColeCole
 from electrovib.physics.skin import Skin, time_constant
 
@@ -27,11 +27,7 @@ CITATIONS, CITATION = cited_as(__name__)
 _SOURCE = str(replace(CITATIONS[0], title="", read="abstract"))
 STATUS = SECOND_HAND
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Gabriel 1996 against table 3 of doi:10.1186/s12938-018-0473-9: from 10 kHz to 1 MHz, 19 of 20 numbers for dry and wet"
-    " skin agree to the last printed digit. The conductivity of wet skin at 200 kHz is 0.1135 S/m there and 0.1150 S/m here;"
-    " its neighbours and the permittivity agree, so the table has probably slipped in one number.",
-)
+DEFECTS = defects(__name__)
 
 
 def _terms(*rows: tuple[float, float, float]) -> list[dict[str, float]]:

@@ -23,7 +23,7 @@ import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import cited_as, defects, not_read
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.scenario import Scenario, preset, sourced
@@ -39,12 +39,7 @@ PRESETS = {
     for pulse in ("positive", "negative", "biphasic")
 }
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Kaczmarek 2006 against every force law on layers that conduct alike for both polarities: +V and -V give the same"
-    " attraction to the last bit, while people are less sensitive to positive pulses. A layer that rectifies shows the"
-    " effect: on skin that conducts 3 times better for positive fields, the attraction of a positive pulse of 5 ms is"
-    " 0.45 of a negative one where charge that has crossed counts as lost, and 1.003 of it in the Maxwell stress in the gap.",
-)
+DEFECTS = defects(__name__)
 
 FAST, SLOW = 2.5e-3, 7.7e-3
 """Time constants of a layer for positive and for negative fields, in which it conducts better for positive, a choice [s]."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, not_read, preset_notes
+from electrovib.papers import cited_as, defects, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
 from electrovib.scenario import Scenario, preset
@@ -28,11 +28,7 @@ CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 PRESETS = preset_notes(__name__)
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Meyer 2013 against Vezzoli 2014: according to the first, the same measurements are unambiguously at odds with a"
-    " first-order circuit; according to the second they agree with it, if permittivity and resistivity of the skin depend"
-    " on frequency, which is an additional freedom.",
-)
+DEFECTS = defects(__name__)
 
 CUT_OFF = 500.0
 """Upper bound of the model's cut-off, abstract [Hz]."""

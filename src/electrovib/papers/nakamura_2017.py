@@ -22,7 +22,7 @@ import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, not_read, preset_notes
+from electrovib.papers import cited_as, defects, not_read, preset_notes
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
 
@@ -30,11 +30,7 @@ CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 PRESETS = preset_notes(__name__)
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Nakamura 2017 against Vezzoli 2014 under a constant voltage: between two layers that leak the attraction rises if"
-    " rho_g > eps_d rho_d and falls otherwise; on the film of Vezzoli et al. 2014, which blocks, the attraction of any"
-    " leaking gap ends at 0. Both follow from layers in series: the stacks differ, not the physics.",
-)
+DEFECTS = defects(__name__)
 
 VOLTAGE, AREA = 100.0, 1e-4
 THICKNESS, PERMITTIVITY, RESISTIVITY = 200e-6, 1650.0, 5.6e5

@@ -26,7 +26,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
-from electrovib.papers import cited_as, not_read, preset_notes
+from electrovib.papers import cited_as, defects, not_read, preset_notes
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.roughness import ContactSpots, GaussianGaps, PullingSpots, local_pull, mean_pull
 from electrovib.physics.stack import Layer, Linear, Section, roles_of
@@ -36,12 +36,7 @@ CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 PRESETS = preset_notes(__name__)
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Persson 2018 against one equivalent gap: averaged over gaps, contact spots included, the pull on a coating of 1 um is 4.5"
-    " to 571 times that at the mean gap for rms gaps of 5 to 22 um and mean gaps of 1 to 3 rms, and half to nearly all of it"
-    " comes from the spots where skin and coating touch. On a film of 90 um it is 1.0 to 1.4 times. A law with one gap gives"
-    " neither.",
-)
+DEFECTS = defects(__name__)
 
 COUNT, EXTENT = 32, 5.5
 """Number of gaps in the law's average, and their range about the mean in rms gaps: the error is at most 2e-4 of the pull."""

@@ -16,7 +16,7 @@ import math
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import cited_as, defects, not_read
 
 
 def separation_energy(*, voltage: float, thickness: float, permittivity: float) -> float:
@@ -82,11 +82,7 @@ def contact_area(*, normal_force: float, radius: float, modulus: float, energy: 
 CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Popov 2018 takes the strength of adhesion on the air side of the interface, eps_r times the stress inside the coating"
-    " (673 against 173 kPa for 1 um of permittivity 3.9 at 100 V): the surface on which the Maxwell stress is evaluated is"
-    " in the gap.",
-)
+DEFECTS = defects(__name__)
 
 _COATING = {"thickness": 1e-6, "permittivity": 3.9}
 _FINGER = {"radius": 1e-2, "modulus": 50e3}

@@ -22,7 +22,7 @@ import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
-from electrovib.papers import cited_as, grigorii_2020, not_read, preset_notes, shultz_2018
+from electrovib.papers import cited_as, defects, grigorii_2020, not_read, preset_notes, shultz_2018, tables
 from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
@@ -32,10 +32,7 @@ CITATIONS, CITATION = cited_as(__name__)
 STATUS = "in part"
 PRESETS = preset_notes(__name__)
 NOT_READ = not_read(__name__)
-DEFECTS = (
-    "Rauf 2025 against stresses taken inside a dielectric: as the gap closes to 10 nm, its field calculations come to 48.0"
-    " and 3.00 times eps0 k V^2 A/(8 d^2) for permittivities k of 50 and 3. The force is that of the field in the gap.",
-)
+DEFECTS = defects(__name__)
 
 THICKNESS, VOLTAGE = 24e-6, 300.0
 FINGERS, WIDTH, DEPTH = 4, 1.5e-3, 2e-3
@@ -151,110 +148,12 @@ def scenarios() -> dict[str, Scenario]:
 
 
 _ELECTRODES = 28
-_VOLTAGES = (100.0, 125.0, 150.0, 175.0, 200.0, 225.0, 250.0, 275.0, 300.0)
-_ELECTRIC = (0.100, 0.141, 0.166, 0.269, 0.316, 0.481, 0.504, 0.730, 0.838)
-_REPEATS = (0.010, 0.007, 0.026, 0.026, 0.067, 0.030, 0.055, 0.046, 0.070)
-"""Shear force with the drive on less that before it, and its standard deviation over 4 to 14 runs [N]."""
-_STRESS = {
-    0.1: (0.228, 0.383, 0.634, 0.768), 10.0: (0.214, 0.517, 0.535, 0.789), 100.0: (0.218, 0.444, 0.559, 0.694),
-    2e3: (0.200, 0.380, 0.483, 0.647), 1e4: (0.141, 0.274, 0.364, 0.437),
-}  # fmt: skip
-"""Largest shear force at 150, 200, 250 and 300 V over the frequency of the drive [N]; the rows of 1 Hz and 5 kHz are left out to
-save time, and 1 kHz because it pools other loads."""
-_SPREAD = 0.14
-"""Typical standard deviation over the mean of five runs."""
-_GAP = between(
-    3.9e-6, 8.4e-6, "", source="gap from the capacitance without a high voltage, 0.1 to 8 N, authors' data of figure 6",
-    status="in part",
-)  # fmt: skip
 _CLOSED = (
     "Likely cause: one gap stands for rough film and pin. Averaged over the heights, 2.8 um as the authors fit them to the"
     " capacitance, the stress comes to some fifth of the force, and not to a twentieth. One gap of 0.78 to 0.98 um gives the"
     " force, and one of 2.03 to 2.45 um if the whole voltage lies between each electrode and the pin. The capacitance while the"
     " drive is on, and the voltage of each electrode, would decide the rest."
 )
-_FLAT = (
-    "Likely cause: a pad of many square centimetres touches over part of its area, or lies further away than the 10 um that are"
-    " allowed for. The force of one pad cut to smaller areas, with its capacitance under the drive, would decide."
-)
-_OTHER = "Likely cause: another pad than the one whose film is allowed for. Its film and gap, or its capacitance, would decide."
-_FRICTION = between(
-    0.154, 0.188, "", model="Uniform", source="kinetic and static coefficient of film on brass, authors' script of figure 7",
-    status="in part",
-)  # fmt: skip
-_LINES = {150.0: (0.191, 0.014, 0.016, 0.017), 200.0: (0.317, 0.018, 0.118, 0.025), 250.0: (0.509, 0.025, 0.338, 0.032),
-          300.0: (0.790, 0.024, 0.583, 0.033)}  # fmt: skip
-"""Electric part of the shear force at 1 kHz over the load: value at load 0 and slope, each with its standard error [N, 1]."""
-_PRELOAD = between(
-    0.108, 0.237, "", model="Uniform", source="loads of the runs over width, authors' data of figure 8b", status="in part",
-)  # fmt: skip
-_LOADS = (0.1, 0.5, 1.0, 1.5)
-_WIDTHS = {
-    2e-3: (0.835, 0.148), 2.5e-3: (0.681, 0.0), 3e-3: (0.867, 0.146), 4e-3: (0.717, 0.0), 5e-3: (0.885, 0.040),
-    6e-3: (1.003, 0.056),
-}  # fmt: skip
-"""Largest shear force over the width of the pin at 300 V and 1 kHz, and its standard deviation [N]; one run where that is 0."""
-_CAPACITANCES = {
-    2e-3: ((0.1, 0.5, 1.0, 2.0, 5.0, 8.0), (22.52, 26.84, 31.06, 34.15, 38.18, 41.18),
-           (22.92, 26.72, 29.78, 33.05, 36.79, 39.56), (21.73, 26.03, 29.05, 32.77, 38.57, 41.26)),
-    2.5e-3: ((0.5, 1.0, 2.0, 5.0, 8.0), (29.35, 32.42, 34.99, 40.21, 43.04), (27.98, 30.94, 33.97, 39.47, 41.78)),
-    3e-3: ((0.1, 0.5, 1.0, 2.0, 5.0), (24.71, 33.53, 37.33, 40.95, 48.17), (22.54, 30.02, 36.42, 41.67, 46.45)),
-    6.35e-3: ((0.5, 1.0, 2.0, 5.0, 8.0), (34.35, 45.48, 65.77, 95.5, 115.5), (34.76, 42.51, 62.27, 91.68, 113.2),
-              (35.29, 43.88, 63.53, 93.49, 113.8)),
-}  # fmt: skip
-"""Loads [N], and the capacitance [pF] of each run at them, by the width of the pin."""
-_ROUGH = "a choice: no topography was read that is not from these capacitances"
-_MODULUS = {"contact.surface.modulus": between(1e8, 1e10, "a polymer film")}
-_SURFACES: dict[str, dict[str, Any]] = {
-    "LinearSpring": {
-        "contact.surface.stiffness": between(1e8, 1e12, _ROUGH),
-        "contact.surface.free_gap": between(3e-6, 3e-5, _ROUGH),
-    },
-    "PerssonSurface": _MODULUS | {
-        "contact.surface.rms_gap": between(1e-6, 1e-5, _ROUGH),
-        "contact.surface.pressure_factor": between(1e-2, 1.0, "order of the wave number times the rms height"),
-        "contact.surface.decay_factor": between(0.3, 1.0, "somewhat below 1"),
-        "contact.surface.rms_slope": between(0.05, 0.5, _ROUGH),
-    },
-    "BearingArea": _MODULUS | {
-        "contact.surface.rms_height": between(1e-6, 1e-5, _ROUGH),
-        "contact.surface.prefactor": between(0.5, 2.0, "near 1"),
-        "contact.surface.longest_wavelength": between(1e-4, 2e-3, "up to the width of the pin"),
-        "contact.surface.rms_slope": between(0.05, 0.5, _ROUGH),
-    },
-}  # fmt: skip
-"""What the surfaces take for the film and the pin."""
-
-_CAUSES = dict.fromkeys(
-    ("yehya_large", "yehya_small", "liu_2000V", "liu_3000V", "digumarti_1500V", "cacucciolo_2022"), _FLAT
-)
-_CAUSES["choi_2020_100V"] = _OTHER
-_PADS: dict[str, tuple[str, float | None, dict[float, float], str]] = {
-    "zhang_a": ("Zhang 2019", 0.965, {355.0: 0.946, 294.0: 0.798, 250.0: 0.580, 194.0: 0.394, 160.0: 0.290}, "Series A, brass."),
-    "zhang_b": ("Zhang 2019", 0.965, {194.0: 0.437, 160.0: 0.374, 124.0: 0.406, 84.0: 0.0789}, "Series B, brass; not monotonic."),
-    "zhang_c": ("Zhang 2019", 0.965, {335.0: 0.870, 294.0: 0.837, 250.0: 0.757, 194.0: 0.773, 160.0: 0.648, 124.0: 0.420},
-                "Series C, brass; grows as the voltage to the power 0.6, unlike series A and B."),
-    "yehya_large": ("Yehya 2016", 400.0, {8000.0: 141.1, 5000.0: 74.2, 3000.0: 33.55}, "The larger pad."),
-    "yehya_small": ("Yehya 2016", 64.0, {8000.0: 25.5, 4000.0: 9.516}, "The smaller pad."),
-    "cacucciolo_2022": ("Cacucciolo", 6.0, {3000.0: 1.406, 2000.0: 0.690, 1000.0: 0.0930}, "On fruit, not on metal."),
-    "wang": ("Wang 2014", 474.0, {424.0: 6.68}, "An alternating voltage, as its root mean square."),
-    "yamamoto": ("Yamamoto 2007", 97.5, {990.0: 18.85}, "An alternating voltage, as its root mean square."),
-    "cacucciolo_2019": ("Cacucciolo", 2.0, {3500.0: 10.0}, "On PMMA, not on metal."),
-}  # fmt: skip
-"""Group, area [cm2], shear force [N] by voltage [V], and a trap."""
-_APART = {
-    "kim": ("Kim 2023", 4.776, {3500.0: 10.15, 1500.0: 7.02}),
-    "liu": ("Liu 2013", 720.0, {2000.0: 37.0, 3000.0: 45.6}),
-    "digumarti": ("Digumarti 2021", None, {1500.0: 534.0, 1200.0: 422.0, 1000.0: 409.0}),
-    "choi_2020": ("Choi 2020", None, {1000.0: 23.9e3, 800.0: 50e3, 100.0: 10e3}),
-    "choi_2019": ("Choi 2019", None, {1000.0: 14.6e3, 1800.0: 10.8e3, 2000.0: 8.74e3}),
-}  # fmt: skip
-"""Pads whose force or stress [Pa, without an area] does not grow as the square: probably different pads, each a measurement."""
-_SEVERAL = {
-    "ruffatto": ("Ruffatto 2014", 5000.0, (11.3e3, 45.9e3, 62e3, 36e3)),
-    "prahlad": ("Prahlad 2008", 4000.0, (4.4e3, 2.1e3, 2.4e3, 4.1e3, 1.7e3, 0.8e3, 14e3)),
-}
-"""Shear stresses [Pa] of one pad on several substrates at one voltage [V]."""
 
 
 def clutch() -> Scenario:
@@ -309,32 +208,36 @@ def grounded(width: float) -> Scenario:
 
 def over_load(shared: dict[str, Any]) -> dict[str, Measurement]:
     """Return the electric part of the force and the capacitance over the load, which judge the surface topography."""
-    found = {}
+    found, data = {}, tables("rauf_2025")
     rough: dict[str, Any] = {
-        "over": "load.normal_force", "judges": "contact.surface", "of_model": _SURFACES, "on": "metal pin",
+        "over": "load.normal_force", "judges": "contact.surface", "of_model": data["of_model"], "on": "metal pin",
         "group": shared["group"], "how": "data file", "status": "in part", "spread_of": "repeats",
     }  # fmt: skip
     surface = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e10, "free_gap": 1e-5}}
-    for level, (start, start_error, slope, slope_error) in _LINES.items():
-        values = tuple(start + slope * load for load in _LOADS)
-        found[f"load_{level:.0f}V"] = Measurement(
-            title=f"electric part of the shear force over load, {level:.0f} V",
+    loads = tuple(data["load"]["at"])
+    for level, (start, start_error, slope, slope_error) in data["load"]["lines"].items():
+        values = tuple(start + slope * load for load in loads)
+        found[f"load_{level}V"] = Measurement(
+            title=f"electric part of the shear force over load, {level} V",
             source="Rauf 2025, authors' data of figure 8d",
-            scenario=grounded(DEPTH).replace({"drive": {"model": "Step", "level": level / 2}, **surface}),
+            scenario=grounded(DEPTH).replace(
+                {"drive": {"model": "Step", "level": float(level) / 2}, **surface}
+            ),
             quantity=electric_part,
             unit="N",
-            at=_LOADS,
+            at=loads,
             values=values,
             spread=tuple(
                 math.hypot(start_error, slope_error * load) / value
-                for load, value in zip(_LOADS, values, strict=True)
+                for load, value in zip(loads, values, strict=True)
             ),
-            unknown={"friction.coefficient": _FRICTION},
+            unknown={"friction.coefficient": data["unknown"]["friction.coefficient"]},
             note="Four points on the straight line through 25 to 33 runs, and its standard errors. The load comes from the same"
             " load cell; up to 0.14 of the slope could be friction at rest in the maximum.",
             **rough,
         )
-    for width, (loads, *runs) in _CAPACITANCES.items():
+    for each in data["capacitances"]:
+        width, runs = each["width"], each["runs"]
         means = np.mean(runs, axis=0)
         found[f"capacitance_{width * 1e3:g}mm"] = Measurement(
             title=f"capacitance over load without a high voltage, pin {width * 1e3:g} mm wide",
@@ -344,7 +247,7 @@ def over_load(shared: dict[str, Any]) -> dict[str, Measurement]:
             ),
             quantity=capacitance,
             unit="F",
-            at=loads,
+            at=tuple(each["at"]),
             values=tuple((means * 1e-12).tolist()),
             spread=tuple(np.maximum(np.std(runs, axis=0, ddof=1) / means, 0.02).tolist()),
             unknown={"drive.frequency": between(1e3, 1e5, "frequency of the meter, not stated")},
@@ -371,12 +274,7 @@ def pad(group: str, area: float | None, values: dict[float, float], note: str, *
         "source": f"{group}, quoted by Rauf 2025, authors' script of figure 1", "quantity": "mean lateral_force",
         "unit": "N" if area else "Pa", "scale": 1.0 if area else 1e4, "how": "quoted by others", "status": "second-hand",
         "spread": (0.1,) * len(values), "spread_of": "a choice", "on": "pad",
-        "unknown": {
-            "stack.insulator.thickness": between(1e-5, 1e-4, "not stated"),
-            "stack.insulator.material.permittivity": between(3.0, 60.0, "not stated"),
-            "stack.gap.thickness": between(1e-7, 1e-5, "not stated"),
-            "friction.coefficient": between(0.15, 0.6, "not stated", model="Uniform"),
-        },
+        "unknown": tables("rauf_2025")["of_pad"],
     }  # fmt: skip
     numbers: dict[str, Any] = {
         "scenario": scenario, "group": group, "values": tuple(values.values()), "note": note,
@@ -387,20 +285,26 @@ def pad(group: str, area: float | None, values: dict[float, float], note: str, *
 def pads() -> dict[str, Measurement]:
     """Return the shear forces and stresses of other clutches and pads, and two contacts of the size of a finger."""
     read = "Read off figures by those who quote it, without film, gap and friction. "
-    found = {
-        name: pad(group, area, values, read + note) for name, (group, area, values, note) in _PADS.items()
-    }
+    data, found = tables("rauf_2025"), {}
+    for each in data["pads"]:
+        values = dict(zip(each["at"], each["values"], strict=True))
+        found[each["name"]] = pad(each["group"], each["area"], values, read + each["note"])
     apart = f"{read}Its values at other voltages do not grow with it as a square, so they are probably other pads: scored apart."
-    for name, (group, area, values) in _APART.items():
-        found |= {f"{name}_{at:.0f}V": pad(group, area, {at: value}, apart) for at, value in values.items()}
-    found |= {name: replace(found[name], cause=cause) for name, cause in _CAUSES.items()}
-    for name, (group, at, several) in _SEVERAL.items():
+    for each in data["apart"]:
+        for at, value in zip(each["at"], each["values"], strict=True):
+            found[f"{each['name']}_{at:.0f}V"] = pad(each["group"], each.get("area"), {at: value}, apart)
+    for cause in data["causes"]:
+        found |= {name: replace(found[name], cause=cause["text"]) for name in cause["of"]}
+    for each in data["several"]:
+        several = each["values"]
         logs = np.log(several)
         middle, wide = float(np.exp(logs.mean())), float(np.sqrt(np.expm1(np.var(logs, ddof=1))))
         said = (
             f"{read}Geometric mean and deviation of {len(several)} stresses on as many substrates, probably."
         )
-        found[name] = pad(group, None, {at: middle}, said, spread=(wide,), spread_of="devices")
+        found[each["name"]] = pad(
+            each["group"], None, {each["at"]: middle}, said, spread=(wide,), spread_of="devices"
+        )
     finger = shultz_2018.scenarios()["sliding"].replace({"drive.amplitude": 250.0, "load.normal_force": 0.0})
     for name, force in (("low", 0.0807), ("high", 0.933)):
         found[f"shultz_{name}"] = pad(
@@ -428,12 +332,19 @@ def pads() -> dict[str, Measurement]:
     return found
 
 
+def _relative(table: dict[str, Any]) -> tuple[float, ...]:
+    """Return the deviations of a table over its forces."""
+    return tuple(each / value for each, value in zip(table["deviation"], table["force"], strict=True))
+
+
 def measurements() -> dict[str, Measurement]:
     """Return the shear force over voltage, frequency, width and load, the capacitance over load, and the pads of others."""
+    data = tables("rauf_2025")
+    voltage, frequency, width = data["voltage"], data["frequency"], data["width"]
     shared: dict[str, Any] = {
         "quantity": "mean lateral_force", "unit": "N", "spread_of": "repeats", "group": "Rauf and Follmer", "on": "metal pin",
         "how": "data file", "status": "in part",
-        "unknown": {"stack.gap.thickness": _GAP, "friction.coefficient": _FRICTION}, "cause": _CLOSED,
+        "unknown": data["unknown"], "cause": _CLOSED,
     }  # fmt: skip
     found = {
         "voltage": Measurement(
@@ -441,22 +352,22 @@ def measurements() -> dict[str, Measurement]:
             source="Rauf 2025, authors' data of figures 8a and 9a",
             scenario=clutch(),
             over="drive.amplitude",
-            at=_VOLTAGES,
-            values=_ELECTRIC,
-            spread=tuple(each / value for each, value in zip(_REPEATS, _ELECTRIC, strict=True)),
+            at=tuple(voltage["at"]),
+            values=tuple(voltage["force"]),
+            spread=_relative(voltage),
             note="Preload 0.08 to 0.18 N; at 300 V the electric part grows by 0.58 N per newton of preload.",
             **shared,
         )
     }
-    for place, level in enumerate((150.0, 200.0, 250.0, 300.0)):
-        found[f"frequency_{level:.0f}V"] = Measurement(
-            title=f"largest shear force over frequency, {level:.0f} V",
+    for level, forces in frequency["force"].items():
+        found[f"frequency_{level}V"] = Measurement(
+            title=f"largest shear force over frequency, {level} V",
             source="Rauf 2025, authors' data of figure 7a",
-            scenario=clutch().replace({"drive.amplitude": level}),
+            scenario=clutch().replace({"drive.amplitude": float(level)}),
             over="drive.frequency",
-            at=tuple(_STRESS),
-            values=tuple(each[place] for each in _STRESS.values()),
-            spread=(_SPREAD,) * len(_STRESS),
+            at=tuple(frequency["at"]),
+            values=tuple(forces),
+            spread=(frequency["spread"],) * len(forces),
             note="The preload differs between the cells, 0.04 to 0.26 N; its part in the force is not subtracted.",
             **shared,
         )
@@ -465,10 +376,10 @@ def measurements() -> dict[str, Measurement]:
         source="Rauf 2025, authors' data of figure 8b",
         scenario=grounded(DEPTH).replace({"drive.amplitude": VOLTAGE / 2}),
         over="contact.area",
-        at=tuple(_ELECTRODES * WIDTH * width for width in _WIDTHS),
-        values=tuple(force for force, _ in _WIDTHS.values()),
-        spread=tuple(deviation / force or _SPREAD for force, deviation in _WIDTHS.values()),
+        at=tuple(_ELECTRODES * WIDTH * each for each in width["at"]),
+        values=tuple(width["force"]),
+        spread=tuple(each or frequency["spread"] for each in _relative(width)),
         note="Single runs at 2.5 and 4 mm, with the spread of five runs elsewhere. Friction before the drive is included.",
-        **shared | {"unknown": {**shared["unknown"], "load.normal_force": _PRELOAD}},
+        **shared | {"unknown": {**data["unknown"], **width["unknown"]}},
     )
     return {**found, **over_load(shared), **pads()}

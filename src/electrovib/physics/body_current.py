@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
-from electrovib.core.citation import SECOND_HAND, UNVERIFIED
+from electrovib.core.parsing import read_toml
 
 NOT_A_CLAIM: Final = (
     "These are comparisons with published currents, not a claim of medical safety: they hold for healthy adults and for the"
@@ -47,44 +48,8 @@ class CurrentThreshold:
     status: str
 
 
-THRESHOLDS: Final = (
-    CurrentThreshold(
-        name="current limit of the set-up of Vezzoli et al. 2014",
-        value=250e-6,
-        statistic="peak",
-        of="current",
-        conditions="safety circuit of the amplifier at 0 to 1000 V",
-        source="Vezzoli et al. 2014, section 4",
-        status="full text",
-    ),
-    CurrentThreshold(
-        name="IEC 60479-1, upper end of zone AC-1",
-        value=0.5e-3,
-        statistic="rms",
-        of="body_current",
-        conditions="15 to 100 Hz; usually no reaction below it",
-        source="IEC 479-1 as quoted in a textbook of electrical engineering",
-        status=SECOND_HAND,
-    ),
-    CurrentThreshold(
-        name="IEC 60479-1, upper end of zone DC-1",
-        value=2e-3,
-        statistic="peak",
-        of="body_current",
-        conditions="direct current; a slight pricking is possible when it is switched",
-        source="IEC 60479-1, not read",
-        status=UNVERIFIED,
-    ),
-    CurrentThreshold(
-        name="IEC 60479-1, upper end of zone AC-2 at long durations",
-        value=5e-3,
-        statistic="rms",
-        of="body_current",
-        conditions="15 to 100 Hz, durations above 10 s; involuntary muscular contractions above it",
-        source="IEC 60479-1, not read",
-        status=UNVERIFIED,
-    ),
-)
+_STATED: Final = Path(__file__).with_name("body_current.toml").read_text(encoding="utf-8")
+THRESHOLDS: Final = tuple(CurrentThreshold(**each) for each in read_toml(_STATED)["threshold"])
 """In the order in which they are shown."""
 
 

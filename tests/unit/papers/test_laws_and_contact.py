@@ -19,6 +19,7 @@ from electrovib.papers import (
     bau_2010,
     ciavarella_2020,
     popov_2018,
+    rauf_2025,
     strong_1970,
 )
 from electrovib.physics.roughness import local_pull
@@ -173,3 +174,21 @@ def test_drives_of_one_peak_pull_alike_at_their_peak(drive):
     static = strong_1970.attraction("MaxwellStressInInsulator", voltage=1000.0)
     # the peak of a sine of 3 kHz may lie half a sample of 10 us away, 1 - cos(0.1)^2 = 0.9 %
     assert float(trace.electrostatic_force.max()) == pytest.approx(static, rel=1e-2)
+
+
+def test_the_numbers_of_rauf_2025_are_those_that_its_notes_describe():
+    """Exponents of the voltage by a straight line through logarithms, and the slope over the load."""
+    found = rauf_2025.measurements()
+
+    def exponent(name):
+        return np.polyfit(np.log(found[name].at), np.log(found[name].values), 1)[0]
+
+    assert f"to the power {exponent('zhang_c'):.1f}" in found["zhang_c"].note
+    assert exponent("zhang_a") > 1.2
+    assert "not monotonic" in found["zhang_b"].note
+    assert not all(np.diff(found["zhang_b"].values) < 0)
+    assert exponent("voltage") == pytest.approx(2, abs=0.1)
+    load = found["load_300V"]
+    assert f"{np.ptp(load.values) / np.ptp(load.at):.2f} N per newton" in found["voltage"].note
+    assert found["voltage"].values[-1] == pytest.approx(load.values[0], rel=0.02)
+    assert len(found) == 42
