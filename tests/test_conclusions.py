@@ -17,7 +17,7 @@ from electrovib.studies.evidence.predicted import predict
 from electrovib.studies.evidence.score import log_odds, standings
 
 ROOT = Path(__file__).parent.parent
-README, PAPER = "README.md", "paper/paper.md"
+README, LANDING, PAPER = "README.md", "docs/index.md", "paper/paper.md"
 DIFFER, UNKNOWN = "docs/explanation/2_why_forces_differ.md", "docs/explanation/4_unknowns.md"
 SEEDS = range(5)
 GAP, INSULATOR, CAUSAL = "MaxwellStressInGap", "MaxwellStressInInsulator", "Vezzoli2014Causal"
@@ -243,8 +243,8 @@ CLAIMS = [
     (README, r"has odds of 20 against it from at least N\.", beaten),
     (README, r"N to N of the N, by the draws, are reached whole by no model", failed),
     (
-        README,
-        r"N published laws and N measurements, N of them forces on a person's finger",
+        LANDING,
+        r"N published laws and N measurements on fingers\..*? N rows are forces on a person's finger",
         lambda _, a, b: picture(a, b),
     ),
     (

@@ -173,7 +173,7 @@ def check_against_states(scenario):
     space = stack_states(stack, debye_sums, area=parts.AREA, element=circuit.element())
     time = np.linspace(0, 9e-3, 19)
     behind = {"amplifier": circuit.amplifier} if circuit.amplifier else {}
-    followed = follow_finger(space, scenario.drive, time, tolerance=1e-10, **behind)
+    followed = follow_finger(space, scenario.drive, time, **behind)
     expected = followed.found[FieldOf("interface")]
     found = simulate(scenario, time=time).interface_field.values
     assert np.max(np.abs(found - expected)) < 1e-7 * np.max(np.abs(expected))

@@ -151,7 +151,7 @@ def test_without_a_calibration_the_spread_is_that_of_thresholds_and_skins():
 def test_a_sine_that_is_just_felt_is_at_an_end(given):
     """The curve over frequency is the inverse of the level of one line."""
     for frequency in (20.0, 60.0, 250.0):
-        own = {"frequency": np.array([frequency]), "amplitude": np.array([1.0]), "swing": 1.0, "span": 1.0}
+        own = {"frequency": np.array([frequency]), "amplitude": np.array([1.0]), "swing": 1.0}
         line = Lines(**own, samples=1, signal="lateral_force", how="")
         for end, amplitude in enumerate(
             just_felt(Stimulus(line, Perception(), given), np.array([frequency]))

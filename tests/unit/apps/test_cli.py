@@ -175,12 +175,15 @@ def test_a_comparison_prints_the_surfaces_explains_and_writes_a_page(said, here)
     out = said(f"{asked} --all --over stack.gap.thickness=1um:9um:3 -o page.html")
     for shown in ("432.5 mN", "permittivity 1560", "Where other papers contradict each other"):
         assert shown in out
-    assert "Static force over stack.gap.thickness" in (here / "page.html").read_text()
+    assert "Static force over the thickness of the gap" in (here / "page.html").read_text()
 
 
 def test_materials_are_compared_in_a_table(said, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    lines = said("compare vezzoli_2014/fig6 --material 'pet, Kapton'").splitlines()
+    out = said("compare vezzoli_2014/fig6 --material 'pet, Kapton'")
+    recommended, _, table = out.partition("\n\n")
+    assert recommended.startswith("Take none yet: no coating is shown to be safe.\n")
+    lines = table.splitlines()
     assert lines[0] == "Materials of the layer 'insulator', 90 um thick"
     assert [line.split("  ")[0] for line in lines[3:6]] == ["as it is", "polyimide", "pet"]
     assert "unverified: permittivity, conductivity; full text: strength" in lines[4]

@@ -14,6 +14,7 @@ from electrovib.apps.cli.study import _processes
 from electrovib.apps.progress import items_shown, progress_words
 from electrovib.core.budget import computed, each_item, items_heard
 from electrovib.core.errors import InputError
+from electrovib.core.paths import words_at
 from electrovib.data.marks import Form
 from electrovib.view import reproduce as page
 
@@ -126,7 +127,9 @@ def test_the_command_prints_the_answer_first_and_its_folder_holds_what_the_funct
 
 def test_the_figure_shows_both_indices_of_every_input_with_their_intervals(found):
     axes = ev.plot.indices(found)
-    assert [label.get_text() for label in axes.get_yticklabels()] == [each.name for each in found.indices]
+    assert [label.get_text() for label in axes.get_yticklabels()] == [
+        words_at(found.scenario, each.name) for each in found.indices
+    ]
     widths = [bar.get_width() for bar in axes.patches]
     assert widths == [each.total for each in found.indices] + [each.first for each in found.indices]
     ends = [tuple(line.get_xdata()) for line in axes.lines]

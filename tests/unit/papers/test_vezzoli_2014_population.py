@@ -95,17 +95,19 @@ def test_the_range_of_eight_is_that_of_the_quantiles_of_its_ends():
 
 
 def test_rows_table_and_figures_of_the_population():
-    """Law (1) disagrees, the gap is open; every input has a line under both laws and for dry fingers."""
+    """Both laws are open, as people are drawn; every input has a line under both laws and for dry fingers."""
     found = {row.id: row for row in rows()}
     verdicts = {name: row.verdict for name, row in found.items()}
-    assert verdicts == {"population_law_1": "disagrees", "population_gap": "open"}
-    for row in found.values():
+    variances = {"variance_thickness": "ours", "variance_resistivity": "ours"}
+    assert verdicts == {"population_law_1": "open", "population_gap": "open"} | variances
+    for row in (found["population_law_1"], found["population_gap"]):
         assert row.paper == (2.0, 5.0)
         assert "population 'fingers'" in row.note
     assert found["population_law_1"].ours == pytest.approx((0.003, 1.0), rel=0.11)
     assert found["population_gap"].ours[0] < 5.0 < found["population_gap"].ours[1]
-    assert "thickness 1 %" in found["population_law_1"].brief
-    assert "thickness 0 %" in found["population_gap"].brief
+    assert found["variance_thickness"].ours == pytest.approx(0.01, abs=0.005)
+    assert found["variance_resistivity"].ours == pytest.approx(0.76, abs=0.02)
+    assert "thickness of the stratum corneum 0.00" in found["population_gap"].note
     shown = table()
     assert len(shown.headings) == 9
     lines = {line[0]: line[1:] for line in shown.rows}

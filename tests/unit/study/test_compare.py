@@ -166,7 +166,7 @@ def test_a_law_looks_the_same_in_every_figure_and_a_parameter_of_one_moves_no_ot
     last = lines(coating.panels[-1])
     kinds = [last[name].kind for name in ("EffectiveMedium", "Vezzoli2014Causal", "Vezzoli2014PerFrequency")]
     assert kinds == ["line", "dashed", "dotted"]
-    assert leaky.panels[-1].x == ("stack.gap.thickness", "m")
+    assert leaky.panels[-1].x == ("thickness of the gap", "m")
     assert all(len(curve.x) == 3 for curve in leaky.panels[-1].curves)
     models, over = ["Persson2018RoughGap", PLANE], {"force.mean_gap": np.array([5e-6, 20e-6])}
     forces = lines(compare(load("persson_2018/coating"), models=models, over=over).panels[-1])

@@ -193,7 +193,7 @@ def test_the_page_names_the_widths_beside_the_band_the_laws_and_what_is_felt():
     assert "Width by force law, 0.08333 to 12 times the force" in known.drawn
     assert "Not included: thresholds of perception" in known.drawn
     assert "12 times" in law_words(run, Further())
-    said = verdict_words(ev.perceive(SINE))
+    said = " ".join(verdict_words(ev.perceive(SINE)))
     assert "Width by force law" in said
     assert "Not included: differences of the threshold between people" in said
 

@@ -27,6 +27,8 @@ SHARE: Final = 0.9
 PEOPLE, DRAWS, SEED = "fingers", 200, 0
 """Population, number of its fingers that are drawn, and their seed."""
 FORCE: Final = "peak electrostatic_force"
+OF_PEOPLE: Final = f"force for {100 * SHARE:g} % of the people"
+"""What is not in a comparison of stacks in which people do not differ."""
 MARGINS: Final = ("gap open", "gap closed", "amplifier")
 _SIGNS: Final[tuple[dict[str, Any], ...]] = (
     {"marker": "o", "markersize": 10, "markerfacecolor": "none"},
@@ -110,7 +112,7 @@ def coating_figure(coatings: Sequence[Coating]) -> Drawing:
     """Show force and margins."""
     return Drawing(
         id="coatings",
-        title="Force for 90 % of the people, and margins",
+        title=f"{OF_PEOPLE.capitalize()}, and margins",
         plot=functools.partial(_draw, coatings=coatings),
         size=(9.4, 1.5 + 0.55 * len(coatings)),
         caption=f"Left: peak attraction that 90 % of {DRAWS} drawn fingers have at least (dot), and 90 % of the fingers (bar)."

@@ -23,7 +23,14 @@ from electrovib.solve.diagnostics.assumptions import SETTLED_CHARGE
 from electrovib.solve.quantities.answer import validity
 from electrovib.solve.simulate import simulate
 from electrovib.studies.check.result import FILM, breakdown_row
-from electrovib.studies.compare.coatings import MOST, Coating, coating_figure, coatings_of, recommended
+from electrovib.studies.compare.coatings import (
+    MOST,
+    OF_PEOPLE,
+    Coating,
+    coating_figure,
+    coatings_of,
+    recommended,
+)
 
 AS_IT_IS: Final = "as it is"
 """Name of the entry with the scenario's own material."""
@@ -155,9 +162,11 @@ def compare_materials(
         raise InputError(f"no material can be compared here. {name}: {why}" for name, why in left_out.items())
     coatings: tuple[Coating, ...] = ()
     if materials is not None and len(wanted) <= MOST:
-        coatings = coatings_of(
-            {name: case for name, case in cases.items() if name not in {AS_IT_IS, *left_out}}, chosen
-        )
+        compared = {name: case for name, case in cases.items() if name not in {AS_IT_IS, *left_out}}
+        try:
+            coatings = coatings_of(compared, chosen)
+        except ElectrovibError as error:  # such as a stack without skin, in which people do not differ
+            left_out[OF_PEOPLE] = str(error)
     entries.sort(key=lambda entry: (entry.name != AS_IT_IS, -entry.force))
     return MaterialComparison(
         scenario=given,
