@@ -354,17 +354,25 @@ def test_a_calibrated_perception_is_stated_with_its_level():
 def test_without_a_calibration_the_curve_is_the_middle_of_the_published_thresholds(shown):
     """At 250 Hz: 19.1 to 122 nm at weight 1, and skins of 323.2 N/m without and with 3.95 N s/m."""
     percept = known_further(FELT, shown).percept
-    level, name = detection(percept, shown.scenario)
+    lowest, level, highest, name = detection(percept, shown.scenario)
     frequency = np.geomspace(1, 2000, len(level))
     weight, stiff = Pacinian().weight, np.abs(323.2 + 2j * np.pi * 3.95 * frequency)
     ends = 0.03e-6 * weight(150.0) * 323.2, 0.13e-6 * weight(300.0) * stiff
     high = frequency > 110  # where the other channel feels nothing
     expected = np.sqrt(ends[0] * ends[1]) / weight(frequency)
     np.testing.assert_allclose(level[high], expected[high], rtol=1e-6)
+    for edge, end in zip((lowest, highest), ends, strict=True):
+        np.testing.assert_allclose(edge[high], (end / weight(frequency))[high], rtol=1e-6)
+    (plot,) = felt(percept, shown.scenario)
+    _, below, above, line = plot["data"]
+    assert (above["fill"], above["showlegend"], line["name"]) == ("tonexty", True, name)
+    np.testing.assert_allclose(above["y"], 1e3 * highest, rtol=1e-4)  # drawn with five digits
+    np.testing.assert_allclose(below["y"], 1e3 * lowest, rtol=1e-4)
     assert name == "detection threshold of a single sine (published, middle)"
     nobody = Perception(channels=(NonPacinian(low=50.0),))  # its thresholds are below that band
     alone = shown.scenario.replace({"perception": nobody})
-    level, name = detection(ev.perceive(alone), alone)
+    lowest, level, highest, name = detection(ev.perceive(alone), alone)
+    assert np.array_equal(lowest, highest, equal_nan=True)
     assert "no threshold is known" in name
     alike = NonPacinian().weight(50.0) * np.nanmin(level)
     assert 20 * np.log10(alike) == pytest.approx(ev.perceive(alone).level, abs=1e-9)
@@ -375,7 +383,8 @@ def test_a_calibrated_threshold_is_the_detection_level_at_the_best_frequency():
     skin = {"model": "ElasticViscousSkin", "stiffness": 1000, "corner": 100}
     own = {"threshold": "0.1 um", "threshold_uncertainty": 3, "compliance": skin}
     scenario = ev.load(GAP).replace({"perception": own})
-    level, name = detection(ev.perceive(scenario), scenario)
+    lowest, level, highest, name = detection(ev.perceive(scenario), scenario)
+    np.testing.assert_allclose(20 * np.log10(highest / lowest), 6.0, rtol=1e-9)  # 3 dB to both sides
     frequency = np.geomspace(1, 2000, len(level))
     moved = np.abs(scenario.perception.compliance.compliance(frequency)) * level
     assert moved[np.argmin(np.abs(frequency - 250))] == pytest.approx(1e-7, rel=0.01)
