@@ -55,7 +55,7 @@ def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
     plot["data"].insert(0, bars)
     layout = plot["layout"]
     least = float(np.nanmin(level))
-    lowest = max(min(float(amplitude.min()), least), 1e-4 * top)
+    lowest = max(min(float(amplitude.min()), float(np.nanmin(low))), 1e-4 * top)
     highest = max(top, min(least, 100 * top))
     layout["xaxis"]["range"] = [math.log10(LOWEST), math.log10(HIGHEST)]
     layout["yaxis"]["range"] = [math.log10(lowest / scale) - 0.2, math.log10(highest / scale) + 0.3]
