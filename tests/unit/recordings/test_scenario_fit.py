@@ -266,3 +266,13 @@ def test_what_is_not_predicted_over_frequency_alone_is_refused(name):
         ElectrovibError, match=f"'{name}' is not predicted over frequency by this scenario. Known: "
     ):
         signals_over_frequency(plate(), np.array([1e2, 1e3]), [name])
+
+
+@pytest.mark.parametrize("samples", [101, 1001])
+def test_exact_data_have_an_interval_of_rounding(samples):
+    """Without any residual the covariance would be that of residuals of 1."""
+    scenario = ev.load("vezzoli_2014/fig6")
+    recorded = ev.simulate(scenario.replace({"time.samples": samples}))
+    found = ev.fit(scenario, recorded, free=["friction.coefficient"], signals=["lateral_force"])
+    (row,) = found.rows
+    assert (row.value, row.lower, row.upper) == pytest.approx((0.5, 0.5, 0.5), rel=1e-9)

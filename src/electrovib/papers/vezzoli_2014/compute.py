@@ -429,7 +429,8 @@ def _results(own: Tabulated | None) -> Table:
     )
     caption = (
         "Figure 6 with ramps of 36 ms and a hold of 100 ms. Figure 7: rise = F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest"
-        " F. Sources, notes and time constants: skins.csv"
+        " F. Solved with the capacitance of the film added to that of the skin, which equations (3) and (5) omit: 0.5 % slower."
+        " Sources, notes and time constants: skins.csv"
     )
     return Table("Figures 6 and 7 by skin", headings, tuple(lines), caption=caption, id="by_skin")
 

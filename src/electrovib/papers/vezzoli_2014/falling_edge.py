@@ -295,7 +295,7 @@ def rows() -> tuple[Row, ...]:
     return (
         Row("moving_finger", "force falling over rising, finger that slides over fresh film at 10 to 100 mm/s; at rest 1", None,
             (min(sliding), max(sliding)), "1", "open", "A film that slides carries lost charge away, which the equations do not"
-            f" contain: {sliding[-1]:.2f} at 100 mm/s contradicts the statement. The paper prints no speed.",
+            f" contain: {sliding[-1]:.2f} at 100 mm/s in our model. The paper prints no speed.",
             "valid for a static or moving finger", place="section 3.1", inputs="chosen"),
         Row("falling_edge_candidates", "force falling over rising, each candidate cause alone", None, (min(ratios), max(ratios)),
             "1", "ours", "The paper states that there is a difference, but neither its sign nor its size. Every candidate"

@@ -60,7 +60,7 @@ def measurements() -> dict[str, Measurement]:
             unknown=SKIN | FRICTION | {"drive.rise": between(1e-3, 5e-2, "not printed")},
             of_model=ROUGH_GAP,
             note="Printed is a range of 2 to 5 mN: its geometric mean, and the deviation that eight people with this range have."
-            " Whether the force is lateral or normal is not said, nor load and speed. The 2.5 mN beside it are a model value. The"
+            " Load and speed are not said. The 2.5 mN beside it are a model value. The"
             " same group quotes some 100 mN for its rig of 2013, without a voltage.",
         ),
         "decay": Measurement(

@@ -264,6 +264,13 @@ class LeastSquaresEstimate:
         return self.sum_of_squares / self.degrees_of_freedom if self.degrees_of_freedom > 0 else math.nan
 
     @property
+    def variance_of_noise(self) -> float:
+        """The variance that intervals count with: 1 if the noise is stated, that of rounding for exact data."""
+        if self.noise_is_known or not self.variance <= 0:
+            return 1.0 if self.noise_is_known else self.variance
+        return math.ulp(1.0) ** 2
+
+    @property
     def standard_deviations(self) -> dict[str, float]:
         """Of each parameter, in its unit; NaN where there is none."""
         count = len(self.values)

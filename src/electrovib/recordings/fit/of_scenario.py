@@ -98,7 +98,7 @@ def _judged(
     zeros = [each.name for each in prediction.unknowns if each.is_offset]
     residuals = tuple(residuals_of(prediction, values, noise))
     misfit = misfit_of(problem, values, residuals)
-    variance = misfit.inflation * (1.0 if estimate.noise_is_known else max(estimate.variance, 0.0))
+    variance = misfit.inflation * estimate.variance_of_noise
     judged = identifiability(
         problem.derivatives(values)[:, rows] / np.sqrt(variance or 1.0),
         {name: values[name] for name in inside},

@@ -169,7 +169,7 @@ class ScenarioFit:
         estimate, free, own = self.estimate, self.problem.prediction.free, self.problem.prediction.free[name]
         known, value = estimate.noise_is_known, estimate.values[name]
         allowed = chdtri(1, 1 - level) if known else fdtri(1, max(estimate.degrees_of_freedom, 1), level)
-        unit = self.misfit.inflation * (1.0 if known else estimate.variance)
+        unit = self.misfit.inflation * estimate.variance_of_noise
 
         def rise(at: float) -> float:
             squares = self.problem.rise(name, at, estimate.values, free, variance=unit)

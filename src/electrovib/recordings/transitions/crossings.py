@@ -217,7 +217,7 @@ def levels_of(time: Real, values: Real, *, edge: float, settled: float) -> EdgeL
     before, after = time < edge, time > settled
     if min(np.count_nonzero(before), np.count_nonzero(after)) < 8:
         raise InputError(
-            f"the edge at {edge:.6g} s has {np.count_nonzero(before)} samples before it and {np.count_nonzero(after)} after its"
+            f"the edge has {np.count_nonzero(before)} samples before it and {np.count_nonzero(after)} after its"
             " transition; 8 on each side are needed: record longer, or give before and window"
         )
     first, first_error, slope, slope_error = line(time=time[before], values=values[before])
@@ -226,7 +226,7 @@ def levels_of(time: Real, values: Real, *, edge: float, settled: float) -> EdgeL
     alike = autocovariance(left, fitted=1)
     if not abs(last - first) > _CLEAR * math.hypot(first_error, last_error):
         raise InputError(
-            f"the signal does not change at the edge at {edge:.6g} s: {last - first:.3g} with a standard error of"
+            f"the signal does not change at the edge: {last - first:.3g} with a standard error of"
             f" {math.hypot(first_error, last_error):.2g}"
         )
     return EdgeLevels(

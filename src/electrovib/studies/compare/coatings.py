@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -133,7 +134,14 @@ def _draw(figure: Any, *, coatings: Sequence[Coating]) -> None:
         left.annotate(format_quantity(force, "N", digits=3), (force, place), **above)
         for margin, sign in zip(each.margins, _SIGNS, strict=True):
             right.plot(margin, place, color=colour, linestyle="none", **sign)
-    for name, sign in zip(MARGINS, _SIGNS, strict=True):
+    left.plot([], [], color="#555555", linewidth=5, alpha=0.3, label="90 % of the fingers")
+    left.plot([], [], "o", color="#555555", label="90 % have at least")
+    left.legend(loc="upper left", bbox_to_anchor=(0.0, -0.25), ncols=2)
+    known = [
+        not all(map(math.isnan, margins))
+        for margins in zip(*(each.margins for each in coatings), strict=True)
+    ]
+    for name, sign in itertools.compress(zip(MARGINS, _SIGNS, strict=True), known):
         right.plot([], [], color="#555555", label=name, linestyle="none", **sign)
     right.axvline(1.0, color="#222222", linestyle="--", linewidth=1, label="limit")
     right.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -64,7 +64,7 @@ class Evidence(Answer):
                 self._overview,
                 *(figure(name, each, self.of(name)) for name, each in self.measured.items() if each.over),
             ],
-            tables=[self._failures],
+            tables=[self._failures] if self.failures else [],
             remarks=[
                 REMARK,
                 f"{len(self.warned)} set-ups exceed a limit of validity, such as the voltage at which sweat saturates.",

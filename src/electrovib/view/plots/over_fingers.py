@@ -130,8 +130,9 @@ def _logarithmic_if_near_zero(ax: Axes, found: xarray.Dataset, name: str) -> Non
     if np.median(high[known] > WIDE * low[known]) < 1 or not (low[known] > 0).any():
         return
     largest = int(np.nanargmax(np.where(low > 0, rows[len(rows) // 2], -1.0)))
+    top = float(high[known].max())
     ax.set_yscale("log")
-    ax.set_ylim(max(float(low[largest]) / 3, float(high[known].max()) * _DEEPEST), None)
+    ax.set_ylim(max(float(low[largest]) / 3, top * _DEEPEST), 2 * top)
 
 
 def _draw_bands(ax: Axes, x: Real, values: xarray.DataArray) -> None:
