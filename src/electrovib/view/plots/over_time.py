@@ -302,12 +302,12 @@ def against_the_whole(ax: Axes, loads: Sequence[float | None]) -> float:
     if change < _CONSTANT * high or change >= SMALL * high:
         ax.set_ylim(0.0, 1.1 * high, auto=None)
         if load:
-            _mark(ax, load, "friction of the load")
+            _mark(ax, load, "of the load")
         return 0.0
     of_the_load = load is not None and abs(load - low) <= _SAME * change
     ax.set_ylim(low - 0.12 * change, low + 1.15 * change, auto=None)
     ax.yaxis.set_major_locator(_from(low))
-    _mark(ax, low, "friction of the load" if of_the_load else "smallest value")
+    _mark(ax, low, "of the load" if of_the_load else "smallest value")
     _in_percent(ax, low)
     return low
 

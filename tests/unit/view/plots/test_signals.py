@@ -194,7 +194,7 @@ def test_a_small_change_of_friction_is_drawn_above_the_friction_of_the_load_and_
     ax.figure.draw_without_rendering()
     assert ax.get_ylabel() == "lateral force $f_t$ above 250 mN [mN]"
     assert np.array_equal(ax.lines[0].get_ydata(), small.lateral_force.values)
-    assert "friction of the load, 250 mN" in texts(ax)
+    assert "of the load, 250 mN" in texts(ax)
     change = float(small.lateral_force.max()) - 0.25
     low, high = ax.get_ylim()
     assert low < 0.25 < 0.25 + change < high
@@ -210,7 +210,7 @@ def test_a_small_change_of_friction_is_drawn_above_the_friction_of_the_load_and_
 def test_a_large_change_of_friction_is_drawn_from_zero_and_one_of_both_signs_as_it_is(trace, measured):
     ax = plots.lateral_force(trace)
     assert (ax.get_ylim()[0], percent(ax)) == (0, None)
-    assert "friction of the load, 250 mN" in texts(ax)
+    assert "of the load, 250 mN" in texts(ax)
     ax = plots.lateral_force(measured - 0.3)
     assert ax.get_ylim()[0] < -0.1
     assert (percent(ax), texts(ax)) == (None, [])
