@@ -280,7 +280,7 @@ def test_what_is_shown_of_a_scenario_is_no_other_scenario():
 @pytest.mark.parametrize("name", ["student.5", "engineer.4"])
 def test_the_bar_of_a_vibration_and_the_curve_below_it_are_both_in_sight(name):
     (plot,) = content("Felt", computed(name), further(name)).figures
-    bars, curve = plot["data"]
+    bars, *_, curve = plot["data"]
     low, high = plot["layout"]["yaxis"]["range"]
     assert low < np.log10(np.nanmin(curve["y"])) < np.log10(max(bars["y"])) < high
     assert 20 * np.log10(max(bars["y"]) / np.nanmin(curve["y"])) == pytest.approx(
