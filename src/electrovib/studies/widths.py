@@ -59,7 +59,10 @@ class Width:
         """What is uncertain, and by how much."""
         if self.interval is None:
             return f"Not included: {self.name}: {self.text}."
-        ends = " to ".join(shown_end(each, self.unit) for each in self.interval)
+        low, high = self.interval
+        ends = f"{shown_end(low, self.unit)} to {shown_end(high, self.unit)}"
+        if self.unit == "1" and math.isclose(low * high, 1.0) and high > 1:  # a factor to both sides
+            ends = f"1/{shown_end(high, self.unit)} to {shown_end(high, self.unit)}"
         head = self.name.capitalize() if self.name == TOGETHER else f"Width by {self.name}"
         return f"{head}, {ends}{' times the force' * (self.unit == '1')}: {self.text}."
 

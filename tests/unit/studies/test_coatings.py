@@ -67,6 +67,7 @@ def test_the_page_says_first_what_to_take_and_why(found, tmp_path):
     assert head == "Take pet: the only one within all limits."
     assert "pet, chosen: 90 % of the people have at least" in reason
     assert "gap closed 2.88, amplifier 1.2." in reason
+    assert "judged with the finger of the scenario. The force is without the limits of the amplifier." in reason
     assert other.startswith("silica gives ")
     assert "but is not shown to be safe: film strength" in other
     assert "by a factor of 12 typically" in law
@@ -91,6 +92,22 @@ def test_nothing_is_recommended_that_is_not_shown_to_be_safe(changes, words, mon
     assert head == words
     assert "silica, with the most force" in reason
     assert "It is " in reason
+
+
+def test_where_a_force_is_not_known_there_is_no_number_for_people(monkeypatch):
+    monkeypatch.setattr(coatings.Prepared, "__call__", lambda *_: {coatings.FORCE: np.array([1.0, np.nan])})
+    compared = ev.compare_materials(PULSE, materials=NAMES)
+    assert not compared.coatings
+    assert "silica: the force is not known of 1 of 200 fingers" in compared.left_out[coatings.OF_PEOPLE]
+    assert coatings.OF_PEOPLE in str(compared.tables[-1].rows)
+
+
+def test_where_people_do_not_differ_the_table_says_so():
+    film = {"insulator": {"thickness": "1 um", "material": "silica"}}
+    scenario = PULSE.replace({"stack": film, "force": {"model": "MaxwellStressInInsulator"}})
+    compared = ev.compare_materials(scenario, materials=NAMES)
+    assert (len(compared.entries), compared.coatings) == (3, ())
+    assert "has no layer 'stratum_corneum'" in compared.left_out[coatings.OF_PEOPLE]
 
 
 def test_the_whole_library_is_a_table(found):

@@ -13,6 +13,7 @@ import numpy as np
 
 from electrovib.core.answer import Drawing
 from electrovib.core.arrays import Real
+from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.safety import GAP_CLOSED
 from electrovib.scenario import Scenario
@@ -71,10 +72,12 @@ def coatings_of(cases: dict[str, Scenario], layer: str) -> tuple[Coating, ...]:
     found = []
     for name, case in cases.items():
         space = read_space(case, PEOPLE)
-        whole = without_its_limits(
-            case, LARGEST
-        )  # which take nothing where the margin of the amplifier is above 1
+        whole = without_its_limits(case, LARGEST)  # with them every finger would be marched by itself
         force = Prepared(whole, free=space.paths, quantities=[FORCE])(space.draw(SEED, 0, DRAWS))[FORCE]
+        if not np.isfinite(force).all():
+            raise InputError(
+                f"{name}: the force is not known of {np.sum(~np.isfinite(force))} of {DRAWS} fingers"
+            )
         found.append(Coating(name=name, layer=layer, force=np.sort(force), check=checked(case)))
     return tuple(sorted(found, key=lambda each: -each.for_most[1]))
 
@@ -91,7 +94,10 @@ def recommended(coatings: Sequence[Coating]) -> list[str]:
         head = "Take none: each exceeds a limit."
     else:
         head = "Take none yet: no coating is shown to be safe."
-    more = "" if safe else f" It is {best.check.verdict}."
+    amplifier = best.check.scenario.circuit.amplifier
+    more = " Limits are judged with the finger of the scenario."
+    more += " The force is without the limits of the amplifier." if amplifier and amplifier.is_limited else ""
+    more += "" if safe else f" It is {best.check.verdict}."
     reason = (
         f"{best.name}, {'chosen' if safe else 'with the most force'}: 90 % of the people have at least {force} ({low} to {high},"
         f" 95 % interval for {DRAWS} drawn fingers). Limit over value: {margins}.{more}"
