@@ -514,8 +514,9 @@ def test_a_measurement_fails_only_if_no_candidate_covers_it():
     assert (sharp.covered, wide.covered) == (0, 1)
     assert sharp.score > wide.score
     content = {"measured": {"m": measured()}, "refused": {}, "warned": {}, "n": 64, "seed": 0}
-    assert Evidence(scores=(sharp, wide), **content).failures == []
-    assert Evidence(scores=(sharp,), **content).failures == [sharp]
+    covered, missed = (Evidence(scores=scores, **content) for scores in ((sharp, wide), (sharp,)))
+    assert (covered.failures, list(covered.document.tables)) == ([], [])
+    assert (missed.failures, len(missed.document.tables)) == ([sharp], 1)
 
 
 def test_each_group_states_its_worst_failure_with_the_likely_cause():

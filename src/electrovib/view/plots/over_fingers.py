@@ -132,7 +132,7 @@ def _logarithmic_if_near_zero(ax: Axes, found: xarray.Dataset, name: str) -> Non
     largest = int(np.nanargmax(np.where(low > 0, rows[len(rows) // 2], -1.0)))
     top = float(high[known].max())
     ax.set_yscale("log")
-    ax.set_ylim(max(float(low[largest]) / 3, top * _DEEPEST), 2 * top)
+    ax.set_ylim(max(float(low[largest]) / 3, top * _DEEPEST), 2 * float(ax.dataLim.y1))
 
 
 def _draw_bands(ax: Axes, x: Real, values: xarray.DataArray) -> None:
