@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import Any, Final
 
 from electrovib.core.answer import Page, Shown, Table
@@ -36,6 +37,7 @@ class Row:
     - `stated`: what the paper states in words; `leads`: the paper's own reading of its main result, shown
       first.
     - `place`: section, equation or figure of the paper; `inputs`: one of `INPUTS`.
+    - `agrees`: the lowest and highest number that agrees with what is stated in words; ``consistent`` needs it.
     """
 
     id: str
@@ -50,6 +52,7 @@ class Row:
     leads: bool = False
     place: str = ""
     inputs: str = "printed"
+    agrees: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse a verdict that the row does not support."""
@@ -63,7 +66,11 @@ class Row:
             f"what {self.inputs} inputs give neither reproduces the paper nor disagrees with it": verdict
             in {"reproduced", "disagrees"}
             and self.inputs != "printed",
-            "only a printed number can be reproduced": verdict == "reproduced" and self.paper is None,
+            "only a printed number that ours has in its digits, rounded or cut off, is reproduced": verdict
+            == "reproduced"
+            and not self._has_digits,
+            "what is consistent lies in the range that agrees with the paper": verdict == "consistent"
+            and not self._is_within,
             "only a printed number that ours does not reach disagrees with it": verdict == "disagrees"
             and reached,
             what: verdict in {"consistent", "open"} and not compared,
@@ -76,6 +83,21 @@ class Row:
             if is_fault:
                 msg = f"row {self.id}: {words}"
                 raise ValueError(msg)
+
+    @property
+    def _has_digits(self) -> bool:
+        if isinstance(self.paper, tuple | None) or isinstance(self.ours, tuple):
+            return False
+        last = Decimal(f"{self.paper:g}").as_tuple().exponent
+        return abs(self.ours - self.paper) < 10.0 ** int(last)
+
+    @property
+    def _is_within(self) -> bool:
+        agrees = self.agrees if self.paper is None else self.paper
+        if agrees is None:
+            return False
+        (low, high), (least, most) = map(_ends, (agrees, self.ours))
+        return low <= least and most <= high
 
     @property
     def here(self) -> str:
@@ -91,7 +113,7 @@ class Row:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row for ``numbers.json``."""
-        kept = {name: value for name, value in vars(self).items() if name not in {"brief", "leads"}}
+        kept = {name: value for name, value in vars(self).items() if name not in {"brief", "leads", "agrees"}}
         return {name: list(value) if isinstance(value, tuple) else value for name, value in kept.items()}
 
 
@@ -106,8 +128,12 @@ def shown(value: float | tuple[float, float] | None, unit: str) -> str:
 
 def overlap(one: float | tuple[float, float], other: float | tuple[float, float]) -> bool:
     """Return whether two numbers or ranges have a value in common."""
-    (low, high), (least, most) = (each if isinstance(each, tuple) else (each, each) for each in (one, other))
+    (low, high), (least, most) = map(_ends, (one, other))
     return low <= most and least <= high
+
+
+def _ends(value: float | tuple[float, float]) -> tuple[float, float]:
+    return value if isinstance(value, tuple) else (value, value)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import html
 import io
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -489,7 +490,10 @@ def test_a_drawing_shows_words_that_do_not_leave_it(number):
     ("paper_has", "ours", "verdict", "note", "stated", "words"),
     [
         (None, 1.0, "reproduced", "", "", "only a printed number"),
-        (None, 1.0, "consistent", "an identity of ours", "", "consistent, compared with what"),
+        (None, 1.0, "consistent", "an identity of ours", "", "range that agrees"),
+        (32.0, 33.1, "reproduced", "", "", "in its digits"),
+        (6.9, 7.01, "reproduced", "", "", "in its digits"),
+        ((2.0, 5.0), (1.9, 3.0), "consistent", "", "", "range that agrees"),
         (1.0, 1.0, "check", "", "", "not compared with the paper"),
         (None, 1.0, "check", "", "in words", "not compared with the paper"),
         (1.0, 1.0, "open", "", "", "needs a note"),
@@ -504,7 +508,12 @@ def test_a_verdict_that_a_row_does_not_bear_is_refused(paper_has, ours, verdict,
 
 
 def test_a_verdict_that_a_row_bears():
-    assert Row("x", "x", None, 1.0, "1", "consistent", "", "in words").stated == "in words"
+    said = Row("x", "x", None, 1.0, "1", "consistent", "", "in words", agrees=(0.9, 1.1))
+    assert said.stated == "in words"
+    for beyond in (1.11, 0.89, (0.95, 1.2), (0.8, 1.0)):
+        with pytest.raises(ValueError, match="range that agrees"):
+            replace(said, ours=beyond)
+    assert Row("x", "x", 6.9, 6.95, "1", "reproduced", "").here == "6.95"
     assert Row("x", "x", (2.0, 5.0), (0.1, 1.99), "1", "disagrees", "").verdict == "disagrees"
     for inputs in INPUTS[
         1:

@@ -235,7 +235,7 @@ def _direction() -> Row:
         (low, high), "1", "consistent" if low > 0 else "open", "The paper reports the direction, above 0, and no size. The size"
         " is overestimated where the sine lacks a channel for low frequencies.",
         "lower thresholds for square than for sine voltages below 60 Hz",
-        place="abstract", inputs="published")  # fmt: skip
+        place="abstract", inputs="published", agrees=(0.0, np.inf))  # fmt: skip
 
 
 def _u_shape() -> Row:
@@ -246,7 +246,7 @@ def _u_shape() -> Row:
     return Row("best_frequency", "frequency of the lowest threshold of the sine, 7.7 ms", None,
         lowest_of(curves.frequency, sine), "Hz", "consistent" if shaped else "open", "The paper reports a U. The force of a sine"
         " moves at twice its frequency, so the lowest threshold is at half the frequency at which the Pacinian channel is most"
-        " sensitive.", "U-shaped thresholds", place="abstract", inputs="constructed")  # fmt: skip
+        " sensitive.", "U-shaped thresholds", place="abstract", inputs="constructed", agrees=(0.0, np.inf))  # fmt: skip
 
 
 def lowest_of(frequency: Real, level: Real) -> float:
