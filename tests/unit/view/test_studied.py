@@ -155,5 +155,7 @@ def test_bands_that_would_touch_zero_have_a_logarithmic_axis(found, lowest, scal
     assert axes.get_yscale() == scale
     if scale == "log":
         assert lowest / 10 < axes.get_ylim()[0] < lowest
-        highest = max(float(np.nanmax(line.get_ydata())) for line in axes.get_lines())  # of the scenario's own curve
+        highest = max(
+            float(np.nanmax(line.get_ydata())) for line in axes.get_lines()
+        )  # of the scenario's own curve
         assert 1e-3 < highest < axes.get_ylim()[1] < 20 * highest  # an automatic axis would add decades
