@@ -93,12 +93,30 @@ class DataColumn:
 
 
 @dataclass(frozen=True, kw_only=True)
+class NotRead:
+    """A column, a block, or rows of a file that are not read, as the file calls them, and why."""
+
+    name: str
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clock:
+    """When the samples of a channel were taken: in the channel `time`, or from `start` [s] in steps of `step` [s]."""
+
+    time: str = ""
+    step: float | None = None
+    start: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Recorded:
-    """The content of one file.
+    """The content of one file: what is read of it, and what is not.
 
     All `channels` have one length. `time` names the one that is the time; it is empty if the time follows
-    from `step` [s] and `start` [s], the time of the first sample, or is not known. `attributes` are
-    statements of the preamble: make, model, date, settings.
+    from `step` [s] and `start` [s], the time of the first sample, or is not known. `clocks` are those of
+    channels that have one of their own, by name. `attributes` are statements of the preamble: make, model,
+    date, settings. `not_read` accounts for everything else that the file has.
     """
 
     channels: tuple[DataColumn, ...]
@@ -106,6 +124,8 @@ class Recorded:
     step: float | None = None
     start: float = 0.0
     attributes: Mapping[str, str] = field(default_factory=dict)
+    not_read: tuple[NotRead, ...] = ()
+    clocks: Mapping[str, Clock] = field(default_factory=dict)
 
     @property
     def size(self) -> int:

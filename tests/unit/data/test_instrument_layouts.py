@@ -9,9 +9,9 @@ import scipy.io
 from damaged_records import read_damaged
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.readers.text import seconds_from_first
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of
+from electrovib.data.text.stamps import seconds_from_first
 
 T = -1e-5 + 1e-6 * np.arange(40)
 V, W = np.sin(3e5 * T), np.cos(3e5 * T)
