@@ -19,9 +19,8 @@ from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
-from electrovib.data.marks import WRITTEN_BY, Form, unsigned
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned, verified
 from electrovib.data.trace_csv import load_csv, not_a_trace, prepared, rebuilt, structure_of
-from electrovib.data.verified import verified
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
