@@ -172,16 +172,15 @@ seconds = functools.partial(number_in, "s")
 
 def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, float]:
     """Return the ends of a time span such as ``"0 s..2 s"``; an end that is omitted is infinite."""
-    if isinstance(value, str):
-        match = _SPAN.fullmatch(value)
-        if match is None:
-            raise InputError(f"{option} = {value}: expected a span of time, such as '0 s..2 s'")
-        first = seconds(option, match[1]) if match[1] else -np.inf
-        last = seconds(option, match[2]) if match[2] else np.inf
-    elif isinstance(value, (list, tuple)) and len(value) == 2:
-        first, last = (seconds(option, each) for each in value)
-    else:
+    match = _SPAN.fullmatch(value) if isinstance(value, str) else None
+    ends = match.groups() if match else value
+    if not isinstance(ends, (list, tuple)) or len(ends) != 2:
         raise InputError(f"{option} = {value}: expected a span of time, such as '0 s..2 s'")
+    open_ends = (-np.inf, np.inf)
+    first, last = (
+        unbounded if end == "" else seconds(option, end)
+        for end, unbounded in zip(ends, open_ends, strict=True)
+    )
     if not first < last:
         raise InputError(f"{option} = {value}: the end is not after the beginning")
     return first, last
@@ -235,10 +234,20 @@ _FEWEST_SAMPLES: Final = 8
 
 @dataclass(frozen=True, kw_only=True)
 class SignalEdges:
-    """Times [s] at which a signal passes the middle of its range, increasing, interpolated linearly."""
+    """Times [s] at which a signal passes the middle of its range, increasing, interpolated linearly; falling with the sign -1."""
 
-    rising: Real
-    falling: Real
+    times: Real
+    signs: Real
+
+    @property
+    def rising(self) -> Real:
+        """Times of the rising edges [s]."""
+        return self.times[self.signs > 0]
+
+    @property
+    def falling(self) -> Real:
+        """Times of the falling edges [s]."""
+        return self.times[self.signs < 0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -256,26 +265,21 @@ class PeriodAverage:
 def find_edges(time: Real, values: Real) -> SignalEdges:
     """Find the edges at the mean of the 5 % and 95 % quantiles of a signal, with a hysteresis of 40 % of its range."""
     time, values = time[np.isfinite(values)], values[np.isfinite(values)]
-    if not values.size:
-        return SignalEdges(rising=values, falling=values)
-    low, high = np.quantile(values, [0.05, 0.95])
-    if high == low:
+    low, high = np.quantile(values, [0.05, 0.95]) if values.size else (0.0, 0.0)
+    if high == low and values.size:
         low, high = values.min(), values.max()
     state = np.where(
         values > low + _HIGH * (high - low), 1, np.where(values < low + _LOW * (high - low), -1, 0)
     )
     known = np.flatnonzero(state)
     turns = np.flatnonzero(np.diff(state[known]))
-    level = (low + high) / 2
-    found: dict[int, list[float]] = {1: [], -1: []}
-    for first, last in zip(known[turns], known[turns + 1], strict=True):
-        sign = int(state[last])
-        part = slice(first, last + 1)
-        after = first + int(np.argmax(sign * (values[part] - level) >= 0))
-        before = after - 1
-        share = (level - values[before]) / (values[after] - values[before])
-        found[sign].append(float(time[before] + share * (time[after] - time[before])))
-    return SignalEdges(rising=np.array(found[1]), falling=np.array(found[-1]))
+    signs, level = state[known[turns + 1]], (low + high) / 2
+    spans = zip(known[turns], known[turns + 1], signs, strict=True)
+    after = np.array(
+        [a + np.argmax(sign * (values[a : b + 1] - level) >= 0) for a, b, sign in spans], dtype=int
+    )
+    share = (level - values[after - 1]) / (values[after] - values[after - 1])
+    return SignalEdges(times=time[after - 1] + share * (time[after] - time[after - 1]), signs=signs)
 
 
 def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
