@@ -55,6 +55,10 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, (np.generic, np.ndarray)) and np.ndim(value) == 0 else value
 
 
+TYPES: Final = {"real": np.float64, "complex": np.complex128}
+"""Types of numbers in a file, by the kind that its structure states."""
+
+
 def structure_of(path: Path, trace: xarray.Dataset, elsewhere: Collection[str]) -> dict[str, Any]:
     """Describe a prepared Trace for JSON, without the numbers that are stored elsewhere in the file."""
     variables = []
@@ -107,7 +111,6 @@ TABLES: Final = ("time", "frequency")
 CASES: Final = "case"
 """Dimension of the table of a sweep: every combination of its parameters."""
 
-_TYPES: Final = {"real": np.float64, "complex": np.complex128}
 _BLOCK: Final = 65536
 _MOST_LAYERS: Final = 1000
 
@@ -202,7 +205,7 @@ def _write_table(out: TextIO, trace: xarray.Dataset, structure: Mapping[str, Any
     for entry, own, sizes in _columns(structure, over):
         headings += own
         whole = trace[entry["name"]].variable.set_dims(sizes).values
-        whole = np.ascontiguousarray(whole, _TYPES[entry["kind"]]).view(np.float64)
+        whole = np.ascontiguousarray(whole, TYPES[entry["kind"]]).view(np.float64)
         columns += list(whole.reshape(-1, len(own)).T) if own else []
     csv.writer(out, lineterminator="\n").writerow(headings)
     for start in range(0, len(columns[0]) if columns else 0, _BLOCK):
@@ -296,7 +299,7 @@ def _read_arrays(part: _Part, structure: Mapping[str, Any], over: str) -> dict[s
     left = part.numbers.reshape(shape)
     for entry, own, dims in columns:
         values, left = left[:, : len(own)], left[:, len(own) :]
-        values = np.ascontiguousarray(values).view(_TYPES[entry["kind"]]).reshape(tuple(dims.values()))
+        values = np.ascontiguousarray(values).view(TYPES[entry["kind"]]).reshape(tuple(dims.values()))
         found = xarray.Variable(tuple(dims), values).isel(dict.fromkeys(dims.keys() - entry["dims"], 0))
         arrays[entry["name"]] = found.transpose(*entry["dims"]).values
     return arrays
