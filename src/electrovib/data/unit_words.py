@@ -39,6 +39,7 @@ UNITS: Final = {
     "cn": "cN", "kn": "kN", "g": "g", "kg": "kg", "gf": "gf", "kgf": "kgf", "lbf": "lbf", "cm": "cm", "kpa": "kPa", "rpm": "rpm",
 }  # fmt: skip
 """Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
+_WITH_PREFIX: Final = re.compile(r"[pnumkMG]?(V|A|Hz|N|ohm|Ω|F|Pa|W)|[pnum]?s|[numck]?m|min")
 _PER_TIME: Final = re.compile(r"([a-zµ]{1,2})/(s|sec|second)s?", re.IGNORECASE)
 _FORCE: Final = re.compile(r"f([a-z]|_[a-z]+)?|.*(force|load|friction|kraft|effort).*", re.IGNORECASE)
 """Names of columns of forces, which some tribometers state in the mass whose weight they are."""
@@ -107,9 +108,11 @@ def _is_unit(name: str, opening: str, unit: str) -> bool:
 
 def as_unit(text: str) -> str | None:
     """Return the unit that a word stands for; None if it is no unit, and empty for a word such as ``"unknown"``."""
-    text = unicodedata.normalize("NFKC", text).replace("\u03bc", "µ")
+    text = unicodedata.normalize("NFKC", text).strip().replace("\u03bc", "u")
+    if _WITH_PREFIX.fullmatch(text):
+        return text.replace("Ω", "ohm")
     if found := _RESISTIVITY.fullmatch(text.strip()):
-        return f"{found[1].replace('µ', 'u')}ohm {found[2]}"
+        return f"{found[1]}ohm {found[2]}"
     if (found := _PER_TIME.fullmatch(text.strip())) and UNITS.get(found[1].lower(), "").endswith("m"):
         return f"{UNITS[found[1].lower()]}/s"
     return UNITS.get(text.strip().lower(), UNITS.get(text.strip()))

@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
 from electrovib.data.text.body import Body, body_of
-from electrovib.data.text.cells import Cells, numbers_of, without_sentinels
+from electrovib.data.text.cells import Cells, Notation, numbers_of, without_sentinels
 from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, find_layout, inspected
 from electrovib.data.text.parts import one_table, repeated_table
 from electrovib.data.text.preamble import (
@@ -154,6 +154,12 @@ def _columns(
         if place in layout.columns and cells.rows.size and not doubted:
             doubted = f"line {body.line(int(cells.rows[0]))}: '{cells.word[:40]}' is not a number"
             doubted_first = place == layout.columns[0]
+        if cells.rows.size and _other(layout.notation).is_number(cells.word):
+            raise DataFileError(
+                f"column '{name}' holds '{cells.word[:40]}' in line {body.line(int(cells.rows[0]))}, where others are read with"
+                f" {layout.stated}: decimals are written in two ways.",
+                path=path,
+            )
         if why:
             if why != "empty" or (place < len(layout.titles) and layout.titles[place]):
                 not_read.append(NotRead(name=name, why=why))
@@ -174,6 +180,12 @@ def _columns(
     layout = layout.with_columns(tuple(numbers))
     own = tuple(units[place] or unit for place, unit in zip(numbers, layout.units, strict=True))
     return dataclasses.replace(layout, units=own), numbers, not_read
+
+
+def _other(notation: Notation) -> Notation:
+    """Return the notation with the other decimal sign, and the other one between thousands."""
+    point = notation.decimal == ","
+    return Notation(decimal="." if point else ",", thousands="," if point else ".")
 
 
 def _why_not(layout: Layout, place: int, cells: Cells, body: Body) -> str:

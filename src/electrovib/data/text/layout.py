@@ -292,8 +292,7 @@ def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> t
     found = []
     for place in range(width):
         cells = [row[place] for row in rows if place < len(row) and row[place]]
-        numbers = sum(map(notation.is_number, cells))
-        numbers = numbers or sum(notation.quantity(cell) is not None for cell in cells)
+        numbers = sum(notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells)
         if numbers > len(cells) / 2:
             found.append(place)
     return tuple(found)
@@ -389,11 +388,15 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
 
 def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> list[str]:
     """Return as many headings as there are columns from a line that stands in one field, or that blanks divide."""
-    text = row[0] if delimiter and sum(map(bool, row)) == 1 else line.strip().lstrip("#%").strip()
-    if width < 2 or (delimiter and sum(map(bool, row)) != 1):
-        return row
-    for parts in (_WIDE_GAP.split(text.strip()), _WORD_WITH_UNIT.findall(text)):
-        if len(parts) == width and (len(row) != width or not delimiter):
+    text = line.strip()
+    if delimiter not in ("", WIDE):
+        if text[:1] in _COMMENT and '"' in text:  # a quotation mark behind the sign of a comment
+            return split(text.lstrip("#% "), delimiter)
+        parts = _WIDE_GAP.split(row[0].strip()) if sum(map(bool, row)) == 1 else []
+        return parts if len(parts) == width > 1 else row
+    text = text.lstrip("#% ")
+    for parts in (_WIDE_GAP.split(text), _WORD_WITH_UNIT.findall(text)):
+        if len(parts) == width > 1 and not any(part.endswith((":", "=")) for part in parts):
             return [part.strip('"') for part in parts]
     return row
 
@@ -429,7 +432,7 @@ def _headings(
     for at in reversed(above[-4:]):
         cells = [rows[at][place] if place < len(rows[at]) else "" for place in columns]
         words = [cell for cell in cells if cell and not notation.is_number(cell)]
-        if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2:
+        if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2 and not _units(words):
             continue  # such as 'End Comments' between headings and numbers
         if not headings and any(_VALUE.fullmatch(cell) for cell in words[-1:]) and not _units(words):
             behind_settings = True  # such as 'Sampling rate,10.0kS/s' between headings and numbers
@@ -439,7 +442,10 @@ def _headings(
         if headings and all(map(as_unit, lower)) and _FIRST_CELLS.fullmatch(cells[0]) and all(cells[1:]):
             headings.insert(0, at)  # such as 'x-axis,1,2' above 'second,Volt,Volt'
             break
-        if len(words) < max(1, (len(columns) + 1) // 2) or _is_setting(rows[at], columns):
+        few = len(words) < max(1, (len(columns) + 1) // 2) and not (
+            _units(words) and len(words) == sum(map(bool, cells))
+        )
+        if few or _is_setting(rows[at], columns):
             break
         if headings and sum(as_unit(cell) is None for cell in lower if cell) > len(columns) // 4:
             break
