@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 MOST_COLUMNS: Final = 1024
 """Columns of a file of text or of an array."""
-_MOST_OMITTED: Final = 20
+_MOST_LISTED: Final = 20
 _TIME_UNITS: Final = ("s", "ms", "us", "ns")
 
 
@@ -234,16 +234,16 @@ def recorded_of(
         raise DataFileError("holds no column of two or more numbers.", path=path)
     named = {name: values.size for name, _, values in columns if values.size >= 2}
     if part and part not in named:
-        listed = ", ".join(f"{name} ({size})" for name, size in list(named.items())[:_MOST_OMITTED])
+        listed = ", ".join(f"{name} ({size})" for name, size in list(named.items())[:_MOST_LISTED])
         raise DataFileError(
             f"part = {part}: there is no such array.{suggestion(part, named)} It has {listed}.", path=path
         )
     chosen = named[part] if part else max(lengths, key=lambda size: (size * len(by_length[size]), size))
-    stated = dict(attributes or {})
-    others = [f"{name} ({values.size})" for name, _, values in columns if values.size != chosen]
-    if others:
-        more = f" and {len(others) - _MOST_OMITTED} more" if len(others) > _MOST_OMITTED else ""
-        stated["omitted"] = ", ".join(others[:_MOST_OMITTED]) + more
+    others = tuple(
+        NotRead(name=name, why=_other_length(values.size, chosen, len(lengths)))
+        for name, _, values in columns
+        if values.size != chosen
+    )
     channels: list[DataColumn] = []
     for name, unit, values in by_length[chosen]:
         known = as_unit(unit)
@@ -255,7 +255,20 @@ def recorded_of(
             )
         )
     time = "" if step is not None else next((each.name for each in channels if is_named_time(each)), "")
-    return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=stated)
+    return Recorded(
+        channels=tuple(channels),
+        time=time,
+        step=step,
+        start=start,
+        attributes=attributes or {},
+        not_read=others,
+    )
+
+
+def _other_length(size: int, chosen: int, lengths: int) -> str:
+    """Say why a column of another length is not read."""
+    choice = "; choose it with part (--set part=NAME)" if size >= 2 and lengths > 1 else ""
+    return f"it has {size} {'row' if size == 1 else 'rows'}, those that are read {chosen}{choice}"
 
 
 def unique(name: str, channels: Iterable[DataColumn]) -> str:

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration
+from electrovib.recordings.importing.account import account_lines
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -166,8 +167,7 @@ def _offset(
     )
 
 
-_MOST: Final = 60
-_ABOUT: Final = {"table": "read", "left_out": "left out", "unsure": "not sure", "omitted": "not read"}
+_ABOUT: Final = {"table": "read", "unsure": "not sure"}
 """What a reader states of its file, and how that is called."""
 
 
@@ -180,25 +180,17 @@ def list_columns(
     part: str | None = None,
 ) -> list[str]:
     """List the columns of a file, with their units, and an example of the options that import them."""
-    place = Path(path)
     table, wanted = split_part(part)
-    recorded = read_recorded(
-        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=table
-    )
-    name = reader or format_of(place).name
-    lines = [f"{place.name}: reader '{name}', {len(recorded.channels)} columns of {recorded.size} samples"]
-    for number, each in enumerate(recorded.channels[:_MOST]):
-        finite = each.values[np.isfinite(each.values)]
-        ends = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
-        role = ", the time" if each.name == recorded.time else ""
-        lines.append(f"  {number}  {each.name}  [{each.unit or 'unit not stated'}]  {ends}{role}")
-    if len(recorded.channels) > _MOST:
-        lines.append(f"  and {len(recorded.channels) - _MOST} more")
+    options: dict[str, Any] = {
+        "reader": reader,
+        "delimiter": delimiter,
+        "decimal_comma": decimal_comma,
+        "part": table,
+    }
+    recorded = read_recorded(Path(path), **options)
+    lines = [_heading(Path(path), recorded, reader), *account_lines(recorded)]
     about = recorded.attributes
-    for name, words in _ABOUT.items():
-        if name in about:
-            chosen = "; choose with --set part=NAME" if name == "omitted" else ""
-            lines.append(f"  {words}: {about[name]}{chosen}")
+    lines += [f"  {words}: {about[name]}" for name, words in _ABOUT.items() if name in about]
     try:
         spectrum = spectrum_of(recorded, spectrum=wanted)
     except InputError as error:
@@ -211,6 +203,17 @@ def list_columns(
         *([spectrum.among] if spectrum.among else []),
         "to import it: -o spectrum.nc, or --as material -o material.toml",
     ]
+
+
+def list_account(path: str | Path, *, reader: str = "", part: str | None = None, **options: Any) -> list[str]:
+    """List every column of a file that is read, and everything that is not, whole."""
+    recorded = read_recorded(Path(path), reader=reader, part=split_part(part)[0], **options)
+    return [_heading(Path(path), recorded, reader), *account_lines(recorded, whole=True)]
+
+
+def _heading(path: Path, recorded: Recorded, reader: str) -> str:
+    count, name = len(recorded.channels), reader or format_of(path).name
+    return f"{path.name}: reader '{name}', {count} columns of {recorded.size} samples"
 
 
 def _clock(recorded: Recorded) -> str:

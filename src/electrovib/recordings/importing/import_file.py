@@ -22,8 +22,9 @@ from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration, calibrate
+from electrovib.recordings.importing.account import about_file, account_of
 from electrovib.recordings.importing.choice import calibrated_column, check_names
-from electrovib.recordings.importing.notices import about_file, about_parts, about_samples
+from electrovib.recordings.importing.notices import about_parts, about_samples
 from electrovib.recordings.importing.parallel_part import phase_offset
 from electrovib.recordings.importing.reduction import ReductionSteps, reduced, seconds
 
@@ -92,7 +93,8 @@ def import_file(
     -------
     xarray.Dataset
         Trace with the signals over ``time`` [s], or with ``impedance`` [ohm] over ``frequency`` [Hz]. Attributes ``file``,
-        ``file_sha256``, ``reader``, ``options`` and ``history`` state its origin, ``validity`` the diagnostics.
+        ``file_sha256``, ``reader``, ``options`` and ``history`` state its origin, ``columns_of_file`` every column that was
+        read and everything that was not, with the reason, ``validity`` the diagnostics.
 
     Raises
     ------
@@ -117,6 +119,7 @@ def import_file(
         "file_sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
         "reader": reader or format_of(place).name,
         "options": json.dumps(stated | reduction, default=repr),
+        "columns_of_file": json.dumps(account_of(recorded)),
         "file_preamble": json.dumps(dict(recorded.attributes))[:_LONGEST_SETTINGS],
     }
     wanted = dict(columns or {})

@@ -8,6 +8,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
+from electrovib.recordings.importing.account import about_file
 from electrovib.recordings.recording import at_extreme, at_rail
 
 if TYPE_CHECKING:
@@ -32,20 +33,6 @@ _STRONG: Final = 0.1
 _WEAK: Final = 0.01
 _UNEVEN: Final = 4.0
 """Length of a record over that of as many median intervals, beyond which no spectrum is computed."""
-
-
-def about_file(recorded: Recorded) -> list[Diagnostic]:
-    """State which part of a file was read where it holds several, what was left out, and what its reader is not sure of."""
-    about = recorded.attributes
-    found = []
-    if "left_out" in about:
-        found.append(Diagnostic("rows left out", "warning", f"left out: {about['left_out']}"))
-    if "unsure" in about:
-        found.append(Diagnostic("reader", "unknown", f"not sure is {about['unsure']}"))
-    if "omitted" in about and "table" in about:
-        text = f"read: {about['table']}; not read: {about['omitted']}; choose with part (--set part=NAME)"
-        found.append(Diagnostic("part of the file", "unknown", text))
-    return found
 
 
 def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnostic]:
