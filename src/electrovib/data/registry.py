@@ -13,7 +13,15 @@ from electrovib.core.file_kinds import foreign
 from electrovib.core.parsing import truth
 from electrovib.data import readers
 from electrovib.data.faults import check_file
-from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, choose
+from electrovib.data.recorded import (
+    CanRead,
+    DataColumn,
+    FileFormat,
+    NotRead,
+    Recorded,
+    choose,
+    without_missing_numbers,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -66,7 +74,7 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
         raise DataFileError(f"the option {foreign[0]} does not belong to {chosen.description}.", path=path)
     if "decimal_comma" in given:
         given["decimal_comma"] = truth(given["decimal_comma"], "decimal_comma")
-    return _accounted(chosen.read(path, **given))
+    return without_missing_numbers(_accounted(chosen.read(path, **given)))
 
 
 def _accounted(found: Recorded) -> Recorded:

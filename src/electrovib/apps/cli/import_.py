@@ -64,7 +64,7 @@ def import_(given: Arguments) -> None:
     """
     from electrovib.data.registry import format_lines
     from electrovib.recordings.importing import list_columns
-    from electrovib.recordings.importing.choice import list_account
+    from electrovib.recordings.importing.listing import list_account
 
     file, output, force = given.get("file"), given.get("output"), "force" in given
     if not file:

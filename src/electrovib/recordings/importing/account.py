@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from electrovib.data.recorded import DataColumn, Recorded
 
 
-_MOST_COLUMNS: Final = 60
+MOST_COLUMNS: Final = 60
 _MOST_NOT_READ: Final = 20
 
 
@@ -36,7 +36,7 @@ def _account(column: DataColumn) -> dict[str, Any]:
 
 def account_lines(recorded: Recorded, *, whole: bool = False) -> list[str]:
     """Write the account of a file, a line for each column and each thing that is not read; a long one cut unless `whole`."""
-    columns = recorded.channels if whole else recorded.channels[:_MOST_COLUMNS]
+    columns = recorded.channels if whole else recorded.channels[:MOST_COLUMNS]
     lines = [f"  {number}  {_line(each, recorded)}" for number, each in enumerate(columns)]
     if more := len(recorded.channels) - len(columns):
         lines.append(f"  and {more} more")
