@@ -65,7 +65,7 @@ def import_file(
     columns : mapping of str to str, optional
         Signal of the nomenclature to the heading of its column, with a unit where the file states none:
         ``{"lateral_force_measured": "Ch2 (N)"}``. Of an impedance spectrum: ``frequency``, ``modulus``, ``phase``, ``real``,
-        ``imaginary`` to the headings, or nothing.
+        ``imaginary`` and other meanings to the headings, or nothing.
     time : str
         Column of the time stamps, with a unit where the file states none; found if empty.
     step : str or float, optional
@@ -123,11 +123,16 @@ def import_file(
         "file_preamble": json.dumps(dict(recorded.attributes))[:_LONGEST_SETTINGS],
     }
     wanted = dict(columns or {})
+    if is_spectrum(wanted):
+        scale = _reduction(reduction).scale
+        trace = spectrum_trace(recorded, wanted, origin, spectrum=spectrum, scale=scale)  # type: ignore[arg-type]  # no calibrations yet
+        given = reduction | {"time": time, "step": step, "calibration": calibration}
+        given |= {"scale": None, "stamps": stamps != "refuse"}
+        refuse([f"{name}: has no effect on a spectrum; omit it" for name, value in given.items() if value])
+        return trace
     steps = _reduction(
         reduction | _with_calibrations(calibration or {}, wanted, reduction.get("scale") or {})
     )
-    if is_spectrum(wanted):
-        return spectrum_trace(recorded, wanted, origin, spectrum=spectrum)
     if problems := _wrong_names(wanted, steps):
         raise InputError(problems)
     if spectrum:
@@ -226,11 +231,16 @@ def _validity(diagnostics: list[Diagnostic]) -> str:
 
 
 def spectrum_trace(
-    recorded: Recorded, columns: Mapping[str, str], origin: Mapping[str, str], *, spectrum: int = 0
+    recorded: Recorded,
+    columns: Mapping[str, str],
+    origin: Mapping[str, str],
+    *,
+    spectrum: int = 0,
+    scale: Mapping[str, str | float] | None = None,
 ) -> xarray.Dataset:
     """Return a measured impedance over frequency, or a permittivity over ``frequency`` and one ``layer``, as a Trace."""
     try:
-        found = spectrum_of(recorded, columns=columns, spectrum=spectrum)
+        found = spectrum_of(recorded, columns=columns, spectrum=spectrum, scale=scale)
     except InputError as error:
         if columns:
             raise
@@ -240,6 +250,12 @@ def spectrum_trace(
             f" has {listed}. It is not recognised as a spectrum either: {error.problems[0].reason}",
             path=origin["file"],
         ) from None
+    if found.times_area:
+        raise InputError(
+            "columns: the impedance is one times an area; its permittivity is imported with --as material, --set area=... and"
+            " thickness=...",
+            path=origin["file"],
+        )
     diagnostics = about_parts(recorded, found)
     if found.lossless:
         text = "the table states a permittivity without loss; the loss was assumed to be 0"
