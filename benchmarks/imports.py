@@ -73,6 +73,13 @@ def ours(path: Path) -> object:
     return import_file(path, {signal: name for signal, (name, _, _) in signals.items()})
 
 
+def reading(path: Path) -> object:
+    """Read every column of a file, without making signals of them."""
+    from electrovib.data.registry import read_recorded
+
+    return read_recorded(path)
+
+
 def peer(path: Path) -> object:
     """Read a file with the library for it alone."""
     if path.suffix == ".csv":
@@ -84,6 +91,9 @@ def peer(path: Path) -> object:
     return xarray.open_dataset(path, engine="h5netcdf").load()
 
 
+SIDES = {"import": ours, "reading": reading, "peer": peer}
+
+
 def memory() -> int:
     """Return the most memory that this process or one that it has started has held [B]."""
     return 1024 * max(
@@ -93,7 +103,7 @@ def memory() -> int:
 
 def one(side: str, path: Path, small: Path) -> None:
     """Read a file in this process, after a small one that has everything imported; print time [s] and memory [B]."""
-    read = ours if side == "ours" else peer
+    read = SIDES[side]
     read(small)
     before = memory()
     begin = perf_counter()
@@ -103,8 +113,8 @@ def one(side: str, path: Path, small: Path) -> None:
 
 
 def measured(path: Path, small: Path, rounds: int) -> dict[str, dict[str, float]]:
-    """Return the least time and memory of both sides, several processes each, in turn."""
-    found: dict[str, list[dict[str, float]]] = {"ours": [], "peer": []}
+    """Return the least time and memory of each side, several processes each, in turn."""
+    found: dict[str, list[dict[str, float]]] = {side: [] for side in SIDES}
     for _ in range(rounds):
         for side, each in found.items():
             command = [sys.executable, "-m", "benchmarks.imports", side, str(path), str(small)]
@@ -113,12 +123,22 @@ def measured(path: Path, small: Path, rounds: int) -> dict[str, dict[str, float]
     return {side: {key: min(each[key] for each in all_) for key in all_[0]} for side, all_ in found.items()}
 
 
-def row(kind: str, title: str, found: dict[str, dict[str, float]]) -> list[str]:
-    """Return one row of the table."""
-    time, held = (found["ours"][key] / found["peer"][key] for key in ("time", "memory"))
-    cells = [f"{found[side]['time']:.2f}" for side in found] + [f"{time:.2f}", str(WANTED[kind][0])]
-    cells += [f"{found[side]['memory'] / 1e6:.0f}" for side in found] + [f"{held:.2f}", str(WANTED[kind][1])]
-    return [title, *cells]
+def rows_of(kind: str, title: str, found: dict[str, dict[str, float]]) -> list[list[str]]:
+    """Return the rows of the table of one kind of file: the import, and the reading that is part of it."""
+    peer_ = found["peer"]
+    rows = []
+    for side, what in (("import", title), ("reading", "of it, the reading of the columns")):
+        time, held = (found[side][key] / peer_[key] for key in ("time", "memory"))
+        wanted = [str(each) if side == "import" else "" for each in WANTED[kind]]
+        cells = [f"{found[side]['time']:.2f}", f"{peer_['time']:.2f}", f"{time:.2f}", wanted[0]]
+        cells += [
+            f"{found[side]['memory'] / 1e6:.0f}",
+            f"{peer_['memory'] / 1e6:.0f}",
+            f"{held:.2f}",
+            wanted[1],
+        ]
+        rows.append([what, *cells])
+    return rows
 
 
 def main(values: int = VALUES) -> None:
@@ -134,14 +154,14 @@ def main(values: int = VALUES) -> None:
                 "text": f"text of {size:g} rows of 4 columns, pandas.read_csv",
                 "netcdf": f"packed netCDF of {size:g} values, xarray.open_dataset(...).load()",
             }
-            rows.append(row(kind, titles[kind], measured(large, small, ROUNDS if size < VALUES else 3)))
+            rows += rows_of(kind, titles[kind], measured(large, small, ROUNDS if size < VALUES else 3))
             large.unlink()
     notes = (
         "Fresh processes in turn, the least of each; memory is what the most that was held exceeds what was held after a small"
         " file of the same kind. `import_file` also checks the samples and takes the checksum of the file.",
         surroundings(("numpy", "pandas", "xarray", "h5netcdf")),
     )
-    heads = ["file, peer", "import, s", "peer, s", "ratio", "wanted, at most", "import, MB", "peer, MB"]
+    heads = ["file, peer", "ours, s", "peer, s", "ratio", "wanted, at most", "ours, MB", "peer, MB"]
     write("imports.md", "Import", notes, [*heads, "ratio", "wanted, at most"], rows)
 
 
