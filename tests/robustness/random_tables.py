@@ -319,7 +319,7 @@ class _Builder:
     def preamble(self) -> list[str]:
         """Return the lines above the table."""
         dialect = self.dialect
-        rate = f"{1 / dialect.step:g} Hz"
+        rate = f"{1 / dialect.step:g}{self.random.choice([' Hz', 'S/s'])}"
         settings = [
             ("Model", "DX-120"),
             ("Date", "2026-11-28 10:00:00"),

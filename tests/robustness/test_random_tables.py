@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
+import pandas as pd
 import pytest
-from judged_tables import Outcome, counted, differences, judged, outcome_of, shrunken
-from random_dialects import Dialect
+from judged_tables import Outcome, counted, differences, is_plain, judged, outcome_of, shrunken
+from random_dialects import Dialect, drawn
 from random_tables import Table, Written, write
 
 FEW, MANY, PIECES = 300, 20_000, 20
@@ -36,6 +39,33 @@ def test_random_tables_are_read_or_refused(tmp_path):
 def test_many_random_tables_are_read_or_refused(tmp_path, piece):
     each = MANY // PIECES
     check(range(FEW + piece * each, FEW + (piece + 1) * each), tmp_path / "table.csv")
+
+
+def test_what_is_written_is_what_another_library_reads():
+    compared = 0
+    for seed in range(FEW):
+        dialect = drawn(np.random.default_rng(seed))
+        simple = (
+            dialect.preamble == "none" and not dialect.units.startswith("row") and dialect.trailing == "none"
+        )
+        if is_plain(dialect) and simple and len(dialect.delimiter.strip(" ")):
+            table = write(dialect, seed)
+            encoding = (
+                dialect.encoding if dialect.encoding != "latin-1" or b"\xc2" not in table.raw else "utf-8"
+            )
+            read = pd.read_csv(
+                io.BytesIO(table.raw),
+                sep=dialect.delimiter,
+                decimal=dialect.decimal,
+                encoding=encoding,
+                skipinitialspace=True,
+            )
+            written = np.array([column.values / column.factor for column in table.segments[0]])
+            np.testing.assert_allclose(
+                read.to_numpy(dtype=float).T, written, rtol=1e-13, err_msg=differences(dialect)
+            )
+            compared += 1
+    assert compared >= 20
 
 
 @pytest.mark.parametrize(
