@@ -59,6 +59,11 @@ class Written:
     clock: str = ""
     factor: float = 1.0
 
+    @property
+    def written(self) -> np.ndarray:
+        """The values in the unit in which they are written."""
+        return self.values / self.factor
+
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
@@ -132,7 +137,7 @@ class _Builder:
     @staticmethod
     def _of(word: str, column: Written) -> float:
         """Return a statistic of the values as they are written."""
-        known = column.values[np.isfinite(column.values)] / column.factor
+        known = column.written[np.isfinite(column.written)]
         found = {"Max": np.max, "Min": np.min, "Std": np.std}.get(word[:3], np.mean)
         return float(found(known)) if known.size else 0.0
 

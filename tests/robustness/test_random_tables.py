@@ -60,7 +60,7 @@ def test_what_is_written_is_what_another_library_reads():
                 encoding=encoding,
                 skipinitialspace=True,
             )
-            written = np.array([column.values / column.factor for column in table.segments[0]])
+            written = np.array([column.written for column in table.segments[0]])
             np.testing.assert_allclose(
                 read.to_numpy(dtype=float).T, written, rtol=1e-13, err_msg=differences(dialect)
             )
