@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
 from electrovib.data.text.body import Body, body_of
-from electrovib.data.text.cells import Cells, Notation, numbers_of, without_sentinels
+from electrovib.data.text.cells import Cells, Notation, numbers_of
 from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, find_layout, inspected
 from electrovib.data.text.parts import one_table, repeated_table
 from electrovib.data.text.preamble import (
@@ -164,11 +164,10 @@ def _columns(
             if why != "empty" or (place < len(layout.titles) and layout.titles[place]):
                 not_read.append(NotRead(name=name, why=why))
             continue
-        numbers[place], sentinels = without_sentinels(cells.values)
+        numbers[place] = cells.values
         units[place] = cells.unit
-        missing = cells.missing | sentinels
-        if count := sum(missing.values()):
-            words = ", ".join(f"{many} {word}" for word, many in list(missing.items())[:5])
+        if count := sum(cells.missing.values()):
+            words = ", ".join(f"{many} {word}" for word, many in list(cells.missing.items())[:5])
             not_read.append(
                 NotRead(name=f"{count} of {cells.values.size} samples of '{name}'", why=f"missing: {words}")
             )

@@ -163,38 +163,3 @@ def _with_units(
 
 def _counted(count: dict[str, int]) -> dict[str, int]:
     return {word: many for word, many in count.items() if many}
-
-
-def without_sentinels(values: Real) -> tuple[Real, dict[str, int]]:
-    """Return numbers with NaN for those by which instruments say that there is none, and how many there are of each.
-
-    These are magnitudes from 9.9e37 on (SCPI-99) among others that are far below, and -999, -9999 and the like
-    where they repeat and lie outside the range of all other numbers by more than that range.
-    """
-    finite = np.isfinite(values)
-    size = np.abs(np.where(finite, values, 0.0))
-    gone = size >= _SCPI
-    if gone.any() and (gone.all() or size[~gone].max() > _FAR_BELOW):
-        gone &= np.isin(size, _NO_READING)
-    for sentinel in _SENTINELS:
-        at = values == sentinel
-        count = int(at.sum())
-        if count < _REPEATED or count > _MOST_SHARE * values.size:
-            continue
-        rest = values[finite & ~gone & ~at]
-        low, high = float(rest.min(initial=np.inf)), float(rest.max(initial=-np.inf))
-        if low > sentinel and low - sentinel > high - low and high > low:
-            gone |= at
-    if not gone.any():
-        return values, {}
-    words, many = np.unique(values[gone], return_counts=True)
-    about = {f"{word:g}": int(count) for word, count in zip(words, many, strict=True)}
-    return np.where(gone, np.nan, values), about
-
-
-_SCPI: Final = 9.9e37
-_FAR_BELOW: Final = 1e30
-_NO_READING: Final = (9.9e37, 9.91e37, 199.999e99)
-_SENTINELS: Final = (-999.0, -9999.0, -99999.0, -999.25, -999.9, -999.99)
-_REPEATED: Final = 2
-_MOST_SHARE: Final = 0.5
