@@ -229,20 +229,17 @@ def test_a_record_of_changes_is_held_between_its_rows(table):
         (np.arange(6.0), [0.0, 1, 0, 1, 0, 1], True),
         (np.arange(6.0), [0.0, 80, 120, 80, 0, 120], False),
         (np.delete(np.arange(40.0), [7, 21]), np.delete(np.tile([0.0, 80, 120, 80], 10), [7, 21]), False),
+        (EDGES, [0.0, 80, 0, 120, 0, 150], True),
+        (EDGES, [0.0, 80, 0, 120, 0, 0], True),
         (EDGES, [0.0, 0, 120, 80, 0, 120], False),
         (EDGES, [0.1, 0.2, 0.35, 0.3, 0.4, 0.45], False),
         (EDGES[:3], [0.0, 1, 0], False),
     ],
     ids=[
-        "event log",
-        "even edges of one level",
-        "even levels",
-        "samples missing",
-        "repeats",
-        "readings",
+        "event log", "even edges of one level", "even levels", "samples missing", "many levels", "an end", "repeats", "readings",
         "too few",
     ],
-)
+)  # fmt: skip
 def test_only_changes_of_few_levels_are_held(table, time, values, is_held):
     found = ev.import_file(table("t [s],u [V]", time, np.asarray(values)), {"drive_voltage": "u"})
     assert ("only where a value changes" in found.attrs["history"]) is is_held

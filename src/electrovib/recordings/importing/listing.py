@@ -13,7 +13,12 @@ from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.importing.account import MOST_COLUMNS, account_lines
 from electrovib.recordings.importing.clock import clock_words, clocks_of, overlap, sample_times
 from electrovib.recordings.importing.notices import about_sensors
-from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns, proposed_time, rises
+from electrovib.recordings.importing.proposal import (
+    ProposedColumn,
+    may_be_voltage,
+    proposed_columns,
+    proposed_time,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -72,7 +77,7 @@ def _example(recorded: Recorded) -> list[str]:
     time = None if recorded.time or recorded.step is not None else proposed_time(recorded)
     times = {recorded.time, time.name if time else "", *(each.time for each in recorded.clocks.values())}
     columns = [each for each in recorded.channels if each.name not in times]
-    unknown = [each for each in columns if not (each.unit or rises(each.values))]
+    unknown = [each for each in columns if may_be_voltage(each)]
     proposed = proposed_columns(recorded, columns) or tuple(
         ProposedColumn(column=each.name, signal="drive_voltage", unit="V") for each in unknown[:1]
     )
