@@ -29,7 +29,7 @@ _ALIKE: Final = str.maketrans({
 """Signs that are written for a minus, a blank, an apostrophe."""
 _LONGEST: Final = 64
 """Most characters of a number; the bound keeps the matching fast."""
-_UNIT: Final = re.compile(r"(.*?[\d.)]) ?((?:[^\W\d_]|[°%]).{0,11})")
+_UNIT: Final = re.compile(r"(.*[\d.)]) ?((?:[^\W\d_]|[°%]).{0,11})")
 THOUSANDS: Final = (",", ".", " ", "'")
 
 
@@ -57,7 +57,7 @@ class Notation:
         """Return the number that a field states; NaN where a reading is missing, None where the field is no number."""
         if len(cell) > _LONGEST:
             return None
-        if cell.lower() in MISSING or _SIGNS_ALONE.fullmatch(cell):
+        if (cell.lower() in MISSING and cell != "nA") or _SIGNS_ALONE.fullmatch(cell):
             return np.nan
         cell = cell.translate(_ALIKE)
         below = cell[:1] == "(" and cell[-1:] == ")"  # as accountants write negative numbers

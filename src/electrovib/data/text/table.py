@@ -135,7 +135,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
 
 def _delimiter(lines: Sequence[str]) -> str:
     """Return the delimiter under which most rows hold numbers, or which headings without numbers contain; empty for blanks."""
-    layout = find_layout(lines)
+    layout = find_layout(lines, decimal_comma=False)
     if layout is not None:  # of one column any is found
         return layout.delimiter if any(layout.delimiter in line for line in lines) else ""
     return next((sign for sign in "\t;," if sign in lines[0]), "")
