@@ -24,8 +24,8 @@ _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
 _NO_TEXT: Final = 4096
 """First bytes among which a zero byte shows that a file is no text."""
-BEGINNING: Final = 300
-"""Lines of the beginning of a text from which its layout is found; as many of its middle and of its end are looked at."""
+BEGINNING: Final = 200
+"""Lines of the beginning of a text from which its layout is found; half as many of its middle and of its end are looked at."""
 _LONGEST_LINE: Final = 1_000_000
 _COMMENT: Final = ("#", "%")
 """Signs that stand alone before headings."""
@@ -101,10 +101,10 @@ def inspected(raw: bytes, many: int = BEGINNING) -> list[str]:
     """Return the lines of the beginning, the middle and the end of a text."""
     found = list(itertools.islice(lines_of(raw), many))
     place = place_of(raw, many)
-    for start in (raw.find(b"\n", len(raw) // 2) + 1, end_of(raw, many)):
+    for start in (raw.find(b"\n", len(raw) // 2) + 1, end_of(raw, many // 2)):
         begin = max(start, place)
-        found += itertools.islice(lines_of(raw, begin), many)
-        place = place_of(raw, many, begin)
+        found += itertools.islice(lines_of(raw, begin), many // 2)
+        place = place_of(raw, many // 2, begin)
     return [line[:_LONGEST_LINE] for line in found]
 
 
@@ -219,15 +219,15 @@ def find_layout(
     return best[1]
 
 
-def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, bool, int]:
+def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, bool, int, int]:
     """Return what decides between layouts that explain the same rows: a heading for each field, no integers such as 05."""
     heading = lines[layout.headings] if layout.headings < layout.first else ""
     single = layout.decimal_comma and len(layout.columns) == 1
     fields = sum(map(bool, split(heading, "," if single and not layout.delimiter else layout.delimiter)))
-    fits = not heading or fields in (layout.width, len(layout.columns))
+    fits = not heading or len(layout.columns) <= fields <= layout.width
     if layout.delimiter == "," and not heading:
         fits = not any(re.search(r",0\d", line) for line in lines[layout.first :])
-    return fits, not single, settings
+    return fits, not single, sum(map(bool, layout.names)), settings
 
 
 def _notations(
@@ -253,7 +253,10 @@ def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequen
 
     def numbers(layout: Layout) -> list[float]:
         cells = split(lines[best.first], layout.delimiter)
-        return [layout.notation.number(cells[at]) or 0.0 for at in layout.columns if at < len(cells)]
+        known = [cells[at] for at in layout.columns if at < len(cells)]
+        return [
+            (layout.notation.quantity(cell) or (layout.notation.number(cell) or 0.0,))[0] for cell in known
+        ]
 
     own = numbers(best)
     for other in others:
@@ -469,7 +472,9 @@ def _headings(rows: Sequence[list[str]], above: Sequence[int], layout: Layout) -
     lower: list[str] = []
     behind_settings = False
     for at in reversed(above[-4:]):
-        if layout.delimiter in ("", WIDE) and len(rows[at]) != layout.width:
+        if layout.delimiter in ("", WIDE) and (
+            len(rows[at]) != layout.width or any(re.search("[:=]", cell) for cell in rows[at])
+        ):
             break
         cells = [rows[at][place] if place < len(rows[at]) else "" for place in columns]
         words = [cell for cell in cells if cell and not notation.is_number(cell)]
@@ -526,7 +531,8 @@ def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     filled = [cell for cell in row if cell]
     if filled and filled[0].endswith(("=", ":")):
         return True
-    if filled and _SETTING.match(filled[0]) and not name_and_unit(filled[0])[1]:
+    with_units = [cell for cell in filled if name_and_unit(cell)[1]]
+    if filled and _SETTING.match(filled[0]) and len(with_units) < len(filled):
         return True
     if len(filled) == 1 and _STATEMENT.fullmatch(filled[0]):
         return True

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.text.layout import is_row_of_numbers
+from electrovib.data.text.layout import is_row_of_numbers, place_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -66,7 +66,7 @@ def _chosen(path: Path, tables: Mapping[str, bytes], part: str) -> tuple[str, st
 
 def _of_headings(raw: bytes, layout: Layout) -> dict[str, bytes]:
     """Return the tables that begin with the same row of headings, each with the lines above it; none if there is one."""
-    lines = raw.split(b"\n", layout.first + 1)[: layout.first]
+    lines = raw[: place_of(raw, layout.first)].split(b"\n")[: layout.first]
     if layout.headings >= len(lines) or len(heading := lines[layout.headings].strip(b"\r")) < _SHORTEST:
         return {}
     form = re.compile(rb"^" + re.escape(heading) + rb"\r?$", re.MULTILINE)

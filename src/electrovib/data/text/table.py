@@ -64,7 +64,7 @@ class TextTable:
             table_of, delimiter=self.delimiter, width=self.width, keep_default_na=False, na_values=_NO_NUMBER
         )
         table = None
-        with suppress(ValueError):  # of pandas, which names no line
+        with suppress(ValueError, Warning):  # of pandas, which names no line
             table = read(self.raw, start)[list(indices)]
         if table is None or not self._is_plain(table, start, missing):
             if why := self._fault(indices, missing):
