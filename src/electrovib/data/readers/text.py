@@ -22,17 +22,8 @@ from electrovib.data.text.layout import (
     lines_of,
     split,
 )
-from electrovib.data.text.parts import one_table, repeated_table
-from electrovib.data.text.preamble import (
-    FREQUENCY,
-    counts,
-    is_index,
-    is_time,
-    keeps_step,
-    named_by_preamble,
-    settings_of,
-    timing,
-)
+from electrovib.data.text.parts import one_segment, one_table, repeated_table
+from electrovib.data.text.preamble import named_by_preamble, settings_of, with_clocks
 from electrovib.data.text.stamps import stamp_columns, with_stamps
 from electrovib.data.text.table import read_columns
 
@@ -55,13 +46,15 @@ def read_laboratory_text(
     An empty `delimiter` stands for blanks. Of a file with several tables, as Gamry and VersaStudio write
     them, `part` names the table; by default it is the spectrum or the longest one.
     """
-    raw, about = one_table(path, path.read_bytes(), part)
+    raw, about, others = one_table(path, path.read_bytes(), part)
     if about and delimiter is None:
         delimiter = "\t" if b"\t" in raw else ","
     found = read_laboratory_bytes(
         path, raw, delimiter=delimiter, decimal_comma=decimal_comma, part="" if about else part
     )
-    return dataclasses.replace(found, attributes={**found.attributes, **about})
+    return dataclasses.replace(
+        found, attributes={**found.attributes, **about}, not_read=(*found.not_read, *others)
+    )
 
 
 def read_laboratory_bytes(
@@ -83,19 +76,19 @@ def read_laboratory_bytes(
             "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...).",
             path=path,
         )
-    raw, about = repeated_table(path, raw, layout, part)
+    raw, about, others = repeated_table(path, raw, part)
     if about:
         first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
         layout = find_layout(first, delimiter=layout.delimiter, decimal_comma=layout.decimal_comma) or layout
-    elif part:
-        raise DataFileError(
-            f"part = {part}: the file does not consist of parts with names; omit it.", path=path
-        )
-    numbers, stamps = _numbers(path, raw, encoding, layout, stamp_columns(layout, first))
+    stamped = stamp_columns(layout, first)
+    numbers, stamps = _numbers(path, raw, encoding, layout, stamped)
     settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about | _left_out(layout)
-    step, start = timing(layout, settings)
-    found = _recorded(layout, numbers, settings, step, start)
-    return found if found.time or found.step is not None or not stamps else with_stamps(found, stamps)
+    found = _recorded(layout, numbers, settings)
+    if stamps:
+        above = split(first[layout.headings], layout.delimiter) if layout.headings < layout.first else []
+        found = with_stamps(found, stamps, " ".join(above[at] for at in stamped if at < len(above)))
+    found = one_segment(path, found, "" if about else part)
+    return dataclasses.replace(found, not_read=(*found.not_read, *others))
 
 
 def _left_out(layout: Layout) -> dict[str, str]:
@@ -154,29 +147,13 @@ def _plain(path: Path, number: int, cell: str, layout: Layout) -> str:
     return (cell.replace(",", ".") if layout.decimal_comma else cell).replace("D", "E").replace("d", "e")
 
 
-def _recorded(
-    layout: Layout, numbers: Real, settings: dict[str, str], step: float | None, start: float
-) -> Recorded:
+def _recorded(layout: Layout, numbers: Real, settings: dict[str, str]) -> Recorded:
     layout = named_by_preamble(layout, settings)
     channels: list[DataColumn] = []
     for place, column in enumerate(layout.columns):
         name = unique(layout.names[place] or f"column {column}", channels)
         channels.append(DataColumn(name=name, unit=layout.units[place], values=numbers[:, place]))
-    time, is_count = "", is_index(layout, channels[0])
-    counting = is_count or counts(channels[0].values)
-    if (
-        step is not None
-        and (counting or layout.names[0].lower() == "x")
-        and not keeps_step(channels[0], step)
-    ):
-        channels = channels[1:] or channels
-    elif len(channels) > 1:
-        frequency = any(FREQUENCY.match(each.name) for each in channels)
-        candidates = channels[is_count:] if not frequency else []
-        found = next((each for at, each in enumerate(candidates) if is_time(each, step, first=not at)), None)
-        if found is not None:
-            time, step = found.name, None
-    return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=settings)
+    return with_clocks(layout, channels, settings)
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:
