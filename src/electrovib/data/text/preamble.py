@@ -11,9 +11,9 @@ import numpy as np
 
 from electrovib.core.units import parse_quantity
 from electrovib.data.recorded import Clock, DataColumn, NotRead, Recorded
-from electrovib.data.text.layout import Layout, is_number
+from electrovib.data.text.cells import Notation
+from electrovib.data.text.layout import Layout
 from electrovib.data.text.parts import segments_of
-from electrovib.data.text.settings import RATE, START, STEP, TIMING, VAGUE, key_of
 from electrovib.data.unit_words import as_unit, kind_and_factor
 
 if TYPE_CHECKING:
@@ -22,6 +22,20 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 
+_STEP: Final = frozenset({
+    "increment", "sample interval", "sampleinterval", "sampling interval", "xincr", "x increment", "xincrement", "dt",
+    "tinc", "t inc", "time step", "timestep", "sampling period", "sample period", "xinc", "horizontal interval",
+    "time interval", "resolution", "interval", "delta x", "hresolution", "clock",
+})  # fmt: skip
+_RATE: Final = frozenset(
+    {"sample rate", "samplerate", "sampling rate", "sampling frequency", "sample frequency", "fs"}
+)
+_START: Final = frozenset(
+    {"start", "xzero", "x zero", "xorg", "xorigin", "t0", "x0", "start time", "first sample", "hoffset"}
+)
+_VAGUE: Final = frozenset({"resolution", "interval", "clock"})
+"""Names of which only a value with a unit is a time step."""
+_TIMING: Final = _STEP | _START
 _SECONDS: Final = re.compile(r"(?<=[\d. munµp])([munµp]?)S\b")
 """A second that is written as S, as some oscilloscopes do."""
 _LONGEST_SETTING: Final = 200
@@ -56,13 +70,13 @@ def settings_of(layout: Layout) -> dict[str, str]:
     for above, below in itertools.pairwise(layout.preamble):
         pairs = zip(above, below, strict=False)
         found |= {
-            name: value for name, value in pairs if name.lower() in TIMING and _looks_like_number(value)
+            name: value for name, value in pairs if name.lower() in _TIMING and _looks_like_number(value)
         }
     return found
 
 
 def _looks_like_number(text: str) -> bool:
-    return is_number(text, decimal_comma=False) or is_number(text, decimal_comma=True)
+    return any(Notation(decimal=sign).is_number(text) for sign in ".,")
 
 
 def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, float]:
@@ -70,13 +84,13 @@ def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, f
     step: float | None = None
     start = 0.0
     for key, value in settings.items():
-        name = key_of(key)
+        name = _key_of(key)
         unit = (re.search(r"[\[(](.*?)[\])]", key) or [None, ""])[1] or ""
-        if name in STEP and (unit or name not in VAGUE or not _looks_like_number(value)):
+        if name in _STEP and (unit or name not in _VAGUE or not _looks_like_number(value)):
             step = _seconds(value, unit, layout) or step
-        elif name in RATE and (rate := _hertz(value, unit, layout)):
+        elif name in _RATE and (rate := _hertz(value, unit, layout)):
             step = 1 / rate
-        elif name in START:
+        elif name in _START:
             start = _seconds(value, unit, layout) or start
     return step, start
 
@@ -106,7 +120,7 @@ def _quantity(value: str, unit: str, kind: str, layout: Layout) -> float | None:
 def named_by_preamble(layout: Layout, settings: Mapping[str, str]) -> Layout:
     """Return a layout with the names and units that rows such as ``Vertical Units,V,A`` or ``TraceName,CH1,CH2`` state."""
     names, units = list(layout.names), list(layout.units)
-    rows = {key_of(row[0]): row for row in layout.preamble if row and row[0].strip()}
+    rows = {_key_of(row[0]): row for row in layout.preamble if row and row[0].strip()}
     for key, row in rows.items():
         for place, column in enumerate(layout.columns):
             cell = row[column].strip() if 0 < column < len(row) else ""
@@ -114,7 +128,7 @@ def named_by_preamble(layout: Layout, settings: Mapping[str, str]) -> Layout:
                 names[place] = cell
             elif key in _UNITS and cell and not units[place]:
                 units[place] = as_unit(_CHANNEL.sub("", cell, count=1)) or ""
-    stated = {key_of(name): value.partition(", ")[0] for name, value in settings.items()}
+    stated = {_key_of(name): value.partition(", ")[0] for name, value in settings.items()}
     across = next((as_unit(stated[key]) for key in _ACROSS if key in stated), None)
     if stated.get("x dimension", "").lower() == "time":  # LabVIEW writes seconds
         across = "s"
@@ -234,6 +248,12 @@ def _factor(channel: DataColumn) -> float:
 def _seconds_of(channel: DataColumn) -> Real:
     """Return the times of a column that are known [s]; a shorter record ends before the others."""
     return np.asarray(channel.values[np.isfinite(channel.values)] * _factor(channel))
+
+
+def _key_of(cell: str) -> str:
+    """Return the name of a setting without its unit and its signs, in small letters."""
+    bare = re.sub(r"[\[(].*?[\])]", "", cell)
+    return bare.strip().lstrip("#").rstrip(" :=").replace("_", " ").lower()
 
 
 def counts(values: Real) -> bool:
