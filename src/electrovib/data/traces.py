@@ -19,9 +19,8 @@ from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
-from electrovib.data.marks import WRITTEN_BY, Form, unsigned
-from electrovib.data.trace_csv import load_csv, not_a_trace, prepared, rebuilt, structure_of
-from electrovib.data.verified import verified
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned, verified
+from electrovib.data.trace_csv import TYPES, load_csv, not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -51,13 +50,12 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     stored = prepared(trace, path)
     numeric = [str(name) for name, variable in stored.variables.items() if variable.dtype.kind in "fiubc"]
     structure = structure_of(path, stored, numeric)
-    names = matlab_names([entry["name"] for entry in structure["variables"]])
-    content: dict[str, Any] = {}
-    for entry in structure["variables"]:
-        values = stored[entry["name"]].values
-        kind = {"real": np.float64, "complex": np.complex128, "text": object}[entry["kind"]]
-        content[names[entry["name"]]] = values.astype(kind)
     entries = structure["variables"]
+    names = matlab_names([entry["name"] for entry in entries])
+    kinds = {**TYPES, "text": object}
+    content: dict[str, Any] = {
+        names[entry["name"]]: stored[entry["name"]].values.astype(kinds[entry["kind"]]) for entry in entries
+    }
     content["units"] = {names[entry["name"]]: entry["attributes"].get("units", "") for entry in entries}
     content["dimensions"] = {names[entry["name"]]: ", ".join(entry["dims"]) for entry in entries}
     about = {"format": FORMAT, "attributes": stored.attrs, "structure": structure, "names": names}

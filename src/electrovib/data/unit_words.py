@@ -22,7 +22,7 @@ _LIKE_A_UNIT: Final = re.compile(
 """Units that are none of electrovib, and remain as written."""
 _PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
 """Headings of the parts of an impedance, of which ZPlot calls one a and the other b."""
-_RESISTIVITY: Final = re.compile(r"([kMGTmuµ]?)(?:[Oo]hms?|OHMS?|Ω|\u2126)[ .*·⋅-]?(c?m)")
+_RESISTIVITY: Final = re.compile(r"([kMGTmuµ]?)(?:[Oo]hms?|OHMS?|Ω|\u2126)[ .*·⋅-]?(c?m)(\^?2|²|)")
 _TIME: Final = re.compile(r"(?P<name>(?i:t|time|zeit|temps)_(?P<unit>[mnuµ]?s))")
 """Headings of times that end with their unit; after other names a letter may be an index, as N in ``F_N``."""
 _CONDUCTIVITY: Final = re.compile(r"(?P<name>.+?)(?: in |/)(?P<unit>[mnuµ]?S/c?m)")
@@ -112,7 +112,7 @@ def as_unit(text: str) -> str | None:
     if _WITH_PREFIX.fullmatch(text):
         return text.replace("Ω", "ohm")
     if found := _RESISTIVITY.fullmatch(text.strip()):
-        return f"{found[1]}ohm {found[2]}"
+        return f"{found[1]}ohm {found[2]}{'2' if found[3] else ''}"
     if (found := _PER_TIME.fullmatch(text.strip())) and UNITS.get(found[1].lower(), "").endswith("m"):
         return f"{UNITS[found[1].lower()]}/s"
     return UNITS.get(text.strip().lower(), UNITS.get(text.strip()))
