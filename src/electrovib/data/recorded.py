@@ -20,8 +20,6 @@ from electrovib.data.faults import packed
 from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from electrovib.core.arrays import Real
 
 
@@ -338,17 +336,6 @@ def is_named_time(channel: DataColumn) -> bool:
     if not (is_unit_of_time(channel.unit) or (named and not channel.unit)):
         return False
     return bool(np.isfinite(channel.values).all() and (np.diff(channel.values) >= 0).all())
-
-
-def columns_of_array(name: str, unit: str, values: Real, most: int = 64) -> Iterator[tuple[str, str, Real]]:
-    """Iterate over the columns, ``"name[3]"`` for column 3, of an array of one or two dimensions; other arrays have none."""
-    if values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
-        yield name, unit, values.ravel()
-    elif values.ndim == 2:
-        turned = values.T if values.shape[1] > most >= values.shape[0] else values
-        if turned.shape[1] <= most:
-            for number in range(turned.shape[1]):
-                yield f"{name}[{number}]", unit, turned[:, number]
 
 
 def text_of(value: Any) -> str:
