@@ -108,11 +108,6 @@ def inspected(raw: bytes, many: int = BEGINNING) -> list[str]:
     return [line[:_LONGEST_LINE] for line in found]
 
 
-def is_number(cell: str, *, decimal_comma: bool) -> bool:
-    """Return whether a field is a number."""
-    return Notation(decimal="," if decimal_comma else ".").is_number(cell)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """Layout of a text file; lines and fields count from 0.
@@ -385,11 +380,6 @@ def _first(
         if after and all(any(words(place, clean)) for place in before):
             first = after[0]
     return first
-
-
-def is_row_of_numbers(line: str, layout: Layout) -> bool:
-    """Return whether a line of the text is a row of numbers, of which some may be missing."""
-    return _is_alike(split(line, layout.delimiter), layout.columns, layout.notation)
 
 
 def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:
