@@ -14,7 +14,7 @@ from typing import Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import MOST_COLUMNS
-from electrovib.data.text.cells import ALIKE, THOUSANDS, Notation
+from electrovib.data.text.cells import ALIKE, MISSING, THOUSANDS, Notation
 from electrovib.data.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit, unit_of_force
 
 WIDE: Final = "  "
@@ -60,11 +60,17 @@ def as_utf8(path: Path, raw: bytes) -> bytes:
     return raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in raw else raw
 
 
+def is_comment(line: str) -> bool:
+    """Return whether a line is a comment; a missing reading such as ``#N/A`` is none."""
+    text = line.lstrip()
+    return text.startswith("#") and re.split(r"[\t;,| ]", text, maxsplit=1)[0].lower() not in MISSING
+
+
 def check_width(path: Path, lines: Sequence[str]) -> None:
     """Refuse a text with more columns than any record of signals has; a comment may be as long as it likes."""
     for line in lines:
         widths = (len(line.split(sign.strip(" ") or None, MOST_COLUMNS)) for sign in DELIMITERS)
-        if not line.lstrip().startswith("#") and max(widths) > MOST_COLUMNS:
+        if not is_comment(line) and max(widths) > MOST_COLUMNS:
             raise DataFileError(
                 f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
                 path=path,
@@ -191,7 +197,7 @@ def find_layout(
     text = "\n".join(lines)
     scored: list[tuple[tuple[float, int], Layout]] = []
     for separator in DELIMITERS if delimiter is None else (delimiter,):
-        if separator and separator not in text:
+        if separator.strip(" ") and separator not in text:
             continue
         rows = [split(line, separator) for line in lines]
         for comma, sign in _notations(text, separator, decimal_comma, thousands):
@@ -285,7 +291,7 @@ def _under(
     lines: Sequence[str], rows: Sequence[list[str]], delimiter: str, notation: Notation
 ) -> tuple[tuple[float, int], Layout] | None:
     """Return the layout with this delimiter and notation, and a score of its fit to the numbers and to the preamble."""
-    filled = [at for at, row in enumerate(rows) if any(row) and not row[0].startswith("#")]
+    filled = [at for at, row in enumerate(rows) if any(row) and not is_comment(row[0])]
     if not filled:
         return None
     body = filled[len(filled) // 2 :] if len(filled) > 3 else filled[-1:]
