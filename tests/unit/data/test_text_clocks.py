@@ -39,6 +39,7 @@ def clock(seconds, form="{:02d}:{:02d}:{:09.6f}"):
     [
         (["2026-10-25T02:59:59.9+02:00", "2026-10-25T02:00:00+01:00", "2026-10-25T01:00:00.2Z"], [0, 0.1, 0.3], ""),
         (["00:59.95", "01:00.00", "01:00.05"], [0, 0.05, 0.1], ""),
+        (["59:59.9", "00:00.0", "59:59.9", "00:00.1"], [0, 0.1, 3600, 3600.2], ""),
         (["59:59", "1:00:00", "1:00:01"], [0, 1, 2], ""),
         (["99:58", "99:59", "100:01"], [0, 1, 3], ""),
         (["0 days 23:59:59.9", "1 day, 0:00:00", "1 days 00:00:00.100"], [86399.9, 86400, 86400.1], ""),
@@ -142,9 +143,9 @@ def test_a_column_that_numbers_the_rows_is_named(read):
 
 def test_columns_behind_a_second_time_have_it_as_their_clock(read):
     shorter = [*map(str, 2.5 * N[:40]), *[""] * 20]
-    found = read(table("Time A (s),F (N),Time B (ms),U (V),I (A)", 0.05 * N, V, shorter, V, V))
-    assert found.time == "Time A"
-    assert found.clocks == {"U": Clock(time="Time B"), "I": Clock(time="Time B")}
+    found = read(table("Time_A (s),F (N),Time_B (ms),U (V),I (A)", 0.05 * N, V, shorter, V, V))
+    assert found.time == "Time_A"
+    assert found.clocks == {"U": Clock(time="Time_B"), "I": Clock(time="Time_B")}
     for other in (1000 * N + 250, 1000 * N):  # since another beginning, or the same times
         found = read(table("Time A (s),F (N),Time B (ms),U (V)", N, V, other, V))
         assert (found.time, found.clocks) == ("Time A", {})

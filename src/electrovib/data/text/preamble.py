@@ -49,7 +49,7 @@ _COUNTS: Final = frozenset(
     {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
 )
 _TIMES: Final = re.compile(
-    r"(elapsed |trigger )?time(stamp)?\b.*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
+    r"(elapsed |trigger )?time(stamp)?(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
     re.IGNORECASE,
 )
 _SINCE: Final = re.compile(r"(\w+) since \d", re.IGNORECASE)
@@ -199,13 +199,14 @@ def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Reco
 
 
 def _are_equal(one: DataColumn, other: DataColumn) -> bool:
-    return one.unit == other.unit and np.array_equal(one.values, other.values, equal_nan=True)
+    same = one.unit == other.unit and np.array_equal(one.values, other.values, equal_nan=True)
+    return same and bool(np.ptp(_seconds_of(one)) > 0)
 
 
 def _keeps_pace(one: DataColumn, other: DataColumn) -> bool:
     """Return whether two columns of times differ by a constant alone."""
     a, b = (each.values * _factor(each) for each in (one, other))
-    if not np.array_equal(np.isfinite(a), np.isfinite(b)):
+    if not np.array_equal(np.isfinite(a), np.isfinite(b)) or np.ptp(_seconds_of(other)) == 0:
         return False
     difference = (a - b)[np.isfinite(a)]
     return bool(np.ptp(difference) <= 0.01 * abs(np.ptp(_seconds_of(other))) / difference.size)
