@@ -29,7 +29,7 @@ _ALIKE: Final = str.maketrans({
 """Signs that are written for a minus, a blank, an apostrophe."""
 _LONGEST: Final = 64
 """Most characters of a number; the bound keeps the matching fast."""
-_UNIT: Final = re.compile(r"(.*?[\d.)]) ?((?:[^\W\d_]|[°%]).{0,11})")
+_UNIT: Final = re.compile(r"(.*[\d.)]) ?((?:[^\W\d_]|[°%]).{0,11})")
 THOUSANDS: Final = (",", ".", " ", "'")
 
 
@@ -53,11 +53,12 @@ class Notation:
     decimal: str = "."
     thousands: str = ""
 
+    @functools.lru_cache(maxsize=16_384)  # noqa: B019  # a notation is a constant
     def number(self, cell: str) -> float | None:
         """Return the number that a field states; NaN where a reading is missing, None where the field is no number."""
         if len(cell) > _LONGEST:
             return None
-        if cell.lower() in MISSING or _SIGNS_ALONE.fullmatch(cell):
+        if (cell.lower() in MISSING and cell != "nA") or _SIGNS_ALONE.fullmatch(cell):
             return np.nan
         cell = cell.translate(_ALIKE)
         below = cell[:1] == "(" and cell[-1:] == ")"  # as accountants write negative numbers
@@ -171,20 +172,26 @@ def without_sentinels(values: Real) -> tuple[Real, dict[str, int]]:
     These are magnitudes from 9.9e37 on (SCPI-99) among others that are far below, and -999, -9999 and the like
     where they repeat and lie outside the range of all other numbers by more than that range.
     """
-    finite = np.isfinite(values)
-    size = np.abs(np.where(finite, values, 0.0))
-    gone = size >= _SCPI
-    if gone.any() and (gone.all() or size[~gone].max() > _FAR_BELOW):
-        gone &= np.isin(size, _NO_READING)
-    for sentinel in _SENTINELS:
-        at = values == sentinel
-        count = int(at.sum())
-        if count < _REPEATED or count > _MOST_SHARE * values.size:
-            continue
-        rest = values[finite & ~gone & ~at]
-        low, high = float(rest.min(initial=np.inf)), float(rest.max(initial=-np.inf))
-        if low > sentinel and low - sentinel > high - low and high > low:
-            gone |= at
+    with np.errstate(invalid="ignore"):
+        low, high = (
+            (float(np.fmin.reduce(values)), float(np.fmax.reduce(values))) if values.size else (0.0, 0.0)
+        )
+    gone = np.zeros(values.shape, dtype=bool)
+    if max(-low, high) >= _SCPI:
+        size = np.abs(np.where(np.isfinite(values), values, 0.0))
+        gone = size >= _SCPI
+        if gone.all() or size[~gone].max() > _FAR_BELOW:
+            gone &= np.isin(size, _NO_READING)
+        low = float(np.fmin.reduce(values[~gone])) if not gone.all() else low
+    while low in _SENTINELS:
+        at = values == low
+        rest = values[np.isfinite(values) & ~gone & ~at]
+        if not _REPEATED <= at.sum() <= _MOST_SHARE * values.size or not rest.size:
+            break
+        span = float(rest.max() - rest.min())
+        if not 0 < span < float(rest.min()) - low:
+            break
+        gone, low = gone | at, float(rest.min())
     if not gone.any():
         return values, {}
     words, many = np.unique(values[gone], return_counts=True)
