@@ -74,7 +74,7 @@ def read_laboratory_bytes(
     if stamped:
         first, *more = (body.table[at].fillna("").astype(str).str.strip() for at in stamped)
         stamps = first.str.cat(more, sep=" ") if more else first
-        found = with_stamps(found, stamps, " ".join(_called(layout, at) for at in stamped))
+        found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
     found = one_segment(path, found, "" if about else part)
     unread = (*found.not_read, *not_read, *body.left_out, *others)
     return dataclasses.replace(found, not_read=unread)
@@ -105,6 +105,11 @@ def _left_out(layout: Layout) -> dict[str, str]:
 
 def _called(layout: Layout, place: int) -> str:
     return (layout.titles[place] if place < len(layout.titles) else "") or f"column {place}"
+
+
+def _heading(layout: Layout, place: int) -> str:
+    unit = layout.title_units[place] if place < len(layout.title_units) else ""
+    return f"{_called(layout, place)} [{unit}]" if unit else _called(layout, place)
 
 
 def _columns(

@@ -39,8 +39,11 @@ _LOWEST: Final = 4
 """Lines right above the numbers among which headings are looked for."""
 _NEAR: Final = 0.05
 """Difference of the beginnings of two segments over the length of the first."""
-_WORDS: Final = re.compile(rb'(?:^|\n)([ \t]*["#%\[(*<]{0,3} ?[A-Za-z_\xb5\xc2-\xcf])')
-"""Beginning of a line that is no row of numbers."""
+_MOST_SIGNS: Final = 4
+_BEFORE_WORDS: Final = np.isin(np.arange(256), list(b' \t"#%[(*<_'))
+"""Whether a word may stand behind a byte at the beginning of a line, at most `_MOST_SIGNS` of them."""
+_LETTERS: Final = np.array([chr(sign).isalpha() or sign > 127 for sign in range(256)])
+_LINE_FEED: Final = 10
 _NUMBER: Final = re.compile(rb'"?[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"?')
 _ROW: Final = re.compile(rb"^[ \t;,\"]*[+-]?[.,]?\d", re.MULTILINE)
 """Beginning of a row of numbers."""
@@ -128,9 +131,9 @@ def segments_of(times: Real) -> list[slice]:
 
 def _of_headings(raw: bytes) -> dict[str, bytes]:
     """Return the tables of a text that has rows of headings between rows of numbers, each with the lines above it."""
-    lines = [found.start(1) for found in itertools.islice(_WORDS.finditer(raw), _MOST_LINES)]
+    lines = _lines_of_words(raw)
     blocks: list[tuple[int, int]] = []
-    for start in lines if len(lines) < _MOST_LINES else ():
+    for start in lines:
         end = raw.find(b"\n", start) + 1 or len(raw)
         if blocks and len(_ROW.findall(raw, blocks[-1][1], min(start, blocks[-1][1] + _LONGEST))) < _FEWEST:
             blocks[-1] = (blocks[-1][0], end)
@@ -143,6 +146,18 @@ def _of_headings(raw: bytes) -> dict[str, bytes]:
     if len(set(names)) < len(names) or "" in names:
         names = [f"table {number}" for number in range(1, len(blocks) + 1)]
     return {name: raw[start:stop] for name, (start, stop) in zip(names, spans, strict=False)}
+
+
+def _lines_of_words(raw: bytes) -> list[int]:
+    """Return where lines begin that are no rows of numbers; none if words begin so many lines that they belong to the rows."""
+    signs = np.frombuffer(raw, dtype=np.uint8)
+    begins = np.concatenate([[0], np.flatnonzero(signs == _LINE_FEED) + 1])
+    begins = begins[begins < signs.size]
+    place = begins.copy()
+    for _ in range(_MOST_SIGNS):
+        place += _BEFORE_WORDS[signs[place]] & (place < signs.size - 1)
+    found = begins[_LETTERS[signs[place]]]
+    return found.tolist() if found.size < _MOST_LINES else []
 
 
 def _has_headings(raw: bytes, start: int, end: int) -> bool:

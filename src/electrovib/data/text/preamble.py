@@ -49,7 +49,7 @@ _COUNTS: Final = frozenset(
     {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
 )
 _TIMES: Final = re.compile(
-    r"(elapsed |trigger )?time(stamp)?\b.*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
+    r"(elapsed |trigger )?time(stamp)?(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
     re.IGNORECASE,
 )
 _SINCE: Final = re.compile(r"(\w+) since \d", re.IGNORECASE)
@@ -162,7 +162,7 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
         ]
     else:
         times = []
-    if step is not None and (numbers_rows or counts(channels[0].values)):
+    if step is not None and (numbers_rows or (counts(channels[0].values) and not channels[0].unit)):
         if times and times[0] is channels[0] and not keeps_step(channels[0], step):
             times = times[1:]
         if not times and len(channels) > 1:
@@ -199,13 +199,14 @@ def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Reco
 
 
 def _are_equal(one: DataColumn, other: DataColumn) -> bool:
-    return one.unit == other.unit and np.array_equal(one.values, other.values, equal_nan=True)
+    same = one.unit == other.unit and np.array_equal(one.values, other.values, equal_nan=True)
+    return same and bool(np.ptp(_seconds_of(one)) > 0)
 
 
 def _keeps_pace(one: DataColumn, other: DataColumn) -> bool:
     """Return whether two columns of times differ by a constant alone."""
     a, b = (each.values * _factor(each) for each in (one, other))
-    if not np.array_equal(np.isfinite(a), np.isfinite(b)):
+    if not np.array_equal(np.isfinite(a), np.isfinite(b)) or np.ptp(_seconds_of(other)) == 0:
         return False
     difference = (a - b)[np.isfinite(a)]
     return bool(np.ptp(difference) <= 0.01 * abs(np.ptp(_seconds_of(other))) / difference.size)
@@ -231,7 +232,7 @@ def without(recorded: Recorded, channel: DataColumn, why: str) -> Recorded:
 
 def _in_unit_of_time(channel: DataColumn) -> DataColumn:
     """Return a column whose heading counts from a date, such as ``milliseconds since 2026-11-28``, with its unit alone."""
-    match = _SINCE.match(channel.unit or channel.name)
+    match = _SINCE.search(channel.unit or channel.name)
     known = kind_and_factor(match[1].lower()) if match else None
     return (
         dataclasses.replace(channel, unit=match[1].lower())
@@ -269,10 +270,11 @@ def is_index(layout: Layout, first: DataColumn) -> bool:
 
 
 def keeps_step(channel: DataColumn, step: float) -> bool:
-    """Return whether a column increases by the time step [s] that the preamble states, within 1 % of it on average."""
+    """Return whether a column increases by the time step [s] that the preamble states, within 1 % and the rounding of both."""
     known = _seconds_of(channel)
-    even = (known.size - 1) * step
-    return known.size > 1 and bool(abs(known[-1] - known[0] - even) <= 0.01 * abs(even))
+    even, change = (known.size - 1) * step, np.diff(known)
+    rounding = float(change.max(initial=0.0)) if (change == 0).any() else 0.0
+    return known.size > 1 and bool(abs(known[-1] - known[0] - even) <= 0.01 * abs(even) + rounding)
 
 
 def _rises(channel: DataColumn, *, in_segments: bool = False) -> bool:

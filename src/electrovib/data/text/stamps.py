@@ -50,6 +50,7 @@ _INSPECTED: Final = 400
 _KNOWN: Final = 0.75
 """Smallest share of the fields of a column of stamps that are one; the others are missing."""
 _DAY: Final = 86_400_000_000_000
+_HOUR: Final = _DAY // 24
 _NANOSECONDS: Final = 1e9
 _NONE: Final = np.iinfo(np.int64).min
 """No stamp, as pandas and numpy store it."""
@@ -156,7 +157,8 @@ def seconds_from_first(text: str, heading: str = "") -> tuple[Real, str]:
     """Return the times [s] after the first line that is a stamp, and the order of the date if it was assumed.
 
     A line without a stamp is NaN; a duration is counted from 0. A clock without a date that goes back by
-    more than half a day has passed midnight. Stamps that can be read in two ways are a ValueError.
+    more than half a day has passed midnight, one of minutes and seconds the full hour. Stamps that can be read
+    in two ways are a ValueError.
     """
     cells = pd.Series(_plain(text.removesuffix("\n")).split("\n"), dtype=str)
     kind, order = kind_of(cells.iloc[:_INSPECTED]), ""
@@ -168,7 +170,8 @@ def seconds_from_first(text: str, heading: str = "") -> tuple[Real, str]:
         found, order = _moments("2000-01-01 " + cells if kind == "clock" else cells)
     known = np.flatnonzero(found != _NONE)
     if kind == "clock":
-        found[known[1:]] += _DAY * np.cumsum(np.diff(found[known]) < -_DAY // 2)
+        turn = _DAY if cells.str.count(":").max() > 1 or not (found[known] < _HOUR).all() else _HOUR
+        found[known[1:]] += turn * np.cumsum(np.diff(found[known]) < -turn // 2)
     first = found[known[0]] if known.size and kind != "spans" else 0
     return np.where(found != _NONE, (found - first) / _NANOSECONDS, np.nan), order
 

@@ -87,7 +87,7 @@ def sample_times(
     with np.errstate(all="ignore"):  # time stamps of a damaged file may overflow
         found, rows, more, doubts = _increasing(np.asarray(column.values * known[1]), stamps)
         if not time and clock.step is not None:
-            _refuse_other_step(column.name, found, clock.step)
+            _refuse_other_step(f"{column.name} [{column.unit or 'UNIT'}]", found, clock.step)
         changes = rows.size == recorded.size and is_held(found, recorded, column.name)
         gaps = (Diagnostic("dropped samples", "ok", _HELD),) if changes else _gaps(found)
     more += [f"time: {_HELD}"] * changes
@@ -181,7 +181,7 @@ def _refuse_other_step(name: str, time: Real, step: float) -> None:
         own, stated = (format_quantity(each, "s", digits=6) for each in (usual, step))
         raise InputError(
             f"time: the column '{name}' has steps of {own}, but the file states a time step of {stated}; state which one is"
-            f" right: time = '{name} [UNIT]' or step = '{stated}'"
+            f" right: time = '{name}' (--set time=\"{name}\") or step = '{stated}' (--set step=\"{stated}\")"
         )
 
 

@@ -73,13 +73,14 @@ def even_times(stamps: Real) -> EvenTimes:
             f" pauses, or {_STATE}"
         )
     start = float(np.max(values - step * first))
+    often = " to ".join(str(each) for each in sorted({inner.min(), inner.max()}))
     text = (
-        f"time: the stamps are cut off at {words} and repeat, {inner.min()} to {inner.max()} times each; replaced by"
+        f"time: the stamps are cut off at {words} and repeat, {often} times each; replaced by"
         f" {stamps.size} even times in steps of {format_quantity(step, 's')}"
     )
     time = np.asarray(start + step * np.arange(stamps.size), dtype=float)
     if inner.min() == inner.max():
         return EvenTimes(time=time, words=text)
-    why = f"the number of rows for each time stamp varies from {inner.min()} to {inner.max()}: a sample may be missing"
+    why = f"the number of rows for each time stamp varies from {often}: a sample may be missing"
     doubt = Diagnostic("rows of a time stamp", "unknown", why)
     return EvenTimes(time=time, words=text, diagnostics=(doubt,))
