@@ -85,6 +85,15 @@ def test_one_edge_gives_a_shift_and_two_a_ratio_limited_by_the_samples():
     assert found.ratio_half_width == pytest.approx(half / np.sqrt(2))
 
 
+def test_the_intervals_are_those_of_a_line_through_the_edges():
+    off = 1e-3 * np.array([1, -1, -1, 1])  # orthogonal to a shift and to a ratio
+    found = match_edges(edges(np.arange(4) + off), edges(np.arange(4)), steps=(1e-9, 1e-9))
+    half = 4.30265273 * np.sqrt((off @ off) / 2)  # Student's t for two degrees of freedom
+    assert (found.shift, found.ratio) == (pytest.approx(0, abs=1e-12), pytest.approx(1))
+    assert found.shift_half_width == pytest.approx(half / 2)
+    assert found.ratio_half_width == pytest.approx(half / np.sqrt(5))
+
+
 def test_periodic_edges_are_refused_unless_a_shift_is_near():
     periodic = edges(np.arange(10) * 0.1, np.arange(10) * 0.1 + 0.03)
     late = edges(periodic.rising[2:] - 0.01, periodic.falling[2:] - 0.01)
