@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol, TypeVar
 
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, printable, shortened
+from electrovib.data.block import block_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping
@@ -23,6 +24,11 @@ class BenchStopped(BaseException):  # a signal, not a mistake: no handler of Exc
 
 
 T = TypeVar("T")
+_NO_BLOCK: Final = {
+    rb"#0": ", not one of indefinite length (#0), whose end no byte tells; set the instrument to definite length",
+    rb"[^#]{1,80}#": ": it stands behind other text; switch headers off (HEADER OFF)",
+}
+"""Beginnings of replies that hold a block and are none, with what is done about it."""
 
 
 class Connection(Protocol):
@@ -32,7 +38,7 @@ class Connection(Protocol):
         """Send one message, without its terminator."""
 
     def receive(self) -> bytes:
-        """Return one reply, without its terminator; TimeoutError where none comes."""
+        """Return one reply, without its terminator unless it is a block; TimeoutError where none comes."""
 
     def close(self) -> None:
         """End the connection."""
@@ -100,18 +106,17 @@ class Link:
         A reply is refused that is no block, or holds fewer or more bytes than it states.
         """
         reply = self._exchange(query)
-        digits = reply[1:2]
-        if reply[:1] != b"#" or not digits.isdigit() or digits == b"0":
-            self._refuse(query, f"answered '{_quoted(repr(reply[:20]))}', where a binary block was expected")
-        count = int(digits)
-        stated = reply[2 : 2 + count]
-        if len(stated) < count or not stated.isdigit():
-            self._refuse(query, "answered with a block whose length is cut off")
-        data = reply[2 + count :]
-        if len(data) != int(stated):
+        block = block_at(reply)
+        if block is None:
+            why = next((hint for form, hint in _NO_BLOCK.items() if re.match(form, reply)), "")
             self._refuse(
-                query, f"announced a block of {int(stated)} bytes and sent {len(data)}: it is truncated"
+                query, f"answered '{_quoted(repr(reply[:20]))}', where a binary block was expected{why}"
             )
+        first, length = block
+        data, rest = reply[first : first + length], reply[first + length :]
+        if len(data) < length or rest not in (b"", b"\n", b"\r\n"):
+            how = "it is truncated" if len(data) < length else "they are no single block"
+            self._refuse(query, f"announced a block of {length} bytes and sent {len(data + rest)}: {how}")
         return data
 
     def close(self) -> None:
@@ -204,9 +209,7 @@ class SocketConnection:
         length = self._read(int(digits)) if digits.isdigit() else b""
         if not length.isdigit() or int(length) > _LONGEST:
             return first + digits + length
-        data = self._file.read(int(length) + 1)
-        is_ended = len(data) > int(length)
-        return first + digits + length + (data.removesuffix(b"\n") if is_ended else data)
+        return first + digits + length + self._file.read(int(length)) + self._file.readline(_LONGEST)
 
     def close(self) -> None:
         """End the connection."""
@@ -241,9 +244,7 @@ class VisaConnection:
     def receive(self) -> bytes:
         """Return one reply."""
         reply: bytes = self._guarded(self._resource.read_raw)
-        if reply.startswith(b"#"):
-            return reply[: _end(reply)]
-        return reply.removesuffix(b"\n").removesuffix(b"\r")
+        return reply if reply.startswith(b"#") else reply.removesuffix(b"\n").removesuffix(b"\r")
 
     def close(self) -> None:
         """End the connection."""
@@ -256,10 +257,3 @@ class VisaConnection:
             if error.error_code == self._timeout:
                 raise TimeoutError from None
             raise ConnectionError(str(error)) from None
-
-
-def _end(reply: bytes) -> int:
-    """Return the length of a block without the terminator that follows it."""
-    digits = reply[1:2]
-    length = reply[2 : 2 + int(digits)] if digits.isdigit() else b""
-    return 2 + len(length) + int(length) if length.isdigit() else len(reply)

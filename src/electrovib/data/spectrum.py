@@ -1,4 +1,11 @@
-"""A spectrum of impedance or permittivity from a table with the headings that instruments write."""
+"""A spectrum of impedance or permittivity from a table with the headings that instruments write.
+
+An impedance is stated by any pair of columns of `_PAIRS`. The modes of a meter of inductance, capacitance and
+resistance, with the angular frequency w:
+
+- parallel: Y = G + j B = G + j w Cp, where G = 1 / Rp = w Cp D and D = 1 / Q;
+- series: Z = Rs + 1 / (j w Cs), where D = w Cs Rs.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +13,17 @@ import dataclasses
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError, refuse
+from electrovib.core.units import number_in
 from electrovib.data.unit_words import kind_and_factor, name_and_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.data.recorded import DataColumn, Recorded
@@ -29,7 +37,14 @@ _PATTERNS: Final[Mapping[str, str]] = {
     "phase": r"phase.*|phi|theta(-z)?|θ|angle|zphz|arg.*|deg(ree)?s?",
     "real": r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real(?!.*permittivity).*|z real|r|resistance|zreal",
     "imaginary": r"z''|z\"|zim(a?g)?|im\(?z?\)?|im\(z\)|imag(?!.*permittivity).*|z imag|x|reactance",
-    "minus_imaginary": r"-z''|-z\"|-im\(?z?\)?|-im\(z\)|-zim(ag)?|-imag.*|-x",
+    "admittance": r"\|y\||y|ymod|yabs|abs\(?y\)?|\|?admittance\|?",
+    "conductance": r"g|gp|conductance|y'|yre(al)?|re\(?y\)?",
+    "susceptance": r"b|bp|susceptance|y''|y\"|yim(ag)?|im\(?y\)?",
+    "parallel_capacitance": r"c[- ]?p|(parallel capacitance|capacitance parallel)",
+    "series_capacitance": r"c[- ]?s|(series capacitance|capacitance series)",
+    "parallel_resistance": r"r[- ]?p|(parallel resistance|resistance parallel)",
+    "series_resistance": r"r[- ]?s|esr|(equivalent )?series resistance|resistance series",
+    "quality": r"q|quality( factor)?",
     "permittivity": r"((real|relative) )*(part of )?(the )?((relative|real) )*permittivity( real|')?|(eps(ilon)?|ε) ?r?'?|er'?"
     r"|dielectric constant",
     "loss": r"(dielectric )?loss( factor| index)?|(eps(ilon)?|ε) ?r?('{2}|\")|er('{2}|\")"
@@ -38,7 +53,33 @@ _PATTERNS: Final[Mapping[str, str]] = {
     "conductivity": r"((total|ac|electrical|effective) )*conductivity( ac)?|(sigma|σ|kappa|κ)'?",
     "resistivity": r"((electrical|effective|specific) )*resistivity|specific resistance|rho|ρ",
 }
-"""Maps a meaning to the pattern of its headings, in small letters, without unit and underscores."""
+"""Maps a meaning to the pattern of its headings, in small letters, without unit, sign and underscores."""
+_MINUS: Final = re.compile(r"(?:[-\N{MINUS SIGN}\N{EN DASH}] ?|minus |neg(?:ative|\.)? )(?=\S)")
+_SIGNED: Final = ("phase", "real", "imaginary", "susceptance")
+"""Meanings whose negative a column may state, as ``minus_phase``."""
+_INDUCTANCE: Final = re.compile(r"l[- ]?[ps]|(parallel |series )?inductance")
+_UNITS: Final = {
+    "modulus": "ohm", "real": "ohm", "imaginary": "ohm", "parallel_resistance": "ohm", "series_resistance": "ohm",
+    "admittance": "S", "conductance": "S", "susceptance": "S", "parallel_capacitance": "F", "series_capacitance": "F",
+    "phase": "rad", "loss_tangent": "1", "quality": "1",
+}  # fmt: skip
+_SIZES: Final = ("modulus", "admittance")
+"""What a phase belongs to."""
+_TIMES_AREA: Final = {"ohm": "ohm m2", "S": "S/m2"}
+_PAIRS: Final[Mapping[tuple[str, str], Callable[[Real, Real, Real], Any]]] = {
+    ("modulus", "phase"): lambda _, size, phase: size * np.exp(1j * phase),
+    ("real", "imaginary"): lambda _, real, imaginary: real + 1j * imaginary,
+    ("admittance", "phase"): lambda _, size, phase: 1 / (size * np.exp(1j * phase)),
+    ("conductance", "susceptance"): lambda _, g, b: 1 / (g + 1j * b),
+    ("parallel_capacitance", "conductance"): lambda w, c, g: 1 / (g + 1j * w * c),
+    ("parallel_capacitance", "parallel_resistance"): lambda w, c, r: 1 / (1 / r + 1j * w * c),
+    ("parallel_capacitance", "loss_tangent"): lambda w, c, d: 1 / (w * c * (d + 1j)),
+    ("parallel_capacitance", "quality"): lambda w, c, q: 1 / (w * c * (1 / q + 1j)),
+    ("series_capacitance", "series_resistance"): lambda w, c, r: r + 1 / (1j * w * c),
+    ("series_capacitance", "loss_tangent"): lambda w, c, d: (d - 1j) / (w * c),
+    ("series_capacitance", "quality"): lambda w, c, q: (1 / q - 1j) / (w * c),
+}
+"""Pairs of columns that state an impedance, to the impedance as a function of the angular frequency and both."""
 _LOSSES: Final[Mapping[str, tuple[str, str]]] = {
     "loss": ("loss factor", "1"),
     "loss_tangent": ("loss tangent", "1"),
@@ -49,7 +90,7 @@ _LOSSES: Final[Mapping[str, tuple[str, str]]] = {
 _APART: Final = 0.02
 """Relative difference of two statements of the loss beyond which they contradict each other."""
 _NAME: Final = re.compile(r"(?:(.+), )?spectrum (\d{1,4})")
-_FEWEST: Final = 4
+FEWEST: Final = 4
 """Fewest rows of a spectrum; a table with shorter ones is in no order of frequencies."""
 _MOST_NAMED: Final = 20
 
@@ -63,6 +104,7 @@ class MeasuredSpectrum:
     - `read_as`: meaning of each column that was used.
     - `among`: which of several spectra of the table it is, and which others there are; empty where there is
       one.
+    - `times_area`: whether the impedance is that of an area of 1 m2 [ohm m2].
     """
 
     frequency: Real
@@ -72,38 +114,48 @@ class MeasuredSpectrum:
     read_as: str
     among: str = ""
     phase_unit: str = ""
+    times_area: bool = False
 
 
 def spectrum_of(
-    recorded: Recorded, *, columns: Mapping[str, str] | None = None, spectrum: int = 0, phase_unit: str = ""
+    recorded: Recorded,
+    *,
+    columns: Mapping[str, str] | None = None,
+    spectrum: int = 0,
+    phase_unit: str = "",
+    scale: Mapping[str, str | float] | None = None,
 ) -> MeasuredSpectrum:
     """Find frequency and impedance, or permittivity, among the columns of a table, sorted by frequency.
 
     `columns` maps a meaning to its heading, with a unit behind it where the file states none: ``"Phase
     [deg]"``; what it lacks is found by the headings. `spectrum` counts several spectra from 1; 0 takes the
     first. Rows of the frequency 0, which a potentiostat writes for samples over time, and of an impedance of
-    0 are omitted. Of modulus and phase, and real and imaginary part, the pair with more rows other than 0 is
-    taken, of equal ones the first. A phase without a unit is in degrees if any value is beyond 2 pi, and
-    otherwise refused unless its heading, `columns` or `phase_unit` states the unit. Where several columns
-    state the loss, the first of loss factor, loss tangent, conductivity and resistivity is taken, and a
-    difference of more than 2 % between them is refused.
+    0 are omitted. Of the pairs of columns that state an impedance (see the module) those that `columns`
+    names, else the one with most rows other than 0 is taken, of equal ones the first. ``minus_phase``,
+    ``minus_imaginary`` and so on are meanings of columns that state a negative, and `scale` maps a meaning to
+    a factor. A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless
+    its heading, `columns` or `phase_unit` states the unit. Where several columns state the loss, the first of
+    loss factor, loss tangent, conductivity and resistivity is taken. A difference of more than 2 % between
+    two statements of the loss, or of the impedance, is refused.
     """
-    found = _assigned(recorded, columns or {})
+    stated = _scaled(_assigned(recorded, columns or {}), columns or {}, scale or {})
+    found = _with_signs(stated)
     if "frequency" in found:
         grid = _in_si(found["frequency"], "Hz")
     elif "angular_frequency" in found:
         grid = found["angular_frequency"].values / (2 * math.pi)
     else:
         raise _no_spectrum(recorded, "no column is the frequency")
-    impedance, permittivity, lossless, unit = None, None, False, ""
+    impedance, permittivity, lossless, unit, times_area = None, None, False, "", False
     if "permittivity" in found:
         permittivity, lossless = _permittivity(found, grid)
     else:
-        impedance, unit = _impedance(found, phase_unit)
+        if "phase" in found and any(each in found and found[each].values.any() for each in _SIZES):
+            unit = _unit_of_phase(found["phase"], phase_unit)
+            found["phase"] = dataclasses.replace(found["phase"], unit=unit)
+        impedance, times_area = _impedance(found, grid, set(columns or {}))
     if permittivity is None and impedance is None:
-        raise _no_spectrum(
-            recorded, "neither modulus and phase, nor real and imaginary part, nor a permittivity is there"
-        )
+        raise _no_spectrum(recorded, _missing(recorded))
     values = impedance if impedance is not None else permittivity
     assert values is not None
     good = np.isfinite(grid) & np.isfinite(values) & (grid != 0) & (values != 0)
@@ -117,33 +169,98 @@ def spectrum_of(
         impedance=None if impedance is None else impedance[order],
         permittivity=None if permittivity is None else permittivity[order],
         lossless=lossless,
-        read_as=_read_as(recorded, found),
+        read_as=_read_as(recorded, stated, scale or {}),
         among=words,
         phase_unit=unit,
+        times_area=times_area,
     )
 
 
-def _impedance(found: Mapping[str, DataColumn], phase_unit: str) -> tuple[Complex | None, str]:
-    """Return the impedance by modulus and phase, or by its parts, whichever is filled more, and the unit of the phase."""
-    pairs: list[tuple[Complex, str]] = []
-    if "modulus" in found and "phase" in found and np.any(found["modulus"].values):
-        unit = _unit_of_phase(found["phase"], phase_unit)
-        turned = np.exp(1j * _in_si(dataclasses.replace(found["phase"], unit=unit), "rad"))
-        pairs.append((_in_si(found["modulus"], "ohm") * turned, unit))
-    if "real" in found and ("imaginary" in found or "minus_imaginary" in found):
-        sign, name = (1, "imaginary") if "imaginary" in found else (-1, "minus_imaginary")
+def _impedance(found: Mapping[str, DataColumn], grid: Real, stated: set[str]) -> tuple[Complex | None, bool]:
+    """Return the impedance by the pair of columns that is stated, or filled most, and whether it is one times an area."""
+    there = [pair for pair in _PAIRS if found.keys() >= set(pair) and found[pair[0]].values.any()]
+    named = [pair for pair in there if {name.removeprefix("minus_") for name in stated} >= set(pair)]
+    values: dict[str, Complex] = {}
+    times_area: set[bool] = set()
+    for pair in named or there:
+        columns = [found[name] for name in pair]
+        words = " and ".join(f"'{each.name}'" for each in columns)
+        if _UNITS[pair[0]] == _UNITS[pair[1]] and len({bool(each.unit) for each in columns}) > 1:
+            raise InputError(
+                f"columns: of {words} one has a unit; state that of the other, such as 'Z [ohm]'"
+            )
+        area = any((kind_and_factor(each.unit) or ("",))[0] in _TIMES_AREA.values() for each in columns)
+        units = [_TIMES_AREA.get(_UNITS[name], _UNITS[name]) if area else _UNITS[name] for name in pair]
+        numbers = [_in_si(each, unit) for each, unit in zip(columns, units, strict=True)]
         with np.errstate(all="ignore"):  # rows that are not finite are omitted later
-            pairs.append((_in_si(found["real"], "ohm") + sign * 1j * _in_si(found[name], "ohm"), ""))
-    filled = [int(np.count_nonzero(np.isfinite(pair) & (pair != 0))) for pair, _ in pairs]
-    return pairs[filled.index(max(filled))] if pairs else (None, "")
+            each = np.asarray(_PAIRS[pair](2 * math.pi * grid, *numbers))
+        values[words] = np.where(np.isfinite(each) & (each != 0), each, np.nan)
+        times_area.add(area)
+    if not values:
+        return None, False
+    if len(times_area) > 1:
+        raise InputError("columns: some are an impedance, others one times an area; state which to read")
+    _refuse_contradiction(values)
+    return max(values.values(), key=lambda each: int(np.isfinite(each).sum())), times_area.pop()
 
 
-def _read_as(recorded: Recorded, found: Mapping[str, DataColumn]) -> str:
-    """Name the columns that were used, with their meaning, and those that were not."""
+def _missing(recorded: Recorded) -> str:
+    """State what a table lacks that holds a frequency."""
+    if coil := next((each.name for each in recorded.channels if _INDUCTANCE.fullmatch(_heading(each))), ""):
+        return f"'{coil}' is an inductance, which no dielectric has: set the meter to Cp-D or R-X and measure again"
+    pairs = "modulus and phase, nor real and imaginary part, nor Cp or Cs with D, Q, G, Rp or Rs, nor G and B"
+    return f"neither {pairs}, nor a permittivity is there"
+
+
+def _read_as(recorded: Recorded, found: Mapping[str, DataColumn], scale: Mapping[str, str | float]) -> str:
+    """Name the columns that were used, with their meaning and factor, and those that were not."""
     used = {channel.name for channel in found.values()}
-    words = ", ".join(f"{meaning}: '{channel.name}'" for meaning, channel in found.items())
+    words = ", ".join(
+        f"{meaning}: '{channel.name}'" + (f" times {scale[meaning]}" if meaning in scale else "")
+        for meaning, channel in found.items()
+    )
     unused = ", ".join(f"'{each.name}'" for each in recorded.channels if each.name not in used)
     return f"{words}; columns not used: {unused}" if unused else words
+
+
+def _heading(channel: DataColumn) -> str:
+    """Return a heading in small letters, without underscores and what analysers write before it."""
+    heading = re.sub(r"\s+", " ", channel.name.lower().replace("_", " ").replace("/", " ")).strip()
+    return _PREFIX.sub("", heading)
+
+
+def _scaled(
+    found: Mapping[str, DataColumn], columns: Mapping[str, str], scale: Mapping[str, str | float]
+) -> dict[str, DataColumn]:
+    """Multiply columns by the stated factors; a heading with a minus needs a meaning with one, or a factor."""
+    problems = [
+        f"scale.{meaning}: no column of the spectrum has this meaning; it has {', '.join(found)}"
+        for meaning in scale
+        if meaning not in found
+    ] + [
+        f"columns.{meaning} = '{columns[meaning]}': the heading states a minus; state columns = minus_{meaning}, or"
+        f" scale.{meaning} (1 if the minus means nothing)"
+        for meaning in _SIGNED
+        if meaning in columns and meaning not in scale and _MINUS.match(_heading(found[meaning]))
+    ]
+    factors = {meaning: number_in("1", f"scale.{meaning}", value) for meaning, value in scale.items()}
+    refuse(
+        problems
+        + [f"scale.{meaning} = 0: expected another number" for meaning in factors if not factors[meaning]]
+    )
+    return {
+        meaning: dataclasses.replace(each, values=each.values * factors.get(meaning, 1.0))
+        for meaning, each in found.items()
+    }
+
+
+def _with_signs(found: Mapping[str, DataColumn]) -> dict[str, DataColumn]:
+    """Return the columns by meanings without minus, turned where the meaning has one."""
+    whole = {meaning: each for meaning, each in found.items() if not meaning.startswith("minus_")}
+    for meaning in found.keys() - whole.keys():
+        turned = dataclasses.replace(found[meaning], values=-found[meaning].values)
+        whole.setdefault(meaning.removeprefix("minus_"), turned)
+    return whole
 
 
 def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataColumn]:
@@ -158,23 +275,24 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
         for meaning, name in columns.items()
         if name not in by_name
     ] + [
-        f"columns: '{meaning}' is not among {', '.join(_PATTERNS)}"
+        f"columns: '{meaning}' is not among {', '.join((*_PATTERNS, *(f'minus_{each}' for each in _SIGNED)))}"
         for meaning in columns
-        if meaning not in _PATTERNS
+        if meaning not in _PATTERNS and meaning.removeprefix("minus_") not in _SIGNED
     ]
     refuse(problems)
     found = {meaning: by_name[name] for meaning, name in columns.items()}
     for channel in recorded.channels:
-        heading = re.sub(r"\s+", " ", channel.name.lower().replace("_", " ").replace("/", " ")).strip()
-        heading = _PREFIX.sub("", heading)
-        for meaning, pattern in _PATTERNS.items():
+        heading = _heading(channel)
+        minus = "minus_" if _MINUS.match(heading) else ""
+        heading = _MINUS.sub("", heading, count=1) if minus else heading
+        for meaning in _SIGNED if minus else _PATTERNS:
             if (
-                meaning not in found
+                minus + meaning not in found
                 and all(channel.name != each.name for each in found.values())
-                and re.fullmatch(pattern, heading)
+                and re.fullmatch(_PATTERNS[meaning], heading)
                 and not (heading == "d" and channel.unit not in ("", "1", "%"))  # a thickness or a diameter
             ):
-                found[meaning] = channel
+                found[minus + meaning] = channel
     _by_unit(recorded, found)
     return found
 
@@ -204,7 +322,12 @@ def _no_spectrum(recorded: Recorded, why: str) -> InputError:
 
 def _in_si(channel: DataColumn, unit: str) -> Real:
     """Convert a column from its unit, which is the SI unit where the file states none."""
-    known = kind_and_factor(channel.unit) if channel.unit else (unit, 1.0)
+    written = channel.unit
+    if unit == "S" and written.endswith("s"):  # a conductance is in no seconds
+        written = f"{written[:-1]}S"
+    if unit == "1" and written.lower() in ("delta", "δ"):  # of the heading tan(delta)
+        written = "1"
+    known = kind_and_factor(written) if written else (unit, 1.0)
     if known is None or known[0] != unit:
         raise InputError(f"column '{channel.name}': '{channel.unit}' is not a unit of {unit}")
     return np.asarray(channel.values * known[1])
@@ -233,8 +356,6 @@ def _permittivity(found: Mapping[str, DataColumn], grid: Real) -> tuple[Complex,
         if meaning not in found:
             continue
         channel = found[meaning]
-        if meaning == "loss_tangent" and channel.unit in ("delta", "δ"):  # of the heading tan(delta)
-            channel = dataclasses.replace(channel, unit="1")
         values = _in_si(channel, unit)
         if meaning == "resistivity" and (values <= 0).any():
             raise InputError(f"column '{channel.name}': a {noun} has to be above 0")
@@ -264,9 +385,9 @@ def _relative(channel: DataColumn) -> Real:
     return _in_si(channel, "1")
 
 
-def _refuse_contradiction(losses: Mapping[str, Real]) -> None:
-    """Refuse a table whose statements of the loss belong to different quantities or units."""
-    (first, one), *others = losses.items()
+def _refuse_contradiction(statements: Mapping[str, Real] | Mapping[str, Complex]) -> None:
+    """Refuse a table whose statements of the loss or impedance belong to different quantities or units."""
+    (first, one), *others = statements.items()
     for noun, other in others:
         good = np.isfinite(one) & np.isfinite(other) & (np.maximum(np.abs(one), np.abs(other)) > 0)
         if not good.any():
@@ -300,7 +421,7 @@ def sweeps_of(frequency: Real) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]
         elif change:
             direction = int(change)
     found = np.split(rows, begins[1:])
-    return found if min(each.size for each in found) >= _FEWEST else [rows]
+    return found if min(each.size for each in found) >= FEWEST else [rows]
 
 
 def chosen_sweep(frequency: Real, spectrum: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], str]:

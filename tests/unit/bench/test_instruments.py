@@ -1,6 +1,7 @@
 """Drivers and simulated instruments: commands, blocks and replies."""
 
 import json
+import socket
 import sys
 from unittest.mock import MagicMock
 
@@ -217,17 +218,36 @@ def test_headers_are_short_or_long():
     [
         (b"#15abcd", "announced a block of 5 bytes and sent 4"),
         (b"#15abcdef", "sent 6"),
-        (b"#3", "cut off"),
-        (b"hello", "where a binary block was expected"),
-        (b"#0abc", "where a binary block"),
+        (b"#15abcde\r\n\n", "sent 8: they are no single block"),
+        (b"#3", "where a binary block was expected, after"),
+        (b"hello", "where a binary block was expected, after"),
+        (b"#0abc", "not one of indefinite length .* set the instrument to definite length"),
+        (b":CURVE #15abcde", "stands behind other text; switch headers off"),
     ],
 )
 def test_blocks_that_are_cut_off_or_too_long_are_refused(reply, words):
     with pytest.raises(BenchError, match=words):
         Link("oscilloscope", Scripted(reply)).ask_block("CURV?")
-    assert Link("oscilloscope", Scripted(b"#15abcde")).ask_block("CURV?") == b"abcde"
+    for end in (b"", b"\n", b"\r\n"):
+        assert Link("oscilloscope", Scripted(b"#15a\r\nde" + end)).ask_block("CURV?") == b"a\r\nde"
     with pytest.raises(BenchError, match="where a number was expected"):
         Link("oscilloscope", Scripted(b"x")).ask_number("ACQ:STATE?")
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_a_block_over_a_socket_is_whole_whatever_ends_it(end):
+    """Before, a block that CR and LF follow was said to be truncated."""
+    data = bytes(range(256)) * 12
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET"
+        connection = connect({"oscilloscope": address})["oscilloscope"]
+        accepted, _ = server.accept()
+        with accepted:
+            accepted.sendall(b"#43072" + data + end + b"7" + end)
+            link = Link("oscilloscope", connection)
+            assert link.ask_block("CURV?") == data
+            assert link.ask_number("ACQ:STATE?") == 7
+        link.close()
 
 
 def test_the_trace_states_instruments_settings_limits_and_the_current_limiter():

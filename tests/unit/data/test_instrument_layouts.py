@@ -160,6 +160,11 @@ def test_text_is_read_in_every_encoding(tmp_path, encoding):
     np.testing.assert_allclose(found.channels[1].values, V, atol=1e-7)
 
 
+def second(options, reference=""):
+    """Begin a Touchstone file of version 2."""
+    return f"[Version] 2.0\n{options}\n[Number of Ports] 1\n[Number of Frequencies] {G.size}\n{reference}\n[Network Data]\n"
+
+
 SPECTRA = {
     "nova.txt": "Index;Frequency (Hz);Z' (Ω);-Z'' (Ω);Z (Ω);-Phase (°)\n"
     + numbered("{};{:.8g};{:.8g};{:.8g};{:.8g};{:.8g}", G, Z.real, -Z.imag, abs(Z), -PHASE),
@@ -192,6 +197,11 @@ SPECTRA = {
     + rows("{:.8g},{:.8g},{:.8g}", G, abs(Z), PHASE),
     "discovery.csv": "#Digilent WaveForms Impedance Analyzer\n\nFrequency (Hz),Trace θ (deg),Trace |Z| (Ohm)\n"
     + rows("{:.8g},{:.8g},{:.8g}", G, PHASE, abs(Z)),
+    "z2.s1p": second("# kHz Z MA R 50", "[Reference]\n75") + rows("{:.8g} {:.8g} {:.8g}", G / 1e3, abs(Z), PHASE) + "[End]\n",
+    "y2.ts": second("# hz y ri r 2") + rows("{:.8g} {:.8g} {:.8g}", G, (1 / Z).real, (1 / Z).imag) + "[Noise Data]\n1 2 3 4\n",
+    "s2.ts": "! by a VNA\n" + second("# Hz S RI R 50", "[Reference]\n! of port 1\n 1000") + rows(
+        "{:.12g} {:.12g} {:.12g}", G, ((Z - 1e3) / (Z + 1e3)).real, ((Z - 1e3) / (Z + 1e3)).imag
+    ),
     "z.s1p": "! VNA\n# kHz Z MA R 50\n" + rows("{:.8g} {:.8g} {:.8g}", G / 1e3, abs(Z) / 50, PHASE),
     "y.s1p": "# hz y ri r 2\n" + rows("{:.8g} {:.8g} {:.8g}", G, (2 / Z).real, (2 / Z).imag),
     "s.s1p": "!\n# Hz S DB R 1000 ! comment\n" + rows(
@@ -306,6 +316,14 @@ def test_readings_that_are_none_are_missing_and_quoted_ones_are_numbers(tmp_path
         ("a.csv", "t,u\n0,1\n1,٢\n2,3\n3,4\n", "'٢' is not a number"),
         ("a.csv", "a,b\n1,2\n3,4\n" + "9" * 120_000 + "x,5\n6,7\n8,9\n1,1\n", "is not a number"),
         ("a.s1p", "# Hz S RI R 50\n1 2 3 4 5\n1 2 3 4 5\n", "rows do not have three numbers"),
+        (
+            "a.s2p",
+            "# Hz S RI R 50\n" + "1 2 3 4 5 6 7 8 9\n" * 2,
+            "states 2 ports, .* one reflection such as S11, as .s1p",
+        ),
+        ("a.ts", second("# Hz Z RI").replace("Ports] 1", "Ports] 4") + "1 2 3\n" * 2, "states 4 ports"),
+        ("a.ts", second("# Hz Z RI") + "1 2 3\n" * 2, f"states {G.size} frequencies and holds 2"),
+        ("a.ts", second("# Hz Z RI", "[Reference] -3") + "1 2 3\n" * 2, "states '-3' for .Reference., where"),
         ("a.s1p", "# Hz H RI R 50\n1 2 3\n2 2 3\n", "states the parameters H"),
         ("a.s1p", "# Hz S RI R x\n1 2 3\n2 2 3\n", "with the reference 0 ohm"),
         ("a.s1p", "# Hz S RI R 50\n1 2 a\n2 2 3\n", "not made of numbers"),

@@ -55,6 +55,28 @@ def test_an_envelope_is_a_minimum_and_a_maximum(tmp_path):
     np.testing.assert_allclose(np.diff(found.times()), 8e-6)
 
 
+def in_words(end=b"", points=8):
+    text = LONG.replace("BIN;", "ASC;").removesuffix("#")
+    head = text.format(width=2, bits=16, form="RI", order="MSB", points=points, kind="Y")
+    return head.encode() + ",".join(map(str, COUNTS)).encode() + end
+
+
+@pytest.mark.parametrize("end", [b"", b"\n", b"\r\n", b";\r\n"])
+@pytest.mark.parametrize("form", ["block", "without length", "words"])
+def test_a_curve_in_words_or_in_a_block_without_length_and_its_terminator(tmp_path, form, end):
+    """Before, a curve in ASCII and a block that begins with #0 were refused."""
+    content = in_words() if form == "words" else written()
+    content = content.replace(b"#216", b"#0") if form == "without length" else content
+    (tmp_path / "a.isf").write_bytes(content + end)
+    found = read_isf(tmp_path / "a.isf")
+    np.testing.assert_array_equal(found.channels[0].values, 10 + 0.5 * (COUNTS - 3))
+    assert not found.not_read
+    (tmp_path / "a.isf").write_bytes(content + b";" + in_words())
+    found = read_isf(tmp_path / "a.isf")
+    np.testing.assert_array_equal(found.channels[0].values, 10 + 0.5 * (COUNTS - 3))
+    assert [each.name.partition(" ")[2] for each in found.not_read] == ["bytes behind the curve"]
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -65,8 +87,11 @@ def test_an_envelope_is_a_minimum_and_a_maximum(tmp_path):
         (written(LONG.replace("XINCR 4.0E-6", "XINCR nan")), "no number for XINCR"),
         (written(LONG.replace("BIN;", "ASC;")), "known are 1 or 2 bytes"),
         (written(kind="ENV", counts=COUNTS[:-1]), "odd number"),
-        (written(counts=COUNTS[:1]), "fewer than two"),
+        (written(counts=COUNTS[:1]), "no column of two or more"),
         (b":WFMPRE:BYT_NR 2;:CURVE #0", "unknown length"),
+        (written().replace(b"#216", b"#0")[:-1], "states 16 bytes of samples and holds 15"),
+        (in_words(points=9), "states 9 points and holds 8"),
+        (in_words(b",x\n"), "not made of numbers"),
         (b":WFMPRE:BYT_NR 2;:CURVE #9999999999" + bytes(10), "cut off"),
     ],
 )

@@ -15,7 +15,8 @@ from electrovib.recordings.importing import list_columns
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
 GRID = np.geomspace(10, 1e5, 12)
-Z = 5e4 / (1 + 2j * np.pi * GRID * 5e4 * 1e-9)
+R, C, W = 5e4, 1e-9, 2 * np.pi * GRID
+Z = 1 / (1 / R + 1j * W * C)
 EPS = 1000 / (1 + 2j * np.pi * GRID * 1e-4) + 5 - 1j * 1e-5 / (2 * np.pi * GRID * eps0)
 SIGMA = -EPS.imag * 2 * np.pi * GRID * eps0
 TABLES = {
@@ -25,6 +26,20 @@ TABLES = {
     "freq/Hz,Re(Z)/Ohm,-Im(Z)/Ohm": (GRID, Z.real, -Z.imag),
     "Frequency (Hz),Z_real,Z_imag": (GRID, Z.real, Z.imag),
     "omega,Zre,Zim": (2 * np.pi * GRID, Z.real, Z.imag),
+    "freq/Hz,|Z|/Ohm,-Phase/deg": (GRID, abs(Z), -np.degrees(np.angle(Z))),
+    "f [Hz],Z',\N{MINUS SIGN}Z''": (GRID, Z.real, -Z.imag),
+    "f [Hz],-Z' [ohm],neg. Z'' [ohm]": (GRID, -Z.real, -Z.imag),
+    "Frequency (Hz),Cp (F),D": (GRID, C + 0 * GRID, 1 / (W * R * C)),
+    "Frequency (Hz),Cp (nF),Tan(Delta)": (GRID, 1e9 * C + 0 * GRID, 1 / (W * R * C)),
+    "Frequency (Hz),Cp (pF),Q": (GRID, 1e12 * C + 0 * GRID, W * R * C),
+    "Frequency (Hz),C_p (nF),Rp (kohm)": (GRID, 1e9 * C + 0 * GRID, R / 1e3 + 0 * GRID),
+    "Frequency (Hz),Cp [F],G [uS]": (GRID, C + 0 * GRID, 1e6 / R + 0 * GRID),
+    "Frequency (Hz),G (S),B (mS)": (GRID, 1 / R + 0 * GRID, 1e3 * W * C),
+    "Frequency (Hz),G,-B": (GRID, 1 / R + 0 * GRID, -W * C),
+    "Frequency (Hz),|Y| (S),Theta (deg)": (GRID, abs(1 / Z), -np.degrees(np.angle(Z))),
+    "Frequency (Hz),Cs (F),Rs (ohm)": (GRID, -1 / (W * Z.imag), Z.real),
+    "Frequency (Hz),Cs (F),D": (GRID, -1 / (W * Z.imag), 1 / (W * R * C)),
+    "Frequency (Hz),Cs (uF),Q": (GRID, -1e6 / (W * Z.imag), W * R * C),
 }  # fmt: skip
 PERMITTIVITIES = {
     "Frequency (Hz),Permittivity,Loss Factor,Conductivity (S/m)": (GRID, EPS.real, -EPS.imag, SIGMA),
@@ -92,6 +107,19 @@ def test_columns_may_be_stated(tmp_path):
     [
         ("f,|Z|,phase", (abs(Z), np.angle(Z)), "degrees or radians"),
         ("f,|Z|", (abs(Z),), "neither modulus and phase"),
+        ("f,Cp", (0 * GRID + C,), "nor Cp or Cs with D, Q, G, Rp or Rs"),
+        ("f,Lp,Rp", (-1 / (W**2 * C), 0 * GRID + R), "'Lp' is an inductance"),
+        ("f,Z' [kohm],Z''", (Z.real / 1e3, Z.imag), "one has a unit; state that of the other"),
+        (
+            "f,Z' [ohm cm2],Z'' [ohm cm2],|Z| [ohm],phase [deg]",
+            (Z.real, Z.imag, abs(Z), 0 * R * GRID),
+            "times an area",
+        ),
+        (
+            "f,Z',Z'',|Z|,phase [deg]",
+            (Z.real, -Z.imag, abs(Z), np.degrees(np.angle(Z))),
+            r"differ by .* quantities",
+        ),
         ("f [V],|Z|,phase [deg]", (abs(Z), np.angle(Z)), "not a unit of Hz"),
         (
             "f,eps',loss factor,sigma",
@@ -112,6 +140,71 @@ def test_columns_may_be_stated(tmp_path):
 def test_what_is_ambiguous_is_refused(tmp_path, heading, columns, words):
     with pytest.raises(InputError, match=words):
         spectrum_of(table(tmp_path, heading, (GRID, *columns)))
+
+
+def test_a_factor_for_a_meaning_and_a_minus_that_is_stated(tmp_path):
+    """Before, scale.phase was accepted and ignored, and no column could be the negative of a phase."""
+    turned = (GRID, abs(Z), -np.degrees(np.angle(Z)))
+    table(tmp_path, "f,|Z|,-Phase/deg", turned)
+    columns = {"frequency": "f", "modulus": "|Z|", "phase": "-Phase"}
+    found = ev.import_file(tmp_path / "a.csv", columns, scale={"phase": -1, "modulus": "2"})
+    np.testing.assert_allclose(found.impedance, 2 * Z, rtol=1e-10)
+    assert "phase: '-Phase' times -1" in found.attrs["history"]
+    minus = {"frequency": "f", "modulus": "|Z|", "minus_phase": "-Phase"}
+    np.testing.assert_allclose(ev.import_file(tmp_path / "a.csv", minus).impedance, Z, rtol=1e-10)
+    with pytest.raises(
+        InputError, match=r"columns.phase = '-Phase': the heading states a minus; state .* minus_phase"
+    ):
+        ev.import_file(tmp_path / "a.csv", columns)
+    for scale, words in (
+        ({"phase": -1}, "no column of the spectrum has this meaning"),
+        ({"minus_phase": 0}, "another"),
+    ):
+        with pytest.raises(InputError, match=words):
+            ev.import_file(tmp_path / "a.csv", scale=scale)
+    with pytest.raises(InputError, match=r"'minus_modulus' is not among .*minus_phase"):
+        ev.import_file(tmp_path / "a.csv", {"minus_modulus": "|Z|", "frequency": "f"})
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        {"time": "f"}, {"step": "1 ms"}, {"stamps": "keep_increasing"}, {"offset": {"phase": 1}}, {"shift": {"phase": 1}},
+        {"trigger": "phase"}, {"baseline": {"phase": "0 s..1 s"}}, {"detrend": "phase"}, {"crop": "0 s..1 s"},
+        {"average": "phase"}, {"resample": "1 ms"}, {"calibration": {"phase": "none.csv"}},
+    ],
+)  # fmt: skip
+def test_an_option_that_a_spectrum_does_not_use_is_refused_by_name(tmp_path, option):
+    table(tmp_path, "f,Z',Z''", (GRID, Z.real, Z.imag))
+    with pytest.raises(InputError, match=f"{next(iter(option))}: has no effect on a spectrum"):
+        ev.import_file(tmp_path / "a.csv", **option)
+
+
+@pytest.mark.parametrize("unit", ["ohm cm2", "Ohm.cm²", "kΩ·cm^2"])
+def test_an_impedance_times_an_area_needs_the_area(tmp_path, unit):
+    size = 0.5e-4
+    per = Z * size / (1e-1 if unit.startswith("k") else 1e-4)
+    table(tmp_path, f"f [Hz],Z' ({unit}),Z'' ({unit})", (GRID, per.real, per.imag))
+    with pytest.raises(
+        InputError, match="one times an area; its permittivity is imported with --as material"
+    ):
+        ev.import_file(tmp_path / "a.csv")
+    found = ev.import_material(tmp_path / "a.csv", area="0.5 cm2", thickness="200 um").material
+    np.testing.assert_allclose(found.permittivity_samples.values, C * 2e-4 / (eps0 * size), rtol=1e-6)
+    loss = 2e-4 / (R * size) / (W * eps0)
+    np.testing.assert_allclose(found.loss_samples.values, loss, rtol=1e-6)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_a_material_needs_four_frequencies(tmp_path, count):
+    """Before, three rows ended in a traceback."""
+    table(tmp_path, "f,Z' [ohm],Z'' [ohm]", (GRID[:count], Z.real[:count], Z.imag[:count]))
+    for made in (ev.import_material, ev.fit_material):
+        if count == 4:
+            made(tmp_path / "a.csv", area="1 cm2", thickness="1 mm")
+            continue
+        with pytest.raises(InputError, match=f"has {count} frequencies; a material needs 4 or more"):
+            made(tmp_path / "a.csv", area="1 cm2", thickness="1 mm")
 
 
 @pytest.mark.skipif(not FOLDER.exists(), reason="needs shared/data, which is not part of the repository")

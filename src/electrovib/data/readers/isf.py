@@ -1,18 +1,23 @@
-"""Tektronix internal format (.isf): a preamble of keys, as the oscilloscopes also send it, and one binary curve."""
+"""Tektronix internal format (.isf): a preamble of keys, as the oscilloscopes also send it, and one curve."""
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import DataColumn, FileFormat, Recorded, begins
+from electrovib.data.block import block_at
+from electrovib.data.recorded import FileFormat, NotRead, begins, recorded_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
+
+    from electrovib.core.arrays import Real
+    from electrovib.data.recorded import Recorded
 
 _SHORT: Final = {
     "byt_n": "byt_nr", "bit_n": "bit_nr", "enc": "encdg", "bn_f": "bn_fmt", "byt_o": "byt_or", "nr_p": "nr_pt",
@@ -22,7 +27,7 @@ _SHORT: Final = {
 """Maps short keys of the preamble, in small letters, to the long ones."""
 _LONGEST_PREAMBLE: Final = 20_000
 _KEY: Final = re.compile(r"\s*:?(?:WFMP(?:RE)?:|WFMO(?:UTPRE)?:|CURV[EV]?:)?([A-Za-z_]+)\s+(.*)", re.DOTALL)
-_CURVE: Final = re.compile(rb":?CURVE?\s+#", re.IGNORECASE)
+_CURVE: Final = re.compile(rb"(?:\A|[;:\n])\s*CURVE?\s+(?=[#\d+-])", re.IGNORECASE)
 
 
 def read_isf(path: Path) -> Recorded:
@@ -37,25 +42,22 @@ def read_isf(path: Path) -> Recorded:
     if begin is None:
         raise DataFileError("is not in Tektronix's internal format: it holds no 'CURVE #'.", path=path)
     keys = preamble_of(raw[: begin.start()].decode("latin-1"))
-    counts = _counts(path, raw, begin.end(), keys)
+    counts, rest = _counts(path, raw, begin.end(), keys)
     offsets = _number(path, keys, "yzero", 0.0), _number(path, keys, "yoff", 0.0)
     values = offsets[0] + _number(path, keys, "ymult") * (counts - offsets[1])
     step, origin = _number(path, keys, "xincr"), _number(path, keys, "xzero", 0.0)
     start = origin - step * _number(path, keys, "pt_off", 0.0)
     name = keys.get("wfid", "").strip('" ').partition(",")[0] or "CH1"
-    unit = keys.get("yunit", "").strip('" ')
+    unit, table = keys.get("yunit", "").strip('" '), {name: values}
     if keys.get("pt_fmt", "Y").upper().startswith("ENV"):
         if values.size % 2:
             raise DataFileError("is an envelope with an odd number of points: it is damaged.", path=path)
-        low, high = np.minimum(values[::2], values[1::2]), np.maximum(values[::2], values[1::2])
-        channels = (
-            DataColumn(name=f"{name} minimum", unit=unit, values=low),
-            DataColumn(name=f"{name} maximum", unit=unit, values=high),
-        )
-        return Recorded(channels=channels, step=2 * step, start=start, attributes=keys)
-    return Recorded(
-        channels=(DataColumn(name=name, unit=unit, values=values),), step=step, start=start, attributes=keys
-    )
+        pairs, step = np.sort(values.reshape(-1, 2)), 2 * step
+        table = {f"{name} minimum": pairs[:, 0], f"{name} maximum": pairs[:, 1]}
+    columns = [(label, unit, samples) for label, samples in table.items()]
+    found = recorded_of(path, columns, step=step, start=start, attributes=keys)
+    more = NotRead(name=f"{len(rest)} bytes behind the curve", why="of a file the first curve is read")
+    return dataclasses.replace(found, not_read=(more,) if rest.strip(b";\r\n") else ())
 
 
 def preamble_of(text: str) -> dict[str, str]:
@@ -88,41 +90,51 @@ def _number(path: Path, keys: Mapping[str, str], key: str, default: float | None
         raise DataFileError(f"{error} in its preamble.", path=path) from None
 
 
-def _counts(
-    path: Path, raw: bytes, begin: int, keys: Mapping[str, str]
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Read the curve ``#<n><length><binary>`` in the sample format of the preamble."""
-    digits = raw[begin : begin + 1]
-    if not digits.isdigit() or digits == b"0":
-        raise DataFileError("has a curve of unknown length.", path=path)
-    size = raw[begin + 1 : begin + 1 + int(digits)]
-    if not size.isdigit():
-        raise DataFileError("has a curve of unknown length.", path=path)
-    first, length = begin + 1 + int(digits), int(size)
-    if first + length > len(raw):
-        raise DataFileError(
-            f"states {length} bytes of samples and holds {max(len(raw) - first, 0)}: it is cut off.",
-            path=path,
-        )
+def _counts(path: Path, raw: bytes, begin: int, keys: Mapping[str, str]) -> tuple[Real, bytes]:
+    """Read the curve, a block in the sample format of the preamble or numbers with commas, and what is behind it."""
+    stated, encoding = keys.get("nr_pt", ""), keys.get("encdg", "BIN").upper()
+    points = int(stated) if stated.isascii() and stated.isdigit() else None
+    if encoding.startswith("ASC") and raw[begin : begin + 1] != b"#":
+        text, _, rest = raw[begin:].partition(b";")
+        try:
+            counts = np.array(text.split(b","), dtype=float)
+        except ValueError:
+            raise DataFileError(
+                "has a curve that is not made of numbers: it is damaged.", path=path
+            ) from None
+    else:
+        counts, rest = _of_block(path, raw, begin, keys, points)
+    if points is not None and points != counts.size:
+        raise DataFileError(f"states {stated} points and holds {counts.size}: it is damaged.", path=path)
+    return counts, rest
+
+
+def _of_block(
+    path: Path, raw: bytes, begin: int, keys: Mapping[str, str], points: int | None
+) -> tuple[Real, bytes]:
+    """Read a binary curve; the length of a block that states none is that of the points."""
     width = int(_number(path, keys, "byt_nr"))
-    encoding = keys.get("encdg", "BIN").upper()
-    form = keys.get("bn_fmt", "RI").upper()
+    encoding, form = keys.get("encdg", "BIN").upper(), keys.get("bn_fmt", "RI").upper()
     if width not in (1, 2) or not encoding.startswith("BIN") or form not in ("RI", "RP"):
         raise DataFileError(
             f"has samples of {width} bytes, {encoding} {form}; known are 1 or 2 bytes of BIN RI or RP.",
             path=path,
         )
-    order = "<" if keys.get("byt_or", "MSB").upper().startswith("LSB") else ">"
-    kind = np.dtype(f"{order}{'i' if form == 'RI' else 'u'}{width}")
+    block = block_at(raw, begin)
+    if block is None and points is not None and raw[begin : begin + 2] == b"#0":
+        block = begin + 2, points * width
+    if block is None:
+        raise DataFileError("has a curve of unknown length.", path=path)
+    first, length = block
+    if first + length > len(raw):
+        held = max(len(raw) - first, 0)
+        raise DataFileError(f"states {length} bytes of samples and holds {held}: it is cut off.", path=path)
     if length % width:
         raise DataFileError("ends within a sample: it is damaged.", path=path)
-    counts = np.frombuffer(raw, kind, count=length // width, offset=first).astype(np.float64)
-    stated = keys.get("nr_pt", "")
-    if stated.isascii() and stated.isdigit() and int(stated) != counts.size:
-        raise DataFileError(f"states {stated} points and holds {counts.size}: it is damaged.", path=path)
-    if counts.size < 2:
-        raise DataFileError("holds fewer than two samples.", path=path)
-    return counts
+    order = "<" if keys.get("byt_or", "MSB").upper().startswith("LSB") else ">"
+    kind = np.dtype(f"{order}{'i' if form == 'RI' else 'u'}{width}")
+    counts = np.frombuffer(raw, kind, count=length // width, offset=first).astype(float)
+    return counts, raw[first + length :]
 
 
 FORMAT: Final = FileFormat(

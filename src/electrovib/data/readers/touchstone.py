@@ -1,60 +1,89 @@
-"""Touchstone files (.s1p) of a one-port: reflection, impedance or admittance over frequency."""
+"""Touchstone files (.s1p, .ts) of a one-port: reflection, impedance or admittance over frequency."""
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded
+from electrovib.data.recorded import CanRead, FileFormat, NotRead, recorded_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from electrovib.core.arrays import Complex, Real
+    from electrovib.data.recorded import Recorded
 
-_OPTIONS: Final = re.compile(rb"^\s*#\s*([^\n\r!]{0,80})", re.MULTILINE)
 _FREQUENCY: Final = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
+_KEYWORD: Final = re.compile(r"^\s*\[([^\]\n]*)\]", re.MULTILINE)
+_SUFFIX: Final = re.compile(r"\.s(\d{1,2})p")
 _LONGEST_LINE: Final = 1000
 
 
 def read_touchstone(path: Path) -> Recorded:
     """Read the impedance of a one-port.
 
-    Z = R (1 + S) / (1 - S) with the reference resistance R of the file. Parameters Z and Y of version 1 are
-    normalised to R. Without an option line the format prescribes GHz, S, MA and 50 ohm.
+    Z = R (1 + S) / (1 - S) with the reference resistance R of the file. Parameters Z and Y are normalised to R
+    in version 1, and in ohm and siemens from version 2 on, where ``[Reference]`` states R. Without an option
+    line the format prescribes GHz, S, MA and 50 ohm.
     """
-    raw = path.read_bytes()
-    unit, kind, form, reference = _options(path, raw)
-    lines = (line.partition(b"!")[0].strip() for line in raw.splitlines())
-    rows = [line[:_LONGEST_LINE].split() for line in lines if line and not line.startswith((b"#", b"["))]
-    if any(len(row) != 3 for row in rows) or len(rows) < 2:
+    raw = path.read_bytes().decode("latin-1")
+    text = "\n".join(line.partition("!")[0][:_LONGEST_LINE] for line in raw.splitlines())
+    words = _KEYWORD.split(text)
+    sections = {key.strip().lower(): body for key, body in zip(words[1::2], words[2::2], strict=True)}
+    is_first = float(_stated(path, sections, "version", "1")) < 2
+    unit, kind, form, reference = _options(path, text)
+    reference = float(_stated(path, sections, "reference", str(reference)))
+    name = _SUFFIX.fullmatch(path.suffix.lower())
+    ports = _stated(path, sections, "number of ports", name[1] if name else "1")
+    body = text if is_first else sections.get("network data", "")
+    rows = [line.split() for line in body.splitlines() if line.strip() and line.lstrip()[0] not in "#["]
+    if float(ports) != 1 or any(len(row) != 3 for row in rows) or len(rows) < 2:
         raise DataFileError(
-            "is no Touchstone file of a one-port: its rows do not have three numbers.", path=path
+            f"is no Touchstone file of a one-port: it states {ports} ports, or its rows do not have three numbers. Save the"
+            " impedance of the sample, or one reflection such as S11, as .s1p.",
+            path=path,
         )
+    if len(rows) != int(float(stated := _stated(path, sections, "number of frequencies", str(len(rows))))):
+        raise DataFileError(f"states {stated} frequencies and holds {len(rows)}: it is cut off.", path=path)
     try:
         frequency, first, second = np.array(rows, dtype=float).T
     except ValueError:
         raise DataFileError("holds a row that is not made of numbers.", path=path) from None
     values = _complex(first, second, form)
     with np.errstate(all="ignore"):  # a reflection of 1 is an open end
-        impedance = {"S": (1 + values) / (1 - values), "Z": values, "Y": 1 / values}[kind] * reference
-    return Recorded(
-        channels=(
-            DataColumn(name="frequency", unit="Hz", values=frequency * _FREQUENCY[unit]),
-            DataColumn(name="Z'", unit="ohm", values=impedance.real),
-            DataColumn(name="Z''", unit="ohm", values=impedance.imag),
-        ),
-        attributes={"parameters": f"{kind} {form}, reference {reference:g} ohm"},
+        normalised = {"S": (1 + values) / (1 - values), "Z": values, "Y": 1 / values}[kind]
+    impedance = normalised * (reference if is_first or kind == "S" else 1.0)
+    columns = [
+        ("frequency", "Hz", frequency * _FREQUENCY[unit]), ("Z'", "ohm", impedance.real), ("Z''", "ohm", impedance.imag),
+    ]  # fmt: skip
+    found = recorded_of(
+        path, columns, attributes={"parameters": f"{kind} {form}, reference {reference:g} ohm"}
+    )
+    noise = [NotRead(name=key, why="only network data are read") for key in sections if key == "noise data"]
+    return dataclasses.replace(found, not_read=tuple(noise))
+
+
+def _stated(path: Path, sections: dict[str, str], key: str, otherwise: str) -> str:
+    """Return the number above 0 that stands behind a keyword, on its line or below it."""
+    found = (sections.get(key, otherwise).split() or [""])[0]
+    try:
+        if 0 < float(found) < np.inf:
+            return found
+    except ValueError:
+        pass
+    raise DataFileError(
+        f"states '{found}' for [{key.title()}], where a number above 0 is expected.", path=path
     )
 
 
-def _options(path: Path, raw: bytes) -> tuple[str, str, str, float]:
+def _options(path: Path, text: str) -> tuple[str, str, str, float]:
     """Return unit of frequency, kind of parameters, form of complex numbers and reference resistance [ohm]."""
-    match = _OPTIONS.search(raw)
-    words = match[1].decode("latin-1").upper().split() if match else []
+    match = re.search(r"^\s*#(.*)", text, re.MULTILINE)
+    words = match[1].upper().split() if match else []
     unit = next((word for word in words if word in _FREQUENCY), "GHZ")
     kind = next((word for word in words if word in ("S", "Z", "Y", "G", "H")), "S")
     form = next((word for word in words if word in ("MA", "DB", "RI")), "MA")
@@ -80,12 +109,15 @@ def _complex(first: Real, second: Real, form: str) -> Complex:
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:
-    return CanRead.YES if suffix == ".s1p" and b"\0" not in head else CanRead.NO
+    is_named = _SUFFIX.fullmatch(suffix) or (
+        suffix == ".ts" and re.search(rb"^\s*\[Version\]", head, re.IGNORECASE | re.MULTILINE)
+    )
+    return CanRead.YES if is_named and b"\0" not in head else CanRead.NO
 
 
 FORMAT: Final = FileFormat(
     name="touchstone",
-    description="Touchstone files of a one-port (.s1p): S, Z or Y as an impedance",
+    description="Touchstone files of a one-port (.s1p, .ts): S, Z or Y as an impedance",
     can_read=_can_read,
     read=read_touchstone,
 )

@@ -15,7 +15,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
 from electrovib.core.units import exact_text, format_quantity, number_in
 from electrovib.data.registry import read_recorded
-from electrovib.data.spectrum import spectrum_of, split_part
+from electrovib.data.spectrum import FEWEST, spectrum_of, split_part
 from electrovib.physics.tabulated import Tabulated
 from electrovib.recordings.importing.notices import about_parts
 from electrovib.recordings.importing.parallel_part import phase_offset
@@ -208,6 +208,10 @@ def read_sample(
     table, number = split_part(part)
     recorded = read_recorded(place, part=table, **reading)
     spectrum = spectrum_of(recorded, columns=columns, spectrum=number)
+    if (count := np.unique(spectrum.frequency).size) < FEWEST:
+        raise InputError(
+            f"the spectrum has {count} frequencies; a material needs {FEWEST} or more", path=place
+        )
     depth = None if thickness is None else number_of("thickness", thickness, "m", above=True)
     history = [f"spectrum of {place.name}: {spectrum.read_as}"]
     resistance = number_of("series_resistance", series_resistance, "ohm")
@@ -225,6 +229,7 @@ def read_sample(
             f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
         )
         per_farad, turns = depth / (eps0 * surface), 2j * np.pi * spectrum.frequency
+        impedance = spectrum.impedance / (surface if spectrum.times_area else 1.0)
         if parallel := capacitance + fixture_capacitance:
             history.append(f"fixture of {format_quantity(parallel, 'F', digits=4)} in parallel subtracted")
         if resistance:
@@ -232,7 +237,7 @@ def read_sample(
         if fixture_capacitance:
             source = "measured in parallel with the reference resistor (--set parallel_capacitance=... states another one)"
             history.append(f"the capacitance of the fixture was {source}")
-        sample = 1 / (1 / spectrum.impedance - turns * parallel) - resistance
+        sample = 1 / (1 / impedance - turns * parallel) - resistance
         permittivity = np.asarray(per_farad / (turns * sample))
     else:
         given = {"area": area, "series_resistance": resistance, "parallel_capacitance": capacitance}

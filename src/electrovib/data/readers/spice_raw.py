@@ -1,0 +1,145 @@
+"""Raw files of ngspice and LTspice (.raw), binary and ASCII: every plot, and every run of a stepped one, is a part."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import DataFileError, suggestion
+from electrovib.data.recorded import FileFormat, NotRead, begins, recorded_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
+    from electrovib.data.recorded import Recorded
+
+_DATA: Final = re.compile(rb"^(Binary|Values):\r?\n", re.MULTILINE)
+_KEY: Final = re.compile(r"^([A-Z][a-z. A-Z]*):[ \t]*(.*?)\r?$", re.MULTILINE)
+_VARIABLE: Final = re.compile(r"^(?:Variables:)?\s*\d+\t(\S+)\t([\w-]+)", re.MULTILINE)
+_UNITS: Final = {
+    "time": "s", "frequency": "Hz", "voltage": "V", "current": "A", "device_current": "A", "subckt_current": "A",
+    "impedance": "ohm", "admittance": "S", "power": "W", "charge": "C", "capacitance": "F",
+}  # fmt: skip
+
+
+def read_spice_raw(path: Path, *, part: str = "") -> Recorded:
+    """Read one run of a simulation, the first of two or more points by default, and name the others as not read.
+
+    A complex vector is two channels, ``Re(v(out))`` and ``Im(v(out))``.
+    """
+    runs = dict(_runs(path, _narrow(path.read_bytes())))
+    if part and part not in runs:
+        listed = f"{suggestion(part, runs)} It has {', '.join(list(runs)[:20])}"
+        raise DataFileError(f"part = {part}: there is no such plot.{listed}.", path=path)
+    chosen = part or next(
+        (name for name, columns in runs.items() if columns[0][2].size > 1), next(iter(runs))
+    )
+    why = f"'{chosen}' is read; choose another plot or run with part = NAME"
+    others = tuple(NotRead(name=name, why=why) for name in runs if name != chosen)
+    return replace(recorded_of(path, runs[chosen], attributes={"table": chosen}), not_read=others)
+
+
+def _narrow(raw: bytes) -> bytes:
+    """Return a file whose header LTspice wrote in UTF-16 with one byte for each character."""
+    if raw[1:2] != b"\0":
+        return raw
+    head, mark, data = raw.partition("Binary:\n".encode("utf-16-le"))
+    return b"LTspice\n" + (head + mark).decode("utf-16-le", "replace").encode("latin-1", "replace") + data
+
+
+def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[tuple[str, str, Real]]]]:
+    """Iterate over the columns of each run by name: a run ends where the time, frequency or sweep begins again."""
+    at, names = 0, []
+    while (data := _DATA.search(raw, at)) is not None:
+        header = raw[at : data.start()].decode("latin-1")
+        keys = {key.lower(): value for key, value in _KEY.findall(header)}
+        variables, points = _VARIABLE.findall(header), keys.get("no. points", "")
+        if not variables or keys.get("no. variables") != str(len(variables)) or not points.isdecimal():
+            raise DataFileError("has a header without the number of its variables and points.", path=path)
+        flags = keys.get("flags", "").lower().split()
+        single = re.search("LTspice|Linear Technology", header) and not {"double", "complex"} & {*flags}
+        shape = int(points), len(variables)
+        numbers = np.dtype("<c16" if "complex" in flags else "<f8")
+        if data[1] == b"Values":
+            vectors, at = _written_out(path, raw, data.end(), shape, numbers)
+        else:
+            types = [numbers] + [np.dtype("<f4") if single else numbers] * (len(variables) - 1)
+            vectors, at = _binary(path, raw, data.end(), int(points), types, by_column="fastaccess" in flags)
+        table: list[tuple[str, str, Real]] = []
+        for (name, kind), values in zip(variables, vectors, strict=True):
+            parts = (
+                {f"Re({name})": values.real, f"Im({name})": values.imag}
+                if "complex" in flags
+                else {name: values}
+            )
+            if not table:
+                parts = {
+                    name: np.abs(values) if kind == "time" else values.real
+                }  # negative: compressed points follow
+            table += [(each, _UNITS.get(kind, ""), numbers) for each, numbers in parts.items()]
+        names.append(plot := keys.get("plotname", "plot"))
+        label = f"{plot} {names.count(plot)}" if names.count(plot) > 1 else plot
+        first = table[0][2]
+        again = np.diff(first) < 0 if variables[0][1] in ("time", "frequency") else first[1:] == first[0]
+        bounds = [0, *(np.flatnonzero(again) + 1), first.size]
+        for number, (begin, end) in enumerate(itertools.pairwise(bounds), 1):
+            run = f"{label}, run {number}" if len(bounds) > 2 else label
+            yield run, [(name, unit, values[begin:end]) for name, unit, values in table]
+    if raw[at:].strip() or not names:
+        raise DataFileError("has a header without values behind it: it is cut off.", path=path)
+
+
+def _written_out(
+    path: Path, raw: bytes, begin: int, shape: tuple[int, int], numbers: np.dtype[Any]
+) -> tuple[Sequence[NDArray[Any]], int]:
+    """Return the vectors of a plot in ASCII, where each point has its number before it, and where the next plot begins."""
+    end = raw.find(b"Title:", begin) % (len(raw) + 1)
+    per = numbers.itemsize // 8
+    try:
+        found = np.array(raw[begin:end].replace(b",", b" ").split(), dtype=float)
+    except ValueError:
+        raise DataFileError("holds a value that is no number: it is damaged.", path=path) from None
+    width = 1 + per * shape[1]
+    _check_points(path, shape[0], found.size / width)
+    return list(np.ascontiguousarray(found.reshape(-1, width)[:, 1:]).view(numbers).T), end
+
+
+def _binary(
+    path: Path, raw: bytes, begin: int, points: int, types: Sequence[np.dtype[Any]], *, by_column: bool
+) -> tuple[Sequence[NDArray[Any]], int]:
+    """Return the vectors of a plot, and where the next one begins."""
+    places = np.cumsum([0, *(each.itemsize for each in types)]).tolist()
+    end = begin + points * places[-1]
+    _check_points(path, points, min(points, (len(raw) - begin) / places[-1]))
+    if by_column:
+        return [
+            np.frombuffer(raw, each, points, begin + points * at)
+            for each, at in zip(types, places, strict=False)
+        ], end
+    row = np.dtype({"names": [str(at) for at in places[:-1]], "formats": types, "offsets": places[:-1]})
+    table = np.frombuffer(raw, row, points, begin)
+    return [table[str(at)] for at in places[:-1]], end
+
+
+def _check_points(path: Path, stated: int, held: float) -> None:
+    if held != stated:
+        raise DataFileError(
+            f"states {stated} points and holds {int(held)}: it is cut off or damaged.", path=path
+        )
+
+
+FORMAT: Final = FileFormat(
+    name="spice",
+    description="raw files of ngspice and LTspice (.raw), binary and ASCII",
+    can_read=begins(rb"(T\0?i\0?t\0?l\0?e\0?:)(?=.*P\0?l\0?o\0?t\0?n\0?a\0?m\0?e\0?:)"),
+    read=read_spice_raw,
+    options=("part",),
+)
