@@ -12,7 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.core.signals import FORMAT, make_trace
+from electrovib.core.signals import FORMAT, make_trace, stamp
 from electrovib.data import trace_csv as comma_separated
 from electrovib.data.registry import read_columns
 from electrovib.data.trace_csv import load_csv, save_csv
@@ -273,3 +273,23 @@ def test_a_csv_keeps_words_beside_its_numbers(tmp_path):
     trace = small().assign_coords(phase=("time", ["rest", "touch", "slide", "slide", "rest"]))
     save_csv(trace, tmp_path / "a.csv")
     same(trace, load_csv(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize("kept", [{}, {"drive.rise": 1}, {"drive.rise": 0, "stack.gap": 2}])
+def test_a_sweep_is_a_row_for_each_case(tmp_path, kept):
+    random = np.random.default_rng(2)
+    swept = xarray.Dataset(
+        {
+            "electrostatic_force": (("stack.gap", "drive.rise"), random.normal(size=(3, 2))),
+            "gap": (("stack.gap",), random.normal(size=3)),
+            "impedance": (("drive.rise",), random.normal(size=2) + 1j),
+            "friction": (("drive.rise",), np.array(["low", "high"])),
+        },
+        {"drive.rise": [0.1, 0.2], "stack.gap": [1e-6, 2e-6, 3e-6]},
+        {"format": FORMAT},
+    ).isel(kept)
+    save_csv(stamp(swept), tmp_path / "a.csv")
+    same(stamp(swept), load_csv(tmp_path / "a.csv"))
+    rows = [line for line in (tmp_path / "a.csv").read_text().splitlines() if line[0] != "#"]
+    assert rows[0].split(",")[0].startswith(("drive.rise", "stack.gap"))
+    assert len(rows) == 1 + int(np.prod(list(swept.sizes.values())))
