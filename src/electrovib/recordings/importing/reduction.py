@@ -292,7 +292,7 @@ def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAver
             f"average = {by}: its periods differ, from {lengths.min():.4g} to {lengths.max():.4g} s; crop the record to where it"
             " is periodic"
         )
-    count = round(period / float(np.median(np.diff(time))))
+    count = min(round(period / float(np.median(np.diff(time)))), time.size)
     if count < _FEWEST_SAMPLES:
         raise InputError(
             f"average = {by}: a period has {count} samples; at least {_FEWEST_SAMPLES} are needed"
