@@ -15,6 +15,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError, InputError, refuse
 from electrovib.core.files import note_input
 from electrovib.core.signals import FORMAT, stamp
+from electrovib.core.units import unit_in_files, unit_of_files
 from electrovib.data.atomic import left_by_a_kill, writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
@@ -45,6 +46,8 @@ def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
     carriers: dict[str, Any] = {f"{name}.": variable for name, variable in stamped.variables.items()}
     for owner, carrier in {"": stamped, **carriers}.items():
         carrier.attrs = {str(name): _plain(value) for name, value in carrier.attrs.items()}
+        if owner and isinstance(unit := carrier.attrs.get("units"), str):
+            carrier.attrs["units"] = unit_in_files(unit)
         problems += [
             f"{path}: attribute '{owner}{name}' is of type {type(value).__name__}, not a text or a number."
             for name, value in carrier.attrs.items()
@@ -93,7 +96,15 @@ def rebuilt(
         else:
             array = arrays[entry["name"]].reshape(shape)
         parts[bool(entry["coordinate"])][entry["name"]] = (tuple(entry["dims"]), array, entry["attributes"])
-    return xarray.Dataset(parts[False], parts[True], dict(attributes))
+    return with_units_of_files(xarray.Dataset(parts[False], parts[True], dict(attributes)))
+
+
+def with_units_of_files(trace: xarray.Dataset) -> xarray.Dataset:
+    """Return a Trace that was read, with units as they are written inside."""
+    for variable in trace.variables.values():
+        if isinstance(unit := variable.attrs.get("units"), str):
+            variable.attrs["units"] = unit_of_files(unit)
+    return trace
 
 
 def joined(*, real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.parsing import read_json
+from electrovib.core.units import unit_in_files
 from electrovib.data.atomic import write_text, writing
 from electrovib.data.marks import WRITTEN_BY, Form, is_ours, unsigned
 
@@ -226,7 +227,7 @@ def make_array(place: Path, dims: Any, words: dict[Any, Any], **how: Any) -> Any
     return zarr.create_array(
         str(place),
         dimension_names=dims,
-        attributes=words,
+        attributes=words | {"units": unit_in_files(words["units"])} if "units" in words else words,
         compressors=[Crc32cCodec()] if how.get("dtype") == "float32" else "auto",
         config={"write_empty_chunks": True},
         overwrite=True,
