@@ -144,8 +144,8 @@ def spectrum_of(
     loss factor, loss tangent, conductivity and resistivity is taken. A difference of more than 2 % between
     two statements of the loss, or of the impedance, is refused.
     """
-    stated = _scaled(_assigned(recorded, columns or {}), columns or {}, scale or {})
-    found = _with_signs(stated)
+    stated = _assigned(recorded, columns or {})
+    found = _scaled(stated, columns or {}, scale or {})
     if "frequency" in found:
         grid = _in_si(found["frequency"], "Hz")
     elif "angular_frequency" in found:
@@ -243,33 +243,26 @@ def _heading(channel: DataColumn) -> str:
 def _scaled(
     found: Mapping[str, DataColumn], columns: Mapping[str, str], scale: Mapping[str, str | float]
 ) -> dict[str, DataColumn]:
-    """Multiply columns by the stated factors; a heading with a minus needs a meaning with one, or a factor."""
+    """Return the columns by meaning without minus, times the stated factors, and turned where the meaning has a minus.
+
+    A heading with a minus for which `columns` states a meaning without one needs a factor.
+    """
     problems = [
-        f"scale.{meaning}: no column of the spectrum has this meaning; it has {', '.join(found)}"
-        for meaning in scale
-        if meaning not in found
-    ] + [
         f"columns.{meaning} = '{columns[meaning]}': the heading states a minus; state columns = minus_{meaning}, or"
         f" scale.{meaning} (1 if the minus means nothing)"
         for meaning in _SIGNED
         if meaning in columns and meaning not in scale and _MINUS.match(_heading(found[meaning]))
     ]
     factors = {meaning: number_in("1", f"scale.{meaning}", value) for meaning, value in scale.items()}
-    refuse(
-        problems
-        + [f"scale.{meaning} = 0: expected another number" for meaning in factors if not factors[meaning]]
-    )
-    return {
-        meaning: dataclasses.replace(each, values=each.values * factors.get(meaning, 1.0))
-        for meaning, each in found.items()
-    }
-
-
-def _with_signs(found: Mapping[str, DataColumn]) -> dict[str, DataColumn]:
-    """Return the columns by meanings without minus, turned where the meaning has one."""
-    whole = {meaning: each for meaning, each in found.items() if not meaning.startswith("minus_")}
-    for meaning in found.keys() - whole.keys():
-        turned = dataclasses.replace(found[meaning], values=-found[meaning].values)
+    for meaning, factor in factors.items():
+        if meaning not in found or not factor:
+            why = "expected a number other than 0" if not factor else f"the spectrum has {', '.join(found)}"
+            problems.append(f"scale.{meaning} = {factor:g}: {why}")
+    refuse(problems)
+    whole: dict[str, DataColumn] = {}
+    for meaning in sorted(found, key=lambda each: each.startswith("minus_")):
+        factor = factors.get(meaning, 1.0) * (-1 if meaning.startswith("minus_") else 1)
+        turned = dataclasses.replace(found[meaning], values=found[meaning].values * factor)
         whole.setdefault(meaning.removeprefix("minus_"), turned)
     return whole
 
