@@ -4,6 +4,7 @@ from benchmarks import (
     door,
     fit,
     full_chain,
+    imports,
     laws,
     leak_behind_amplifier,
     one_finger,
@@ -18,6 +19,7 @@ if __name__ == "__main__":
     start_up.main()
     door.main()
     fit.main()
+    imports.main()
     laws.main()
     leak_behind_amplifier.main()
     population.main()

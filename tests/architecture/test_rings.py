@@ -16,7 +16,7 @@ BY_NAME = {
     "electrovib": "public names are loaded on first use",
     "electrovib.core.discovery": "papers are found and never listed: it imports their folder, and models beside a family",
     "electrovib.data.registry": "finds the readers, so that one more is one file and no line elsewhere",
-    "electrovib.data.guarded_child": "runs the reader that it is told, in a process of its own",
+    "electrovib.data.guarded": "runs the reader that it is told, in a process of its own",
     "electrovib.recordings.fit.least_squares": "asks for a package of the extra fit by the name that its sentence states",
 }
 """Modules that import by a text, and why: import-linter does not see such imports."""

@@ -197,7 +197,7 @@ def _readers(server):
     found = []
     for each in Path("/proc").glob("[0-9]*/cmdline"):
         try:
-            is_reader = b"guarded_child" in each.read_bytes()
+            is_reader = b"electrovib.data.guarded" in each.read_bytes()
             parent = int((each.parent / "stat").read_text().rsplit(")", 1)[1].split()[1])
         except (OSError, IndexError):  # it has ended meanwhile
             continue

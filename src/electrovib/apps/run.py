@@ -17,8 +17,8 @@ from electrovib.core.files import inputs_noted
 from electrovib.core.paths import value_at
 from electrovib.core.signals import is_trace
 from electrovib.core.tables import stored_changes
+from electrovib.data.marks import VERIFIED
 from electrovib.data.traces import open_if_trace
-from electrovib.data.verified import VERIFIED
 from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
 from electrovib.solve.simulate import simulate
 

@@ -19,12 +19,9 @@ from electrovib.data.marks import Form, is_ours, sign
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from filelock import BaseFileLock
-
-
 _UNFINISHED: Final = ".partial"
 _LEFT: Final = 86400.0
-"""Age from which an unfinished file counts as left by a process that was killed [s]."""
+"""Age from which an unfinished file is removed, which no writing lasts [s]."""
 
 
 @contextmanager
@@ -43,7 +40,10 @@ def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iter
     }
     try:
         for path, temporary in temporaries.items():
-            _clear_what_was_left(path)
+            for other in left_by_a_kill(path):
+                with suppress(OSError):
+                    if time.time() - other.stat().st_mtime > _LEFT:
+                        other.unlink()
             temporary.touch(exist_ok=False)
         yield temporaries
         for path, form in outputs.items():
@@ -73,14 +73,6 @@ def left_by_a_kill(path: Path) -> list[Path]:
         for other in place.parent.iterdir()
         if other.name.startswith(_hidden(place)) and other.name.endswith(_UNFINISHED)
     )
-
-
-def _clear_what_was_left(path: Path) -> None:
-    """Remove temporary files of this output that are older than `_LEFT`, which no writing lasts."""
-    for other in left_by_a_kill(path):
-        with suppress(OSError):
-            if time.time() - other.stat().st_mtime > _LEFT:
-                other.unlink()
 
 
 def _complete(temporary: Path, place: Path, form: Form | None) -> None:
@@ -226,43 +218,31 @@ class HeldError(Exception):
 @contextmanager
 def held(lock: Path) -> Iterator[str]:
     """Hold a lock within the block, without waiting; yield the name of a process that was killed while it held it, or ""."""
+    from filelock import BaseFileLock, FileLock, SoftFileLock, Timeout
+
     holder = lock.with_name(f"{lock.name}{HOLDER}")
-    taken = _taken(lock, holder)
+    taken: BaseFileLock = FileLock(lock)
+    try:
+        try:
+            taken.acquire(timeout=0)
+        except OSError as error:
+            if isinstance(error, Timeout) or error.errno not in _UNSUPPORTED:
+                raise
+            taken = SoftFileLock(lock)  # a file that names its process, where a file system has no locks
+            taken.acquire(timeout=0)
+    except Timeout:
+        raise HeldError(_text(holder)) from None
     try:
         left = _text(holder)
         holder.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
         yield left
     finally:
-        _released(taken, lock, holder)
-
-
-def _taken(lock: Path, holder: Path) -> BaseFileLock:
-    """Take a lock of the operating system, or where a file system has none, a file that names its process."""
-    from filelock import FileLock, SoftFileLock, Timeout
-
-    try:
-        try:
-            taken: BaseFileLock = FileLock(lock)
-            taken.acquire(timeout=0)
-        except OSError as error:
-            if isinstance(error, Timeout) or error.errno not in _UNSUPPORTED:
-                raise
-            taken = SoftFileLock(lock)
-            taken.acquire(timeout=0)
-    except Timeout:
-        raise HeldError(_text(holder)) from None
-    return taken
-
-
-def _released(taken: BaseFileLock, lock: Path, holder: Path) -> None:
-    from filelock import SoftFileLock
-
-    with suppress(OSError):
-        holder.unlink()
-    if not isinstance(taken, SoftFileLock):
-        with suppress(OSError):  # while it is held, so that nobody locks a file that is about to vanish
-            lock.unlink()
-    taken.release()
+        with suppress(OSError):
+            holder.unlink()
+        if not isinstance(taken, SoftFileLock):
+            with suppress(OSError):  # while it is held, so that nobody locks a file that is about to vanish
+                lock.unlink()
+        taken.release()
 
 
 def _text(holder: Path) -> str:

@@ -1,30 +1,38 @@
-"""Readers of foreign binary formats, run in a separate process with limits on time and memory."""
+"""Readers of foreign binary formats, run in a separate process with limits on time and memory.
+
+That process receives a request as JSON on standard input. It returns on standard output a line of JSON for each item, and
+behind that of an array its bytes; nothing is unpickled on either side.
+"""
 
 from __future__ import annotations
 
+import importlib
+import io
 import json
 import math
 import os
-import struct
+import signal
 import subprocess
 import sys
 import threading
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
 from electrovib.core.budget import ONE_THREAD, content_allowed, megabytes, memory_allowed
-from electrovib.core.errors import DataFileError, NoColumnError, Problem
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
 from electrovib.data.faults import check_file, damaged, packed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from types import TracebackType
-    from typing import IO
+    from collections.abc import Callable, Iterator, Mapping
 
-_CHILD: Final = Path(__file__).with_name("guarded_child.py")
+_START: Final = (
+    "import json, sys; request = json.load(sys.stdin.buffer); sys.path[:] = request['search'];"
+    " from electrovib.data.guarded import serve; serve(request)"
+)
 _KINDS: Final = "fiucb"
 _ADVICE: Final = "Copy it again from where it was made, or export it there as .csv."
 
@@ -66,7 +74,7 @@ class Reader:
     format_name: str
 
 
-class GuardedReading:
+class GuardedReading(AbstractContextManager["GuardedReading"]):
     """A file that another process reads; to be used in a ``with`` statement, at whose end the process is ended.
 
     The reader starts at once, so that the caller can continue before it requests the content. Without
@@ -79,7 +87,7 @@ class GuardedReading:
         check_file(path)
         self._reader, self._path = reader, path
         self._limits = limits or ReaderLimits.for_file(path)
-        self._late = threading.Event()
+        self._is_late = False
         request = {
             "search": [place or os.getcwd() for place in sys.path],  # noqa: PTH109  # a text, as the list has
             "function": reader.function,
@@ -90,8 +98,8 @@ class GuardedReading:
             "processor_time": self._limits.processor_time,
         }
         try:
-            self._process = subprocess.Popen(  # noqa: S603  # this interpreter and a file of this package
-                [sys.executable, "-P", str(_CHILD)],
+            self._process = subprocess.Popen(  # noqa: S603  # this interpreter and this module
+                [sys.executable, "-P", "-c", _START],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -100,41 +108,26 @@ class GuardedReading:
             )
         except OSError as error:
             raise DataFileError(f"no process could be started to read it: {error}.", path=path) from None
+        self._input = cast("io.BufferedWriter", self._process.stdin)
+        self._output = cast("io.BufferedReader", self._process.stdout)
         self._clock = threading.Timer(self._limits.waiting_time, self._stop_late)
         self._clock.daemon = True
         try:
             self._clock.start()
-            self._ask(request)
+            with suppress(OSError), self._input:  # if it has ended already, that is reported with the content
+                self._input.write(json.dumps(request).encode())
         except BaseException:
-            self.close()
+            self.__exit__()
             raise
 
-    def _ask(self, request: dict[str, Any]) -> None:
-        assert self._process.stdin is not None
-        try:
-            with self._process.stdin as stream:
-                stream.write(json.dumps(request).encode())
-        except OSError:  # it has ended already, which is reported when the content is requested
-            pass
-
     def _stop_late(self) -> None:
-        self._late.set()
+        self._is_late = True
         self._process.kill()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the process, whether or not it has finished."""
+    def __exit__(self, *_: object) -> None:
         self._clock.cancel()
         self._process.kill()
-        if self._process.stdout is not None:
-            self._process.stdout.close()
+        self._output.close()
         self._process.wait()
 
     def stop(self) -> None:
@@ -143,58 +136,44 @@ class GuardedReading:
 
     def content(self) -> dict[Any, Any]:
         """Wait for the reader and return its items; a fault of the file, a limit and a crash are DataFileErrors."""
-        return dict(self._items())
-
-    def _items(self) -> Iterator[tuple[Any, Any]]:
-        """Iterate over the items that the reader yields, up to its last message."""
-        assert self._process.stdout is not None
-        stream, left = self._process.stdout, self._limits.content
+        found: dict[Any, Any] = {}
+        left = self._limits.content
         while True:
-            size = struct.unpack("<Q", self._exactly(stream, 8))[0]
-            left = self._less(left, size)
-            message = json.loads(self._exactly(stream, size))
-            if "end" in message:
-                return
-            self._check(message)
+            line = self._output.readline(left + 1)
+            left = self._less(left, len(line))
+            if not line.endswith(b"\n"):
+                raise self._ended()
+            message = json.loads(line)
+            if "name" not in message:
+                self._refuse(message)
+                return found
             value = message.get("value")
             if "dtype" in message:
                 kind, shape = np.dtype(message["dtype"]), tuple(map(int, message["shape"]))
+                if kind.kind not in _KINDS:
+                    raise damaged(self._path, self._reader.format_name, ValueError("it holds no numbers"))
                 left = self._less(left, math.prod(shape) * kind.itemsize)
                 value = np.empty(shape, kind)
-                self._fill(stream, value)
+                if self._output.readinto(value.reshape(-1).view(np.uint8).data) < value.nbytes:
+                    raise self._ended()
             name = message["name"]
-            yield tuple(name) if isinstance(name, list) else name, value
+            found[tuple(name) if isinstance(name, list) else name] = value
 
     def _less(self, left: int, size: int) -> int:
         if size > left:
             raise self._too_much()
         return left - size
 
-    def _check(self, message: dict[str, Any]) -> None:
-        if "problems" in message:
-            problems = [Problem(**problem) for problem in message["problems"]]
-            missing = message["column"]
+    def _refuse(self, last: Mapping[str, Any]) -> None:
+        """Refuse the file for the fault that the last message of the reader states, if any."""
+        if "problems" in last:
+            problems = [Problem(**problem) for problem in last["problems"]]
+            missing = last["column"]
             raise DataFileError(problems) if missing is None else NoColumnError(problems, column=missing)
-        if "memory" in message:
+        if "memory" in last:
             raise self._too_much()
-        if "damaged" in message:
-            raise damaged(self._path, self._reader.format_name, ValueError(message["damaged"]))
-        if np.dtype(message.get("dtype", float)).kind not in _KINDS:
-            raise damaged(self._path, self._reader.format_name, ValueError("it holds no numbers"))
-
-    def _exactly(self, stream: IO[bytes], size: int) -> bytes:
-        raw = stream.read(size)
-        if len(raw) < size:
-            raise self._ended()
-        return raw
-
-    def _fill(self, stream: IO[bytes], array: np.ndarray[Any, Any]) -> None:
-        place = array.reshape(-1).view(np.uint8).data if array.size else memoryview(b"")
-        while place:
-            count = stream.readinto(place)  # type: ignore[attr-defined]  # a buffered reader has it
-            if not count:
-                raise self._ended()
-            place = place[count:]
+        if "damaged" in last:
+            raise damaged(self._path, self._reader.format_name, ValueError(last["damaged"]))
 
     def _too_much(self) -> DataFileError:
         content, size = megabytes(self._limits.content), megabytes(self._path.stat().st_size)
@@ -203,9 +182,10 @@ class GuardedReading:
     def _ended(self) -> DataFileError:
         """Return the error of a process that ended without a last message."""
         code = self._process.wait()
-        if self._late.is_set():
+        stopped = {-getattr(signal, name, 0) for name in ("SIGXCPU", "SIGKILL")} - {0}
+        if self._is_late:
             why = f"reading it took more than {self._limits.waiting_time:.0f} s and was stopped."
-        elif code in _stopped_by("SIGXCPU", "SIGKILL"):
+        elif code in stopped:
             why = (
                 f"is damaged: reading it did not end within {self._limits.processor_time:.0f} s of computing."
             )
@@ -214,16 +194,71 @@ class GuardedReading:
         return DataFileError(f"{why} {_ADVICE}", path=self._path)
 
 
-def _stopped_by(*names: str) -> set[int]:
-    """Return the exit codes of a process ended by one of these signals, as far as the system has them."""
-    import signal
-
-    return {-getattr(signal, name) for name in names if hasattr(signal, name)}
-
-
 def read_guarded(
     reader: Reader, path: Path, *, limits: ReaderLimits | None = None, **arguments: Any
 ) -> dict[Any, Any]:
     """Read a file in a separate process, and wait for it."""
     with GuardedReading(reader, path, limits=limits, **arguments) as reading:
         return reading.content()
+
+
+def serve(request: Mapping[str, Any]) -> None:
+    """Read, in the separate process, the file that a request names, and end this process."""
+    signal.signal(
+        signal.SIGINT, signal.SIG_DFL
+    )  # Ctrl-C reaches the whole group: end at once, without a message
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # output printed by a library must not mix with the answers
+    module, _, name = request["function"].partition(":")
+    function = getattr(importlib.import_module(module), name)
+    for needed in (*request["needs"], "electrovib.data.registry"):
+        importlib.import_module(needed)
+    _limit(memory=request["memory"], processor_time=request["processor_time"])
+    answers.writelines(_answers(function, request))
+    answers.flush()
+    os._exit(0)  # no clean-up of libraries that a damaged file may have upset
+
+
+def _answers(function: Callable[..., Any], request: Mapping[str, Any]) -> Iterator[Any]:
+    """Iterate over the lines and arrays to be sent, of which the last line states the fault that the reader found, if any."""
+    try:
+        for name, value in function(Path(request["path"]), **request["arguments"]):
+            if isinstance(value, np.ndarray):
+                yield _line({"name": name, "dtype": value.dtype.str, "shape": value.shape})
+                yield np.ascontiguousarray(value).reshape(-1).view(np.uint8).data
+            else:
+                yield _line({"name": name, "value": value})
+        last: dict[str, Any] = {}
+    except InputError as error:
+        parts = ("reason", "path", "value")
+        last = {"problems": [{part: getattr(problem, part) for part in parts} for problem in error.problems]}
+        last["column"] = getattr(error, "column", None)
+    except MemoryError:
+        last = {"memory": True}
+    except Exception as error:  # noqa: BLE001  # packages have many kinds, of which none derives from a common one
+        last = {"damaged": str(error) or type(error).__name__}
+    yield _line(last)
+
+
+def _line(message: Mapping[str, Any]) -> bytes:
+    return json.dumps(message).encode() + b"\n"
+
+
+def _limit(*, memory: int, processor_time: float) -> None:
+    """Limit memory and processor time from here on, as far as the system supports it."""
+    try:
+        import resource
+    except ImportError:  # no such limits here; the clock of the caller remains
+        return
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    seconds = int(used.ru_utime + used.ru_stime + processor_time) + 1
+    wanted = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: seconds}
+    try:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        wanted[resource.RLIMIT_AS] = pages * resource.getpagesize() + memory
+    except (OSError, ValueError):  # the size so far is not known: room for the libraries
+        wanted[resource.RLIMIT_AS] = memory + (1 << 30)
+    for kind, value in wanted.items():
+        hard = resource.getrlimit(kind)[1]
+        with suppress(OSError, ValueError):
+            resource.setrlimit(kind, (value if hard < 0 else min(value, hard), hard))

@@ -12,13 +12,14 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
-from electrovib.core.diagnostics import comment_lines
+from electrovib.core.diagnostics import Diagnostic, comment_lines
+from electrovib.core.errors import DataFileError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from pathlib import Path
 
-    from electrovib.core.diagnostics import Diagnostic
+    import xarray
 
 
 class Form(StrEnum):
@@ -45,6 +46,9 @@ class Form(StrEnum):
 
 WRITTEN_BY: Final = "written_by"
 """Name of the mark in formats with named attributes."""
+
+VERIFIED: Final = "checksum"
+"""Name of the diagnostic of a Trace that could not be verified."""
 
 _EMPTY: Final = "0" * 32
 _HEAD: Final = 1 << 16  # every format has its mark in its first or last 64 kB
@@ -81,22 +85,39 @@ def sign(path: Path, form: Form) -> None:
             file.write(checksum)
 
 
-def is_marked(path: Path, form: Form) -> bool:
-    """Return whether a file states in its mark that this package wrote it in this form."""
-    with path.open("rb") as file:
-        return bool(_place(file, _any_checksum(form)))
-
-
 def is_ours(path: Path, form: Form) -> bool:
     """Return whether this package wrote a file in this form and it has not been changed since."""
     try:
-        with path.open("rb") as file:
-            if place := _place(file, _any_checksum(form)):
-                file.seek(place)
-                return file.read(len(_EMPTY)) == _checksum(file, place)
+        return bool(_is_unchanged(path, form))
     except OSError:
-        pass
-    return False
+        return False
+
+
+def _is_unchanged(path: Path, form: Form) -> bool | None:
+    """Return whether a file has the content of the checksum in its mark; None without a mark of this form."""
+    with path.open("rb") as file:
+        if not (place := _place(file, _any_checksum(form))):
+            return None
+        file.seek(place)
+        return file.read(len(_EMPTY)) == _checksum(file, place)
+
+
+def verified(trace: xarray.Dataset, files: Mapping[Path, Form]) -> xarray.Dataset:
+    """Return a Trace that was read; one whose files were changed is refused, and one without a checksum says so."""
+    for path, form in files.items():
+        unchanged = _is_unchanged(path, form)
+        if unchanged is None:
+            why = f"not verified: {path.name} states no checksum, so that damage of its numbers would not be noticed"
+            told = json.loads(trace.attrs.get("validity", "[]"))
+            told.append(Diagnostic(VERIFIED, "warning", why).to_dict())
+            trace.attrs["validity"] = json.dumps(told)
+        elif not unchanged:
+            raise DataFileError(
+                "is damaged, or was edited: its content is not that of its checksum. Make it again; a file that was edited on"
+                f" purpose is read, not verified, without its line '# {WRITTEN_BY}: ...' (.csv) or its attribute {WRITTEN_BY}",
+                path=path,
+            )
+    return trace
 
 
 def _any_checksum(form: Form) -> bytes:

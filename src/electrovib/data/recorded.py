@@ -20,15 +20,12 @@ from electrovib.data.faults import packed
 from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from electrovib.core.arrays import Real
 
 
 MOST_COLUMNS: Final = 1024
 """Columns of a file of text or of an array."""
-_MOST_OMITTED: Final = 20
-_TIME_UNITS: Final = ("s", "ms", "us", "ns")
+_MOST_LISTED: Final = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,6 +138,54 @@ class Recorded:
         return np.asarray(self.start + self.step * np.arange(self.size))
 
 
+_OVERLOAD: Final = (9.9e37, 1e38)
+"""Magnitudes by which instruments say infinity or no number (SCPI 1999, 7.2.1.4 and 7.2.1.5)."""
+_ROUNDING: Final = 1e-6
+"""Relative error of these numbers in single precision and in few digits."""
+_NINES: Final = (-999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0, 199.999e99)
+"""Numbers that stand for a missing one where they repeat far outside the others."""
+
+
+def missing_numbers(values: Real) -> dict[float, int]:
+    """Return the numbers of a column that stand for a missing one, with how often each occurs.
+
+    One of nines counts where it repeats and lies farther from the others than their whole range.
+    """
+    if not values.size or values.dtype.kind not in "fiu":
+        return {}
+    ends = [float(np.fmin.reduce(values)), float(np.fmax.reduce(values))]
+    found: dict[float, int] = {}
+    low, high = _OVERLOAD[0] * (1 - _ROUNDING), _OVERLOAD[1] * (1 + _ROUNDING)
+    if any(low <= abs(end) < np.inf for end in ends):
+        over = values[(np.abs(values) >= low) & (np.abs(values) <= high)]
+        found |= dict(zip(*(each.tolist() for each in np.unique(over, return_counts=True)), strict=True))
+        ends = [end for end in ends if end not in found]
+    for nines in {*_NINES} & {*ends}:
+        others = values[(values != nines) & np.isfinite(values) & ~np.isin(values, [*found])]
+        count = int(np.count_nonzero(values == nines))
+        if count > 1 and others.size and np.abs(others - nines).min() > max(np.ptp(others), abs(nines) / 2):
+            found[nines] = count
+    return found
+
+
+def without_missing_numbers(recorded: Recorded) -> Recorded:
+    """Return the content of a file with the numbers that stand for a missing one as NaN, each named with its count."""
+    channels, named = [], []
+    for each in recorded.channels:
+        found = missing_numbers(each.values)
+        named += [
+            NotRead(
+                name=f"{count} times {number:.6g} in {each.called}", why="it stands for no reading: missing"
+            )
+            for number, count in found.items()
+        ]
+        values = np.where(np.isin(each.values, [*found]), np.nan, each.values) if found else each.values
+        channels.append(dataclasses.replace(each, values=values) if found else each)
+    if not named:
+        return recorded
+    return dataclasses.replace(recorded, channels=tuple(channels), not_read=(*recorded.not_read, *named))
+
+
 def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> None:
     """Refuse anything but a one-dimensional array of real numbers."""
     if dimensions != 1 or dtype.kind not in "fiu":
@@ -234,18 +279,19 @@ def recorded_of(
         raise DataFileError("holds no column of two or more numbers.", path=path)
     named = {name: values.size for name, _, values in columns if values.size >= 2}
     if part and part not in named:
-        listed = ", ".join(f"{name} ({size})" for name, size in list(named.items())[:_MOST_OMITTED])
+        listed = ", ".join(f"{name} ({size})" for name, size in list(named.items())[:_MOST_LISTED])
         raise DataFileError(
             f"part = {part}: there is no such array.{suggestion(part, named)} It has {listed}.", path=path
         )
     chosen = named[part] if part else max(lengths, key=lambda size: (size * len(by_length[size]), size))
-    stated = dict(attributes or {})
-    others = [f"{name} ({values.size})" for name, _, values in columns if values.size != chosen]
-    if others:
-        more = f" and {len(others) - _MOST_OMITTED} more" if len(others) > _MOST_OMITTED else ""
-        stated["omitted"] = ", ".join(others[:_MOST_OMITTED]) + more
+    others = tuple(
+        NotRead(name=name, why=_other_length(values.size, chosen, len(lengths)))
+        for name, _, values in columns
+        if values.size != chosen
+    )
     channels: list[DataColumn] = []
     for name, unit, values in by_length[chosen]:
+        unit = unit.partition(" since ")[0]  # noqa: PLW2901  # as netCDF writes times
         known = as_unit(unit)
         channels.append(
             DataColumn(
@@ -255,7 +301,20 @@ def recorded_of(
             )
         )
     time = "" if step is not None else next((each.name for each in channels if is_named_time(each)), "")
-    return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=stated)
+    return Recorded(
+        channels=tuple(channels),
+        time=time,
+        step=step,
+        start=start,
+        attributes=attributes or {},
+        not_read=others,
+    )
+
+
+def _other_length(size: int, chosen: int, lengths: int) -> str:
+    """Say why a column of another length is not read."""
+    choice = "; choose it with part (--set part=NAME)" if size >= 2 and lengths > 1 else ""
+    return f"it has {size} {'row' if size == 1 else 'rows'}, those that are read {chosen}{choice}"
 
 
 def unique(name: str, channels: Iterable[DataColumn]) -> str:
@@ -266,23 +325,17 @@ def unique(name: str, channels: Iterable[DataColumn]) -> str:
     return name
 
 
+def is_unit_of_time(unit: str) -> bool:
+    """Return whether a unit is one of time."""
+    return (kind_and_factor(unit) or ("",))[0] == "s"
+
+
 def is_named_time(channel: DataColumn) -> bool:
     """Return whether a column is the time by its name or its unit, and increases."""
-    named = channel.name.rpartition("/")[2].lower() in ("time", "t", "timestamp", "zeit")
-    if not (channel.unit in _TIME_UNITS or (named and not channel.unit)):
+    named = re.split(r"[/.]", channel.name)[-1].lower() in ("time", "t", "zeit")
+    if not (is_unit_of_time(channel.unit) or (named and not channel.unit)):
         return False
     return bool(np.isfinite(channel.values).all() and (np.diff(channel.values) >= 0).all())
-
-
-def columns_of_array(name: str, unit: str, values: Real, most: int = 64) -> Iterator[tuple[str, str, Real]]:
-    """Iterate over the columns, ``"name[3]"`` for column 3, of an array of one or two dimensions; other arrays have none."""
-    if values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
-        yield name, unit, values.ravel()
-    elif values.ndim == 2:
-        turned = values.T if values.shape[1] > most >= values.shape[0] else values
-        if turned.shape[1] <= most:
-            for number in range(turned.shape[1]):
-                yield f"{name}[{number}]", unit, turned[:, number]
 
 
 def text_of(value: Any) -> str:

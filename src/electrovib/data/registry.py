@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import importlib.util
 import pkgutil
@@ -12,7 +13,15 @@ from electrovib.core.file_kinds import foreign
 from electrovib.core.parsing import truth
 from electrovib.data import readers
 from electrovib.data.faults import check_file
-from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded, choose
+from electrovib.data.recorded import (
+    CanRead,
+    DataColumn,
+    FileFormat,
+    NotRead,
+    Recorded,
+    choose,
+    without_missing_numbers,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -65,7 +74,16 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
         raise DataFileError(f"the option {foreign[0]} does not belong to {chosen.description}.", path=path)
     if "decimal_comma" in given:
         given["decimal_comma"] = truth(given["decimal_comma"], "decimal_comma")
-    return chosen.read(path, **given)
+    return without_missing_numbers(_accounted(chosen.read(path, **given)))
+
+
+def _accounted(found: Recorded) -> Recorded:
+    """Count what a reader states as omitted or left out among what is not read."""
+    about = found.attributes
+    stated = {name: about[name] for name in ("omitted", "left_out") if name in about}
+    why = {"omitted": "another part; choose with part (--set part=NAME)", "left_out": "no numbers"}
+    more = tuple(NotRead(name=text, why=why[name]) for name, text in stated.items())
+    return dataclasses.replace(found, not_read=(*found.not_read, *more)) if more else found
 
 
 def _check_package(path: Path, chosen: FileFormat) -> None:

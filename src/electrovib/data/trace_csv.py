@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import itertools
 import json
 import math
+import warnings
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, TextIO
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TextIO
 
 import numpy as np
 
@@ -17,17 +17,14 @@ from electrovib.core.files import note_input
 from electrovib.core.signals import FORMAT, stamp
 from electrovib.data.atomic import left_by_a_kill, writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
-from electrovib.data.marks import WRITTEN_BY, Form, unsigned
-from electrovib.data.verified import verified
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned, verified
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
+    from collections.abc import Collection, Iterable, Iterator, Mapping
     from pathlib import Path
 
     import xarray
     from numpy.typing import NDArray
-
-    from electrovib.data.text.table import TextTable
 
 
 def not_a_trace(path: Path) -> DataFileError:
@@ -42,11 +39,11 @@ def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
     stamped = stamp(trace)
     stamped.attrs = {"format": FORMAT, **trace.attrs}
     problems = []
-    carriers: dict[str, Any] = {f"{name}.": variable for name, variable in stamped.variables.items()}
-    for owner, carrier in {"": stamped, **carriers}.items():
+    carriers: dict[str, Any] = {"": stamped, **{str(name): each for name, each in stamped.variables.items()}}
+    for owner, carrier in carriers.items():
         carrier.attrs = {str(name): _plain(value) for name, value in carrier.attrs.items()}
         problems += [
-            f"{path}: attribute '{owner}{name}' is of type {type(value).__name__}, not a text or a number."
+            f"{path}: attribute '{owner}{'.' * bool(owner)}{name}' is of type {type(value).__name__}, not a text or a number."
             for name, value in carrier.attrs.items()
             if not isinstance(value, (str, int, float))
         ]
@@ -56,6 +53,10 @@ def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
 
 def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, (np.generic, np.ndarray)) and np.ndim(value) == 0 else value
+
+
+TYPES: Final = {"real": np.float64, "complex": np.complex128}
+"""Types of numbers in a file, by the kind that its structure states."""
 
 
 def structure_of(path: Path, trace: xarray.Dataset, elsewhere: Collection[str]) -> dict[str, Any]:
@@ -83,17 +84,18 @@ def rebuilt(
     """Rebuild the Trace that `structure_of` described, from the numbers stored elsewhere."""
     import xarray
 
-    parts: dict[bool, dict[str, Any]] = {True: {}, False: {}}
+    variables: dict[str, Any] = {}
     for entry in structure["variables"]:
         shape = tuple(structure["sizes"][name] for name in entry["dims"])
         if "values" in entry:
             dtype = str if entry["kind"] == "text" else np.float64
-            values = [np.array(part, dtype=dtype).reshape(shape) for part in entry["values"]]
-            array = joined(real=values[0], imaginary=values[1]) if entry["kind"] == "complex" else values[0]
+            parts = [np.array(part, dtype=dtype).reshape(shape) for part in entry["values"]]
+            array = joined(real=parts[0], imaginary=parts[1]) if entry["kind"] == "complex" else parts[0]
         else:
             array = arrays[entry["name"]].reshape(shape)
-        parts[bool(entry["coordinate"])][entry["name"]] = (tuple(entry["dims"]), array, entry["attributes"])
-    return xarray.Dataset(parts[False], parts[True], dict(attributes))
+        variables[entry["name"]] = (tuple(entry["dims"]), array, entry["attributes"])
+    coordinates = [entry["name"] for entry in structure["variables"] if entry["coordinate"]]
+    return xarray.Dataset(variables, attrs=dict(attributes)).set_coords(coordinates)
 
 
 def joined(*, real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -144,7 +146,7 @@ def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     inside = {
         str(name)
         for name, variable in stored.variables.items()
-        if (variable.dtype.kind in "fiub" if swept else set(TABLES) & set(variable.dims))
+        if variable.dtype.kind in ("fiub" if swept else "fiubc") and (swept or {*TABLES} & {*variable.dims})
     }
     both = [name for name in sorted(inside) if set(TABLES) <= set(stored[name].dims)]
     if both:
@@ -172,13 +174,17 @@ def _json(content: Mapping[str, Any]) -> str:
     return json.dumps(content, ensure_ascii=False)
 
 
-def _entries(structure: Mapping[str, Any], over: str) -> list[Any]:
-    """List the variables over one dimension, beginning with its coordinate."""
-    if over == CASES:  # the parameters first
-        found = [entry for entry in structure["variables"] if "values" not in entry]
-        return sorted(found, key=lambda entry: not entry["coordinate"])
-    found = [entry for entry in structure["variables"] if over in entry["dims"]]
-    return sorted(found, key=lambda entry: bool(entry["name"] != over))
+def _columns(structure: Mapping[str, Any], over: str) -> Iterator[tuple[Any, list[str], dict[str, int]]]:
+    """Iterate over the variables of a table, its coordinates first, with their headings, and the sizes of all their dimensions.
+
+    First come those of the rows, which in a sweep are all its parameters, also where a variable does not depend on one.
+    """
+    sizes, swept = structure["sizes"], over == CASES
+    along = list(sizes) if swept else [over]
+    inside = [each for each in structure["variables"] if "values" not in each]
+    found = [entry for entry in inside if swept or over in entry["dims"]]
+    for entry in sorted(found, key=lambda each: not each["coordinate"] if swept else each["name"] != over):
+        yield entry, _headings(structure, entry), {name: sizes[name] for name in [*along, *entry["dims"]]}
 
 
 def _headings(structure: Mapping[str, Any], entry: Mapping[str, Any]) -> list[str]:
@@ -196,126 +202,104 @@ def _headings(structure: Mapping[str, Any], entry: Mapping[str, Any]) -> list[st
 def _write_table(out: TextIO, trace: xarray.Dataset, structure: Mapping[str, Any], over: str) -> None:
     headings: list[str] = []
     columns: list[NDArray[np.float64]] = []
-    for entry in _entries(structure, over):
-        headings += (own := _headings(structure, entry))
-        if over == CASES:
-            columns.append(_of_every_case(trace, entry["name"]))
-            continue
-        values = trace[entry["name"]].transpose(over, ...).values
-        values = np.ascontiguousarray(values, np.complex128 if entry["kind"] == "complex" else np.float64)
-        columns += list(values.view(np.float64).reshape(len(values), len(own)).T)
+    for entry, own, sizes in _columns(structure, over):
+        headings += own
+        whole = trace[entry["name"]].variable.set_dims(sizes).values
+        whole = np.ascontiguousarray(whole, TYPES[entry["kind"]]).view(np.float64)
+        columns += list(whole.reshape(-1, len(own)).T) if own else []
     csv.writer(out, lineterminator="\n").writerow(headings)
     for start in range(0, len(columns[0]) if columns else 0, _BLOCK):
         block = [column[start : start + _BLOCK].tolist() for column in columns]
         out.writelines(",".join(map(repr, row)) + "\n" for row in zip(*block, strict=True))
 
 
-def _of_every_case(trace: xarray.Dataset, name: str) -> NDArray[np.float64]:
-    """Repeat a variable along the parameters on which it does not depend."""
-    whole = trace[name].variable.set_dims(dict(trace.sizes))  # type: ignore[no-untyped-call]
-    return np.asarray(whole.values.astype(float).ravel())
-
-
 def load_csv(path: Path) -> xarray.Dataset:
     """Read a Trace from CSV, with the file over frequency that belongs to it."""
-    table, about = _read_part(path)
-    if "structure" not in about or "attributes" not in about:
+    main = _read_part(path)
+    if not {"structure", "attributes"} <= main.about.keys():
         raise DataFileError("is one part of a Trace; load the file it belongs to instead.", path=path)
-    structure = about["structure"]
+    structure = main.about["structure"]
     arrays: dict[str, NDArray[Any]] = {}
     read: dict[Path, Form] = {}
     try:
-        for file, over in csv_files(structure["sizes"], path).items():
-            same_save = {"over": over, "key": about["table"]["key"]}
-            if file != path:
-                table = _read_other(file, path, same_save)
-            elif about["table"] != same_save:
-                raise _of_another_save(file)
-            arrays |= _read_arrays(table, structure, over)
-            read[table.path] = Form.CSV if file == path else Form.CSV_PART
-        return verified(rebuilt(structure, about["attributes"], arrays), read)
+        files = csv_files(structure["sizes"], path)
+        for file, form in csv_forms(files).items():
+            part = _of_same_save(main, file, files[file])
+            arrays |= _read_arrays(part, structure, files[file])
+            read[part.path] = form
+        return verified(rebuilt(structure, main.about["attributes"], arrays), read)
     except DataFileError:
         raise
     except (*DAMAGE, InputError) as error:
         raise damaged(path, "a Trace", error) from None
 
 
-def _read_other(file: Path, main: Path, same_save: object) -> TextTable:
-    """Read the file saved together with the main one, or the temporary file left by a process killed in between."""
-    note_input(file)
-    if file.exists():
-        table, about = _read_part(file)
-        if about["table"] == same_save:
-            return table
-    for left in left_by_a_kill(file):
-        with suppress(DataFileError):
-            table, about = _read_part(left)
-            if about["table"] == same_save:
-                return table
-    if file.exists():
-        raise _of_another_save(file)
-    raise DataFileError(f"there is no such file, but {main.name} was saved together with it.", path=file)
+class _Part(NamedTuple):
+    """One file: the comments before its table, by their names, its headings, and its numbers, shape (rows, columns)."""
+
+    path: Path
+    about: dict[str, Any]
+    table: dict[str, str]
+    headings: list[str]
+    numbers: NDArray[np.float64]
 
 
-def _read_part(path: Path) -> tuple[TextTable, dict[str, Any]]:
-    """Return the table of a file and the comments before it."""
-    from electrovib.data.text.table import read_table
-
+def _read_part(path: Path) -> _Part:
     check_file(path)
+    about: dict[str, Any] = {}
     with path.open("rb") as file:
         if file.readline(len(FORMAT) + 4).decode(errors="replace").strip() != f"# {FORMAT}":
             raise not_a_trace(path)
-    table = read_table(path, delimiter=",")
-    comments = [
-        line[2:].partition(": ") for line in itertools.takewhile(lambda line: line[:1] == "#", table.lines())
-    ]
-    try:
-        about = {name: json.loads(content) for name, _, content in comments[1:]}
-        return table, about | {"table": about["table"]}
-    except DAMAGE as error:
-        raise damaged(path, "a Trace", error) from None
+        try:
+            while (line := file.readline().decode()).startswith("#"):
+                name, _, content = line[2:].partition(": ")
+                about[name] = json.loads(content)
+            headings = next(csv.reader([line]), [])
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of a table without rows
+                numbers = np.loadtxt(file, delimiter=",", ndmin=2)
+            return _Part(path, about, about["table"], headings, numbers)
+        except DAMAGE as error:
+            raise damaged(path, "a Trace", error) from None
 
 
-def _of_another_save(file: Path) -> DataFileError:
-    return DataFileError(
-        "is of another save than the file over time; the two do not belong together.", path=file
-    )
+def _of_same_save(main: _Part, file: Path, over: str) -> _Part:
+    """Return the table of a save: in the main file, the one beside it, or a temporary one left by a process killed in between."""
+    parts = [main]
+    if file != main.path:
+        note_input(file)
+        parts = [_read_part(file)] if file.exists() else []
+        for left in left_by_a_kill(file):
+            with suppress(DataFileError):
+                parts.append(_read_part(left))
+    for part in parts:
+        if part.table == {"over": over, "key": main.table["key"]}:
+            return part
+    why = "is of another save than the file over time; the two do not belong together."
+    if not file.exists():
+        why = f"there is no such file, but {main.path.name} was saved together with it."
+    raise DataFileError(why, path=file)
 
 
-def _read_arrays(table: TextTable, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
-    """Read the variables over one dimension."""
-    entries = _entries(structure, over)
-    headings = [_headings(structure, entry) for entry in entries]
-    if list(table.headings) != list(itertools.chain(*headings)):
-        raise DataFileError(
-            f"{table.path}: its columns are not those that were saved; leave them as they are."
-        )
+def _read_arrays(part: _Part, structure: Mapping[str, Any], over: str) -> dict[str, NDArray[Any]]:
+    """Read the variables of a table: the first value along every parameter on which one does not depend."""
+    import xarray
+
+    columns = list(_columns(structure, over))
+    if part.headings != [heading for _, own, _ in columns for heading in own]:
+        why = "its columns are not those that were saved; leave them as they are."
+        raise DataFileError(why, path=part.path)
     sizes = structure["sizes"]
-    numbers = table.numbers(range(table.width))
-    size = math.prod(sizes.values()) if over == CASES else sizes[over]
-    if len(numbers) != size:
-        raise DataFileError(f"{table.path}: holds {len(numbers)} rows over {over}, but {size} were saved.")
-    if over == CASES:
-        return {
-            entry["name"]: _of_one_variable(numbers[:, place], sizes, entry["dims"])
-            for place, entry in enumerate(entries)
-        }
+    shape = (math.prod(sizes.values()) if over == CASES else sizes[over], len(part.headings))
+    if part.numbers.shape != shape and (shape[0] or part.numbers.size):
+        rows, wide = part.numbers.shape
+        why = f"holds {rows} rows over {over} with {wide} numbers each, but {shape[0]} with {shape[1]} were saved."
+        raise DataFileError(why, path=part.path)
     arrays: dict[str, NDArray[Any]] = {}
-    start = 0
-    for entry, own in zip(entries, headings, strict=True):
-        values = np.ascontiguousarray(numbers[:, start : start + len(own)])
-        start += len(own)
-        others = [structure["sizes"][name] for name in entry["dims"] if name != over]
-        whole = values.view(np.complex128) if entry["kind"] == "complex" else values
-        arrays[entry["name"]] = np.moveaxis(whole.reshape(size, *others), 0, entry["dims"].index(over))
+    left = part.numbers.reshape(shape)
+    for entry, own, dims in columns:
+        values, left = left[:, : len(own)], left[:, len(own) :]
+        values = np.ascontiguousarray(values).view(TYPES[entry["kind"]]).reshape(tuple(dims.values()))
+        found = xarray.Variable(tuple(dims), values).isel(dict.fromkeys(dims.keys() - entry["dims"], 0))
+        arrays[entry["name"]] = found.transpose(*entry["dims"]).values
     return arrays
-
-
-def _of_one_variable(
-    column: NDArray[np.float64], sizes: Mapping[str, int], dims: list[str]
-) -> NDArray[np.float64]:
-    """Restore a variable from its column: the first value along every parameter on which it does not depend."""
-    whole = column.reshape(list(sizes.values()))
-    taken = whole[tuple(slice(None) if dim in dims else 0 for dim in sizes)]
-    kept = [dim for dim in sizes if dim in dims]
-    return np.transpose(taken, [kept.index(dim) for dim in dims])

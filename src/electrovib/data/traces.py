@@ -19,9 +19,8 @@ from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
-from electrovib.data.marks import WRITTEN_BY, Form, unsigned
-from electrovib.data.trace_csv import load_csv, not_a_trace, prepared, rebuilt, structure_of
-from electrovib.data.verified import verified
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned, verified
+from electrovib.data.trace_csv import TYPES, load_csv, not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -51,13 +50,12 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     stored = prepared(trace, path)
     numeric = [str(name) for name, variable in stored.variables.items() if variable.dtype.kind in "fiubc"]
     structure = structure_of(path, stored, numeric)
-    names = matlab_names([entry["name"] for entry in structure["variables"]])
-    content: dict[str, Any] = {}
-    for entry in structure["variables"]:
-        values = stored[entry["name"]].values
-        kind = {"real": np.float64, "complex": np.complex128, "text": object}[entry["kind"]]
-        content[names[entry["name"]]] = values.astype(kind)
     entries = structure["variables"]
+    names = matlab_names([entry["name"] for entry in entries])
+    kinds = {**TYPES, "text": object}
+    content: dict[str, Any] = {
+        names[entry["name"]]: stored[entry["name"]].values.astype(kinds[entry["kind"]]) for entry in entries
+    }
     content["units"] = {names[entry["name"]]: entry["attributes"].get("units", "") for entry in entries}
     content["dimensions"] = {names[entry["name"]]: ", ".join(entry["dims"]) for entry in entries}
     about = {"format": FORMAT, "attributes": stored.attrs, "structure": structure, "names": names}
@@ -97,7 +95,7 @@ def load_mat(path: Path) -> xarray.Dataset:
     """Read a Trace from a MATLAB file, also one that MATLAB has saved again; checksums of variables are verified."""
     from electrovib.data.readers.matlab import read_variables
 
-    found = read_variables(path, needed="trace_json")
+    found = read_variables(path)
     try:
         text = found.get("trace_json", "{}")
         about = json.loads(text) if isinstance(text, str) else {}
@@ -158,10 +156,10 @@ def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
 def load_nc(path: Path) -> xarray.Dataset:
     """Read a Trace from netCDF."""
     from electrovib.data.guarded import GuardedReading
-    from electrovib.data.readers.hdf5 import reader
+    from electrovib.data.readers.hdf5 import decoded, reader
 
     check_file(path)
-    with GuardedReading(reader(path, "everything"), path) as reading:
+    with GuardedReading(reader(path), path, texts=True) as reading:
         import xarray  # while the other process reads
 
         content = reading.content()
@@ -170,15 +168,20 @@ def load_nc(path: Path) -> xarray.Dataset:
         raise not_a_trace(path)
     try:
         variables = {}
-        for name in [key.removeprefix("about ") for key in content if key.startswith("about ")]:
-            about, values = content[f"about {name}"], content.pop(f"values {name}")
-            array = np.array(values, dtype=str).reshape(about["shape"]) if about["text"] else values
-            variables[name] = xarray.Variable(about["dims"], array, about["attributes"])
+        for _, name in [key for key in content if key[0] == "about" and "/" not in key[1]]:
+            about, raw = content["about", name], content.pop(("values", name), None)
+            values = (
+                np.array(raw, dtype=str).reshape(about["shape"]) if about["text"] else decoded(about, raw)[0]
+            )
+            if isinstance(values, str):
+                raise DataFileError(f"'{name}' {values}.", path=path)
+            stated = {key: each for key, each in about["attributes"].items() if key not in about["packing"]}
+            variables[name] = xarray.Variable(about["dims"], values, stated)
         stored = xarray.Dataset(variables, attrs=attributes)
-        decoded = xarray.decode_cf(
+        loaded = xarray.decode_cf(
             stored, decode_times=False, decode_timedelta=False, mask_and_scale=False, concat_characters=False
         )
-        return verified(_as_saved(decoded), {path: Form.NETCDF})
+        return verified(_as_saved(loaded), {path: Form.NETCDF})
     except DAMAGE as error:
         raise damaged(path, "a netCDF file", error) from None
 

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import functools
 import re
+import unicodedata
 from typing import Final
 
 from electrovib.core.units import KINDS, parse_quantity
 
 _ANGLE: Final = re.compile(r"rad|deg|°|turn|rev|rpm|cycle")
 _LONGEST_HEADING: Final = 200
-_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
+_BRACKETS: Final = re.compile(r"(.*?)(\s*[\[(])\s*([^\])]*?)\s*[\])]\s*")
+_OF_A_NODE: Final = {"v": "V", "i": "A"}
+"""Names before brackets directly behind them that hold a node of a circuit, if not their own unit: ``V(a)``, ``I(R1)``."""
+_LIKE_A_UNIT: Final = re.compile(
+    r"(deg(ree)?s?[ .]?|°)[CFK]|[CFK]|%.{0,8}|counts?|a\.?u\.?|bits?|[mk]?bar|psi|mmHg|[munµ]?V ?(rms|pp|p|ac|dc)"
+    r"|[munµ]?A ?(rms|pp|p|ac|dc)|dB\w?|[^\W\d_]{1,6}[ .*·⋅-]?[^\W\d_]{0,5}[ ]?[/^*·⋅²³].*|[munµkM]?N[ .]?m",
+    re.IGNORECASE,
+)
+"""Units that are none of electrovib, and remain as written."""
 _PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
 """Headings of the parts of an impedance, of which ZPlot calls one a and the other b."""
 _RESISTIVITY: Final = re.compile(r"([kMGTmuµ]?)(?:[Oo]hms?|OHMS?|Ω|\u2126)[ .*·⋅-]?(c?m)(\^?2|²|)")
@@ -30,6 +39,7 @@ UNITS: Final = {
     "cn": "cN", "kn": "kN", "g": "g", "kg": "kg", "gf": "gf", "kgf": "kgf", "lbf": "lbf", "cm": "cm", "kpa": "kPa", "rpm": "rpm",
 }  # fmt: skip
 """Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
+_WITH_PREFIX: Final = re.compile(r"[pnumkMG]?(V|A|Hz|N|ohm|Ω|F|Pa|W)|[pnum]?s|[numck]?m|min")
 _PER_TIME: Final = re.compile(r"([a-zµ]{1,2})/(s|sec|second)s?", re.IGNORECASE)
 _FORCE: Final = re.compile(r"f([a-z]|_[a-z]+)?|.*(force|load|friction|kraft|effort).*", re.IGNORECASE)
 """Names of columns of forces, which some tribometers state in the mass whose weight they are."""
@@ -71,25 +81,38 @@ def name_and_unit(heading: str) -> tuple[str, str]:
     heading = heading[:_LONGEST_HEADING]
     if found := _PARTS_OF_ZPLOT.fullmatch(heading):
         return found[1], "ohm"
-    if found := _BRACKETS.fullmatch(heading):
-        name, unit = found.groups()
+    if (found := _BRACKETS.fullmatch(heading)) and _is_unit(*found.group(1, 2, 3)):
+        name, _, unit = found.groups()
         known = as_unit(unit)
         return name or heading, unit if known is None else known
     if heading.startswith("in ") and as_unit(heading[3:]):  # as Rohde & Schwarz write the time
         return "time", as_unit(heading[3:]) or ""
     if found := _TIME.fullmatch(heading) or _CONDUCTIVITY.fullmatch(heading):
         return found["name"], found["unit"].replace("µ", "u")
-    for sign in (" in ", "/"):
+    for sign in (" / ", " in ", ", ", "/"):
         name, _, last = heading.rpartition(sign)
         if name and as_unit(last) and not _PER_TIME.fullmatch(heading):
             return name, as_unit(last) or ""
     return heading, ""
 
 
+def _is_unit(name: str, opening: str, unit: str) -> bool:
+    """Return whether brackets of a heading hold its unit, not a part of its name as in ``Re(Z)``, ``V(out)``, ``tan(delta)``."""
+    if opening.endswith("["):
+        return True
+    kind = kind_and_factor(as_unit(unit) or unit)
+    if opening == "(" and (own := _OF_A_NODE.get(name.lower())):
+        return kind is not None and kind[0] == own
+    return as_unit(unit) is not None or kind is not None or bool(_LIKE_A_UNIT.fullmatch(unit))
+
+
 def as_unit(text: str) -> str | None:
     """Return the unit that a word stands for; None if it is no unit, and empty for a word such as ``"unknown"``."""
+    text = unicodedata.normalize("NFKC", text).strip().replace("\u03bc", "u")
+    if _WITH_PREFIX.fullmatch(text):
+        return text.replace("Ω", "ohm")
     if found := _RESISTIVITY.fullmatch(text.strip()):
-        return f"{found[1].replace('µ', 'u')}ohm {found[2]}{'2' if found[3] else ''}"
+        return f"{found[1]}ohm {found[2]}{'2' if found[3] else ''}"
     if (found := _PER_TIME.fullmatch(text.strip())) and UNITS.get(found[1].lower(), "").endswith("m"):
         return f"{UNITS[found[1].lower()]}/s"
     return UNITS.get(text.strip().lower(), UNITS.get(text.strip()))

@@ -260,6 +260,8 @@ _REPEATS = 10
 """Number of equal extreme samples from which on they are no coincidence."""
 _MORE = 3
 """Factor by which the extreme reading occurs more often than any other in its half of the range."""
+_STEP = 1.5
+"""Distance of two readings, in steps of the converter, below which they are neighbours."""
 _NOISE = 0.5
 """Median difference of successive changes inside the range, in steps of the converter, below which there is no noise."""
 _BETWEEN = 0.1
@@ -276,7 +278,7 @@ def at_rail(reading: Real) -> NDArray[np.bool_]:
     too.
     """
     found = at_extreme(reading)
-    inside = (reading != reading.min()) & (reading != reading.max())
+    inside = (reading != reading.min()) & (reading != reading.max()) & ~found
     change = np.diff(reading)
     together = inside[2:] & inside[1:-1] & inside[:-2]
     step = float(np.min(np.abs(change[change != 0]), initial=np.inf))
@@ -285,16 +287,34 @@ def at_rail(reading: Real) -> NDArray[np.bool_]:
 
 
 def at_extreme(reading: Real) -> NDArray[np.bool_]:
-    """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant."""
-    low, high = reading.min(), reading.max()
+    """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant.
+
+    Two readings that are one step of the converter apart count as one, which flickers.
+    """
+    levels, counts = np.unique(reading, return_counts=True)
     found = np.zeros(len(reading), dtype=np.bool_)
-    for extreme in (low, high):
-        at = reading == extreme
-        near = reading[(np.abs(reading - extreme) <= (high - low) / 2) & ~at]
-        often = int(np.max(np.unique(near, return_counts=True)[1], initial=0))
-        if low < high and np.count_nonzero(at) >= max(_REPEATS, _MORE * often):
-            found |= at
-    return found if np.mean((reading != low) & (reading != high)) >= _BETWEEN else np.zeros_like(found)
+    for upwards in (True, False):
+        values, often = (levels, counts) if upwards else (-levels[::-1], counts[::-1])
+        if (ends := _repeated_end(values, often)) > 0:
+            extreme = values[ends - 1]
+            found |= (reading <= extreme) if upwards else (-reading <= extreme)
+    between = (reading != levels[0]) & (reading != levels[-1]) & ~found
+    return found if np.mean(between) >= _BETWEEN else np.zeros_like(found)
+
+
+def _repeated_end(levels: Real, counts: NDArray[np.intp]) -> int:
+    """Return how many of the lowest levels, one or two that are a step apart, occur much more often than all others."""
+    if levels.size < 2:
+        return 0
+    near = np.flatnonzero(levels <= (levels[0] + levels[-1]) / 2)
+    if counts[0] >= max(_REPEATS, _MORE * int(np.max(counts[near[1:]], initial=0))):
+        return 1
+    step = np.diff(levels)
+    if levels.size < 3 or step[0] > _STEP * step.min():
+        return 0
+    pairs = counts[near[2:]] + np.where(step[near[2:] - 1] <= _STEP * step.min(), counts[near[2:] - 1], 0)
+    flickers = counts[0] >= _MORE * counts[2]
+    return 2 if flickers and counts[:2].sum() >= max(_REPEATS, _MORE * int(np.max(pairs, initial=0))) else 0
 
 
 Span = tuple[int, int]

@@ -63,7 +63,7 @@ def test_matlab_structs_by_dotted_path(tmp_path, compressed):
     assert names(found) == ["dataQ[0]", "dataQ[1]", "trial.force", "trial.deep.x"]
     np.testing.assert_array_equal(found.channels[2].values, V)
     np.testing.assert_array_equal(found.channels[3].values, T)
-    assert found.attributes["omitted"] == "few (7)"
+    assert [each.name for each in found.not_read] == ["few"]
 
 
 def test_matlab_of_version_73_and_hdf5_groups_with_units(tmp_path):
@@ -77,7 +77,7 @@ def test_matlab_of_version_73_and_hdf5_groups_with_units(tmp_path):
         file["outside"] = h5py.ExternalLink("b.h5", "x")
     found = read_recorded(tmp_path / "a.h5")
     assert [(each.name, each.unit) for each in found.channels] == [("run/force", "N"), ("run/time", "s")]
-    assert (found.time, found.attributes["omitted"]) == ("run/time", "other (20)")
+    assert (found.time, [each.name for each in found.not_read]) == ("run/time", ["other"])
     np.testing.assert_array_equal(found.channels[0].values, V)
 
 
@@ -164,7 +164,7 @@ def test_tdms(tmp_path):
     np.testing.assert_allclose(found.times(), 0.5 + T)
     assert [(each.name, each.unit) for each in found.channels] == [("g/f", "mV")]
     np.testing.assert_array_equal(found.channels[0].values, V)
-    assert found.attributes["omitted"] == "g/few (9)"
+    assert found.not_read[0].name == "g/few"
 
 
 @needs("openpyxl")

@@ -72,7 +72,7 @@ def test_damaged_files(tmp_path):
     error = r"damaged or not a MATLAB file \(Error -3"
     for damage, words in {
         raw[:128]: "not a Trace",
-        raw[: len(raw) // 2]: "cut short",
+        raw[: len(raw) // 2]: "could not read bytes",
         bytes(flipped): error,
     }.items():
         path.write_bytes(damage)
@@ -164,5 +164,5 @@ def test_a_packed_file_that_unfolds_too_far(tmp_path, count):
     scipy.io.savemat(
         tmp_path / "a.mat", content | names | {"trace_json": json.dumps(about)}, do_compression=True
     )
-    with pytest.raises(DataFileError, match="packed too tightly: with 'x"):
+    with pytest.raises(DataFileError, match="packed too tightly: 0"):
         load_mat(tmp_path / "a.mat")

@@ -286,3 +286,76 @@ def test_what_is_constant_or_has_two_levels_is_no_rail():
     np.testing.assert_array_equal(at_rail(clipped), clipped == 70)
     both = np.clip(rng.normal(size=5000) + np.linspace(-8, 8, 5000), -3, 3)
     assert np.count_nonzero(at_rail(both)) > 2500
+
+
+FLICKER = np.where((T > 0.4) & (T < 0.9), -7.0 - (np.arange(T.size) % 3 == 0) * 1e-4, np.round(FORCE, 4))
+STUCK = np.where((T > 1) & (T < 1.2), 0.2345, FORCE)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (FLICKER, "the sensor of Fz is at its rail, or in a dead band, for 24.95% of the samples"),
+        (-FLICKER, "the sensor of Fz is at its rail, or in a dead band, for 24.95% of the samples"),
+        (STUCK, "Fz stands still from sample 1001 to 1199 and has noise elsewhere"),
+        (np.where((T > 1) & (T < 1.2), -0.4, FORCE), "at its rail, or in a dead band, for 9.95%"),
+        (FORCE, ""),
+        (np.round(FORCE, 2), ""),  # its noise is below its resolution
+        (np.where(T < 1, 0.0, np.sin(90 * T)), ""),  # of a generator
+        (np.repeat(FORCE[::10], 10), ""),  # read ten times for each update
+    ],
+    ids=["flickers", "flickers above", "stuck", "rail", "good", "coarse", "generator", "repeated"],
+)
+def test_faults_of_a_sensor_are_named_without_an_import_too(table, values, words):
+    path = table("t [s],Fz [N]", T, values)
+    listed = [line for line in list_columns(path) if line.startswith("warning: ")]
+    assert len(listed) == bool(words)
+    assert not words or words in listed[0]
+    warned = [
+        each
+        for each in validity(ev.import_file(path, {"normal_force": "Fz"})).values()
+        if each["state"] == "warning"
+    ]
+    texts = [each["text"] for each in warned if each["name"].startswith(("sensor", "stuck"))]
+    assert len(texts) == bool(words)
+
+
+def test_a_rest_with_noise_of_a_few_steps_is_no_rail():
+    rng = np.random.default_rng(0)
+    touched = np.where(T < 0.8, 0, 30 + 100 * np.abs(np.sin(8 * T)))
+    for noise in (0.3, 0.5, 1.0):
+        assert not at_rail(np.round(touched + rng.normal(size=T.size) * np.where(T < 0.8, noise, 3))).any()
+
+
+@pytest.mark.parametrize(
+    ("number", "times", "lost"),
+    [(9.9e37, 1, 1), (-9.9e37, 3, 3), (9.91e37, 2, 2), (np.float32(9.9e37), 2, 2), (199.999e99, 2, 2), (-999, 5, 5), (9999, 3, 3),
+     (-999, 1, 0), (9.9e36, 2, 0), (1e39, 2, 0)],
+)  # fmt: skip
+@pytest.mark.parametrize("suffix", [".npy", ".csv"])
+def test_numbers_that_stand_for_no_reading_are_missing_and_counted(
+    table, tmp_path, number, times, lost, suffix
+):
+    values = FORCE.copy()
+    values[100 : 100 + times] = number
+    path = table("t [s],Fz [N]", T, values)
+    if suffix == ".npy":
+        fields = np.zeros(T.size, [("t [s]", "f8"), ("Fz [N]", "f8")])
+        fields["t [s]"], fields["Fz [N]"] = T, values
+        path = tmp_path / "a.npy"
+        np.save(path, fields)
+    found = ev.import_file(path, {"normal_force": "Fz"})
+    missing = np.isnan(found.normal_force.values)
+    assert np.count_nonzero(missing) == lost
+    np.testing.assert_allclose(found.normal_force.values[~missing], values[~missing], rtol=1e-9)
+    (account,) = [each for each in json.loads(found.attrs["columns_of_file"])["read"] if each["name"] == "Fz"]
+    assert account["missing"] == lost
+    said = [line for line in list_columns(path) if "not read: " in line]
+    assert [f"{lost} times" in line and "'Fz'" in line for line in said] == [True] * bool(lost)
+    assert (f"{lost} of 2000 samples of normal_force are no numbers" in found.attrs["validity"]) is bool(lost)
+
+
+def test_nines_within_the_range_of_the_others_are_readings(table):
+    wide = np.where(T < 0.1, -999.0, 900 * np.sin(20 * T))
+    found = ev.import_file(table("t [s],u [V]", T, wide), {"drive_voltage": "u"})
+    np.testing.assert_allclose(found.drive_voltage, wide, rtol=1e-8)

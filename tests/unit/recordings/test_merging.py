@@ -38,7 +38,10 @@ def daq(shift=SHIFT, ratio=RATIO, begin=-0.2, end=2.6):
 
 
 def edges(rising, falling=()):
-    return SignalEdges(rising=np.asarray(rising, float), falling=np.asarray(falling, float))
+    times = np.array([*rising, *falling], float)
+    signs = np.array([1] * len(rising) + [-1] * len(falling))
+    order = np.argsort(times)
+    return SignalEdges(times=times[order], signs=signs[order])
 
 
 @pytest.mark.parametrize("clock", [{}, {"shift": 0.01, "ratio": 1.002, "begin": 0.0, "end": 2.9}])
@@ -61,9 +64,9 @@ def test_the_intervals_cover_the_true_clocks():
         def noisy(edges):
             return edges + random.normal(0, 1e-4, edges.size)
 
-        own = SignalEdges(rising=(noisy(RISES) - SHIFT) / RATIO, falling=(noisy(FALLS) - SHIFT) / RATIO)
-        found = match_edges(SignalEdges(rising=RISES, falling=FALLS), own, steps=(1e-9, 1e-9))
-        centre = np.concatenate([own.rising, own.falling]).mean()
+        own = edges((noisy(RISES) - SHIFT) / RATIO, (noisy(FALLS) - SHIFT) / RATIO)
+        found = match_edges(edges(RISES, FALLS), own, steps=(1e-9, 1e-9))
+        centre = own.times.mean()
         at_centre = found.shift + (found.ratio - RATIO) * centre
         errors = np.abs([found.ratio - RATIO, at_centre - SHIFT])
         covered += errors <= [found.ratio_half_width, found.shift_half_width]

@@ -8,8 +8,10 @@ from typer.testing import CliRunner
 
 import electrovib as ev
 from electrovib.apps.cli import app
+from electrovib.core.errors import InputError
 from electrovib.data.registry import read_recorded
-from electrovib.recordings.importing.choice import proposed_columns
+from electrovib.recordings.importing import list_columns
+from electrovib.recordings.importing.proposal import proposed_columns
 
 TIMES = np.arange(50) * 1e-3
 A, B, C = 0.4 + TIMES, 0.2 - TIMES, 100 * np.sin(90 * TIMES)
@@ -25,6 +27,12 @@ HEADINGS = {
     "T (sec),COF,Fy (N),Velocity (mm/sec)": {"lateral_force": 2, "sliding_speed": 3},
     "Time (s),Voltage (N)": {"lateral_force": 1},
     "Time (s),Temperature (K)": {},
+    "Time (s),DAQ.Fz (N),DAQ.Fx (N)": {"normal_force": 1, "lateral_force": 2},
+    "Time (s),Load cell Fx (N),Load cell Fz (N)": {"lateral_force": 1, "normal_force": 2},
+    "Time (s),Fz_1 (N),Fy (N),Fx (N)": {"normal_force": 1, "lateral_force": 3},
+    "Time (s),Fn1 (N),Ft (N)": {"normal_force": 1, "lateral_force": 2},
+    "Time (s),COF,Friction coefficient,Fx (N)": {"lateral_force": 3},
+    "Timestamp,Fnormal (N),Fx (N)": {"normal_force": 1, "lateral_force": 2},
 }  # fmt: skip
 
 
@@ -46,10 +54,10 @@ def test_what_is_proposed_is_imported_as_printed(tmp_path, monkeypatch, heading)
     }
     listed = CliRunner().invoke(app, ["import", "a.csv"]).output
     assert ("states no unit: s are assumed" in listed) == heading.startswith(("time,", "t;"))
-    (line,) = [line for line in listed.splitlines() if line.startswith("to import it: ")]
     if not HEADINGS[heading]:
-        assert 'drive_voltage="Temperature"' in line  # an example
+        assert "no heading and no unit tells a signal" in listed
         return
+    (line,) = [line for line in listed.splitlines() if line.startswith("to import it: ")]
     done = CliRunner().invoke(app, ["import", "a.csv", *shlex.split(line.removeprefix("to import it: "))])
     assert done.exit_code == 0, done.output
     found = ev.open_trace("trace.nc")
@@ -81,3 +89,43 @@ def test_a_time_has_the_unit_at_the_end_of_its_heading(tmp_path, heading, unit):
     recorded = written(tmp_path, f"{heading};F_N")
     assert recorded.time == heading
     assert [each.unit for each in recorded.channels] == [unit, ""]  # N of F_N may mean normal
+
+
+@pytest.mark.parametrize(
+    ("heading", "is_sure"), [("Fy (N)", False), ("DAQ.Fy", False), ("Fx (N)", True), ("Fr", True)]
+)
+def test_a_force_along_y_is_not_sure(tmp_path, heading, is_sure):
+    (tmp_path / "a.csv").write_text(f"time (s),{heading}\n0,1\n1,2\n2,1\n")
+    (proposed,) = proposed_columns(read_recorded(tmp_path / "a.csv"))
+    assert (proposed.signal, proposed.is_sure) == ("lateral_force", is_sure)
+    said = [line for line in list_columns(tmp_path / "a.csv") if line.startswith("not sure: ")]
+    assert len(said) == (not is_sure)
+
+
+@pytest.mark.parametrize(
+    ("headings", "option"),
+    [
+        ("Step,Timestamp,DAQ.Fz (N)", '--set time="Timestamp [s]"'),
+        ("Step,elapsed,DAQ.Fz (N)", '--set time="elapsed [s]"'),
+        ("Step,elapsed (min),DAQ.Fz (N)", '--set time="elapsed"'),
+        ("Step,U,DAQ.Fz (N)", '--set step="10 us"'),
+    ],
+)
+def test_a_column_that_rises_is_asked_for_as_the_time_and_no_voltage(tmp_path, headings, option):
+    rows = "".join(f"4,{0.05 * at:.3f},{3 + at % 2}\n" for at in range(20))
+    (tmp_path / "a.csv").write_text(f"{headings}\n{rows}")
+    (line,) = [line for line in list_columns(tmp_path / "a.csv") if line.startswith("to import it: ")]
+    assert option in line
+    assert ("drive_voltage" in line) is (",U," in headings)
+    with pytest.raises(
+        InputError,
+        match=f"time = '{headings.split(',')[1].partition(' ')[0]}" if ",U," not in headings else "step",
+    ):
+        ev.import_file(tmp_path / "a.csv", {"normal_force": "DAQ.Fz"})
+
+
+def test_without_a_heading_only_what_does_not_rise_is_an_example_of_a_voltage(tmp_path):
+    for second, words in ((1, "no heading and no unit tells a signal"), (-1, 'drive_voltage="b [V]"')):
+        rows = "".join(f"{at},{second * at}\n" for at in range(20))
+        (tmp_path / "a.csv").write_text(f"t (s),b\n{rows}")
+        assert any(words in line for line in list_columns(tmp_path / "a.csv"))

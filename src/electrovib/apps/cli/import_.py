@@ -64,6 +64,7 @@ def import_(given: Arguments) -> None:
     """
     from electrovib.data.registry import format_lines
     from electrovib.recordings.importing import list_columns
+    from electrovib.recordings.importing.listing import list_account
 
     file, output, force = given.get("file"), given.get("output"), "force" in given
     if not file:
@@ -80,7 +81,9 @@ def import_(given: Arguments) -> None:
         raise InputError(f"{clocks[0]}: belongs to with=TRACE, which is not given")
     if output is not None and output.lower().endswith(".toml"):
         inputs = [Path(each) for each in (file, given.get("recipe")) if each]
-        write_recipe(entries, Path(output), inputs, force=force)
+        reading = {name: entries[name] for name in READING[1:] if name in entries}
+        account = list_account(file, **reading)
+        write_recipe(entries, Path(output), inputs, account, force=force)
         return say(f"written: {output}")
     return _as_trace(file, output, entries, force=force)
 
@@ -202,12 +205,15 @@ def _columns(given: list[str]) -> dict[str, str]:
     return found
 
 
-def write_recipe(entries: Mapping[str, Any], target: Path, inputs: list[Path], *, force: bool) -> None:
-    """Write a recipe as TOML."""
+def write_recipe(
+    entries: Mapping[str, Any], target: Path, inputs: list[Path], account: list[str], *, force: bool
+) -> None:
+    """Write a recipe as TOML, with the account of the file that it was made for as comments."""
     from electrovib.data.atomic import check_writable, write_text
 
     check_writable({target: None}, inputs=inputs, force=force)
-    lines = [f"{key} = {_toml(value)}" for key, value in entries.items() if not isinstance(value, dict)]
+    lines = ["# " + "".join(sign if sign.isprintable() else " " for sign in line) for line in account]
+    lines += [f"{key} = {_toml(value)}" for key, value in entries.items() if not isinstance(value, dict)]
     for key, value in entries.items():
         if isinstance(value, dict):
             lines += ["", f"[{key}]", *(f"{name} = {_toml(text)}" for name, text in value.items())]

@@ -21,7 +21,7 @@ from electrovib.core.errors import ElectrovibError, InputError, printable
 from electrovib.core.parsing import read_toml
 from electrovib.core.signals import SIGNALS
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits
-from electrovib.data.recorded import DataColumn, Recorded
+from electrovib.data.recorded import Clock, DataColumn, NotRead, Recorded
 from electrovib.scenario import Scenario, read_scenario
 
 if TYPE_CHECKING:
@@ -254,7 +254,10 @@ def _packed_columns(recorded: Recorded) -> Iterator[tuple[str, Any]]:
         yield f"values of {number}", np.asarray(each.values)
     channels = [(each.name, each.unit) for each in recorded.channels]
     attributes = {str(key): str(value) for key, value in recorded.attributes.items()}
-    yield "columns", {**vars(recorded), "channels": channels, "attributes": attributes}
+    others = [vars(each) for each in recorded.not_read]
+    clocks = {name: vars(each) for name, each in recorded.clocks.items()}
+    stated = {"channels": channels, "attributes": attributes, "not_read": others, "clocks": clocks}
+    yield "columns", {**vars(recorded), **stated}
 
 
 def _unpacked(parts: Mapping[str, Any]) -> xarray.Dataset | Recorded:
@@ -263,7 +266,9 @@ def _unpacked(parts: Mapping[str, Any]) -> xarray.Dataset | Recorded:
             DataColumn(name=name, unit=unit, values=parts[f"values of {number}"])
             for number, (name, unit) in enumerate(described["channels"])
         )
-        return Recorded(**{**described, "channels": channels})
+        others = tuple(NotRead(**each) for each in described["not_read"])
+        clocks = {name: Clock(**each) for name, each in described["clocks"].items()}
+        return Recorded(**{**described, "channels": channels, "not_read": others, "clocks": clocks})
     import xarray
 
     described = parts["trace"]

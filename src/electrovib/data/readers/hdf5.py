@@ -5,37 +5,31 @@ What looks into a file is called in a guarded process.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
-from contextlib import contextmanager
-from dataclasses import dataclass
+import warnings
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
+from electrovib.data.array_columns import in_numbers, table_of_arrays
 from electrovib.data.faults import packed
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import (
-    CanRead,
-    FileFormat,
-    check_row,
-    choose,
-    columns_of_array,
-    real_numbers,
-    recorded_of,
-)
+from electrovib.data.recorded import CanRead, FileFormat, NotRead, check_row, choose, real_numbers
 from electrovib.data.unit_words import name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     import h5py
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
     from electrovib.data.recorded import DataColumn, Recorded
 
 _CLASSIC: Final = b"CDF"
@@ -46,121 +40,184 @@ _OF_THE_FORMAT: Final = {
 """Attributes that the format itself needs."""
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 _UNITS: Final = ("units", "unit", "Units", "Unit")
+_TIMES: Final = {"seconds": "s", "milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"}
+_PACKING: Final = ("scale_factor", "add_offset", "_FillValue", "missing_value")
+_RANGE: Final = ("valid_range", "valid_min", "valid_max")
+_FILTERS: Final = {
+    307: "bzip2", 32000: "lzf", 32001: "blosc", 32004: "lz4", 32008: "bitshuffle", 32013: "zfp", 32015: "zstd", 32017: "sz",
+    32018: "fcidecomp", 32024: "sz3", 32026: "blosc2",
+}  # fmt: skip
+"""Filters by the numbers under which they are registered with the HDF Group."""
+_ELSEWHERE: Final = "is a link to another place, which is not followed; copy its numbers into this file"
+_BLOCK: Final = 1 << 18
 _MOST_OBJECTS: Final = 2000
 _DEEPEST: Final = 12
 
 
-def reader(path: Path, function: str) -> Reader:
-    """Return a function of this module as a reader, with the library that the file needs."""
+def reader(path: Path) -> Reader:
+    """Return `variables` as a reader, with the library that the file needs."""
     with path.open("rb") as file:
         needs = ("scipy.io",) if file.read(3) == _CLASSIC else ("h5py",)
-    return Reader(f"{__name__}:{function}", needs, "a netCDF file")
+    return Reader(f"{__name__}:variables", needs, "a netCDF file")
 
 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read variables by name; their attribute ``units`` has priority over a unit in the name."""
     del missing
-    content = read_guarded(reader(path, "chosen"), path, wanted=list(columns))
-    return {
-        column: real_numbers(path, f"column '{name}'", values, unit, "index")
-        for (column, name, unit), values in content.items()
-    }
+    content, found = read_guarded(reader(path), path, wanted=list(columns)), {}
+    for column in columns:
+        about = content["about", column]
+        name, (values, _) = about["name"], decoded(about, content.get(("values", column)))
+        unit = about["attributes"].get("units", "") or name_and_known_unit(name)[1]
+        read = values if isinstance(values, str) else in_numbers(values, str(unit), {})
+        if isinstance(read, str):
+            raise DataFileError(f"column '{name}' {read}.", path=path)
+        found[column] = real_numbers(path, f"column '{name}'", read[1], read[0], "index")
+    return found
 
 
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     """Read the arrays of a netCDF or HDF5 file that have the length with most numbers, or that of the array `part`."""
-    columns: list[tuple[str, str, Real]] = []
-    for (name, unit), values in read_guarded(reader(path, "arrays"), path).items():
+    content = read_guarded(reader(path), path)
+    arrays: list[tuple[str, str, NDArray[Any] | str]] = []
+    clocks: dict[str, str] = {}
+    outside: list[NotRead] = []
+    for kind, name in [key for key in content if key[0] == "about"]:
+        about = content[kind, name]
         label, stated = name_and_unit(name)
-        columns += columns_of_array(label, unit or stated, values.astype(float))
-    return recorded_of(path, columns, part=part)
+        unit = next((about["attributes"][key] for key in _UNITS if key in about["attributes"]), stated)
+        values, beyond = decoded(about, content.pop(("values", name), None))
+        arrays.append((label, _TIMES.get(str(unit), str(unit)), values))
+        clocks[label] = "".join(about["dims"][:1])
+        if beyond:
+            outside.append(
+                NotRead(name=f"{beyond} values of {name}", why="outside the valid range that the file states")
+            )
+    found = table_of_arrays(path, arrays, part=part, clocks=clocks)
+    return dataclasses.replace(found, not_read=(*found.not_read, *outside))
+
+
+def decoded(about: Mapping[str, Any], raw: NDArray[Any] | None) -> tuple[NDArray[Any] | str, int]:
+    """Unpack a variable as xarray does, or say why not; numbers outside the valid range are missing, and counted."""
+    if raw is None:
+        return str(about["refusal"]), 0
+    packing = {name: np.array(numbers, dtype) for name, (dtype, numbers) in about["packing"].items()}
+    ends = {name: packing.pop(name) for name in _RANGE if name in packing}
+    attributes: dict[str, Any] = {name: number.reshape(-1)[0] for name, number in packing.items()}
+    if raw.dtype.kind == "f" and np.isnan(attributes.get("_FillValue", 0.0)):
+        del attributes["_FillValue"]  # NaN is missing already
+    text = about["attributes"]
+    attributes |= {name: text[name] for name in ("_Unsigned", "calendar") if name in text}
+    if " since " in str(text.get("units", "")):
+        attributes["units"] = text["units"]
+    try:
+        values = _by_xarray(raw, attributes) if attributes else raw
+    except (ValueError, TypeError, OverflowError, LookupError, ArithmeticError) as error:
+        said = str(error).partition("\n")[0][:120]
+        return f"cannot be decoded as its attributes state ({said})", 0
+    if not ends or values.dtype.kind not in "fiu":
+        return values, 0
+    beyond = _beyond(raw, values, ends, is_unsigned=text.get("_Unsigned") == "true")
+    return np.where(beyond, np.nan, values), int(beyond.sum())
+
+
+def _by_xarray(raw: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
+    """Decode blocks that fit into the cache of the processor, which is faster than all at once."""
+    import xarray
+
+    flat, found = raw.reshape(-1), None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of attributes that contradict each other
+        for start in range(0, flat.size, _BLOCK):
+            block = xarray.Dataset({"block": ("row", flat[start : start + _BLOCK], attributes)})
+            values = xarray.decode_cf(block, decode_timedelta=False)["block"].values
+            if found is None:
+                found = np.empty(flat.shape, float if values.dtype.kind in "fiu" else values.dtype)
+            found[start : start + _BLOCK] = values
+    return raw if found is None else found.reshape(raw.shape)
+
+
+def _beyond(
+    raw: NDArray[Any], values: NDArray[Any], ends: Mapping[str, NDArray[Any]], *, is_unsigned: bool
+) -> NDArray[np.bool_]:
+    """Return which numbers are outside the valid range, stated of the packed ones, or of the unpacked ones by floats."""
+    low, high = ends.get("valid_range", [ends.get("valid_min"), ends.get("valid_max")])
+    outside = np.zeros(values.shape, bool)
+    for stated, is_outside in ((low, np.less), (high, np.greater)):
+        end, of = np.asarray(stated), values
+        if end.dtype.kind in "iu" and raw.dtype.kind in "iu":
+            wide = raw.dtype.str.replace("i", "u") if is_unsigned else raw.dtype
+            end, of = end.astype(raw.dtype).view(wide), raw.view(wide)
+        if stated is not None:
+            outside |= is_outside(of, end) & ~np.isnan(values)
+    return outside
 
 
 @dataclass(frozen=True, kw_only=True)
 class NetcdfVariable:
     """A variable that is not yet read.
 
-    The type is ``object`` for texts. `attributes` returns all attributes, or those with the given names,
-    `dimensions` the names of the dimensions, and `read` the numbers, or the texts as nested lists. `refusal`
-    is the reason why the variable must not be read; empty if it may be read.
+    The type is ``object`` for texts. `stated` are its attributes, `dimensions` returns the names of the
+    dimensions, and `read` the numbers, or the texts as nested lists. `refusal` is the reason why the
+    variable must not be read, `filters` say how it is compressed.
     """
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
-    attributes: Callable[..., dict[str, Any]]
-    dimensions: Callable[[], list[str]]
-    read: Callable[[], NDArray[Any] | list[Any] | str]
+    stated: Mapping[str, Any] = field(default_factory=dict)
+    dimensions: Callable[[], list[str]] = list
+    read: Callable[[], NDArray[Any] | list[Any] | str] = str
     refusal: str = ""
-    is_stored: bool = True
+    filters: str = ""
 
 
-def chosen(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[Any, Any]]:
-    """Yield each column with its name and unit, and its values, decoded by the conventions for packed and missing numbers."""
-    with _opened(path) as (variables, _):
-        names = list(variables)
-        for column in wanted:
+def variables(
+    path: Path, wanted: Sequence[str | int] | None = None, texts: bool = False
+) -> Iterator[tuple[Any, Any]]:
+    """Yield the attributes of the file, and what each variable is with its values as stored, or why it is not read."""
+    left = content_allowed(path.stat().st_size)
+    with _opened(path) as (found, attributes):
+        yield "attributes", attributes
+        names = list(found)
+        for column in names if wanted is None else wanted:
             if isinstance(column, int):
                 raise DataFileError(
                     f"ask for column {column} by its name; it has: {', '.join(names)}.", path=path
                 )
-            name = names[choose(path, names, column, len(names))]
-            variable = _allowed(path, variables[name])
-            check_row(path, f"column '{name}'", len(variable.shape), variable.dtype)
-            values = _whole(path, name, variable)
-            assert isinstance(values, np.ndarray)
-            attributes = variable.attributes()
-            unit = str(attributes.get("units", "")) or name_and_known_unit(name)[1]
-            yield (column, name, unit), _decoded(values, attributes)
-
-
-def everything(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield the attributes of the file, and for each variable its dimensions, attributes and values."""
-    with _opened(path) as (variables, attributes):
-        yield "attributes", attributes
-        for name, variable in variables.items():
-            _allowed(path, variable)
-            about = {"dims": variable.dimensions(), "attributes": variable.attributes()}
-            yield f"about {name}", about | {"shape": variable.shape, "text": variable.dtype.kind in "OSU"}
-            yield f"values {name}", _whole(path, name, variable)
-
-
-def arrays(path: Path) -> Iterator[tuple[Any, Any]]:
-    """Yield name and unit, and the values, of each array of real numbers of one or two dimensions, also in groups."""
-    left = content_allowed(path.stat().st_size)
-    with _opened(path, deepest=_DEEPEST) as (variables, _):
-        plain = {name: each for name, each in variables.items() if _is_plain(each)}
-        for name, variable in plain.items():
-            left -= math.prod(variable.shape) * max(variable.dtype.itemsize, 8)
-            if left < 0:
-                raise packed(path, "it declares more numbers than a file of its size may hold")
-            stated = variable.attributes(_UNITS)
-            unit = next((stated[key] for key in _UNITS if key in stated), "")
-            yield (name, unit if isinstance(unit, str) else ""), variable.read()
-
-
-def _is_plain(variable: NetcdfVariable) -> bool:
-    """Return whether a variable holds real numbers of this file in one or two dimensions."""
-    is_number = variable.dtype.kind in "fiu" and not variable.refusal and variable.is_stored
-    return is_number and 1 <= len(variable.shape) <= 2 and 0 not in variable.shape
-
-
-def _allowed(path: Path, variable: NetcdfVariable) -> NetcdfVariable:
-    if variable.refusal:
-        raise DataFileError(f"{variable.refusal}", path=path)
-    return variable
-
-
-def _whole(path: Path, name: str, variable: NetcdfVariable) -> NDArray[Any] | list[Any] | str:
-    """Read a variable after its declared size has been checked."""
-    declared, size = math.prod(variable.shape) * variable.dtype.itemsize, path.stat().st_size
-    if declared > content_allowed(size):
-        raise packed(path, f"'{name}' declares {megabytes(declared)} in a file of {megabytes(size)}")
-    return variable.read()
+            name = column if wanted is None else names[choose(path, names, column, len(names))]
+            variable, values = found[name], None
+            refusal = variable.refusal
+            if wanted is not None and not refusal:
+                check_row(path, f"column '{name}'", len(variable.shape), variable.dtype)
+            elif not texts and not refusal and variable.dtype.kind not in "fiubc":
+                refusal = "holds text" if variable.dtype.kind in "OS" else "holds no numbers"
+            if not refusal:
+                declared = math.prod(variable.shape) * variable.dtype.itemsize
+                left -= declared
+                if left < 0:
+                    size = megabytes(path.stat().st_size)
+                    raise packed(path, f"'{name}' declares {megabytes(declared)} in a file of {size}")
+                try:
+                    values = variable.read()
+                except OSError:
+                    if not variable.filters:
+                        raise
+                    refusal = variable.filters
+            about: dict[str, Any] = {
+                "name": name,
+                "dims": variable.dimensions(),
+                "shape": variable.shape,
+                "refusal": refusal,
+            }
+            about |= {"attributes": _attributes(variable.stated), "packing": _packing(variable.stated)}
+            yield ("about", column), about | {"text": variable.dtype.kind in "OSU"}
+            if values is not None:
+                yield ("values", column), values
 
 
 @contextmanager
-def _opened(path: Path, deepest: int = 0) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, Any]]]:
-    """Open a file; yield its variables, of HDF5 also those in groups up to a depth, and its attributes."""
+def _opened(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, Any]]]:
+    """Open a file; yield its variables, also those in groups and the fields of records, and its attributes."""
     with path.open("rb") as file:
         classic = file.read(3) == _CLASSIC
     if classic:
@@ -173,20 +230,20 @@ def _opened(path: Path, deepest: int = 0) -> Iterator[tuple[dict[str, NetcdfVari
     import h5py
 
     with h5py.File(path, "r") as new:
-        yield dict(_in_groups(new, deepest)), _attributes(new.attrs)
+        yield dict(_in_groups(new)), _attributes(new.attrs)
 
 
 def _of_classic(entry: Any) -> NetcdfVariable:
     return NetcdfVariable(
         shape=tuple(entry.shape),
         dtype=np.dtype(object) if entry.data.dtype.kind == "S" else entry.data.dtype,
-        attributes=functools.partial(_attributes, entry._attributes),  # noqa: SLF001
+        stated=entry._attributes,  # noqa: SLF001
         dimensions=lambda: list(entry.dimensions),
         read=lambda: entry.data,
     )
 
 
-def _in_groups(file: h5py.File, deepest: int) -> Iterator[tuple[str, NetcdfVariable]]:
+def _in_groups(file: h5py.File) -> Iterator[tuple[str, NetcdfVariable]]:
     """Iterate over the variables of a file, those of a group before those of the groups in it; links are not followed."""
     import h5py
 
@@ -194,76 +251,107 @@ def _in_groups(file: h5py.File, deepest: int) -> Iterator[tuple[str, NetcdfVaria
     count = 0
     for prefix, group, depth in waiting:
         for name in group:
-            count += 1
-            if deepest and count > _MOST_OBJECTS:
+            count, place = count + 1, f"{prefix}{name}"
+            if count > _MOST_OBJECTS or depth > _DEEPEST:
+                yield (
+                    place,
+                    _refused(f"is beyond the first {_MOST_OBJECTS} objects, or {_DEEPEST} groups deep"),
+                )
                 return
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                yield f"{prefix}{name}", _elsewhere(name)
+                yield place, _refused(_ELSEWHERE)
                 continue
             entry = group[name]
-            if isinstance(entry, h5py.Group) and depth < deepest:
-                waiting.append((f"{prefix}{name}/", entry, depth + 1))
+            if isinstance(entry, h5py.Group):
+                waiting.append((f"{place}/", entry, depth + 1))
             elif isinstance(entry, h5py.Dataset) and not _text(entry.attrs.get("NAME", "")).startswith(
                 _NO_VARIABLE
             ):
-                yield f"{prefix}{name}", _dataset(file, name, entry)
+                yield from _dataset(file, place, entry)
 
 
-def _elsewhere(name: str) -> NetcdfVariable:
-    """Return a variable that refuses to be read, for numbers in another file, which could be any file of the computer."""
-    refusal = f"'{name}' is a link to another place, which is not followed; copy its numbers into this file."
-    return NetcdfVariable(
-        shape=(), dtype=np.dtype(object), attributes=dict, dimensions=list, read=str, refusal=refusal
-    )
+def _refused(refusal: str) -> NetcdfVariable:
+    return NetcdfVariable(shape=(), dtype=np.dtype(object), refusal=refusal)
 
 
-def _dataset(file: h5py.File, name: str, entry: h5py.Dataset) -> NetcdfVariable:
+def _dataset(file: h5py.File, place: str, entry: h5py.Dataset) -> Iterator[tuple[str, NetcdfVariable]]:
+    """Yield a dataset, or the fields of one of records, read at once."""
     import h5py
 
-    if entry.external or entry.is_virtual:
-        return _elsewhere(name)
-    text = h5py.check_string_dtype(entry.dtype) is not None
-    stored = not entry.size or bool(entry.id.get_storage_size())
+    if entry.external or entry.is_virtual:  # numbers in another file, which could be any file of the computer
+        yield place, _refused(_ELSEWHERE)
+    elif entry.shape is None:
+        yield place, _refused("is empty")
+    elif entry.size and not entry.id.get_storage_size():
+        yield place, _refused(f"declares {entry.size} numbers and holds none")
+    else:
+        known = functools.partial(
+            NetcdfVariable,
+            stated=entry.attrs,
+            dimensions=lambda: _dimensions(file, place.rpartition("/")[2], entry),
+            filters=_filters(entry),
+        )
+        whole = functools.cache(lambda: np.asarray(entry[()]))
+        if entry.dtype.names:
+            for name, (kind, *_) in (entry.dtype.fields or {}).items():
+                shape = (*entry.shape, *kind.shape)
+                read = functools.partial(lambda name: whole()[name], name)
+                yield f"{place}.{name}", known(shape=shape, dtype=kind.base, read=read)
+        elif h5py.check_string_dtype(entry.dtype) is not None:
+            yield place, known(shape=entry.shape, dtype=np.dtype(object), read=lambda: _texts(entry))
+        else:
+            yield place, known(shape=entry.shape, dtype=entry.dtype, read=whole)
 
-    def read() -> NDArray[Any] | list[Any] | str:
-        if entry.shape is None:
-            raise ValueError(f"'{name}' is empty")
-        if text:
-            values = entry.asstr(errors="replace")[()]
-            return str(values) if isinstance(values, str) else list(values.tolist())
-        if not stored:
-            raise ValueError(f"'{name}' declares {entry.size} numbers and holds none")
-        return np.asarray(entry[()])
 
-    dtype = np.dtype(object) if text else entry.dtype
-    return NetcdfVariable(
-        shape=entry.shape or (),
-        dtype=dtype,
-        attributes=functools.partial(_attributes, entry.attrs),
-        dimensions=lambda: _dimensions(file, name, entry),
-        read=read,
-        is_stored=stored,
+def _texts(entry: h5py.Dataset) -> list[Any] | str:
+    values = entry.asstr(errors="replace")[()]
+    return str(values) if isinstance(values, str) else list(values.tolist())
+
+
+def _filters(entry: h5py.Dataset) -> str:
+    """Say by which filters a dataset is compressed that are not there; empty if all are."""
+    import h5py
+
+    plan = entry.id.get_create_plist()
+    codes = [plan.get_filter(at)[0] for at in range(plan.get_nfilters())]
+    missing = [
+        f"{code} ({_FILTERS.get(code, 'of no common name')})"
+        for code in codes
+        if not h5py.h5z.filter_avail(code)
+    ]
+    return (
+        f"is compressed with filter {' and '.join(missing)}, which the HDF5 library here does not have; where it was written:"
+        " h5repack -f GZIP=4 OLD NEW"
+        if missing
+        else ""
     )
 
 
 def _dimensions(file: h5py.File, name: str, entry: h5py.Dataset) -> list[str]:
     """Return the names of the dimensions: those of the attached scales, or its own if the variable is a scale."""
     if "DIMENSION_LIST" in entry.attrs:
-        scales = [file[references[0]] for references in entry.attrs["DIMENSION_LIST"]]
+        scales = [file[references[0]] for references in entry.attrs["DIMENSION_LIST"] if len(references)]
         found = [str(scale.name).rpartition("/")[2] for scale in scales]
     else:
         found = [name] * len(entry.shape)
-    if len(found) != len(entry.shape) or len(set(found)) != len(found):
-        raise ValueError(f"the dimensions of '{name}' are not declared")
+    return found if len(found) == len(set(found)) == len(entry.shape) else []
+
+
+def _attributes(stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Read attributes; one that is damaged, or of a type of its own, is left out."""
+    found = {}
+    for name in stated:
+        if name not in _OF_THE_FORMAT:
+            with suppress(OSError, RuntimeError, ValueError, LookupError, TypeError):
+                found[name] = _plain(stated[name])
     return found
 
 
-def _attributes(stated: Mapping[str, Any], names: Collection[str] | None = None) -> dict[str, Any]:
-    """Read attributes, all or those with these names; a damaged one that nobody asks for does no harm."""
+def _packing(stated: Mapping[str, Any]) -> dict[str, tuple[str, Any]]:
+    """Read the numbers that say how a variable is packed, each with its type; a damaged one is a fault of the file."""
+    numbers = {name: np.asarray(stated[name]) for name in (*_PACKING, *_RANGE) if name in stated}
     return {
-        name: _plain(stated[name])
-        for name in stated
-        if name not in _OF_THE_FORMAT and (names is None or name in names)
+        name: (each.dtype.str, each.tolist()) for name, each in numbers.items() if each.dtype.kind in "fiu"
     }
 
 
@@ -283,20 +371,6 @@ def _text(value: str | bytes) -> str:
     """Decode a text; bytes that are no UTF-8 become replacement characters."""
     raw = value.encode("utf-8", "surrogateescape") if isinstance(value, str) else bytes(value)
     return raw.decode("utf-8", "replace")
-
-
-def _decoded(values: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[np.float64]:
-    """Unpack numbers by the conventions for climate data: missing ones, scale and offset."""
-    if attributes.get("_Unsigned") == "true" and values.dtype.kind == "i":
-        values = values.view(values.dtype.str.replace("i", "u"))
-    decoded = values.astype(np.float64)
-    for name in ("_FillValue", "missing_value"):
-        if isinstance(missing := attributes.get(name), (int, float)):
-            decoded[values == np.asarray(missing).astype(values.dtype)] = np.nan
-    for name, apply in (("scale_factor", np.multiply), ("add_offset", np.add)):
-        if isinstance(number := attributes.get(name), (int, float)):
-            apply(decoded, number, out=decoded)
-    return decoded
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:

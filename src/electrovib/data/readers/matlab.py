@@ -6,11 +6,9 @@ A damaged file can crash the library that reads it, and a small one can unfold t
 from __future__ import annotations
 
 import io
-import math
+import itertools
 import re
-import struct
 import warnings
-import zlib
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -19,20 +17,19 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError, NoColumnError, suggestion
-from electrovib.data.faults import check_file, damaged, packed
+from electrovib.data.array_columns import table_of_arrays
+from electrovib.data.faults import check_file, packed
 from electrovib.data.guarded import Reader, read_guarded
 from electrovib.data.recorded import (
     CanRead,
     DataColumn,
     FileFormat,
-    columns_of_array,
     real_numbers,
-    recorded_of,
 )
 from electrovib.data.trace_csv import joined
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
     from pathlib import Path
 
     import h5py
@@ -41,15 +38,12 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.data.recorded import Recorded
 
-_COLUMN: Final = re.compile(r"(([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)(?:\[(\d{1,9})\])?)(?:\s+\[([^\[\]]+)\])?")
+_NAME: Final = r"[A-Za-z]\w*(?:\[\d{1,9}\](?=\.)|\{\d{1,9}\})*"
+_COLUMN: Final = re.compile(rf"(({_NAME}(?:\.{_NAME})*)(?:\[(\d{{1,9}})\])?)(?:\s+\[([^\[\]]+)\])?")
 _NUMERIC: Final = re.compile("double|single|logical|u?int(?:8|16|32|64)")
 _HEADER: Final = 128
-_MATRIX, _COMPRESSED = 14, 15
-_IS_COMPLEX: Final = 0x0800
-_HEAD: Final = 4096
-"""Bytes in which flags, sizes and name of a variable have to lie; a packed one is not unpacked further to list it."""
 _DEEPEST: Final = 6
-_MOST: Final = 500
+_MOST: Final = 5000
 
 
 def read_arrays(path: Path, names: Collection[str]) -> dict[str, Real]:
@@ -58,7 +52,8 @@ def read_arrays(path: Path, names: Collection[str]) -> dict[str, Real]:
     A name may be the path of a field of a struct, ``"trial.force"``, or empty if the file holds only one real
     numeric array that is no single number.
     """
-    return _read(path, "chosen", names=list(dict.fromkeys(names)))
+    found = _read(path, names=list(dict.fromkeys(names)))
+    return {name: _as_shown(values) for name, values in found.items()}
 
 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
@@ -105,25 +100,36 @@ def _column(path: Path, name: str, array: Real, number: int | None) -> Real:
 
 
 def read_matlab_table(path: Path, *, part: str = "") -> Recorded:
-    """Read the real numeric arrays of a MATLAB file that have the length with most numbers, or that of the array `part`."""
-    columns: list[tuple[str, str, Real]] = []
-    for name, values in _read(path, "tables").items():
-        columns += columns_of_array(name, "", values)
-    return recorded_of(path, columns, part=part)
+    """Read the real numeric arrays of a MATLAB file that have the length with most numbers, or those of `part`."""
+    found = _read(path)
+    arrays = [
+        (name, "", value["why"] if isinstance(value, dict) else value.T) for name, value in found.items()
+    ]
+    return table_of_arrays(path, arrays, part=part)
 
 
-def read_variables(path: Path, needed: str) -> dict[str, NDArray[Any] | str]:
-    """Read all arrays of real or complex numbers, and rows of characters, of a MATLAB file that has the variable `needed`."""
-    return _read(path, "variables", needed=needed)
+def read_variables(path: Path) -> dict[str, NDArray[Any] | str]:
+    """Read all arrays of real or complex numbers, and texts, of a MATLAB file."""
+    found = _read(path, texts=True)
+    read = {
+        name: value.get("text") if isinstance(value, dict) else _as_shown(value)
+        for name, value in found.items()
+    }
+    return {name: value for name, value in read.items() if value is not None}
 
 
-def _read(path: Path, function: str, **arguments: Any) -> dict[str, Any]:
-    """Call a function of this module in a guarded process, and convert real numbers to floats."""
+def _read(path: Path, **arguments: Any) -> dict[str, Any]:
+    """Call `contents` in a guarded process."""
     check_file(path)
-    _check_elements(path)
-    needs = ("h5py",) if _is_hdf5(path) else ("scipy.io",)
-    found = read_guarded(Reader(f"{__name__}:{function}", needs, "a MATLAB file"), path, **arguments)
-    return {name: value if isinstance(value, str) else _as_shown(value) for name, value in found.items()}
+    is_hdf5 = _is_hdf5(path)
+    with path.open("rb") as file:
+        head = file.read(_HEADER)
+    if not is_hdf5 and not (head.startswith(b"MATLAB 5.0") and head[126:] in (b"IM", b"MI")):
+        raise DataFileError(
+            "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7.", path=path
+        )
+    needs = ("h5py",) if is_hdf5 else ("scipy.io",)
+    return read_guarded(Reader(f"{__name__}:contents", needs, "a MATLAB file"), path, **arguments)
 
 
 def _as_shown(values: NDArray[Any]) -> NDArray[Any]:
@@ -132,50 +138,66 @@ def _as_shown(values: NDArray[Any]) -> NDArray[Any]:
         return np.asarray(values, dtype=np.complex128 if values.dtype.kind == "c" else np.float64).T
 
 
-def chosen(path: Path, names: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """Yield the selected real arrays."""
-    with _opened(path) as file:
-        for wanted in names:
-            for name in _structs_on_path(wanted, file.known):
-                file.look_into(name)
-            yield wanted, file.array(_chosen(path, wanted, file.known))
+def _nothing() -> Any:
+    raise ValueError("it holds no numbers")
 
 
-def tables(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield the real arrays of two dimensions, also those in structs."""
-    with _opened(path) as file:
-        waiting = list(file.known)
-        for name in waiting:
-            kind, shape, numeric = file.known[name]
-            if numeric and len(shape) == 2 and max(shape) > 1:
-                yield name, file.array(name)
-            elif kind == "struct" and name.count(".") < _DEEPEST and len(waiting) < _MOST:
-                waiting += file.look_into(name)
+@dataclass(frozen=True)
+class _Entry:
+    """A variable, or what is in a struct or a cell: MATLAB's word for it, its shape, and how its values are read."""
+
+    kind: str
+    shape: tuple[int, ...] = ()
+    read: Callable[[], Any] = _nothing
+    has_parts: bool = False
+
+    @property
+    def is_readable(self) -> bool:
+        """Whether it is an array of numbers or a text."""
+        return self.read is not _nothing
+
+    @property
+    def is_real(self) -> bool:
+        """Whether it is an array of real numbers."""
+        return self.is_readable and not self.kind.startswith(("complex ", "char"))
+
+    def __str__(self) -> str:
+        return f"{' x '.join(map(str, self.shape))} {self.kind}".strip()
 
 
-def variables(path: Path, needed: str) -> Iterator[tuple[str, Any]]:
-    """Yield variables of real and complex numbers, and of characters; none of a file without the one that is needed."""
-    with _opened(path) as file:
-        for name, (kind, _, numeric) in file.known.items() if needed in file.known else ():
-            if numeric or kind.startswith("complex "):
-                yield name, file.array(name)
-            elif kind == "char":
-                yield name, file.text(name)
-
-
-Known = dict[str, tuple[str, tuple[int, ...], bool]]
-"""Maps the name of a variable, or the path of a field, to its kind, its shape and whether it is a real numeric array."""
+def contents(
+    path: Path, names: Sequence[str] | None = None, texts: bool = False
+) -> Iterator[tuple[str, Any]]:
+    """Yield the selected real arrays; or every array, with complex numbers as `texts` or else why one is not read."""
+    if names is not None:
+        outside = {re.split(r"[.\[{]", name)[0] for name in names}
+        with _entries(path, outside) as some:
+            known = dict(some)
+        missed = not all(name and name in known for name in names)
+        with _entries(path, None if missed else outside) as listed:
+            known = dict(listed)
+            for wanted in names:
+                yield wanted, known[_chosen(path, wanted, known)].read()
+        return
+    with _entries(path) as found:
+        for name, entry in found:
+            if entry.is_real or (texts and entry.is_readable):
+                value = entry.read()
+                yield name, {"text": value} if isinstance(value, str) else value
+            elif not entry.has_parts and not texts:
+                yield name, {"why": f"is no array of real numbers, but {entry}"}
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[_Version5 | _Version73]:
+def _entries(path: Path, outside: Collection[str] | None = None) -> Iterator[Iterator[tuple[str, _Entry]]]:
+    """Open a file, and iterate over what is in it: in these variables, or in all."""
     if not _is_hdf5(path):
-        yield _Version5(path)
+        yield itertools.islice(_of_version5(path, outside), _MOST)
         return
     import h5py
 
     with h5py.File(path, "r") as file:
-        yield _Version73(path, file)
+        yield itertools.islice(_in_group(path, file, ""), _MOST)
 
 
 def _is_hdf5(path: Path) -> bool:
@@ -187,197 +209,74 @@ def _is_hdf5(path: Path) -> bool:
 # ----------------------------------------------------------------------------------------------- version 5
 
 
-@dataclass(frozen=True)
-class _Element:
-    """One variable of a file of version 5: where it stands, its unpacked beginning, and the bytes it unfolds to."""
+def _of_version5(path: Path, outside: Collection[str] | None) -> Iterator[tuple[str, _Entry]]:
+    """Iterate over the variables, and what is in them; each is unpacked when its turn comes."""
+    import scipy.io
 
-    start: int
-    end: int
-    head: bytes
-    unfolded: int
-    is_complex: bool
-
-
-def _check_elements(path: Path) -> None:
-    """Refuse a file of version 5 that is cut short, before a process is started for it."""
-    if not _is_hdf5(path):
-        list(_elements(path, path.read_bytes()))
+    warnings.simplefilter("ignore")  # of what SciPy finds in a damaged file; this process reads no other
+    for name, file in scipy.io.matlab.varmats_from_mat(io.BytesIO(path.read_bytes())):
+        if name and (outside is None or name in outside or name == "None"):
+            value = scipy.io.loadmat(file)[name]
+            of_object = isinstance(value, scipy.io.matlab.MatlabOpaque)
+            yield from _in_value(value["s0"].item().decode("latin-1") if of_object else name, value)
 
 
-def _elements(path: Path, raw: bytes) -> Iterator[_Element]:
-    """Iterate over the variables, whose sizes have to fill the file."""
-    order = {b"IM": "<", b"MI": ">"}.get(raw[126:_HEADER])
-    if len(raw) < _HEADER or not raw.startswith(b"MATLAB 5.0") or order is None:
-        raise DataFileError(
-            "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7.", path=path
-        )
-    place = _HEADER
-    while place < len(raw):
-        start, fault = place + 8, ""
-        kind, size = struct.unpack(f"{order}II", raw[place:start].ljust(8, b"\0"))
-        missing = start + (size if start <= len(raw) else 0) - len(raw)
-        if start <= len(raw) and kind not in (_MATRIX, _COMPRESSED):
-            fault = f"an element of type {kind} at byte {place} where a variable is due"
-        elif missing > 0:
-            fault = f"cut short: {missing} bytes of an element are missing"
-        if fault:
-            raise damaged(path, "a MATLAB file", ValueError(fault))
-        head = raw[place : min(place + _HEAD, start + size)]
-        if kind == _COMPRESSED:
-            try:
-                head = zlib.decompressobj().decompress(memoryview(raw)[start : start + size], _HEAD)
-            except zlib.error as error:
-                raise damaged(path, "a MATLAB file", error) from None
-        _, unfolded, _, _, flags = struct.unpack(f"{order}5I", head[:20].ljust(20, b"\0"))
-        place = start + size + (0 if kind == _COMPRESSED else -size % 8)
-        yield _Element(start - 8, place, head, unfolded, bool(flags & _IS_COMPLEX))
-
-
-class _Version5:
-    """A file of version 5, each variable of which is given to SciPy as a file of its own when it is needed.
-
-    `known` grows by the fields of the structs that were looked into.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.raw, self.known = path, path.read_bytes(), Known()
-        self._elements: dict[str, _Element] = {}
-        self._fields: dict[str, Any] = {}
-        self._unfolded = 0
-        for element in _elements(path, self.raw):
-            name, entry = self._listed(element)
-            if name != "__function_workspace__":
-                self.known[name], self._elements[name] = entry, element
-
-    def _listed(self, element: _Element) -> tuple[str, tuple[str, tuple[int, ...], bool]]:
-        """Return the name of a variable, and its kind, shape and whether it is a real numeric array."""
-        import scipy.io
-
-        try:
-            ((name, shape, kind),) = scipy.io.whosmat(
-                io.BytesIO(self.raw[:_HEADER] + element.head), chars_as_strings=False
-            )
-        except TypeError:  # SciPy lists no objects
-            found = next(
-                each
-                for each in self._loaded(element).values()
-                if isinstance(each, scipy.io.matlab.MatlabOpaque)
-            )
-            name, kind = (found[part].item().decode("latin-1") for part in ("s0", "s2"))
-            return name, (f"object of class {kind}", (), False)
-        numeric = _NUMERIC.fullmatch(kind) is not None and not element.is_complex
-        kind = {"function": "function handle"}.get(kind, kind)
-        return name, (f"complex {kind}" if element.is_complex else kind, shape, numeric)
-
-    def _file(self, element: _Element) -> io.BytesIO:
-        return io.BytesIO(self.raw[:_HEADER] + self.raw[element.start : element.end])
-
-    def _loaded(self, element: _Element, *, as_strings: bool = False) -> dict[str, Any]:
-        import scipy.io
-
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of what it finds in a damaged file
-            return dict(scipy.io.loadmat(self._file(element), chars_as_strings=as_strings))
-
-    def _value(self, name: str, *, as_strings: bool = False) -> Any:
-        """Load a variable, or return a field of a struct that was looked into."""
-        if name in self._fields:
-            return self._fields[name]
-        element = self._elements[name]
-        self._unfolded += element.unfolded
-        if self._unfolded > content_allowed(len(self.raw)):
-            size = f"{megabytes(self._unfolded)} from a file of {megabytes(len(self.raw))}"
-            what = f"with '{name}' it would unfold to {size}"
-            raise packed(self.path, what, "If it is whole, save it with -v6.")
-        return self._loaded(element, as_strings=as_strings)[name]
-
-    def look_into(self, name: str) -> list[str]:
-        """Return the paths of the fields of a struct; none if it is no single struct."""
-        kind, shape, _ = self.known[name]
-        if kind != "struct" or math.prod(shape) != 1:
-            return []
-        record = self._value(name).reshape(-1)[0]
-        fields = {f"{name}.{field}": record[field] for field in record.dtype.names or ()}
-        self._fields |= fields
-        self.known |= {path: _kind_of(value) for path, value in fields.items()}
-        return list(fields)
-
-    def array(self, name: str) -> NDArray[Any]:
-        """Read an array of numbers, transposed: MATLAB counts along columns."""
-        values = self._value(name)
-        if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiubc":
-            raise ValueError(f"'{name}' holds no numbers")
-        return values.T
-
-    def text(self, name: str) -> str:
-        return "".join(map(str, np.ravel(self._value(name, as_strings=True))))
-
-
-def _kind_of(value: Any) -> tuple[str, tuple[int, ...], bool]:
-    """Return kind and shape of a loaded field; of whole numbers MATLAB's class is not known, since it packs doubles as such."""
+def _in_value(place: str, value: Any) -> Iterator[tuple[str, _Entry]]:
+    """Iterate over a loaded value, and the fields of a struct and the elements of an array of structs or a cell."""
     import scipy.io.matlab as classes
 
     if isinstance(value, classes.MatlabOpaque):
-        return f"object of class {value['s2'].item().decode('latin-1')}", (), False
-    if isinstance(value, classes.MatlabFunction):
-        return "function handle", value.shape, False
-    if not isinstance(value, np.ndarray) or isinstance(value, classes.MatlabObject):
-        return "object", (), False
-    form = value.dtype.kind
-    named = {"float64": "double", "float32": "single", "bool": "logical"}.get(
-        value.dtype.name, "whole numbers"
-    )
-    kind = {"c": "complex double", "U": "char", "V": "struct", "O": "cell"}.get(form, named)
-    return kind, value.shape, form in "fiub"
+        yield place, _Entry(f"object of class {value['s2'].item().decode('latin-1')}")
+    elif isinstance(value, classes.MatlabFunction):
+        yield place, _Entry("function handle", value.shape)
+    elif not isinstance(value, np.ndarray) or isinstance(value, classes.MatlabObject):
+        yield place, _Entry("sparse matrix" if hasattr(value, "tocsc") else "object")
+    elif value.dtype.kind in {"V", "O"}:
+        inside = dict(_elements(place, value)) if place.count(".") < _DEEPEST else {}
+        yield (
+            place,
+            _Entry("cell" if value.dtype.kind == "O" else "struct", value.shape, has_parts=bool(inside)),
+        )
+        for name, each in inside.items():
+            yield from _in_value(name, each)
+    elif value.dtype.kind == "U":
+        shape = (*value.shape, value.itemsize // 4)
+        yield place, _Entry("char", shape, lambda: "".join(value.ravel().tolist()))
+    else:
+        # of whole numbers MATLAB's class is not known, since it packs doubles as such
+        kind = {
+            "float64": "double",
+            "float32": "single",
+            "complex128": "complex double",
+            "complex64": "complex single",
+        }
+        yield place, _Entry(kind.get(value.dtype.name, "whole numbers"), value.shape, lambda: value.T)
+
+
+def _elements(place: str, value: NDArray[Any]) -> Iterator[tuple[str, Any]]:
+    flat = value.reshape(-1, order="F")
+    if value.dtype.kind == "O":
+        yield from ((f"{place}{{{at}}}", each) for at, each in enumerate(flat))
+    elif value.size == 1:
+        yield from ((f"{place}.{field}", flat[0][field]) for field in value.dtype.names or ())
+    else:
+        yield from ((f"{place}[{at}]", flat[at : at + 1, None]) for at in range(value.size))
 
 
 # --------------------------------------------------------------------------------------------- version 7.3
 
 
-class _Version73:
-    """A file of version 7.3."""
+def _in_group(path: Path, group: h5py.Group, prefix: str) -> Iterator[tuple[str, _Entry]]:
+    """Iterate over the members of the file or of a struct in it; links to other files are not followed."""
+    import h5py
 
-    def __init__(self, path: Path, file: h5py.File) -> None:
-        self.path, self.file, self.known = path, file, Known()
-        self._list(file, "")
-
-    def _list(self, group: h5py.Group, prefix: str) -> list[str]:
-        """List the members of the file or of a struct in it; links to other files are not followed."""
-        import h5py
-
-        found = {
-            f"{prefix}{name}": _member(group[name])
-            for name in group
-            if not name.startswith("#") and isinstance(group.get(name, getlink=True), h5py.HardLink)
-        }
-        self.known |= found
-        return list(found)
-
-    def _dataset(self, name: str, each: int) -> h5py.Dataset:
-        entry, size = self.file[name.replace(".", "/")], self.path.stat().st_size
-        if (count := math.prod(entry.shape)) * each > content_allowed(size):
-            what = f"{megabytes(size)} are too small for the {count} numbers of '{name}'"
-            raise packed(self.path, what, "If it is whole, save it with -v6 or -nocompression.")
-        return entry
-
-    def look_into(self, name: str) -> list[str]:
-        # a sparse matrix or an object is a group too, but its parts are no fields
-        is_struct = self.known[name][0] == "struct"
-        return self._list(self.file[name.replace(".", "/")], f"{name}.") if is_struct else []
-
-    def array(self, name: str) -> NDArray[Any]:
-        is_complex = self.known[name][0].startswith("complex ")
-        values = np.asarray(self._dataset(name, 16 if is_complex else 8)[()])
-        if not is_complex:
-            return values
-        return joined(real=values["real"], imaginary=values["imag"])
-
-    def text(self, name: str) -> str:
-        return np.asarray(self._dataset(name, 2)[()], dtype="<u2").tobytes().decode("utf-16-le")
+    for name in group:
+        if not name.startswith("#") and isinstance(group.get(name, getlink=True), h5py.HardLink):
+            yield from _in_member(path, group[name], f"{prefix}{name}")
 
 
-def _member(entry: h5py.Dataset | h5py.Group) -> tuple[str, tuple[int, ...], bool]:
-    """Return kind and shape of a member, and whether it is an array of real numbers in this file."""
+def _in_member(path: Path, entry: h5py.Dataset | h5py.Group, place: str) -> Iterator[tuple[str, _Entry]]:
+    """Iterate over a member, and what is in it if it is a struct, an array of structs or a cell."""
     import h5py
 
     kind = entry.attrs.get("MATLAB_class", b"")
@@ -385,86 +284,105 @@ def _member(entry: h5py.Dataset | h5py.Group) -> tuple[str, tuple[int, ...], boo
     if "MATLAB_object_decode" in entry.attrs and kind not in ("", "function_handle"):
         kind = f"object of class {kind}"
     if not isinstance(entry, h5py.Dataset):
-        return kind or "struct", (), False
-    if h5py.check_ref_dtype(entry.dtype) is not None and not kind:
-        kind = "field of an array of structs"
-    kind = kind or "double"
+        # a sparse matrix or an object is a group too, but its parts are no fields
+        is_struct = kind in ("", "struct") and place.count(".") < _DEEPEST
+        yield place, _Entry(kind or "struct", has_parts=is_struct and len(entry) > 0)
+        if is_struct:
+            yield from _in_group(path, entry, f"{place}.")
+        return
+    shape = tuple(reversed(entry.shape or ()))
     if entry.is_virtual or entry.external:
-        kind = "array in another file"
-    elif _NUMERIC.fullmatch(kind) and entry.dtype.names == ("real", "imag"):
-        kind = f"complex {kind}"
-    numeric = bool(_NUMERIC.fullmatch(kind)) and kind != "logical" and entry.dtype.kind in "fiu"
-    return kind, tuple(reversed(entry.shape)), numeric and "MATLAB_empty" not in entry.attrs
+        yield place, _Entry("array in another file", shape)
+    elif h5py.check_ref_dtype(entry.dtype) is not None:
+        yield place, _Entry(kind or "field of an array of structs", shape, has_parts=True)
+        struct, _, field = place.rpartition(".")
+        for at, reference in enumerate(entry[()].ravel()[:_MOST] if place.count("{") < _DEEPEST else ()):
+            name = f"{place}{{{at}}}" if kind else f"{struct}[{at}].{field}"
+            yield from _in_member(path, entry.file[reference], name)
+    elif kind == "char":
+        yield (
+            place,
+            _Entry(
+                kind, shape, lambda: _whole(path, entry, place).astype("<u2").tobytes().decode("utf-16-le")
+            ),
+        )
+    elif "MATLAB_empty" in entry.attrs or not _NUMERIC.fullmatch(kind or "double"):
+        yield place, _Entry(kind or "double", shape)
+    elif entry.dtype.names == ("real", "imag"):
+        yield place, _Entry(f"complex {kind}", shape, lambda: _complex(_whole(path, entry, place)))
+    else:
+        is_number = entry.dtype.kind in "fiu"
+        yield (
+            place,
+            _Entry(kind or "double", shape, (lambda: _whole(path, entry, place)) if is_number else _nothing),
+        )
+
+
+def _whole(path: Path, entry: h5py.Dataset, name: str) -> NDArray[Any]:
+    """Read a dataset after its declared size has been checked."""
+    size = path.stat().st_size
+    if entry.size * max(8, entry.dtype.itemsize) > content_allowed(size):
+        what = f"{megabytes(size)} are too small for the {entry.size} numbers of '{name}'"
+        raise packed(path, what, "If it is whole, save it with -v6 or -nocompression.")
+    return np.asarray(entry[()])
+
+
+def _complex(values: NDArray[Any]) -> NDArray[Any]:
+    return joined(real=values["real"], imaginary=values["imag"])
 
 
 # ------------------------------------------------------------------------------------ choice of a variable
 
 
-def _structs_on_path(wanted: str, known: Mapping[str, object]) -> Iterator[str]:
-    """Iterate over the known structs on the path to a field, including the last, whose fields a message may list."""
-    parts = wanted.split(".")
-    for depth in range(1, len(parts) + 1):
-        if (name := ".".join(parts[:depth])) in known:
-            yield name
-
-
-def _chosen(path: Path, wanted: str, known: Known) -> str:
+def _chosen(path: Path, wanted: str, known: Mapping[str, _Entry]) -> str:
     """Return the name of the selected variable, or refuse with a list of what there is."""
 
     def listed(names: Sequence[str]) -> str:
-        shown = [_described(name, *known[name][:2]) for name in names[:20]]
+        shown = [f"{name} ({known[name]})" for name in names[:20]]
         return ", ".join(shown) + (", ..." if len(names) > 20 else "")
 
     if not known:
         raise DataFileError("holds no variables.", path=path)
-    outside = [name for name in known if "." not in name]
-    if wanted:
-        if wanted not in known:
-            above = next((name for name in reversed(list(_structs_on_path(wanted, known)))), "")
-            if above and not (inside := _fields(known, above)):
-                raise DataFileError(
-                    f"'{wanted}' cannot be reached, {_unreachable(above, *known[above][:2])}", path=path
-                )
-            names = inside if above else outside
-            near = suggestion(wanted, names)
-            what = "field" if above else "variable"
-            has = f"'{above}'" if above else "It"
-            why = f"there is no {what} '{wanted}'.{near} {has} has: {listed(names)}."
-            raise NoColumnError(why, path=path, column=wanted)
-        if not known[wanted][2]:
-            fields = _fields(known, wanted)
-            more = f"; name one of its fields: {listed(fields)}" if fields else ""
-            raise DataFileError(
-                f"'{wanted}' is no real numeric array, but {listed([wanted])}{more}.", path=path
-            )
+    outside = [name for name in known if not _above(name)]
+    if wanted in known and known[wanted].is_real:
         return wanted
-    arrays = [name for name in outside if known[name][2] and max(known[name][1], default=0) > 1]
+    if wanted in known:
+        inside = [name for name in known if _above(name) == wanted]
+        more = f"; name one of its fields: {listed(inside)}" if inside else ""
+        raise DataFileError(f"'{wanted}' is no real numeric array, but {listed([wanted])}{more}.", path=path)
+    if wanted:
+        above = wanted
+        while above and above not in known:
+            above = _above(above)
+        names = [name for name in known if _above(name) == above]
+        if above and not names:
+            raise DataFileError(
+                f"'{wanted}' cannot be reached, {_unreachable(above, known[above])}", path=path
+            )
+        near = suggestion(wanted, names)
+        what, has = ("field", f"'{above}'") if above else ("variable", "It")
+        why = f"there is no {what} '{wanted}'.{near} {has} has: {listed(names)}."
+        raise NoColumnError(why, path=path, column=wanted)
+    arrays = [name for name in outside if known[name].is_real and max(known[name].shape, default=0) > 1]
     if len(arrays) != 1:
         what = "no real numeric array" if not arrays else "more than one numeric array"
         how = f"; name one, as in '{arrays[0]}[0]'" if arrays else ""
-        structs = [name for name in outside if known[name][0] == "struct"]
+        structs = [name for name in outside if known[name].kind == "struct"]
         how = how or (f"; a field of a struct is named as in '{structs[0]}.force'" if structs else "")
         raise DataFileError(f"holds {what}{how}. It has: {listed(outside)}.", path=path)
     return arrays[0]
 
 
-def _described(name: str, kind: str, shape: tuple[int, ...]) -> str:
-    return f"{name} ({' x '.join(map(str, shape))} {kind})" if shape else f"{name} ({kind})"
+def _above(name: str) -> str:
+    """Return the struct, the array of structs or the cell in which an entry stands; empty for a variable."""
+    return name[: max(name.rfind("."), name.rfind("["), name.rfind("{"), 0)]
 
 
-def _fields(known: Known, name: str) -> list[str]:
-    depth = name.count(".") + 1
-    return [path for path in known if path.startswith(f"{name}.") and path.count(".") == depth]
-
-
-def _unreachable(name: str, kind: str, shape: tuple[int, ...]) -> str:
+def _unreachable(name: str, entry: _Entry) -> str:
     """Return why an entry on the path to a field has no fields."""
-    if kind.startswith("object of class"):
-        return f"because '{name}' is an {kind}: only MATLAB reads it; save its numbers there as arrays."
-    if kind == "struct" and any(size != 1 for size in shape):
-        of = " x ".join(map(str, shape))
-        return f"because '{name}' is an array of {of} structs: save the one that is meant on its own."
-    return f"because {_described(name, kind, shape)} is no struct with fields."
+    if entry.kind.startswith("object of class"):
+        return f"because '{name}' is an {entry.kind}: only MATLAB reads it; save its numbers there as arrays."
+    return f"because {name} ({entry}) is no struct with fields."
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import FileFormat, begins, check_declared, recorded_of, text_of
+from electrovib.data.recorded import Clock, FileFormat, NotRead, begins, check_declared, recorded_of, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,15 +21,33 @@ _UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
 def read_tdms(path: Path, *, part: str = "") -> Recorded:
-    """Read the channels ``"group/channel"`` of a TDMS file that have the length with most numbers, or that of `part`."""
+    """Read the channels ``"group/channel"`` of a TDMS file that have the length with most numbers, or that of `part`.
+
+    The times of waveforms count from the earliest start among all channels of the file.
+    """
     found = read_guarded(Reader(f"{__name__}:channels", (_PACKAGE, "numpy"), "an NI TDMS file"), path)
+    others = tuple(NotRead(name=name, why=why) for name, why in found.pop("not read", []))
+    origin = found.pop("first time", "")
     table = [(name, unit, values) for (_, name, unit, *_), values in found.items()]
-    recorded = recorded_of(path, table, part=part)
-    used = [(step, start) for (*_, step, start), values in found.items() if values.size == recorded.size]
-    if recorded.time or used[0][0] is None or len({step for step, _ in used}) > 1:
-        return recorded
-    return recorded_of(
-        path, table, step=used[0][0], start=used[0][1], attributes=recorded.attributes, part=part
+    about = {"first_time": origin} if origin else {}
+    recorded = recorded_of(path, table, attributes=about, part=part)
+    stated = {name: (step, start) for _, name, _, step, start in found}
+    evenly = {
+        each.name: Clock(step=step, start=start)
+        for each in recorded.channels
+        for step, start in [stated[each.name]]
+    }
+    times = {recorded.time, *(each.time for each in recorded.clocks.values())}
+    first = next(
+        (each for name, each in evenly.items() if each.step is not None and name not in times), Clock()
+    )
+    clocks = {name: each for name, each in evenly.items() if each != first and name not in times}
+    return dataclasses.replace(
+        recorded,
+        step=first.step,
+        start=first.start,
+        clocks=recorded.clocks if recorded.time else clocks,
+        not_read=(*recorded.not_read, *others),
     )
 
 
@@ -37,20 +56,40 @@ def channels(path: Path) -> Iterator[tuple[Any, Any]]:
     from nptdms import TdmsFile
 
     with TdmsFile.open(path) as file:
-        wanted = [
-            (f"{group.name}/{channel.name}", channel)
-            for group in file.groups()
-            for channel in group.channels()
-            if len(channel) and channel.dtype is not None and np.dtype(channel.dtype).kind in "fiub"
-        ]
-        check_declared(path, sum(len(channel) for _, channel in wanted))
-        for at, (name, channel) in enumerate(wanted):
+        all_channels = {
+            f"{group.name}/{each.name}": each for group in file.groups() for each in group.channels()
+        }
+        why = {name: _not_numbers(each) for name, each in all_channels.items()}
+        wanted = {name: each for name, each in all_channels.items() if not why[name]}
+        check_declared(path, sum(map(len, wanted.values())))
+        begins = [start for each in wanted.values() if (start := _start_time(each)) is not None]
+        if begins:
+            yield "first time", text_of(min(begins))
+        yield "not read", [(name, reason) for name, reason in why.items() if reason]
+        for at, (name, channel) in enumerate(wanted.items()):
             properties = channel.properties
             unit = next((text_of(properties[key]) for key in _UNITS if properties.get(key)), "")
-            step, start = properties.get("wf_increment"), properties.get("wf_start_offset", 0.0)
+            step, offset = properties.get("wf_increment"), properties.get("wf_start_offset", 0.0)
             even = isinstance(step, (int, float)) and np.isfinite(step) and step > 0
-            begin = float(start) if isinstance(start, (int, float)) and np.isfinite(start) else 0.0
+            begin = float(offset) if isinstance(offset, (int, float)) and np.isfinite(offset) else 0.0
+            moment = _start_time(channel)
+            begin += 0.0 if moment is None else float((moment - min(begins)) / np.timedelta64(1, "s"))
             yield (at, name, unit, float(step) if even else None, begin), np.asarray(channel[:], dtype=float)
+
+
+def _not_numbers(channel: Any) -> str:
+    """Say why a channel is no row of numbers; empty if it is one."""
+    if not len(channel):
+        return "it is empty"
+    if channel.dtype is None or np.dtype(channel.dtype).kind not in "fiub":
+        return f"it holds {text_of(channel.dtype)}, not numbers"
+    return ""
+
+
+def _start_time(channel: Any) -> np.datetime64 | None:
+    """Return when a waveform began; None if that is not stated."""
+    start = channel.properties.get("wf_start_time")
+    return start if isinstance(start, np.datetime64) and not np.isnat(start) else None
 
 
 FORMAT: Final = FileFormat(

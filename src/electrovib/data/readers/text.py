@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import io
-import itertools
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import CanRead, DataColumn, FileFormat, Recorded, unique
-from electrovib.data.text.layout import (
-    INSPECTED,
-    MISSING,
-    Layout,
-    check_width,
-    encoding_of,
-    find_layout,
-    is_number,
-    lines_of,
-    split,
-)
+from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
+from electrovib.data.text.body import Body, body_of
+from electrovib.data.text.cells import Cells, Notation, numbers_of, without_sentinels
+from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, find_layout, inspected
 from electrovib.data.text.parts import one_table, repeated_table
 from electrovib.data.text.preamble import (
     FREQUENCY,
@@ -37,65 +27,95 @@ from electrovib.data.text.stamps import stamp_columns, with_stamps
 from electrovib.data.text.table import read_columns
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
     from electrovib.core.arrays import Real
 
 
 _UNEVEN: Final = 2
-_LONGEST_LINE: Final = 1_000_000
+_LONG_PREAMBLE: Final = 20_000
+"""Lines of the beginning that are looked at where the first ones hold no numbers."""
 
 
 def read_laboratory_text(
-    path: Path, *, delimiter: str | None = None, decimal_comma: bool | None = None, part: str = ""
+    path: Path,
+    *,
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    thousands: str | None = None,
+    part: str = "",
 ) -> Recorded:
     """Read every column of numbers of a text file of an instrument, and the statements of its preamble.
 
-    An empty `delimiter` stands for blanks. Of a file with several tables, as Gamry and VersaStudio write
-    them, `part` names the table; by default it is the spectrum or the longest one.
+    An empty `delimiter` stands for blanks, an empty `thousands` for none. Of a file with several tables, as
+    Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
-    raw, about = one_table(path, path.read_bytes(), part)
+    raw, about = one_table(path, as_utf8(path, path.read_bytes()), part)
     if about and delimiter is None:
         delimiter = "\t" if b"\t" in raw else ","
     found = read_laboratory_bytes(
-        path, raw, delimiter=delimiter, decimal_comma=decimal_comma, part="" if about else part
+        path,
+        raw,
+        delimiter=delimiter,
+        decimal_comma=decimal_comma,
+        thousands=thousands,
+        part="" if about else part,
     )
     return dataclasses.replace(found, attributes={**found.attributes, **about})
 
 
 def read_laboratory_bytes(
-    path: Path,
-    raw: bytes,
-    *,
-    delimiter: str | None = None,
-    decimal_comma: bool | None = None,
-    origin: str = "",
-    part: str = "",
+    path: Path, raw: bytes, *, origin: str = "", part: str = "", **options: Any
 ) -> Recorded:
-    """Read the text of an instrument that is in memory; `origin` names the sheet that it comes from."""
-    encoding = encoding_of(path, raw)
-    first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
-    check_width(path, first)
-    layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)
-    if layout is None:
-        raise DataFileError(
-            "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...).",
-            path=path,
-        )
+    """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
+    layout, lines = _layout(path, raw, **options)
     raw, about = repeated_table(path, raw, layout, part)
     if about:
-        first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
-        layout = find_layout(first, delimiter=layout.delimiter, decimal_comma=layout.decimal_comma) or layout
+        layout, lines = _layout(
+            path,
+            raw,
+            delimiter=layout.delimiter,
+            decimal_comma=layout.decimal_comma,
+            thousands=layout.thousands,
+        )
     elif part:
         raise DataFileError(
             f"part = {part}: the file does not consist of parts with names; omit it.", path=path
         )
-    numbers, stamps = _numbers(path, raw, encoding, layout, stamp_columns(layout, first))
+    body = body_of(path, raw, layout)
+    if len(body.table) < _UNEVEN:
+        raise DataFileError("holds fewer than two rows of numbers.", path=path)
+    stamped = stamp_columns(layout, lines)
+    layout, numbers, not_read = _columns(path, layout, body, stamped)
     settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about | _left_out(layout)
     step, start = timing(layout, settings)
     found = _recorded(layout, numbers, settings, step, start)
-    return found if found.time or found.step is not None or not stamps else with_stamps(found, stamps)
+    if stamped:
+        stamps = body.table[list(stamped)].fillna("").astype(str).agg(" ".join, axis=1)
+        text = "\n".join(each.strip() for each in stamps) + "\n"
+        if not found.time and found.step is None:
+            found = with_stamps(found, text)
+        if "first_time" not in found.attributes:
+            names = " and ".join(f"'{_called(layout, at)}'" for at in stamped)
+            not_read.append(
+                NotRead(name=names, why="dates or times of day; the time is taken from elsewhere")
+            )
+    return dataclasses.replace(found, not_read=(*found.not_read, *not_read, *_above(layout), *body.left_out))
+
+
+def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
+    """Return the layout of a text, with lines of which one has its number up to the first row of numbers."""
+    for many in (BEGINNING, _LONG_PREAMBLE):
+        lines = inspected(raw, many)
+        check_width(path, lines)
+        layout = find_layout(lines, path=path, **options)
+        if layout is not None and layout.first < many:
+            return layout, lines
+    raise DataFileError(
+        "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...).",
+        path=path,
+    )
 
 
 def _left_out(layout: Layout) -> dict[str, str]:
@@ -106,62 +126,88 @@ def _left_out(layout: Layout) -> dict[str, str]:
     return {"left_out": f"{rows} behind the headings, with words in place of numbers"}
 
 
-def _lines(raw: bytes, encoding: str) -> Iterator[str]:
-    return (line[:_LONGEST_LINE] for line in lines_of(raw, encoding))
+def _above(layout: Layout) -> list[NotRead]:
+    """Name the rows at the beginning that hold words in place of numbers."""
+    first = layout.first - layout.left_out + 1
+    name = f"line {first}" if layout.left_out == 1 else f"lines {first} to {layout.first}"
+    return [NotRead(name=name, why="words in place of numbers")] if layout.left_out else []
 
 
-def _numbers(
-    path: Path, raw: bytes, encoding: str, layout: Layout, stamped: Sequence[int]
-) -> tuple[Real, str]:
-    """Read the columns of numbers, shape (rows, columns), and the dates and times of the rows; an empty field is no number."""
-    stamps = io.StringIO()
-
-    def rows() -> Iterator[str]:
-        for number, line in enumerate(
-            itertools.islice(_lines(raw, encoding), layout.first, None), layout.first + 1
-        ):
-            if not line.strip() or line.lstrip().startswith("#"):
-                continue
-            cells = split(line, layout.delimiter)
-            if len(cells) <= layout.columns[-1]:
-                if not any(is_number(cell, decimal_comma=layout.decimal_comma) for cell in cells):
-                    continue  # a line of words between or behind the numbers
-                raise DataFileError(
-                    f"line {number} has {len(cells)} fields, fewer than the {layout.width} of the other rows: it is cut off,"
-                    " or the delimiter is another one; state it.",
-                    path=path,
-                )
-            if stamped:
-                stamps.write(" ".join(cells[at] for at in stamped if at < len(cells)) + "\n")
-            yield "\t".join(_plain(path, number, cells[at], layout) for at in layout.columns)
-
-    found = np.loadtxt(rows(), delimiter="\t", comments=None, ndmin=2)
-    if found.shape[0] < _UNEVEN:
-        raise DataFileError("holds fewer than two rows of numbers.", path=path)
-    return np.asarray(found, dtype=float), stamps.getvalue()
+def _called(layout: Layout, place: int) -> str:
+    return (layout.titles[place] if place < len(layout.titles) else "") or f"column {place}"
 
 
-def _plain(path: Path, number: int, cell: str, layout: Layout) -> str:
-    """Return a number with a decimal point; an empty field and stars become NaN."""
-    if cell.lower() in MISSING:
-        return "nan"
-    if not is_number(cell, decimal_comma=layout.decimal_comma):
+def _columns(
+    path: Path, layout: Layout, body: Body, stamped: tuple[int, ...]
+) -> tuple[Layout, Mapping[int, Real], list[NotRead]]:
+    """Return the layout with the columns that are numbers in all rows, their numbers, and what is not read."""
+    numbers: dict[int, Real] = {}
+    units: dict[int, str] = {}
+    not_read: list[NotRead] = []
+    doubted, doubted_first = "", False
+    for place in body.table.columns:
+        if place in stamped:
+            continue
+        cells = numbers_of(body.table[place], layout.notation)
+        name = _called(layout, place)
+        why = _why_not(layout, place, cells, body)
+        if place in layout.columns and cells.rows.size and not doubted:
+            doubted = f"line {body.line(int(cells.rows[0]))}: '{cells.word[:40]}' is not a number"
+            doubted_first = place == layout.columns[0]
+        if cells.rows.size and _other(layout.notation).is_number(cells.word):
+            raise DataFileError(
+                f"column '{name}' holds '{cells.word[:40]}' in line {body.line(int(cells.rows[0]))}, where others are read with"
+                f" {layout.stated}: decimals are written in two ways.",
+                path=path,
+            )
+        if why:
+            if why != "empty" or (place < len(layout.titles) and layout.titles[place]):
+                not_read.append(NotRead(name=name, why=why))
+            continue
+        numbers[place], sentinels = without_sentinels(cells.values)
+        units[place] = cells.unit
+        missing = cells.missing | sentinels
+        if count := sum(missing.values()):
+            words = ", ".join(f"{many} {word}" for word, many in list(missing.items())[:5])
+            not_read.append(
+                NotRead(name=f"{count} of {cells.values.size} samples of '{name}'", why=f"missing: {words}")
+            )
+    if doubted and (doubted_first or len(numbers) < _UNEVEN):
         sign = "point" if layout.decimal_comma else "comma"
-        raise DataFileError(
-            f"line {number}: '{cell[:40]}' is not a number; if decimals are written with a {sign}, state it.",
-            path=path,
-        )
-    return (cell.replace(",", ".") if layout.decimal_comma else cell).replace("D", "E").replace("d", "e")
+        raise DataFileError(f"{doubted}; if decimals are written with a {sign}, state it.", path=path)
+    if not numbers:
+        raise DataFileError("holds no column of numbers.", path=path)
+    layout = layout.with_columns(tuple(numbers))
+    own = tuple(units[place] or unit for place, unit in zip(numbers, layout.units, strict=True))
+    return dataclasses.replace(layout, units=own), numbers, not_read
+
+
+def _other(notation: Notation) -> Notation:
+    """Return the notation with the other decimal sign, and the other one between thousands."""
+    point = notation.decimal == ","
+    return Notation(decimal="." if point else ",", thousands="," if point else ".")
+
+
+def _why_not(layout: Layout, place: int, cells: Cells, body: Body) -> str:
+    """Return why a column is not read; empty if it is one of numbers."""
+    known, size = int(np.isfinite(cells.values).sum()), cells.values.size
+    if cells.rows.size:
+        where = f"the first '{cells.word[:40]}' in line {body.line(int(cells.rows[0]))}"
+        return f"words in {cells.rows.size} of {size} rows, {where}"
+    if not known and place not in layout.columns:
+        return "empty"
+    return f"a number in {known} of {size} rows" if known < _UNEVEN and place not in layout.columns else ""
 
 
 def _recorded(
-    layout: Layout, numbers: Real, settings: dict[str, str], step: float | None, start: float
+    layout: Layout, numbers: Mapping[int, Real], settings: dict[str, str], step: float | None, start: float
 ) -> Recorded:
     layout = named_by_preamble(layout, settings)
     channels: list[DataColumn] = []
+    not_read: tuple[NotRead, ...] = ()
     for place, column in enumerate(layout.columns):
         name = unique(layout.names[place] or f"column {column}", channels)
-        channels.append(DataColumn(name=name, unit=layout.units[place], values=numbers[:, place]))
+        channels.append(DataColumn(name=name, unit=layout.units[place], values=numbers[column]))
     time, is_count = "", is_index(layout, channels[0])
     counting = is_count or counts(channels[0].values)
     if (
@@ -169,6 +215,7 @@ def _recorded(
         and (counting or layout.names[0].lower() == "x")
         and not keeps_step(channels[0], step)
     ):
+        not_read = (NotRead(name=channels[0].name, why="counts the samples; the time follows from the step"),)
         channels = channels[1:] or channels
     elif len(channels) > 1:
         frequency = any(FREQUENCY.match(each.name) for each in channels)
@@ -176,7 +223,9 @@ def _recorded(
         found = next((each for at, each in enumerate(candidates) if is_time(each, step, first=not at)), None)
         if found is not None:
             time, step = found.name, None
-    return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=settings)
+    return Recorded(
+        channels=tuple(channels), time=time, step=step, start=start, attributes=settings, not_read=not_read
+    )
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:
@@ -190,6 +239,6 @@ FORMAT: Final = FileFormat(
     can_read=_can_read,
     read=read_laboratory_text,
     columns=read_columns,
-    options=("delimiter", "decimal_comma", "part"),
+    options=("delimiter", "decimal_comma", "thousands", "part"),
     is_last=True,
 )

@@ -1,10 +1,10 @@
-"""Layout of a text file: its delimiter, decimal sign, preamble, headings and units, and the place of its numbers."""
+"""Layout of a text, one hypothesis about all its rows: delimiter, notation of numbers, headings, units, where the numbers are."""
 
 from __future__ import annotations
 
 import csv
 import dataclasses
-import io
+import itertools
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -14,56 +14,52 @@ from typing import Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import MOST_COLUMNS
+from electrovib.data.text.cells import THOUSANDS, Notation
 from electrovib.data.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit, unit_of_force
 
-DELIMITERS: Final = ("\t", ";", ",", "|", "")
-"""Candidates; the empty text stands for blanks."""
+WIDE: Final = "  "
+DELIMITERS: Final = ("\t", ";", ",", "|", "", WIDE)
+"""Candidates; the empty text stands for blanks, two blanks for two or more."""
 _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
-_SHORTEST: Final = 0.1
-"""Smallest share of the rows in which a column of a shorter record holds numbers."""
 _NO_TEXT: Final = 4096
 """First bytes among which a zero byte shows that a file is no text."""
-INSPECTED: Final = 400
-"""Lines of the beginning of a file from which the layout is found."""
-_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", re.ASCII)
-_DECIMAL_COMMA: Final = re.compile(r"[+-]?(\d+,\d*|,\d+|\d+)([eEdD][+-]?\d+)?", re.ASCII)
-_LONGEST_NUMBER: Final = 64
-"""Most characters of a number; the bound keeps the matching fast."""
-MISSING: Final = frozenset({
-    "", "****", "--", "---", "nan", "-nan", "n/a", "#n/a", "na", "null", "inf", "-inf", "+inf", "∞", "-∞", "+∞", "ol", "-ol",
-    "1.#qnan", "-1.#ind", "1.#inf", "-1.#inf", "9.91e37", "clipping", "overflow", "overload", "ovld", "-ovld", "+ovld", "ovfl",
-    "ovrflw", "overrange", "underrange", "o.l", "o.l.", "#value!", "#div/0!", "#num!", "#ref!",
-})  # fmt: skip
-"""Fields, in small letters, that state no number: empty, out of the range of the instrument, or no reading."""
+BEGINNING: Final = 300
+"""Lines of the beginning of a text from which its layout is found; as many of its middle and of its end are looked at."""
+_LONGEST_LINE: Final = 1_000_000
 _COMMENT: Final = ("#", "%")
 """Signs that stand alone before headings."""
 _SETTING: Final = re.compile(
     r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
 )
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
+_VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
+"""Value of a setting, such as ``10.0kS/s`` or ``F=100Hz``."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
+_WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
 _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
 """First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
 
 
-def encoding_of(path: Path, raw: bytes) -> str:
-    """Return the encoding of a text; bytes that are none are refused."""
+def as_utf8(path: Path, raw: bytes) -> bytes:
+    """Return a text in UTF-8 with line feeds, whatever its encoding; bytes that are none are refused."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "utf-16"
-    if b"\0" in raw[:_NO_TEXT]:
+        raw = raw.decode("utf-16", errors="replace").encode(errors="replace")
+    elif b"\0" in raw[:_NO_TEXT]:
         raise DataFileError("is not a text file; it holds zero bytes.", path=path)
-    try:
-        raw.decode("utf-8-sig")
-    except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
-        return "latin-1"
-    return "utf-8-sig"
+    elif not raw.isascii():
+        try:
+            raw.decode()
+        except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
+            raw = raw.decode("latin-1").encode()
+        raw = raw.removeprefix("\ufeff".encode())
+    return raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in raw else raw
 
 
 def check_width(path: Path, lines: Sequence[str]) -> None:
     """Refuse a text with more columns than any record of signals has; a comment may be as long as it likes."""
     for line in lines:
-        widths = (len(line.split(sign or None, MOST_COLUMNS)) for sign in DELIMITERS)
+        widths = (len(line.split(sign.strip(" ") or None, MOST_COLUMNS)) for sign in DELIMITERS)
         if not line.lstrip().startswith("#") and max(widths) > MOST_COLUMNS:
             raise DataFileError(
                 f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
@@ -71,19 +67,47 @@ def check_width(path: Path, lines: Sequence[str]) -> None:
             )
 
 
-def lines_of(raw: bytes, encoding: str) -> Iterator[str]:
-    """Iterate over the lines of a text."""
-    with io.TextIOWrapper(io.BytesIO(raw), encoding, errors="replace") as text:
-        for line in text:
-            yield line.rstrip("\n")
+def lines_of(raw: bytes, start: int = 0) -> Iterator[str]:
+    """Iterate over the lines of a text in UTF-8 from a place on."""
+    size = len(raw)
+    while start < size:
+        end = raw.find(b"\n", start)
+        end = size if end < 0 else end
+        yield raw[start:end].decode(errors="replace")
+        start = end + 1
+
+
+def place_of(raw: bytes, line: int, start: int = 0) -> int:
+    """Return where a line begins, counted from 0 at a place; the end of a shorter text."""
+    for _ in range(line):
+        start = raw.find(b"\n", start) + 1
+        if not start:
+            return len(raw)
+    return start
+
+
+def end_of(raw: bytes, lines: int) -> int:
+    """Return where the last lines of a text begin."""
+    place = len(raw)
+    for _ in range(lines + 1):
+        place = raw.rfind(b"\n", 0, max(place, 0))
+    return place + 1
+
+
+def inspected(raw: bytes, many: int = BEGINNING) -> list[str]:
+    """Return the lines of the beginning, the middle and the end of a text."""
+    found = list(itertools.islice(lines_of(raw), many))
+    place = place_of(raw, many)
+    for start in (raw.find(b"\n", len(raw) // 2) + 1, end_of(raw, many)):
+        begin = max(start, place)
+        found += itertools.islice(lines_of(raw, begin), many)
+        place = place_of(raw, many, begin)
+    return [line[:_LONGEST_LINE] for line in found]
 
 
 def is_number(cell: str, *, decimal_comma: bool) -> bool:
     """Return whether a field is a number."""
-    if len(cell) > _LONGEST_NUMBER:
-        return False
-    form = _DECIMAL_COMMA if decimal_comma else _NUMBER
-    return bool(form.fullmatch(cell)) or (bool(cell) and cell.lower() in MISSING)
+    return Notation(decimal="," if decimal_comma else ".").is_number(cell)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,8 +115,10 @@ class Layout:
     """Layout of a text file; lines and fields count from 0.
 
     - `delimiter`: one character; empty for blanks.
+    - `decimal_comma`, `thousands`: how numbers are written.
     - `first`, `width`: line of the first row of numbers, and fields of such a row.
     - `columns`: fields that hold numbers; `names` and `units` are theirs, empty where the file states none.
+    - `titles`, `title_units`: those of all fields.
     - `preamble`: fields of the lines before the numbers, and the fields beside the numbers that hold text.
     - `headings`: line of the first row of headings; that of the first row of numbers if there is none.
     - `left_out`: number of rows right above `first` that hold words in place of numbers.
@@ -100,20 +126,46 @@ class Layout:
 
     delimiter: str
     decimal_comma: bool
+    thousands: str = ""
     first: int
     width: int
     columns: tuple[int, ...]
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
+    titles: tuple[str, ...] = ()
+    title_units: tuple[str, ...] = ()
     preamble: tuple[tuple[str, ...], ...] = ()
     headings: int = 0
     left_out: int = 0
+
+    @property
+    def notation(self) -> Notation:
+        """How the text writes numbers."""
+        return Notation(decimal="," if self.decimal_comma else ".", thousands=self.thousands)
+
+    @property
+    def stated(self) -> str:
+        """The options that state this hypothesis."""
+        sign = {"\t": "tab", "": "blanks", WIDE: "wide blanks"}.get(self.delimiter, f"'{self.delimiter}'")
+        thousands = f", thousands '{self.thousands}'" if self.thousands else ""
+        return f"delimiter {sign}, decimal {'comma' if self.decimal_comma else 'point'}{thousands}"
+
+    def with_columns(self, columns: Sequence[int]) -> Layout:
+        """Return the layout with these columns of numbers."""
+        return dataclasses.replace(
+            self,
+            columns=tuple(columns),
+            names=tuple(self.titles[at] if at < len(self.titles) else "" for at in columns),
+            units=tuple(self.title_units[at] if at < len(self.titles) else "" for at in columns),
+        )
 
 
 def split(line: str, delimiter: str) -> list[str]:
     """Split a line into its fields, without blanks and quotation marks around them."""
     if not delimiter:
         return [cell[1:-1] if cell[:1] == cell[-1:] == '"' else cell for cell in line.split()]
+    if delimiter == WIDE:
+        return _WIDE_GAP.split(line.strip())
     if '"' in line:
         try:
             return [
@@ -125,71 +177,143 @@ def split(line: str, delimiter: str) -> list[str]:
 
 
 def find_layout(
-    lines: Sequence[str], *, delimiter: str | None = None, decimal_comma: bool | None = None
+    lines: Sequence[str],
+    *,
+    path: Path | None = None,
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    thousands: str | None = None,
 ) -> Layout | None:
-    """Find the layout under which most lines of the beginning of a text are rows of numbers; None if no line is one.
+    """Find the layout that explains most of the lines of a text as rows of numbers; None if no line is one.
 
-    All rows of numbers hold numbers in the same columns, which are those of the last lines. The lines before
-    the first such row, and the text in other columns, are the preamble.
+    Of two that explain them equally well, with other numbers, none is taken: with a `path` both are shown in a
+    refusal.
     """
-    best: tuple[tuple[float, int], Layout] | None = None
+    text = "\n".join(lines)
+    scored: list[tuple[tuple[float, int], Layout]] = []
     for separator in DELIMITERS if delimiter is None else (delimiter,):
-        for comma in (False, True) if decimal_comma is None else (decimal_comma,):
-            if comma and separator == ",":
+        if separator and separator not in text:
+            continue
+        rows = [split(line, separator) for line in lines]
+        for comma, sign in _notations(text, separator, decimal_comma, thousands):
+            found = _under(lines, rows, separator, Notation(decimal="," if comma else ".", thousands=sign))
+            if found is not None:
+                scored.append(found)
+    if not scored:
+        return None
+    best = max(scored, key=lambda each: each[0])
+    if path is not None:
+        others = [layout for score, layout in scored if score[0] == best[0][0]]
+        _refuse_doubt(path, lines, best[1], others)
+    return best[1]
+
+
+def _notations(
+    text: str, delimiter: str, decimal_comma: bool | None, thousands: str | None
+) -> Iterator[tuple[bool, str]]:
+    """Iterate over the notations of numbers of which a text shows a sign."""
+    for comma in (False, True) if decimal_comma is None else (decimal_comma,):
+        if comma and (("," not in text and decimal_comma is None) or (delimiter == "," and '"' not in text)):
+            continue
+        yield comma, thousands or ""
+        for sign in THOUSANDS if thousands is None else ():
+            if (sign == (delimiter or " ") and '"' not in text) or sign == (",." if comma else ".,")[0]:
                 continue
-            found = _under(lines, separator, comma)
-            if found is not None and (best is None or found[0] > best[0]):
-                best = found
-    return best[1] if best else None
+            after = r"\d{3}(?![\d])" if sign != "." else r"\d{3}[.,]"
+            shown = {" ": "[ \u00a0\u202f\u2009]", "'": "['\u2019]"}.get(sign, re.escape(sign))
+            if re.search(rf"\d{shown}{after}", text):
+                yield comma, sign
 
 
-def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[tuple[float, int], Layout] | None:
-    """Return the layout with this delimiter and decimal sign, and a score of its fit to the numbers and to the preamble."""
-    rows = [split(line, delimiter) for line in lines]
-    numeric = [
-        frozenset(at for at, cell in enumerate(row) if cell and is_number(cell, decimal_comma=comma))
-        for row in rows
-    ]
-    filled = [at for at, row in enumerate(rows) if any(row) and not rows[at][0].startswith("#")]
+def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequence[Layout]) -> None:
+    """Refuse a text that two layouts explain with different numbers."""
+    example = next((line.strip()[:60] for line in lines[best.first :] if line.strip()), "")
+
+    def numbers(layout: Layout) -> list[float]:
+        cells = split(lines[best.first], layout.delimiter)
+        return [layout.notation.number(cells[at]) or 0.0 for at in layout.columns if at < len(cells)]
+
+    own = numbers(best)
+    for other in others:
+        if other is not best and numbers(other) != own:
+            read = " or as ".join(
+                f"{', '.join(f'{each:.10g}' for each in numbers(layout))} ({layout.stated})"
+                for layout in (best, other)
+            )
+            raise DataFileError(
+                f"'{example}' can be read as {read}, and nothing in the file decides; state delimiter, decimal_comma or"
+                " thousands (--set decimal_comma=true, --set thousands=,).",
+                path=path,
+            )
+
+
+def _under(
+    lines: Sequence[str], rows: Sequence[list[str]], delimiter: str, notation: Notation
+) -> tuple[tuple[float, int], Layout] | None:
+    """Return the layout with this delimiter and notation, and a score of its fit to the numbers and to the preamble."""
+    filled = [at for at, row in enumerate(rows) if any(row) and not row[0].startswith("#")]
     if not filled:
         return None
     body = filled[len(filled) // 2 :] if len(filled) > 3 else filled[-1:]
-    columns, count = Counter(numeric[at] for at in body).most_common(1)[0]
+    width = Counter(len(rows[at]) for at in body).most_common(1)[0][0]
+    columns = _columns([rows[at] for at in body if len(rows[at]) == width], width, notation)
     if not columns:
         return None
-    alike = [at for at in filled if _is_alike(rows[at], columns, comma=comma)]
+    alike = [at for at in filled if _is_alike(rows[at], columns, notation)]
     if not alike:
         return None
-    first = _first(rows, filled, alike, columns, comma=comma)
+    first = _first(rows, filled, alike, columns, notation)
+    columns = tuple(sorted({*columns, *_columns([rows[at] for at in alike if at >= first], width, notation)}))
     kept = sum(at >= first for at in alike)
-    wholes = sum(sum(bool(cell) for cell in rows[at]) for at in body)
-    share = len(columns) * len(body) / max(wholes, 1)
-    split_decimals = 0.5 if _splits_decimals(rows, body, delimiter) else 1.0
-    if comma and len(columns) == 1:
-        split_decimals = 0.5  # '1,2' is rather two columns than one
-    width = Counter(len(rows[at]) for at in body).most_common(1)[0][0]
-    columns |= _shorter(rows, alike, width, columns, comma=comma)
+    letters = [(len(cell), place in columns) for at in body for place, cell in enumerate(rows[at])]
+    share = sum(size for size, is_column in letters if is_column) / max(sum(size for size, _ in letters), 1)
+    doubt = 0.5 if _splits_decimals(rows, body, delimiter) else 1.0
+    if notation.decimal == "," and len(columns) == 1:
+        doubt = 0.5  # '1,2' is rather two columns than one
+    fit = sum(_is_alike(rows[at], columns, notation) for at in body) / len(body)
     layout = with_headings(
+        lines,
         rows,
         Layout(
             delimiter=delimiter,
-            decimal_comma=comma,
+            decimal_comma=notation.decimal == ",",
+            thousands=notation.thousands,
             first=first,
             width=width,
-            columns=tuple(sorted(columns)),
+            columns=columns,
         ),
     )
-    settings = sum(bool(delimiter) and len(row) > 1 for row in layout.preamble)
-    return (round(kept * share * split_decimals * (count / len(body)), 9), settings), layout
+    settings = sum(delimiter not in ("", WIDE) and len(row) > 1 for row in layout.preamble)
+    return (round(kept * share * doubt * fit, 9), settings), layout
+
+
+def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> tuple[int, ...]:
+    """Return the places where most filled fields of rows are numbers, or numbers with their unit."""
+    found = []
+    for place in range(width):
+        cells = [row[place] for row in rows if place < len(row) and row[place]]
+        numbers = sum(notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells)
+        if numbers > len(cells) / 2:
+            found.append(place)
+    return tuple(found)
+
+
+def _is_alike(row: Sequence[str], columns: Sequence[int], notation: Notation) -> bool:
+    """Return whether a line is a row of numbers in these columns, of which some may be missing."""
+    if len(row) <= columns[-1]:
+        return False
+    cells = [row[at] for at in columns if row[at]]
+    return bool(cells) and all(
+        notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells
+    )
 
 
 def _first(
     rows: Sequence[Sequence[str]],
     filled: Sequence[int],
     alike: Sequence[int],
-    columns: frozenset[int],
-    *,
-    comma: bool,
+    columns: tuple[int, ...],
+    notation: Notation,
 ) -> int:
     """Return the line of the first row of numbers: most of the lines behind it are such rows."""
     first = alike[0]
@@ -201,7 +325,7 @@ def _first(
 
     def words(at: int, places: Sequence[int]) -> list[bool]:
         cells = [rows[at][place] for place in places if place < len(rows[at])]
-        return [bool(cell) and not is_number(cell, decimal_comma=comma) for cell in cells]
+        return [bool(cell) and not notation.is_number(cell) for cell in cells]
 
     others = [place for place in range(max(columns)) if place not in columns]
     clean = [
@@ -210,7 +334,7 @@ def _first(
         if not any(words(at, [place])[:1] == [True] for at in alike[-len(alike) // 2 :])
     ]
     for at in filled:  # settings with one number each look like rows; a row of headings ends them
-        heading = words(at, sorted(columns))
+        heading = words(at, columns)
         if at <= first or len(heading) < len(columns) or not all(heading):
             continue
         before = [place for place in alike if first <= place < at]
@@ -220,39 +344,9 @@ def _first(
     return first
 
 
-def _shorter(
-    rows: Sequence[Sequence[str]], alike: Sequence[int], width: int, columns: frozenset[int], *, comma: bool
-) -> frozenset[int]:
-    """Return the further columns of numbers that begin later or end earlier than the others, as two records in one sheet do."""
-    found = []
-    for place in set(range(width)) - columns:
-        cells = [rows[at][place] if place < len(rows[at]) else None for at in alike]
-        filled = [at for at, cell in enumerate(cells) if cell]
-        if None in cells or len(filled) < max(2, _SHORTEST * len(cells)):
-            continue
-        together = filled[-1] - filled[0] + 1 == len(filled) and (
-            filled[0] == 0 or filled[-1] == len(cells) - 1
-        )
-        if together and all(is_number(cells[at] or "", decimal_comma=comma) for at in filled):
-            found.append(place)
-    return frozenset(found)
-
-
-def _is_alike(row: Sequence[str], columns: frozenset[int], *, comma: bool) -> bool:
-    """Return whether a line is a row of numbers in these columns, of which some may be missing."""
-    cells = [row[at] for at in sorted(columns) if at < len(row)]
-    numbers = [is_number(cell, decimal_comma=comma) for cell in cells]
-    missing = [not cell for cell in cells]
-    return (
-        any(numbers)
-        and len(cells) == len(columns)
-        and all(a or b for a, b in zip(numbers, missing, strict=True))
-    )
-
-
 def is_row_of_numbers(line: str, layout: Layout) -> bool:
     """Return whether a line of the text is a row of numbers, of which some may be missing."""
-    return _is_alike(split(line, layout.delimiter), frozenset(layout.columns), comma=layout.decimal_comma)
+    return _is_alike(split(line, layout.delimiter), layout.columns, layout.notation)
 
 
 def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:
@@ -260,38 +354,55 @@ def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimit
     cells = (cell for at in body for cell in rows[at])
     if delimiter == ",":
         return any(";" in cell or "\t" in cell for cell in cells)
-    return not delimiter and any(cell.endswith((",", ";")) for cell in cells)
+    return not delimiter and any(cell.endswith((",", ";")) or cell in ("+", "-") for cell in cells)
 
 
-def with_headings(rows: Sequence[Sequence[str]], layout: Layout) -> Layout:
+def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layout) -> Layout:
     """Return a layout with the headings, units and preamble of the lines above the numbers."""
-    first, columns, comma = layout.first, layout.columns, layout.decimal_comma
+    first, columns, notation = layout.first, layout.columns, layout.notation
     width = len(rows[first])
     rows = [
         row[1:] if at < first and row and row[0] in _COMMENT and len(row) > width else row
         for at, row in enumerate(rows)
     ]
     above = [at for at in range(first) if any(rows[at])]
-    left_out = _faulty(rows, above, columns, comma)
-    headings = _headings(rows, above[: len(above) - left_out], width, columns, comma)
+    for at in above[-3:]:  # headings of several words, of which blanks alone would make several headings
+        rows[at] = _of_several_words(lines[at], rows[at], width, layout.delimiter)
+    left_out = _faulty(rows, above, columns, notation)
+    headings = _headings(rows, above[: len(above) - left_out], columns, notation)
     if not headings and left_out:
-        left_out, headings = 0, _headings(rows, above, width, columns, comma)
-    names, units = _named(rows, headings, columns)
+        left_out, headings = 0, _headings(rows, above, columns, notation)
+    names, units = _named(rows, headings, range(max(width, layout.width)))
     numbers = frozenset(columns)
     beside = [tuple(cell for at, cell in enumerate(row) if at not in numbers) for row in rows[first:]]
     preamble = [tuple(rows[at]) for at in above[: len(above) - left_out]]
     return dataclasses.replace(
         layout,
-        names=tuple(names),
-        units=tuple(units),
+        titles=tuple(names),
+        title_units=tuple(units),
         preamble=(*preamble, *(row for row in beside if any(row))),
         headings=headings[0] if headings else first,
         left_out=left_out,
-    )
+    ).with_columns(columns)
+
+
+def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> list[str]:
+    """Return as many headings as there are columns from a line that stands in one field, or that blanks divide."""
+    text = line.strip()
+    if delimiter not in ("", WIDE):
+        if text[:1] in _COMMENT and '"' in text:  # a quotation mark behind the sign of a comment
+            return split(text.lstrip("#% "), delimiter)
+        parts = _WIDE_GAP.split(row[0].strip()) if sum(map(bool, row)) == 1 else []
+        return parts if len(parts) == width > 1 else row
+    text = text.lstrip("#% ")
+    for parts in (_WIDE_GAP.split(text), _WORD_WITH_UNIT.findall(text)):
+        if len(parts) == width > 1 and not any(part.endswith((":", "=")) for part in parts):
+            return [part.strip('"') for part in parts]
+    return row
 
 
 def _faulty(
-    rows: Sequence[Sequence[str]], above: Sequence[int], columns: tuple[int, ...], comma: bool
+    rows: Sequence[Sequence[str]], above: Sequence[int], columns: tuple[int, ...], notation: Notation
 ) -> int:
     """Count the rows right above the first row of numbers that hold words in place of numbers.
 
@@ -301,7 +412,7 @@ def _faulty(
     count = 0
     for at in reversed(above):
         cells = [rows[at][place] for place in columns if place < len(rows[at])]
-        words = [cell for cell in cells if cell and not is_number(cell, decimal_comma=comma)]
+        words = [cell for cell in cells if cell and not notation.is_number(cell)]
         begins = bool(cells) and bool(cells[0]) and cells[0] not in words
         if len(cells) < len(columns) or len(columns) < 2 or any(as_unit(word) is not None for word in words):
             break
@@ -312,23 +423,29 @@ def _faulty(
 
 
 def _headings(
-    rows: list[Sequence[str]], above: Sequence[int], width: int, columns: tuple[int, ...], comma: bool
+    rows: Sequence[list[str]], above: Sequence[int], columns: tuple[int, ...], notation: Notation
 ) -> list[int]:
     """Return the rows of headings and units, which are among the lowest of the lines above the numbers."""
-    for at in above[-3:]:  # ZPlot writes all headings into one field
-        parts = _WIDE_GAP.split(" ".join(rows[at]).strip()) if sum(map(bool, rows[at])) == 1 else []
-        rows[at] = parts if len(parts) == width > 1 else rows[at]
     headings: list[int] = []
     lower: list[str] = []
-    for at in reversed(above[-3:]):
+    behind_settings = False
+    for at in reversed(above[-4:]):
         cells = [rows[at][place] if place < len(rows[at]) else "" for place in columns]
-        words = [cell for cell in cells if cell and not is_number(cell, decimal_comma=comma)]
-        if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2:
+        words = [cell for cell in cells if cell and not notation.is_number(cell)]
+        if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2 and not _units(words):
             continue  # such as 'End Comments' between headings and numbers
+        if not headings and any(_VALUE.fullmatch(cell) for cell in words[-1:]) and not _units(words):
+            behind_settings = True  # such as 'Sampling rate,10.0kS/s' between headings and numbers
+            continue
+        if behind_settings and not any(name_and_unit(cell)[1] for cell in words):
+            break
         if headings and all(map(as_unit, lower)) and _FIRST_CELLS.fullmatch(cells[0]) and all(cells[1:]):
             headings.insert(0, at)  # such as 'x-axis,1,2' above 'second,Volt,Volt'
             break
-        if len(words) < max(1, (len(columns) + 1) // 2) or _is_setting(rows[at], columns):
+        few = len(words) < max(1, (len(columns) + 1) // 2) and not (
+            _units(words) and len(words) == sum(map(bool, cells))
+        )
+        if few or _is_setting(rows[at], columns):
             break
         if headings and sum(as_unit(cell) is None for cell in lower if cell) > len(columns) // 4:
             break
@@ -337,16 +454,21 @@ def _headings(
     return headings
 
 
+def _units(cells: Sequence[str]) -> bool:
+    return bool(cells) and all(as_unit(cell) is not None for cell in cells)
+
+
 def _named(
-    rows: Sequence[Sequence[str]], headings: Sequence[int], columns: tuple[int, ...]
+    rows: Sequence[Sequence[str]], headings: Sequence[int], places: Sequence[int]
 ) -> tuple[list[str], list[str]]:
-    names = [""] * len(columns)
-    units = [""] * len(columns)
+    """Return the names and units that rows of headings state for the fields of a row."""
+    names = [""] * len(places)
+    units = [""] * len(places)
     for order, at in enumerate(headings):
-        for place, column in enumerate(columns):
-            cell = rows[at][column].lstrip("#").strip() if column < len(rows[at]) else ""
+        for place in places:
+            cell = rows[at][place].lstrip("#").strip() if place < len(rows[at]) else ""
             name, unit = name_and_unit(cell)
-            if order and names[place] and (own := as_unit(cell)) is not None:
+            if order and names[place] and (own := as_unit(cell.strip("[]()"))) is not None:
                 units[place] = own
             else:
                 names[place] = names[place] or name

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import re
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import DataColumn, choose
-from electrovib.data.text.layout import (
-    check_width,
-    encoding_of,
-    find_layout,
-    lines_of,
-    split,
-)
+from electrovib.data.text.body import table_of
+from electrovib.data.text.layout import as_utf8, check_width, find_layout, lines_of, place_of, split
 from electrovib.data.unit_words import name_and_known_unit
 
 if TYPE_CHECKING:
@@ -30,6 +27,7 @@ if TYPE_CHECKING:
 _WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
 _LONGEST_ROW: Final = 1_000_000
 _INSPECTED: Final = 12
+_NO_NUMBER: Final = ["", "nan", "NaN", "NAN", "-nan", "+nan"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +36,6 @@ class TextTable:
 
     path: Path
     raw: bytes
-    encoding: str
     delimiter: str
     headings: tuple[str, ...]
     units: tuple[str, ...]
@@ -46,11 +43,11 @@ class TextTable:
 
     def lines(self) -> Iterator[str]:
         """Iterate over all lines, including comments."""
-        return lines_of(self.raw, self.encoding)
+        return lines_of(self.raw)
 
     def rows(self) -> Iterator[tuple[int, str]]:
         """Iterate over the rows of numbers, each with its line number in the file, starting at 1."""
-        numbered = _rows(self.path, self.raw, self.encoding)
+        numbered = _rows(self.path, self.raw)
         return itertools.islice(numbered, bool(self.headings) + bool(self.units), None)
 
     def label(self, index: int) -> str:
@@ -59,33 +56,30 @@ class TextTable:
 
     def numbers(self, indices: Sequence[int], *, missing: bool = False) -> Real:
         """Read columns, shape (rows, indices), in the units of the file; `missing` reads empty fields as NaN."""
-        if next(self.rows(), None) is None:
+        first = next(self.rows(), None)
+        if first is None:
             return np.empty((0, len(indices)))
-        said = ""
-        # a Python function for each field is slow, so it is used only after the fast conversion has failed
-        for converters in (None, _number_or_missing)[: 2 if missing else 1]:
-            try:
-                return np.loadtxt(
-                    self._even_rows(),
-                    delimiter=self.delimiter or None,
-                    comments=None,
-                    usecols=indices,
-                    ndmin=2,
-                    quotechar='"' if b'"' in self.raw else None,
-                    converters=converters,
-                )
-            except ValueError as error:
-                said = str(error)
-        raise DataFileError(f"{self.path}: {self._fault(indices, missing) or said}.")
+        start = place_of(self.raw, first[0] - 1)
+        read = functools.partial(
+            table_of, delimiter=self.delimiter, width=self.width, keep_default_na=False, na_values=_NO_NUMBER
+        )
+        table = None
+        with suppress(ValueError):  # of pandas, which names no line
+            table = read(self.raw, start)[list(indices)]
+        if table is None or not self._is_plain(table, start, missing):
+            if why := self._fault(indices, missing):
+                raise DataFileError(f"{self.path}: {why}.")
+            table = read("\n".join(row for _, row in self.rows()).encode(), 0)[list(indices)]
+        return np.asarray(table.to_numpy(dtype=float))
 
-    def _even_rows(self) -> Iterator[str]:
-        """Iterate over the rows of numbers as long as they have the same number of fields."""
-        delimiter = self.delimiter
-        for _, row in self.rows():
-            simple = delimiter and '"' not in row
-            if (row.count(delimiter) + 1 if simple else len(split(row, delimiter))) != self.width:
-                raise ValueError("rows of unequal length")
-            yield row
+    def _is_plain(self, table: Any, start: int, missing: bool) -> bool:
+        """Return whether pandas found numbers alone, and rows of one length, so that nothing has to be looked at again."""
+        if any(each.kind not in "fiu" for each in table.dtypes) or self.raw.find(b"\n#", start) >= 0:
+            return False
+        if not missing and table.isna().any(axis=None):
+            return False
+        fields = len(table) * (self.width - 1)
+        return bool(self.delimiter) and self.raw.count(self.delimiter.encode(), start) == fields
 
     def _fault(self, indices: Sequence[int], missing: bool) -> str:
         for number, line in self.rows():
@@ -108,9 +102,8 @@ class TextTable:
 
 def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
     """Split delimited text into lines, headings and units; there are no headings if the first row consists of numbers."""
-    raw = path.read_bytes()
-    encoding = encoding_of(path, raw)
-    first = [line for _, line in itertools.islice(_rows(path, raw, encoding), _INSPECTED)]
+    raw = as_utf8(path, path.read_bytes())
+    first = [line for _, line in itertools.islice(_rows(path, raw), _INSPECTED)]
     if not first:
         raise DataFileError("holds no rows, only comments or blank lines.", path=path)
     check_width(path, first)
@@ -133,7 +126,6 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
     return TextTable(
         path=path,
         raw=raw,
-        encoding=encoding,
         delimiter=delimiter,
         headings=headings,
         units=units,
@@ -184,8 +176,8 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
     return found
 
 
-def _rows(path: Path, raw: bytes, encoding: str) -> Iterator[tuple[int, str]]:
-    for number, line in enumerate(lines_of(raw, encoding), 1):
+def _rows(path: Path, raw: bytes) -> Iterator[tuple[int, str]]:
+    for number, line in enumerate(lines_of(raw), 1):
         if line.lstrip()[:1] not in ("", "#"):
             if len(line) > _LONGEST_ROW:
                 raise DataFileError(
@@ -200,11 +192,3 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return cell.isascii() and "_" not in cell
-
-
-def _number_or_missing(cell: str) -> float:
-    if not cell.strip():
-        return np.nan
-    if not _is_number(cell.strip()):
-        raise ValueError(cell)
-    return float(cell)

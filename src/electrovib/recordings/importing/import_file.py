@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -15,17 +14,19 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import DataFileError, InputError, gathered, nearest, refuse
 from electrovib.core.files import note_input
 from electrovib.core.signals import SIGNALS, make_trace
-from electrovib.core.units import format_quantity
 from electrovib.data.faults import check_file
 from electrovib.data.recorded import column_of
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration, calibrate
+from electrovib.recordings.importing.account import about_file, account_of
 from electrovib.recordings.importing.choice import calibrated_column, check_names
-from electrovib.recordings.importing.notices import about_file, about_parts, about_samples
+from electrovib.recordings.importing.clock import SampleTimes, sample_times
+from electrovib.recordings.importing.held import held
+from electrovib.recordings.importing.notices import about_parts, about_samples
 from electrovib.recordings.importing.parallel_part import phase_offset
-from electrovib.recordings.importing.reduction import ReductionSteps, reduced, seconds
+from electrovib.recordings.importing.reduction import ReductionSteps, reduced
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.data.recorded import Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
     from electrovib.recordings.calibration import SensorCalibration
 
 
@@ -92,7 +93,8 @@ def import_file(
     -------
     xarray.Dataset
         Trace with the signals over ``time`` [s], or with ``impedance`` [ohm] over ``frequency`` [Hz]. Attributes ``file``,
-        ``file_sha256``, ``reader``, ``options`` and ``history`` state its origin, ``validity`` the diagnostics.
+        ``file_sha256``, ``reader``, ``options`` and ``history`` state its origin, ``columns_of_file`` every column that was
+        read and everything that was not, with the reason, ``validity`` the diagnostics.
 
     Raises
     ------
@@ -117,6 +119,7 @@ def import_file(
         "file_sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
         "reader": reader or format_of(place).name,
         "options": json.dumps(stated | reduction, default=repr),
+        "columns_of_file": json.dumps(account_of(recorded)),
         "file_preamble": json.dumps(dict(recorded.attributes))[:_LONGEST_SETTINGS],
     }
     wanted = dict(columns or {})
@@ -134,8 +137,15 @@ def import_file(
         raise InputError(problems)
     if spectrum:
         raise InputError(f"part = {part}: the columns are signals over time, not a spectrum")
-    clock = sample_times(recorded, time=time, step=step, stamps=stamps)
-    return _over_time(recorded, wanted, clock, steps, origin)
+    problems = []
+    chosen: dict[str, DataColumn] = {}
+    for signal, column in wanted.items():
+        with gathered(problems):
+            chosen[signal] = column_of(recorded, column, option=f"columns.{signal}")
+    refuse(problems)
+    names = [each.name for each in chosen.values()]
+    clock = sample_times(recorded, names, time=time, step=step, stamps=stamps)
+    return _over_time(recorded, chosen, clock, steps, origin)
 
 
 def _wrong_names(wanted: Mapping[str, str], steps: ReductionSteps) -> list[str]:
@@ -183,7 +193,7 @@ def _reduction(given: Mapping[str, Any]) -> ReductionSteps:
 
 def _over_time(
     recorded: Recorded,
-    columns: Mapping[str, str],
+    columns: Mapping[str, DataColumn],
     clock: SampleTimes,
     steps: ReductionSteps,
     origin: dict[str, str],
@@ -192,17 +202,18 @@ def _over_time(
     signals: dict[str, Real] = {}
     readings: dict[str, Real] = {}
     problems: list[str] = []
-    for signal, stated in columns.items():
+    for signal, column in columns.items():
         with gathered(problems):
-            column = column_of(recorded, stated, option=f"columns.{signal}")
             values, words = calibrated_column(
                 column, signal, scale=steps.scale.get(signal), offset=steps.offset.get(signal)
             )
             signals[signal], readings[signal] = values[clock.rows], column.values[clock.rows]
             history += words
     refuse(problems)
-    diagnostics = [*about_file(recorded), *clock.diagnostics, *about_samples(clock.time, readings)]
-    found, signals, words = reduced(clock.time, signals, steps)
+    judged = about_samples(clock.time, readings, held=clock.held)
+    diagnostics = [*about_file(recorded), *clock.diagnostics, *judged]
+    time, signals = held(clock.time, signals) if clock.held else (clock.time, signals)
+    found, signals, words = reduced(time, signals, steps)
     trace = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": found},
@@ -217,119 +228,6 @@ def _over_time(
 
 def _validity(diagnostics: list[Diagnostic]) -> str:
     return json.dumps([each.to_dict() for each in diagnostics])
-
-
-_GAP: Final = 1.5
-"""Interval, in units of the median interval, from which on samples are missing."""
-_NO_STAMPS: Final = "the file has no time stamps, so dropped samples cannot be noticed"
-STAMPS: Final = ("refuse", "keep_increasing")
-"""Treatments of time stamps that do not increase."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SampleTimes:
-    """The times of the samples that are kept, increasing [s], with their numbers from 0 and one sentence for each step."""
-
-    time: Real
-    rows: np.ndarray[tuple[int], np.dtype[np.intp]]
-    steps: tuple[str, ...]
-    diagnostics: tuple[Diagnostic, ...]
-
-
-def sample_times(
-    recorded: Recorded, *, time: str = "", step: str | float | None = None, stamps: str = "refuse"
-) -> SampleTimes:
-    """Return the times of the samples of a file; a `step` [s] has priority over the file, `stamps` is one of `STAMPS`."""
-    if stamps not in STAMPS:
-        raise InputError(f"stamps = {stamps}: expected one of {', '.join(STAMPS)}")
-    if step is not None and time:
-        raise InputError("step: the time column is given too; omit one of the two")
-    if step is not None or (not time and not recorded.time and recorded.step is not None):
-        return _even(recorded, step)
-    if not time and not recorded.time:
-        raise InputError(
-            "time: the file states neither times nor a time step; state the column with its unit, such as time ="
-            f" '{recorded.channels[0].name} [s]', or a step such as '10 us'"
-        )
-    column = column_of(recorded, time or recorded.time, option="time")
-    known = kind_and_factor(column.unit or "s")
-    if known is None or known[0] != "s":
-        raise InputError(f"time = {column.name}: '{column.unit}' is not a unit of time")
-    steps = [f"time: column '{column.name}' [{column.unit or 's'}]"]
-    text = f"the file states no unit for '{column.name}'; s were assumed"
-    unsure = [] if column.unit else [Diagnostic("unit of time", "unknown", text)]
-    with np.errstate(all="ignore"):  # time stamps of a damaged file may overflow
-        found, rows, more = _increasing(np.asarray(column.values * known[1]), stamps)
-        gaps = _gaps(found)
-    return SampleTimes(time=found, rows=rows, steps=(*steps, *more), diagnostics=(*unsure, *gaps))
-
-
-def _even(recorded: Recorded, step: str | float | None) -> SampleTimes:
-    """Return even times from a given step or that of the file."""
-    every = recorded.step if step is None else seconds("step", step)
-    start = recorded.start if step is None else 0.0
-    if every is None or not np.isfinite(every) or every <= 0:
-        raise InputError(
-            f"step = {step if step is not None else every}: expected a time above 0, such as '10 us'"
-        )
-    whence = "as given" if step is not None else "as the file states"
-    return SampleTimes(
-        time=np.asarray(start + every * np.arange(recorded.size), dtype=float),
-        rows=np.arange(recorded.size),
-        steps=(f"time: step of {format_quantity(every, 's')}, {whence}",),
-        diagnostics=(Diagnostic("dropped samples", "unknown", _NO_STAMPS),),
-    )
-
-
-def _increasing(time: Real, stamps: str) -> tuple[Real, np.ndarray[tuple[int], np.dtype[np.intp]], list[str]]:
-    """Return increasing times with the numbers of their samples, and the steps that this took."""
-    rows = np.flatnonzero(np.isfinite(time))
-    lost = time.size - rows.size
-    steps = [f"time: {lost} samples without a time stamp omitted"] if lost else []
-    kept = time[rows]
-    if kept.size < 2:
-        raise InputError("time: fewer than two samples have a time stamp")
-    change = np.diff(kept)
-    if (change > 0).all():
-        return kept, rows, steps
-    even = np.linspace(kept[0], kept[-1], kept.size)
-    rounding = float(np.min(change[change > 0], initial=np.inf))
-    if (change >= 0).all() and np.isfinite(rounding) and np.abs(kept - even).max() <= rounding:
-        steps.append(
-            f"time: the stamps are rounded to {format_quantity(rounding, 's', digits=3)} and repeat; replaced by"
-            f" {kept.size} even times between the first and the last"
-        )
-        return even, rows, steps
-    best = np.concatenate([[-np.inf], np.maximum.accumulate(kept)[:-1]])
-    good = kept > best
-    if stamps == "refuse":
-        bad, first = int(np.count_nonzero(~good)), int(rows[int(np.argmin(good))])
-        raise InputError(
-            f"time: {bad} time stamps do not increase, the first at sample {first}; stamps = 'keep_increasing'"
-            " (--set stamps=keep_increasing) drops such samples"
-        )
-    steps.append(f"time: {int(np.count_nonzero(~good))} samples whose time stamp does not increase dropped")
-    return kept[good], rows[good], steps
-
-
-def _gaps(time: Real) -> tuple[Diagnostic, ...]:
-    """State how many samples are missing between others."""
-    if time.size < 3:
-        return ()
-    change = np.diff(time)
-    usual = float(np.median(change))
-    wide = change > _GAP * usual
-    lost = int(np.sum(np.round(change[wide] / usual) - 1)) if wide.any() else 0
-    if not lost:
-        return (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
-    where = format_quantity(float(time[:-1][wide][0]), "s", digits=4)
-    return (
-        Diagnostic(
-            "dropped samples", "warning",
-            f"about {lost} samples are missing in {int(wide.sum())} intervals longer than 1.5 times the median, the first"
-            f" after {where}", float(lost), 0.0, "1",
-        ),
-    )  # fmt: skip
 
 
 def spectrum_trace(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,8 +17,6 @@ from electrovib.recordings.importing.reduction import find_edges, resampled, sec
 from electrovib.recordings.interval import student
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import xarray
 
     from electrovib.core.arrays import Complex, Real
@@ -26,20 +24,6 @@ if TYPE_CHECKING:
 
 
 _LONGEST: Final = 4000
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Record:
-    """Times [s] and signals over time of a Trace."""
-
-    trace: xarray.Dataset
-    time: Real
-    signals: Mapping[str, Real]
-
-    @property
-    def step(self) -> float:
-        """Median interval of the samples [s]."""
-        return float(np.median(np.diff(self.time)))
 
 
 def merge_traces(
@@ -75,89 +59,82 @@ def merge_traces(
     -----
     Edges of a drive and of the force that it causes are not the same event: their alignment removes the delay between them.
     """
-    first, second = _record("reference", reference), _record("other", other)
+    first, second = _over_time("reference", reference), _over_time("other", other)
     if not edges and shift is None:
         raise InputError("edges: state a signal whose edges both records hold, or a shift, such as '12 ms'")
     stated = None if shift is None else seconds("shift", shift)
-    if edges:
-        relation = _by_edges(first, second, edges, stated)
-    else:
-        assert stated is not None
-        relation = ClockRelation(shift=stated, ratio=1.0)
-    return _merged(first, second, relation)
+    as_stated = ClockRelation(shift=stated or 0.0, ratio=1.0)
+    return _merged(first, second, _by_edges(first, second, edges, stated) if edges else as_stated)
 
 
-def _record(option: str, trace: xarray.Dataset) -> _Record:
-    """Return times and signals of a Trace, or refuse one without a time axis."""
-    signals = {
-        str(name): np.asarray(values, dtype=float)
-        for name, values in trace.data_vars.items()
-        if values.dims == ("time",)
-    }
-    if "time" not in trace.coords or trace.sizes["time"] < 2 or not signals:
+def _over_time(option: str, trace: xarray.Dataset) -> xarray.Dataset:
+    """Return the signals over time of a Trace, or refuse one without a time axis."""
+    names = [name for name, values in trace.data_vars.items() if values.dims == ("time",)]
+    if "time" not in trace.coords or trace.sizes["time"] < 2 or not names:
         raise InputError(f"{option}: expected a Trace with two or more samples over time")
-    time = np.asarray(trace["time"], dtype=float)
-    return _Record(trace=trace, time=time, signals=signals)
+    return trace[names].astype(float)
 
 
-def _by_edges(first: _Record, second: _Record, edges: str, stated: float | None) -> ClockRelation:
+def _by_edges(
+    first: xarray.Dataset, second: xarray.Dataset, edges: str, stated: float | None
+) -> ClockRelation:
     """Return the relation of the clocks from the edges of a signal of each record."""
     one, sign, two = (part.strip() for part in edges.partition("="))
-    found = []
+    found, steps = [], []
     for name, record, what in ((one, first, "reference"), (two if sign else one, second, "other record")):
-        if name not in record.signals:
+        if name not in record.data_vars:
             raise InputError(
-                f"edges = {edges}: the {what} has no signal '{name}'.{nearest(name, record.signals)}"
+                f"edges = {edges}: the {what} has no signal '{name}'.{nearest(name, map(str, record))}"
             )
-        values = record.signals[name]
+        values, time = record[name].values, record["time"].values.astype(float)
         good = np.isfinite(values)
         if np.count_nonzero(good) < 2 or np.ptp(values[good]) == 0:
             raise InputError(f"edges = {edges}: '{name}' of the {what} has no edge")
-        found.append(find_edges(record.time, values))
-    return match_edges(found[0], found[1], steps=(first.step, second.step), near=stated)
+        found.append(find_edges(time, values))
+        steps.append(float(np.median(np.diff(time))))
+    return match_edges(found[0], found[1], steps=(steps[0], steps[1]), near=stated)
 
 
-def _merged(first: _Record, second: _Record, relation: ClockRelation) -> xarray.Dataset:
+def _merged(first: xarray.Dataset, second: xarray.Dataset, relation: ClockRelation) -> xarray.Dataset:
     """Interpolate the second record onto the first, and combine the statements of both."""
-    time = relation.shift + relation.ratio * second.time
-    inside = (first.time >= time[0]) & (first.time <= time[-1])
+    own = first["time"].values.astype(float)
+    time = relation.shift + relation.ratio * second["time"].values
+    inside = (own >= time[0]) & (own <= time[-1])
     if np.count_nonzero(inside) < 2:
         raise InputError(
-            f"shift: the records do not overlap; the reference has {span_words(first.time)}, the other one after alignment"
+            f"shift: the records do not overlap; the reference has {span_words(own)}, the other one after alignment"
             f" {span_words(time)}"
         )
-    grid = first.time[inside]
-    signals = {name: values[inside] for name, values in first.signals.items()}
-    added = [name for name in second.signals if name not in signals]
+    grid = own[inside]
+    added = [str(name) for name in second if name not in first]
+    left = [str(name) for name in second if name in first]
     if not added:
-        raise InputError(f"other: it adds no signal; both have {', '.join(second.signals)}")
-    for name in added:
-        signals[name] = _onto(time, second.signals[name], grid)
-    left = [name for name in second.signals if name not in added]
+        raise InputError(f"other: it adds no signal; both have {', '.join(left)}")
+    signals = {str(name): values.values[inside] for name, values in first.items()}
+    signals |= {name: _onto(time, second[name].values, grid) for name in added}
     words = [
-        *_history(second.trace, prefix="second file: "),
+        *_history(first),
+        *(f"second file: {line}" for line in _history(second)),
         relation.sentence(),
         f"{', '.join(added)}: interpolated onto the {grid.size} samples of the first file that both records cover",
         *([f"{', '.join(left)} of the second file omitted, because the first file has it too"] * bool(left)),
     ]
-    before, after = (read_diagnostics(each.trace.attrs.get("validity", "[]")) for each in (first, second))
-    diagnostics = [each.to_dict() for each in (*before, relation.diagnostic())]
-    diagnostics[-1:-1] = [each.to_dict() | {"name": f"{each.name} (second file)"} for each in after]
-    attributes = {str(name): value for name, value in first.trace.attrs.items() if name != "format"}
+    before, after = (read_diagnostics(each.attrs.get("validity", "[]")) for each in (first, second))
+    after = [replace(each, name=f"{each.name} (second file)") for each in after]
+    diagnostics = [each.to_dict() for each in (*before, *after, relation.diagnostic())]
+    attributes = {str(name): value for name, value in first.attrs.items() if name != "format"}
     attributes |= {
-        f"second_{name}": str(second.trace.attrs[name])[:_LONGEST]
+        f"second_{name}": str(second.attrs[name])[:_LONGEST]
         for name in ("file", "file_sha256", "reader", "options")
-        if name in second.trace.attrs
+        if name in second.attrs
     }
     merged = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": grid},
-        attributes
-        | {"history": "\n".join([*_history(first.trace), *words]), "validity": json.dumps(diagnostics)},
+        attributes | {"history": "\n".join(words), "validity": json.dumps(diagnostics)},
     )
     for name in signals:  # such as the error of a calibration
-        source = second if name in added else first
-        merged[name].attrs = {**source.trace[name].attrs, **merged[name].attrs}
+        merged[name].attrs = (second if name in added else first)[name].attrs | merged[name].attrs
     return merged
 
 
@@ -169,8 +146,8 @@ def _onto(time: Real, values: Real, grid: Real) -> Real:
     return np.asarray(np.interp(grid, time, values))
 
 
-def _history(trace: xarray.Dataset, *, prefix: str = "") -> list[str]:
-    return [f"{prefix}{line}" for line in str(trace.attrs.get("history", "")).split("\n") if line]
+def _history(trace: xarray.Dataset) -> list[str]:
+    return [line for line in str(trace.attrs.get("history", "")).split("\n") if line]
 
 
 _MOST: Final = 2000
@@ -236,21 +213,21 @@ def match_edges(
     has to select it. The 95 % intervals are from the residuals (Student's t) or from the sampling intervals
     `steps`, whichever standard deviation is larger.
     """
-    times, kinds = zip(*(_in_order(each) for each in (reference, other)), strict=True)
-    for count, what in ((times[0].size, "reference"), (times[1].size, "other record")):
+    sizes = reference.times.size, other.times.size
+    for count, what in zip(sizes, ("reference", "other record"), strict=True):
         if not 0 < count <= _MOST:
             raise InputError(f"edges: the {what} has {count} edges; expected 1 to {_MOST}")
     timing = math.hypot(*steps) / math.sqrt(12)
-    if 1 in (times[0].size, times[1].size):
-        return _single(times, kinds, timing, near)
-    lags = range(1 - times[1].size, times[0].size)
-    fits = [fit for lag in lags if (fit := _fitted(times, kinds, lag, timing)) is not None]
+    if 1 in sizes:
+        return _single(reference, other, timing, near)
+    lags = range(1 - sizes[1], sizes[0])
+    fits = [fit for lag in lags if (fit := _fitted(reference, other, lag, timing)) is not None]
     if not fits:
         raise InputError(
             "edges: those of the two records do not match in order and spacing; state a shift, such as '12 ms'"
         )
     if near is not None:
-        middle = times[1].mean()
+        middle = other.times.mean()
         return min((fit for _, fit in fits), key=lambda fit: abs(fit.shift + (fit.ratio - 1) * middle - near))
     (misfit, chosen), *others = sorted(fits, key=lambda fit: fit[0])
     if others and others[0][0] <= _CLEARLY * max(misfit, timing):
@@ -262,23 +239,12 @@ def match_edges(
     return chosen
 
 
-def _in_order(edges: SignalEdges) -> tuple[Real, Real]:
-    """Return the times of all edges, and 1 for rising and -1 for falling ones."""
-    times = np.concatenate([edges.rising, edges.falling])
-    kinds = np.concatenate([np.ones(edges.rising.size), -np.ones(edges.falling.size)])
-    order = np.argsort(times, kind="stable")
-    return times[order], kinds[order]
-
-
-def _single(
-    times: tuple[Real, ...], kinds: tuple[Real, ...], timing: float, near: float | None
-) -> ClockRelation:
+def _single(reference: SignalEdges, other: SignalEdges, timing: float, near: float | None) -> ClockRelation:
     """Return the shift from one edge; of several edges `near` selects it."""
-    one, two = np.meshgrid(times[0], times[1], indexing="ij")
-    alike = kinds[0][:, None] == kinds[1][None, :]
-    shifts = np.sort((one - two)[alike])
+    alike = np.equal.outer(reference.signs, other.signs)
+    shifts = np.sort(np.subtract.outer(reference.times, other.times)[alike])
     if not shifts.size or (shifts.size > 1 and near is None):
-        many = f"{times[0].size} and {times[1].size} edges"
+        many = f"{reference.times.size} and {other.times.size} edges"
         raise InputError(
             f"edges: {many} do not determine the shift; state a shift near it, such as shift = '12 ms'"
         )
@@ -287,21 +253,22 @@ def _single(
 
 
 def _fitted(
-    times: tuple[Real, ...], kinds: tuple[Real, ...], lag: int, timing: float
+    reference: SignalEdges, other: SignalEdges, lag: int, timing: float
 ) -> tuple[float, ClockRelation] | None:
     """Return the misfit of the edges matched at a lag, and their relation; None if they do not fit."""
-    begin, end = max(lag, 0), min(times[0].size, times[1].size + lag)
-    count, free = end - begin, end - begin - 2
-    if count < max(2, math.ceil(_SHARE * min(times[0].size, times[1].size))):
+    sizes = reference.times.size, other.times.size
+    here = slice(max(lag, 0), min(sizes[0], sizes[1] + lag))
+    there = slice(here.start - lag, here.stop - lag)
+    count = here.stop - here.start
+    if count < max(2, math.ceil(_SHARE * min(sizes))) or (reference.signs[here] != other.signs[there]).any():
         return None
-    one, two = times[0][begin:end], times[1][begin - lag : end - lag]
-    if (kinds[0][begin:end] != kinds[1][begin - lag : end - lag]).any():
-        return None
+    one, two = reference.times[here], other.times[there]
     centred = two - two.mean()
     ratio = float(centred @ (one - one.mean()) / (centred @ centred))
     residual = one - one.mean() - ratio * centred
     if abs(ratio - 1) > _LARGEST_DRIFT or np.abs(residual).max() > 0.25 * float(np.diff(one).min()):
         return None
+    free = count - 2
     scatter = float(np.linalg.norm(residual)) / math.sqrt(free) if free else 0.0
     half = max(scatter, timing) * (student(free) if free and scatter > timing else 1.96)
     return float(np.sqrt(np.mean(residual**2))), ClockRelation(

@@ -8,6 +8,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
+from electrovib.recordings.importing.account import about_file
 from electrovib.recordings.recording import at_extreme, at_rail
 
 if TYPE_CHECKING:
@@ -30,22 +31,14 @@ _FEW: Final = 8
 _STRONG: Final = 0.1
 """Share of the power near half the sampling rate from which on components above it are likely."""
 _WEAK: Final = 0.01
+_LONGER: Final = 5
+"""Length of a run of equal readings, in units of the next longest one, from which on it is judged."""
+_TURNS: Final = 0.3
+"""Share of changes with another sign than the one before, from which on a signal has noise; of white noise it is 2/3."""
+_BY_CHANCE: Final = 1e-6
+"""Expected number of such runs by noise, below which one is named."""
 _UNEVEN: Final = 4.0
 """Length of a record over that of as many median intervals, beyond which no spectrum is computed."""
-
-
-def about_file(recorded: Recorded) -> list[Diagnostic]:
-    """State which part of a file was read where it holds several, what was left out, and what its reader is not sure of."""
-    about = recorded.attributes
-    found = []
-    if "left_out" in about:
-        found.append(Diagnostic("rows left out", "warning", f"left out: {about['left_out']}"))
-    if "unsure" in about:
-        found.append(Diagnostic("reader", "unknown", f"not sure is {about['unsure']}"))
-    if "omitted" in about and "table" in about:
-        text = f"read: {about['table']}; not read: {about['omitted']}; choose with part (--set part=NAME)"
-        found.append(Diagnostic("part of the file", "unknown", text))
-    return found
 
 
 def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnostic]:
@@ -54,19 +47,36 @@ def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnost
     return [*about_file(recorded), *among]
 
 
-def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
-    """Judge the samples of measured signals as they are in the file: sensor range, missing and repeated samples, aliasing."""
+def about_samples(time: Real, readings: Mapping[str, Real], *, held: bool = False) -> list[Diagnostic]:
+    """Judge the samples of measured signals as they are in the file: sensor range, missing and repeated samples, aliasing.
+
+    Of a record that is `held` between its rows only missing samples are judged.
+    """
     found = []
-    readings = {name: _scaled(values) for name, values in readings.items()}
     for name, values in readings.items():
-        finite = np.isfinite(values)
-        if not finite.all():
-            lost = int(np.count_nonzero(~finite))
+        if lost := int(np.count_nonzero(~np.isfinite(values))):
             text = f"{lost} of {values.size} samples of {name} are no numbers"
             found.append(Diagnostic(f"missing samples of {name}", "warning", text, float(lost), 0.0, "1"))
+    if held:
+        return found
+    readings = {name: _scaled(values) for name, values in readings.items()}
+    found += about_sensors(readings)
+    for name, values in readings.items():
+        finite = np.isfinite(values)
         if np.count_nonzero(finite) >= _FEWEST:
-            found += [_range(name, values[finite]), _aliasing(name, time[finite], values[finite])]
+            found.append(_aliasing(name, time[finite], values[finite]))
     return found + _repeated(readings)
+
+
+def about_sensors(readings: Mapping[str, Real]) -> list[Diagnostic]:
+    """Judge whether sensors are at the end of their range, or stand still where noise would move them."""
+    found = []
+    for name, values in readings.items():
+        known = values[np.isfinite(values)]
+        if known.size >= _FEWEST:
+            found.append(said := _range(name, known))
+            found += _stuck(name, known) if said.state == "ok" else []
+    return found
 
 
 def _scaled(values: Real) -> Real:
@@ -85,6 +95,33 @@ def _range(name: str, values: Real) -> Diagnostic:
         return Diagnostic(title, "ok", f"no extreme reading of {name} repeats more often than others")
     text = f"{share:.2%} of the samples of {name} are exactly its highest or lowest reading: the sensor is at its rail there"
     return Diagnostic(title, "unknown", f"{text}, or the signal is constant within the resolution")
+
+
+def _stuck(name: str, values: Real) -> list[Diagnostic]:
+    """Name the longest run of one reading where it is far longer than the noise and the other runs explain."""
+    change = np.diff(values)
+    edges = np.flatnonzero(np.concatenate([[True], change != 0, [True]]))
+    lengths = np.diff(edges)
+    longest, moves = int(np.argmax(lengths)), change[change != 0]
+    others, count = np.delete(lengths, longest), int(lengths[longest])
+    if moves.size < _FEWEST or np.mean(moves[1:] * moves[:-1] < 0) < _TURNS:
+        return []
+    allowed = _LONGER * int(others.max())
+    chance = values.size * (1 - others.size / others.sum()) ** (count - 1)
+    if count < max(allowed, _FEWEST // 2) or chance > _BY_CHANCE:
+        return []
+    at = int(edges[longest])
+    text = f"{name} stands still from sample {at} to {at + count - 1} and has noise elsewhere: its sensor is stuck there, or the"
+    return [
+        Diagnostic(
+            f"stuck {name}",
+            "warning",
+            f"{text} noise is below its resolution",
+            float(count),
+            float(allowed),
+            "1",
+        )
+    ]
 
 
 def _repeated(readings: Mapping[str, Real]) -> list[Diagnostic]:

@@ -38,14 +38,10 @@ class ImportedMaterial:
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
         """Write the material as the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name."""
-        import tomlkit
-
-        content = tomlkit.table()
-        content.add("model", "Tabulated")
-        content.add("conductivity", exact_text(self.material.conductivity, "S/m"))
-        for name in ("frequency_samples", "permittivity_samples", "loss_samples"):
-            content.add(name, [float(value) for value in getattr(self.material, name).values])
         lines = [*self.history, *(f"{each.state}: {each.text}" for each in self.diagnostics)]
+        content = {"model": "Tabulated", "conductivity": exact_text(self.material.conductivity, "S/m")}
+        for name in ("frequency_samples", "permittivity_samples", "loss_samples"):
+            content[name] = getattr(self.material, name).values.tolist()
         return layer_toml("A measured material", lines, layer, self.thickness, content)
 
 
@@ -198,11 +194,9 @@ def read_sample(
     series_resistance: str | float = 0.0,
     parallel_capacitance: str | float = 0.0,
     columns: Mapping[str, str] | None = None,
-    reader: str = "",
-    delimiter: str | None = None,
-    decimal_comma: bool | None = None,
     part: str | None = None,
     fixture_capacitance: float = 0.0,
+    **reading: Any,
 ) -> SampleSpectrum:
     """Read the permittivity of a sample from a measured impedance or permittivity spectrum, as `import_material` describes it.
 
@@ -212,19 +206,17 @@ def read_sample(
     """
     place = Path(path)
     table, number = split_part(part)
-    recorded = read_recorded(
-        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=table
-    )
+    recorded = read_recorded(place, part=table, **reading)
     spectrum = spectrum_of(recorded, columns=columns, spectrum=number)
     if (count := np.unique(spectrum.frequency).size) < FEWEST:
         raise InputError(
             f"the spectrum has {count} frequencies; a material needs {FEWEST} or more", path=place
         )
-    depth = None if thickness is None else _above_zero("thickness", thickness, "m")
+    depth = None if thickness is None else number_of("thickness", thickness, "m", above=True)
     history = [f"spectrum of {place.name}: {spectrum.read_as}"]
     resistance = number_of("series_resistance", series_resistance, "ohm")
     capacitance = number_of("parallel_capacitance", parallel_capacitance, "F")
-    per_farad = 0.0
+    per_farad, permittivity = 0.0, spectrum.permittivity
     if spectrum.impedance is not None:
         if offset := phase_offset(spectrum.frequency, spectrum.impedance):
             raise InputError(
@@ -248,11 +240,10 @@ def read_sample(
         sample = 1 / (1 / impedance - turns * parallel) - resistance
         permittivity = np.asarray(per_farad / (turns * sample))
     else:
-        assert spectrum.permittivity is not None
-        permittivity = spectrum.permittivity
         given = {"area": area, "series_resistance": resistance, "parallel_capacitance": capacitance}
         if surplus := [name for name, stated in given.items() if stated]:
             raise InputError(f"{surplus[0]}: the file holds a permittivity, which needs none; omit it")
+    assert permittivity is not None
     return SampleSpectrum(
         frequency=spectrum.frequency,
         permittivity=permittivity,
@@ -271,19 +262,12 @@ def _dimensions(area: str | float | None, depth: float | None) -> tuple[float, f
             f" {name} = '{'1 cm2' if name == 'area' else '200 um'}' (--{name})"
             for name in missing
         )
-    return _above_zero("area", area, "m2"), depth
+    return number_of("area", area, "m2", above=True), depth
 
 
-def number_of(name: str, value: str | float, unit: str) -> float:
-    """Read a number of 0 or more, as text with a unit or in SI."""
+def number_of(name: str, value: str | float, unit: str, *, above: bool = False) -> float:
+    """Read a number of 0 or more, or `above` 0, as text with a unit or in SI."""
     found = number_in(unit, name, value)
-    if not math.isfinite(found) or found < 0:
-        raise InputError(f"{name} = {value}: expected 0 or more, in {unit}")
-    return found
-
-
-def _above_zero(name: str, value: str | float, unit: str) -> float:
-    found = number_of(name, value, unit)
-    if not found:
-        raise InputError(f"{name} = {value}: expected more than 0 {unit}")
+    if not math.isfinite(found) or found < 0 or (above and not found):
+        raise InputError(f"{name} = {value}: expected {'more than 0' if above else '0 or more'}, in {unit}")
     return found

@@ -14,8 +14,6 @@ from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Complex, Real
@@ -29,23 +27,10 @@ LARGEST_RESIDUAL: Final = 0.05
 _NO_SUPPORT: Final = 10.0
 """Difference of the criterion of Akaike beyond which the data leave a causal part no support."""
 _WIDEST: Final = math.radians(45.0)
-_LEAST: Final = {"conductance": 1e-15, "capacitance": 1e-18}
+_LEAST_CONDUCTANCE: Final = 1e-15
+_LEAST_CAPACITANCE: Final = 1e-18
 _FEWEST: Final = 8
 _FEWEST_KEPT: Final = 0.8
-
-
-@dataclass(frozen=True, kw_only=True)
-class ParallelPart:
-    """A resistor and a capacitor in parallel, measured.
-
-    - `estimate`: of ``resistance`` [ohm], ``capacitance`` [F, leads included] and ``phase_offset`` [rad].
-    - `residual`: relative root mean square of the impedance that the part misses, offset included.
-    """
-
-    resistance: float
-    capacitance: float
-    estimate: LeastSquaresEstimate
-    residual: float
 
 
 def fit_parallel_part(frequency: ArrayLike, impedance: ArrayLike) -> ParallelPart:
@@ -60,20 +45,12 @@ def fit_parallel_part(frequency: ArrayLike, impedance: ArrayLike) -> ParallelPar
         raise InputError(f"frequency, impedance: expected two rows of the same length, {_FEWEST} or more")
     if not (np.isfinite(grid).all() and (grid > 0).all() and np.isfinite(data).all() and (data != 0).all()):
         raise InputError("frequency, impedance: expected finite numbers, frequencies and moduli above 0")
-    fit = _Fit.of(grid, data)
-    found = ParallelPart(
-        resistance=fit.values["resistance"],
-        capacitance=fit.values["capacitance"],
-        estimate=fit.estimate,
-        residual=math.sqrt(fit.mean_square),
-    )
+    found = ParallelPart.of(grid, data)
     problems = []
-    offset = fit.values["phase_offset"]
-    certain = CERTAIN * fit.estimate.standard_deviations["phase_offset"]
-    if abs(offset) > max(LARGEST_PHASE_OFFSET, certain):
+    if found.has_phase_offset:
         problems.append(
-            f"impedance: the phase tends to {math.degrees(offset):.3g} degrees at low frequency, where that of a resistor"
-            f" vanishes; more than {math.degrees(LARGEST_PHASE_OFFSET):g} degree is a bad calibration, and the"
+            f"impedance: the phase tends to {math.degrees(found.phase_offset):.3g} degrees at low frequency, where that of a"
+            f" resistor vanishes; more than {math.degrees(LARGEST_PHASE_OFFSET):g} degree is a bad calibration, and the"
             f" {found.capacitance:.3g} F found here would be wrong: calibrate with a resistor of the same size and measure again"
         )
     if found.residual > LARGEST_RESIDUAL:
@@ -86,19 +63,22 @@ def fit_parallel_part(frequency: ArrayLike, impedance: ArrayLike) -> ParallelPar
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Fit:
-    """The best part by least squares of the relative deviation, rows far from the others left out of `kept`.
+class ParallelPart:
+    """A resistor [ohm] and a capacitor [F, leads included] in parallel, measured with a constant error of the phase [rad].
 
-    `missed` are the relative deviations, complex.
+    By least squares of the relative deviation; `missed` is that of each row, complex. Rows far from the
+    others are left out of `kept`.
     """
 
     frequency: Real
     kept: np.ndarray
-    values: Mapping[str, float]
+    resistance: float
+    capacitance: float
+    phase_offset: float
     missed: Complex
 
     @classmethod
-    def of(cls, frequency: Real, impedance: Complex) -> _Fit:
+    def of(cls, frequency: Real, impedance: Complex) -> ParallelPart:
         """Search the phase; for each phase the best resistor and capacitor are known."""
         from scipy.optimize import minimize_scalar
 
@@ -119,22 +99,17 @@ class _Fit:
         return best
 
     @classmethod
-    def _at(cls, frequency: Real, impedance: Complex, kept: np.ndarray, phase: float) -> _Fit:
+    def _at(cls, frequency: Real, impedance: Complex, kept: np.ndarray, phase: float) -> ParallelPart:
         turned, weight = np.exp(1j * phase) / impedance, np.abs(impedance)
         turns = 2 * math.pi * frequency
         conductance = np.sum((turned.real * weight**2)[kept]) / np.sum((weight**2)[kept])
         capacitance = np.sum((turned.imag * turns * weight**2)[kept]) / np.sum((turns * weight)[kept] ** 2)
-        conductance, capacitance = np.maximum((conductance, capacitance), tuple(_LEAST.values()))
+        conductance, capacitance = max(conductance, _LEAST_CONDUCTANCE), max(capacitance, _LEAST_CAPACITANCE)
         return cls(
-            frequency=frequency,
-            kept=kept,
-            values={
-                "resistance": float(1 / conductance),
-                "capacitance": float(capacitance),
-                "phase_offset": phase,
-            },
+            frequency=frequency, kept=kept,
+            resistance=float(1 / conductance), capacitance=float(capacitance), phase_offset=phase,
             missed=(turned - conductance - 1j * turns * capacitance) * weight,
-        )
+        )  # fmt: skip
 
     @property
     def mean_square(self) -> float:
@@ -142,19 +117,30 @@ class _Fit:
         return float(np.mean(np.abs(self.missed[self.kept]) ** 2))
 
     @property
+    def residual(self) -> float:
+        """Relative root mean square of the impedance that the part misses, offset included."""
+        return math.sqrt(self.mean_square)
+
+    @property
     def estimate(self) -> LeastSquaresEstimate:
         """The parameters with their covariance, by the derivatives of the logarithm of the impedance."""
         turns, missed = 2j * math.pi * self.frequency[self.kept], self.missed[self.kept]
-        resistance, capacitance, _ = self.values.values()
-        loaded = 1 + turns * resistance * capacitance
+        loaded = 1 + turns * self.resistance * self.capacitance
         slopes = np.stack(
-            [1 / (resistance * loaded), -turns * resistance / loaded, np.full(turns.size, 1j)], 1
+            [1 / (self.resistance * loaded), -turns * self.resistance / loaded, np.full(turns.size, 1j)], 1
         )
+        values = {name: getattr(self, name) for name in ("resistance", "capacitance", "phase_offset")}
         found = LeastSquaresEstimate(
-            values=self.values, sum_of_squares=math.nan, count=0, noise_is_known=False, evaluations=0, converged=True
+            values=values, sum_of_squares=math.nan, count=0, noise_is_known=False, evaluations=0, converged=True
         )  # fmt: skip
         left, slopes = (np.concatenate([each.real, each.imag]) for each in (missed, slopes))
-        return found.judged(left, slopes, {name: FreeParameter(start=at) for name, at in self.values.items()})
+        return found.judged(left, slopes, {name: FreeParameter(start=at) for name, at in values.items()})
+
+    @property
+    def has_phase_offset(self) -> bool:
+        """Whether the constant phase is larger than a calibration may leave, and no accident."""
+        deviation = self.estimate.standard_deviations["phase_offset"]
+        return abs(self.phase_offset) > max(LARGEST_PHASE_OFFSET, CERTAIN * deviation)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,13 +176,12 @@ def phase_offset(frequency: Real, impedance: Complex) -> PhaseOffset | None:
     """
     if frequency.size < _FEWEST or np.unique(frequency).size < frequency.size or not np.all(impedance):
         return None
-    fit = _Fit.of(frequency, impedance)
-    kept, count, phase = fit.kept, int(np.count_nonzero(fit.kept)), fit.values["phase_offset"]
+    part = ParallelPart.of(frequency, impedance)
+    kept, count = part.kept, int(np.count_nonzero(part.kept))
     if kept.mean() < _FEWEST_KEPT or count < _FEWEST:
         return None
-    misfit = math.sqrt(fit.mean_square * count / (count - len(fit.values) / 2))
-    deviation = fit.estimate.standard_deviations["phase_offset"]
-    if misfit > LARGEST_RESIDUAL or not abs(phase) > max(LARGEST_PHASE_OFFSET, CERTAIN * deviation):
+    misfit = math.sqrt(part.mean_square * count / (count - 1.5))  # by three parameters of complex numbers
+    if misfit > LARGEST_RESIDUAL or not part.has_phase_offset:
         return None
     chosen, grid = 1 / impedance[kept], frequency[kept]
     try:
@@ -205,4 +190,4 @@ def phase_offset(frequency: Real, impedance: Complex) -> PhaseOffset | None:
         return None
     if 4 * count * math.log(inconsistent / misfit) <= _NO_SUPPORT:
         return None
-    return PhaseOffset(phase=phase, misfit=misfit, inconsistent=inconsistent)
+    return PhaseOffset(phase=part.phase_offset, misfit=misfit, inconsistent=inconsistent)

@@ -13,7 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, number_in
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from numpy.typing import NDArray
 
@@ -53,47 +53,39 @@ def reduced(
     time: Real, signals: dict[str, Real], steps: ReductionSteps
 ) -> tuple[Real, dict[str, Real], list[str]]:
     """Apply the steps to calibrated signals, in their order, with one sentence for each step."""
-    found = _Reduced(time, signals, [])
-    found.align(steps)
-    found.level(steps)
-    if steps.average:
-        found.average(steps.average)
-    if steps.resample is not None:
-        found.resample(seconds("resample", steps.resample))
-    return found.time, found.signals, found.words
+    found = _Reduced(time, signals)
+    words = [*found.align(steps), *found.level(steps)]
+    words += found.average(steps.average) if steps.average else ()
+    words += found.resample(seconds("resample", steps.resample)) if steps.resample is not None else ()
+    return found.time, found.signals, words
 
 
 @dataclass
 class _Reduced:
-    """Signals over time as far as they are reduced, with what was done."""
+    """Signals over time as far as they are reduced; each step states what was done."""
 
     time: Real
     signals: dict[str, Real]
-    words: list[str]
 
-    def align(self, steps: ReductionSteps) -> None:
+    def align(self, steps: ReductionSteps) -> Iterator[str]:
         """Shift signals, and count the time from a trigger."""
         for name, value in steps.shift.items():
             shift = seconds(f"shift.{name}", value)
             self.signals[name] = shifted(self.time, self.signals[name], shift)
-            self.words.append(
-                f"{name}: {format_quantity(shift, 's')} added to its time stamps, interpolated linearly"
-            )
+            yield f"{name}: {format_quantity(shift, 's')} added to its time stamps, interpolated linearly"
         if steps.shift:
             self.keep(np.all([np.isfinite(self.signals[name]) for name in steps.shift], axis=0), "shift")
         if steps.trigger:
             rises = find_edges(self.time, self.signals[steps.trigger]).rising
+            where = f"{steps.trigger} first rises through the middle of its range"
             if not rises.size:
                 raise InputError(
                     f"trigger = {steps.trigger}: it does not rise through the middle of its range"
                 )
             self.time = self.time - rises[0]
-            zero = format_quantity(float(rises[0]), "s")
-            self.words.append(
-                f"time: 0 where {steps.trigger} first rises through the middle of its range, {zero}"
-            )
+            yield f"time: 0 where {where}, {format_quantity(float(rises[0]), 's')}"
 
-    def level(self, steps: ReductionSteps) -> None:
+    def level(self, steps: ReductionSteps) -> Iterator[str]:
         """Subtract means and trends, and crop."""
         time = self.time
         for name, span in steps.baseline.items():
@@ -105,31 +97,31 @@ class _Reduced:
                     f"baseline.{name} = {span}: no sample lies in it; the record has {span_words(time)}"
                 )
             self.signals[name] = self.signals[name] - part.mean()
-            self.words.append(f"{name}: mean {part.mean():.10g} of {part.size} samples in {span} subtracted")
+            yield f"{name}: mean {part.mean():.10g} of {part.size} samples in {span} subtracted"
         for name in steps.detrend:
             values = self.signals[name]
             finite = np.isfinite(values)
             centred = time - time[finite].mean()
             slope = float(np.sum(centred[finite] * values[finite]) / np.sum(centred[finite] ** 2))
             self.signals[name] = values - values[finite].mean() - slope * centred
-            self.words.append(f"{name}: fitted straight line with slope {slope:.10g} per s subtracted")
+            yield f"{name}: fitted straight line with slope {slope:.10g} per s subtracted"
         if steps.crop is not None:
             first, last = time_span("crop", steps.crop)
             self.keep((time >= first) & (time <= last), "crop")
-            self.words.append(f"time: {steps.crop} kept")
+            yield f"time: {steps.crop} kept"
 
-    def average(self, by: str) -> None:
+    def average(self, by: str) -> Iterator[str]:
         """Average over the periods of a signal."""
         whole = average_periods(self.time, self.signals, by)
+        self.time, self.signals = whole.time, whole.means
         errors = (
             f"{name}: rms of the standard error {np.sqrt(np.mean(each**2)):.4g}"
             for name, each in whole.standard_errors.items()
         )
-        self.words.append(
+        yield (
             f"averaged over {whole.periods} periods of {by}, {format_quantity(whole.period, 's')} on average with a standard"
             f" deviation of {format_quantity(whole.spread, 's', digits=3)}; time 0 at its rising edge; {', '.join(errors)}"
         )
-        self.time, self.signals = whole.time, whole.means
 
     def keep(self, inside: NDArray[np.bool_], option: str) -> None:
         """Omit samples."""
@@ -138,7 +130,7 @@ class _Reduced:
         self.time = self.time[inside]
         self.signals = {name: values[inside] for name, values in self.signals.items()}
 
-    def resample(self, step: float) -> None:
+    def resample(self, step: float) -> Iterator[str]:
         """Bring all signals onto an even grid."""
         time = self.time
         if not 0 < step <= time[-1] - time[0]:
@@ -152,11 +144,10 @@ class _Reduced:
             )
         grid = time[0] + step * np.arange(count)
         grid = grid[grid <= time[-1]] if grid[-1] > time[-1] + 1e-9 * step else grid
-        means = step > np.median(np.diff(time)) * (1 + 1e-9)
-        how = "means over one step" if means else "linear interpolation"
-        self.words.append(f"resampled to a step of {format_quantity(step, 's')} by {how}")
         self.signals = {name: resampled(time, values, grid) for name, values in self.signals.items()}
         self.time = grid
+        how = "means over one step" if _is_coarser(step, time) else "linear interpolation"
+        yield f"resampled to a step of {format_quantity(step, 's')} by {how}"
 
 
 def span_words(time: Real) -> str:
@@ -172,16 +163,15 @@ seconds = functools.partial(number_in, "s")
 
 def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, float]:
     """Return the ends of a time span such as ``"0 s..2 s"``; an end that is omitted is infinite."""
-    if isinstance(value, str):
-        match = _SPAN.fullmatch(value)
-        if match is None:
-            raise InputError(f"{option} = {value}: expected a span of time, such as '0 s..2 s'")
-        first = seconds(option, match[1]) if match[1] else -np.inf
-        last = seconds(option, match[2]) if match[2] else np.inf
-    elif isinstance(value, (list, tuple)) and len(value) == 2:
-        first, last = (seconds(option, each) for each in value)
-    else:
+    match = _SPAN.fullmatch(value) if isinstance(value, str) else None
+    ends = match.groups() if match else value
+    if not isinstance(ends, (list, tuple)) or len(ends) != 2:
         raise InputError(f"{option} = {value}: expected a span of time, such as '0 s..2 s'")
+    open_ends = (-np.inf, np.inf)
+    first, last = (
+        unbounded if end == "" else seconds(option, end)
+        for end, unbounded in zip(ends, open_ends, strict=True)
+    )
     if not first < last:
         raise InputError(f"{option} = {value}: the end is not after the beginning")
     return first, last
@@ -200,6 +190,7 @@ def resampled(time: Real, values: Real, grid: Real) -> Real:
     sample that takes part is NaN.
     """
     step = float(grid[1] - grid[0])
+    means = _is_coarser(step, time)
     lost = np.isnan(values)
     if lost.any():
         kept = ~lost
@@ -207,16 +198,20 @@ def resampled(time: Real, values: Real, grid: Real) -> Real:
             return np.full(grid.size, np.nan)
         found = resampled(time[kept], values[kept], grid)
         number = np.concatenate([[0], np.cumsum(lost)])
-        reach = step / 2 if step > float(np.median(np.diff(time))) * (1 + 1e-9) else 0.0
+        reach = step / 2 if means else 0.0
         first = np.clip(np.searchsorted(time, grid - reach, side="right") - 1, 0, time.size - 1)
         last = np.clip(np.searchsorted(time, grid + reach, side="left"), 0, time.size - 1)
         return np.where(number[last + 1] > number[first], np.nan, found)
-    if step <= float(np.median(np.diff(time))) * (1 + 1e-9):
+    if not means:
         return np.interp(grid, time, values)
     whole = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
-    low = np.clip(grid - step / 2, time[0], time[-1])
-    high = np.clip(grid + step / 2, time[0], time[-1])
+    low, high = (np.clip(grid + side * step / 2, time[0], time[-1]) for side in (-1, 1))
     return (_integral(time, values, whole, high) - _integral(time, values, whole, low)) / (high - low)
+
+
+def _is_coarser(step: float, time: Real) -> bool:
+    """Return whether the step of a grid exceeds the median interval of samples."""
+    return bool(step > np.median(np.diff(time)) * (1 + 1e-9))
 
 
 def _integral(time: Real, values: Real, whole: Real, at: Real) -> Real:
@@ -235,10 +230,20 @@ _FEWEST_SAMPLES: Final = 8
 
 @dataclass(frozen=True, kw_only=True)
 class SignalEdges:
-    """Times [s] at which a signal passes the middle of its range, increasing, interpolated linearly."""
+    """Times [s] at which a signal passes the middle of its range, increasing, interpolated linearly; falling with the sign -1."""
 
-    rising: Real
-    falling: Real
+    times: Real
+    signs: Real
+
+    @property
+    def rising(self) -> Real:
+        """Times of the rising edges [s]."""
+        return self.times[self.signs > 0]
+
+    @property
+    def falling(self) -> Real:
+        """Times of the falling edges [s]."""
+        return self.times[self.signs < 0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -256,26 +261,21 @@ class PeriodAverage:
 def find_edges(time: Real, values: Real) -> SignalEdges:
     """Find the edges at the mean of the 5 % and 95 % quantiles of a signal, with a hysteresis of 40 % of its range."""
     time, values = time[np.isfinite(values)], values[np.isfinite(values)]
-    if not values.size:
-        return SignalEdges(rising=values, falling=values)
-    low, high = np.quantile(values, [0.05, 0.95])
-    if high == low:
+    low, high = np.quantile(values, [0.05, 0.95]) if values.size else (0.0, 0.0)
+    if high == low and values.size:
         low, high = values.min(), values.max()
     state = np.where(
         values > low + _HIGH * (high - low), 1, np.where(values < low + _LOW * (high - low), -1, 0)
     )
     known = np.flatnonzero(state)
     turns = np.flatnonzero(np.diff(state[known]))
-    level = (low + high) / 2
-    found: dict[int, list[float]] = {1: [], -1: []}
-    for first, last in zip(known[turns], known[turns + 1], strict=True):
-        sign = int(state[last])
-        part = slice(first, last + 1)
-        after = first + int(np.argmax(sign * (values[part] - level) >= 0))
-        before = after - 1
-        share = (level - values[before]) / (values[after] - values[before])
-        found[sign].append(float(time[before] + share * (time[after] - time[before])))
-    return SignalEdges(rising=np.array(found[1]), falling=np.array(found[-1]))
+    signs, level = state[known[turns + 1]], (low + high) / 2
+    spans = zip(known[turns], known[turns + 1], signs, strict=True)
+    after = np.array(
+        [a + np.argmax(sign * (values[a : b + 1] - level) >= 0) for a, b, sign in spans], dtype=int
+    )
+    share = (level - values[after - 1]) / (values[after] - values[after - 1])
+    return SignalEdges(times=time[after - 1] + share * (time[after] - time[after - 1]), signs=signs)
 
 
 def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
@@ -292,7 +292,7 @@ def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAver
             f"average = {by}: its periods differ, from {lengths.min():.4g} to {lengths.max():.4g} s; crop the record to where it"
             " is periodic"
         )
-    count = round(period / float(np.median(np.diff(time))))
+    count = min(round(period / float(np.median(np.diff(time)))), time.size)
     if count < _FEWEST_SAMPLES:
         raise InputError(
             f"average = {by}: a period has {count} samples; at least {_FEWEST_SAMPLES} are needed"

@@ -14,7 +14,7 @@ from electrovib.apps.explorer.example import Example, example
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.plots import fit_words
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.recordings.importing.choice import ProposedColumn, proposed_columns
+from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns
 
 if TYPE_CHECKING:
     import xarray

@@ -1,0 +1,149 @@
+"""Arrays of a binary file as the columns of one table; what is no column is named with the reason."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.recorded import Clock, NotRead, is_named_time, recorded_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
+    from electrovib.data.recorded import Recorded
+
+_EXACT: Final = 2**53
+"""Whole numbers up to here are floats without loss."""
+_MOST_COLUMNS: Final = 64
+_LISTED: Final = 20
+_UNITS_OF_TIME: Final = ("s", "ms", "us", "ns")
+_NO_NUMBERS: Final = {"c": "complex numbers", "S": "text", "U": "text", "O": "objects", "V": "plain bytes"}
+
+
+def table_of_arrays(
+    path: Path,
+    arrays: Iterable[tuple[str, str, NDArray[Any] | str]],
+    *,
+    part: str = "",
+    attributes: Mapping[str, str] | None = None,
+    clocks: Mapping[str, str] | None = None,
+    most: int = _MOST_COLUMNS,
+) -> Recorded:
+    """Return named arrays with their units as the content of a file.
+
+    An array of two dimensions is a column for each of its columns (``"name[3]"``), one of records a column
+    for each field (``"name.force"``). A text in place of an array is the reason why it is not read. `part`
+    is the name of a column, or what the names of those that are meant begin with (``"trial[0]"``). `clocks`
+    maps a column to that of its times; without one those in the same group or struct hold.
+    """
+    columns: list[tuple[str, str, Real]] = []
+    not_read: list[NotRead] = []
+    origins: dict[str, Any] = {}
+    for whole in arrays:
+        for name, unit, values in _columns_of(*whole, most):
+            found = values if isinstance(values, str) else in_numbers(values, unit, origins)
+            if isinstance(found, str):
+                not_read.append(NotRead(name=name, why=found))
+            else:
+                columns.append((name, *found))
+    inside = [each for each in columns if each[0].startswith((f"{part}.", f"{part}/", f"{part}["))]
+    meant = columns if not inside or part in [name for name, *_ in columns] else inside
+    stated = dict(attributes or {})
+    if origins:
+        stated["first_time"] = ", ".join(map(str, origins.values()))
+    try:
+        recorded = recorded_of(path, meant, attributes=stated, part=part if meant is columns else "")
+    except DataFileError as error:
+        if part or not not_read:
+            raise
+        reasons = "; ".join(f"{each.name} ({each.why})" for each in not_read[:_LISTED])
+        raise DataFileError(f"{error.problems[0].reason} Not read: {reasons}.", path=path) from None
+    taken = {each.name for each in recorded.channels} | {each.name for each in recorded.not_read}
+    for name, _, values in columns:
+        if name not in taken:
+            length = f"it has {values.size} values, the columns that are read {recorded.size}"
+            why = length if values.size != recorded.size else "it belongs to another part"
+            not_read.append(NotRead(name=name, why=f"{why}; read it with part = {name}"))
+    return dataclasses.replace(
+        recorded, not_read=(*recorded.not_read, *not_read), clocks=_clocks(recorded, clocks or {})
+    )
+
+
+def in_numbers(values: NDArray[Any], unit: str, origins: dict[str, Any]) -> tuple[str, Real] | str:
+    """Return unit and numbers of a row, or why it is none; times are counted from the first, kept in `origins`."""
+    kind = values.dtype.kind
+    if kind in "mM":
+        own = np.datetime_data(values.dtype)[0]
+        unit = own if own in _UNITS_OF_TIME else "s"
+        values, missing = values.astype(f"{kind}8[{unit}]"), np.isnat(values)
+        if missing.all():
+            return "holds no time"
+        if kind == "M":
+            values = values - origins.setdefault("date", values[~missing][0]).astype(values.dtype)
+        numbers = values.astype(np.int64).astype(float)
+        numbers[missing] = np.nan
+        return unit, numbers
+    if kind not in "fiub":
+        return f"holds {_NO_NUMBERS[kind]}"
+    if kind in "iu" and values.itemsize == 8 and values.size and _largest(values) > _EXACT:
+        if (values[1:] < values[:-1]).any():
+            return f"holds whole numbers beyond {_EXACT}, which floats do not keep apart"
+        values = values - origins.setdefault(f"in {unit}", values[0])
+    with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
+        return unit, np.asarray(values, dtype=float)
+
+
+def _largest(values: NDArray[Any]) -> int:
+    return max(abs(int(values.min())), abs(int(values.max())))
+
+
+def _columns_of(
+    name: str, unit: str, values: NDArray[Any] | str, most: int
+) -> Iterator[tuple[str, str, NDArray[Any] | str]]:
+    """Iterate over the columns of an array of one or two dimensions or of records, or give the reason why it has none."""
+    if isinstance(values, str):
+        yield name, unit, values
+    elif values.dtype.names:
+        for field in values.dtype.names:
+            yield from _columns_of(f"{name}.{field}" if name else field, unit, values[field], most)
+    elif values.ndim == 0 or values.size == 1:
+        yield name, unit, f"is the single value {str(values.ravel()[0])[:40]}"
+    elif values.size == 0:
+        yield name, unit, "is empty"
+    elif values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
+        yield name, unit, values.ravel()
+    else:
+        turned = values.T if values.shape[1] > most >= values.shape[0] else values
+        shape = " x ".join(map(str, values.shape))
+        if turned.ndim > 2:
+            yield name, unit, f"has {values.ndim} dimensions ({shape})"
+        elif turned.shape[1] > most:
+            yield name, unit, f"has {shape} values; at most {most} columns are read"
+        else:
+            for at in range(turned.shape[1]):
+                yield f"{name}[{at}]", unit, turned[:, at]
+
+
+def _clocks(recorded: Recorded, stated: Mapping[str, str]) -> dict[str, Clock]:
+    """Assign channels to the times that are stated for them, or stand in their group, where these are not those of all."""
+    times = {each.name for each in recorded.channels if is_named_time(each)}
+    by_group = {_group(name): name for name in sorted(times, reverse=True)}
+    found = {}
+    for each in recorded.channels:
+        own = stated.get(each.name, "")
+        time = own if own in times else by_group.get(_group(each.name), "")
+        if time and time != recorded.time and each.name not in times:
+            found[each.name] = Clock(time=time)
+    return found
+
+
+def _group(name: str) -> str:
+    """Return the group or struct in which a column stands: ``trial[0]`` of ``trial[0].force``."""
+    return name[: max(name.rfind("/"), name.rfind("."), 0)]

@@ -1,0 +1,246 @@
+"""Times of the samples of a file: of the clock that the chosen columns share, increasing, with what is missing between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.data.recorded import Clock, column_of
+from electrovib.data.unit_words import kind_and_factor
+from electrovib.recordings.importing.held import is_held
+from electrovib.recordings.importing.proposal import proposed_time
+from electrovib.recordings.importing.reduction import seconds
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.core.arrays import Real
+    from electrovib.data.recorded import Recorded
+
+
+_GAP: Final = 1.5
+"""Interval, in units of the median interval, from which on samples are missing."""
+_NO_STAMPS: Final = "the file has no time stamps, so dropped samples cannot be noticed"
+_HELD: Final = (
+    "the file has a row only where a value changes; each value is held until just before the next row"
+)
+_AGREE: Final = 0.01
+"""Difference between the steps of times and a stated one, relative to it, that counts as rounding."""
+STAMPS: Final = ("refuse", "keep_increasing")
+"""Treatments of time stamps that do not increase."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleTimes:
+    """The times of the samples that are kept, increasing [s], with their numbers from 0 and one sentence for each step.
+
+    `held` tells that the file has a row only where a value changes.
+    """
+
+    time: Real
+    rows: np.ndarray[tuple[int], np.dtype[np.intp]]
+    steps: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    held: bool = False
+
+
+def sample_times(
+    recorded: Recorded,
+    columns: Sequence[str] = (),
+    *,
+    time: str = "",
+    step: str | float | None = None,
+    stamps: str = "refuse",
+) -> SampleTimes:
+    """Return the times of the samples of `columns`; a `step` [s] has priority over the file, `stamps` is one of `STAMPS`."""
+    if stamps not in STAMPS:
+        raise InputError(f"stamps = {stamps}: expected one of {', '.join(STAMPS)}")
+    if step is not None and time:
+        raise InputError("step: the time column is given too; omit one of the two")
+    if step is not None:
+        return _even(recorded.size, seconds("step", step), 0.0, "as given")
+    column = column_of(recorded, time, option="time") if time else None
+    clock = Clock(time=column.name) if column else _shared(recorded, columns)
+    if not clock.time and clock.step is not None:
+        return _even(recorded.size, clock.step, clock.start, "as the file states")
+    if not clock.time:
+        example = proposed_time(recorded) or recorded.channels[0]
+        raise InputError(
+            "time: the file states neither times nor a time step; state the column with its unit, such as time ="
+            f" '{example.name} [s]', or a step such as '10 us'"
+        )
+    column = column or column_of(recorded, clock.time, option="time")
+    known = kind_and_factor(column.unit or "s")
+    if known is None or known[0] != "s":
+        raise InputError(f"time = {column.name}: '{column.unit}' is not a unit of time")
+    steps = [f"time: column '{column.name}' [{column.unit or 's'}]"]
+    text = f"the file states no unit for '{column.name}'; s were assumed"
+    unsure = [] if column.unit else [Diagnostic("unit of time", "unknown", text)]
+    unsure += [each for each in _others(recorded, columns, clock) if time]
+    with np.errstate(all="ignore"):  # time stamps of a damaged file may overflow
+        found, rows, more = _increasing(np.asarray(column.values * known[1]), stamps)
+        if not time and clock.step is not None:
+            _refuse_other_step(column.name, found, clock.step)
+        changes = rows.size == recorded.size and is_held(found, recorded, column.name)
+        gaps = (Diagnostic("dropped samples", "ok", _HELD),) if changes else _gaps(found)
+    more += [f"time: {_HELD}"] * changes
+    return SampleTimes(
+        time=found, rows=rows, steps=(*steps, *more), diagnostics=(*unsure, *gaps), held=changes
+    )
+
+
+def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[Clock, list[str]]:
+    """Return each clock of the columns, with the columns that it is of; times that are equal are one clock."""
+    common = Clock(time=recorded.time, step=recorded.step, start=recorded.start)
+    found: dict[Clock, list[str]] = {}
+    for name in columns:
+        own = recorded.clocks.get(name, common)
+        alike = next((each for each in found if _is_equal(recorded, each, own)), own)
+        found.setdefault(alike, []).append(name)
+    return found or {common: []}
+
+
+def _is_equal(recorded: Recorded, one: Clock, two: Clock) -> bool:
+    """Return whether two clocks are one, or two columns of the same times."""
+    if one == two or not (one.time and two.time):
+        return one == two
+    first, second = (column_of(recorded, each.time, option="time") for each in (one, two))
+    return first.unit == second.unit and np.array_equal(first.values, second.values, equal_nan=True)
+
+
+def _shared(recorded: Recorded, columns: Sequence[str]) -> Clock:
+    """Return the clock that the columns share, or refuse columns of several clocks."""
+    first, *others = clocks = clocks_of(recorded, columns)
+    if not others:
+        return first
+    listed = "; ".join(
+        f"{', '.join(map(repr, names))}: {clock_words(recorded, each)}" for each, names in clocks.items()
+    )
+    onto = (
+        " the later ones are put onto the first with --set with=FIRST.nc --set clock_shift='0 s' (merge_traces(first, later,"
+        " shift=0) in Python)."
+    )
+    apart = " their records do not overlap."
+    raise InputError(
+        f"columns: they have {len(clocks)} clocks ({listed}). Import those of each clock by themselves;"
+        f"{onto if all(overlap(recorded, first, each) for each in others) else apart} If all have the same times, state them"
+        " with time or step"
+    )
+
+
+def _others(recorded: Recorded, columns: Sequence[str], stated: Clock) -> list[Diagnostic]:
+    """Say which columns have other times in the file than those that were stated."""
+    found = []
+    for clock, names in clocks_of(recorded, columns).items():
+        if (clock.time or clock.step) and not _is_equal(recorded, clock, stated) and names:
+            text = f"the times '{stated.time}' were stated; in the file {', '.join(map(repr, names))} have another clock, "
+            found.append(Diagnostic("clock", "warning", text + clock_words(recorded, clock)))
+    return found
+
+
+def span_of(recorded: Recorded, clock: Clock) -> tuple[float, float, float] | None:
+    """Return the first and the last time of a clock, and its usual step [s]; None if it is not known."""
+    if not clock.time:
+        if clock.step is None:
+            return None
+        return clock.start, clock.start + clock.step * (recorded.size - 1), clock.step
+    column = column_of(recorded, clock.time, option="time")
+    known = kind_and_factor(column.unit or "s")
+    times = column.values[np.isfinite(column.values)] * (known[1] if known else 1.0)
+    return (float(times[0]), float(times[-1]), float(np.median(np.diff(times)))) if times.size > 1 else None
+
+
+def overlap(recorded: Recorded, one: Clock, two: Clock) -> bool:
+    """Return whether the times of two clocks have a span in common."""
+    spans = span_of(recorded, one), span_of(recorded, two)
+    return None not in spans and max(each[0] for each in spans if each) < min(
+        each[1] for each in spans if each
+    )
+
+
+def clock_words(recorded: Recorded, clock: Clock) -> str:
+    """Write start, end and step of a clock."""
+    name = f"column '{clock.time}' " if clock.time else ""
+    if (span := span_of(recorded, clock)) is None:
+        return f"{name}without times"
+    first, last, every = (format_quantity(each, "s", digits=6) for each in span)
+    return f"{name}from {first} to {last} in steps of {every}"
+
+
+def _refuse_other_step(name: str, time: Real, step: float) -> None:
+    """Refuse times that contradict the time step that the file states too."""
+    usual = float(np.median(np.diff(time)))
+    if abs(usual - step) > _AGREE * step:
+        own, stated = (format_quantity(each, "s", digits=6) for each in (usual, step))
+        raise InputError(
+            f"time: the column '{name}' has steps of {own}, but the file states a time step of {stated}; state which one is"
+            f" right: time = '{name} [UNIT]' or step = '{stated}'"
+        )
+
+
+def _even(size: int, step: float, start: float, whence: str) -> SampleTimes:
+    """Return even times."""
+    if not np.isfinite(step) or step <= 0:
+        raise InputError(f"step = {step}: expected a time above 0, such as '10 us'")
+    return SampleTimes(
+        time=np.asarray(start + step * np.arange(size), dtype=float),
+        rows=np.arange(size),
+        steps=(f"time: step of {format_quantity(step, 's')}, {whence}",),
+        diagnostics=(Diagnostic("dropped samples", "unknown", _NO_STAMPS),),
+    )
+
+
+def _increasing(time: Real, stamps: str) -> tuple[Real, np.ndarray[tuple[int], np.dtype[np.intp]], list[str]]:
+    """Return increasing times with the numbers of their samples, and the steps that this took."""
+    rows = np.flatnonzero(np.isfinite(time))
+    lost = time.size - rows.size
+    steps = [f"time: {lost} samples without a time stamp omitted"] if lost else []
+    kept = time[rows]
+    if kept.size < 2:
+        raise InputError("time: fewer than two samples have a time stamp")
+    change = np.diff(kept)
+    if (change > 0).all():
+        return kept, rows, steps
+    even = np.linspace(kept[0], kept[-1], kept.size)
+    rounding = float(np.min(change[change > 0], initial=np.inf))
+    if (change >= 0).all() and np.isfinite(rounding) and np.abs(kept - even).max() <= rounding:
+        steps.append(
+            f"time: the stamps are rounded to {format_quantity(rounding, 's', digits=3)} and repeat; replaced by"
+            f" {kept.size} even times between the first and the last"
+        )
+        return even, rows, steps
+    best = np.concatenate([[-np.inf], np.maximum.accumulate(kept)[:-1]])
+    good = kept > best
+    if stamps == "refuse":
+        bad, first = int(np.count_nonzero(~good)), int(rows[int(np.argmin(good))])
+        raise InputError(
+            f"time: {bad} time stamps do not increase, the first at sample {first}; stamps = 'keep_increasing'"
+            " (--set stamps=keep_increasing) drops such samples"
+        )
+    steps.append(f"time: {int(np.count_nonzero(~good))} samples whose time stamp does not increase dropped")
+    return kept[good], rows[good], steps
+
+
+def _gaps(time: Real) -> tuple[Diagnostic, ...]:
+    """State how many samples are missing between others."""
+    if time.size < 3:
+        return ()
+    change = np.diff(time)
+    usual = float(np.median(change))
+    wide = change > _GAP * usual
+    lost = int(np.sum(np.round(change[wide] / usual) - 1)) if wide.any() else 0
+    if not lost:
+        return (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
+    where = format_quantity(float(time[:-1][wide][0]), "s", digits=4)
+    return (
+        Diagnostic(
+            "dropped samples", "warning",
+            f"about {lost} samples are missing in {int(wide.sum())} intervals longer than 1.5 times the median, the first"
+            f" after {where}", float(lost), 0.0, "1",
+        ),
+    )  # fmt: skip

@@ -1,0 +1,184 @@
+"""Listing of a file: its columns, its clocks, what is wrong with its samples, and the options that import them."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.data.registry import format_of, read_recorded
+from electrovib.data.spectrum import spectrum_of, split_part
+from electrovib.recordings.importing.account import MOST_COLUMNS, account_lines
+from electrovib.recordings.importing.clock import clock_words, clocks_of, overlap, sample_times
+from electrovib.recordings.importing.notices import about_sensors
+from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns, proposed_time, rises
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.data.recorded import DataColumn, Recorded
+
+
+_ABOUT: Final = {"table": "read", "unsure": "not sure"}
+"""What a reader states of its file, and how that is called."""
+
+
+def list_columns(
+    path: str | Path,
+    *,
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    part: str | None = None,
+) -> list[str]:
+    """List the columns of a file, with their units, and an example of the options that import them."""
+    table, wanted = split_part(part)
+    recorded = read_recorded(
+        Path(path), reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=table
+    )
+    lines = [_heading(Path(path), recorded, reader), *account_lines(recorded)]
+    about = recorded.attributes
+    lines += [f"  {words}: {about[name]}" for name, words in _ABOUT.items() if name in about]
+    try:
+        spectrum = spectrum_of(recorded, spectrum=wanted)
+    except InputError as error:
+        if any(each.name.lower().startswith("freq") for each in recorded.channels):
+            return [*lines, f"not yet a spectrum: {error.problems[0].reason}"]
+        return [*lines, *_example(recorded)]
+    return [
+        *lines,
+        f"a spectrum of {'impedance' if spectrum.impedance is not None else 'permittivity'}: {spectrum.read_as}",
+        *([spectrum.among] if spectrum.among else []),
+        "to import it: -o spectrum.nc, or --as material -o material.toml",
+    ]
+
+
+def list_account(path: str | Path, *, reader: str = "", part: str | None = None, **options: Any) -> list[str]:
+    """List every column of a file that is read, and everything that is not, whole."""
+    recorded = read_recorded(Path(path), reader=reader, part=split_part(part)[0], **options)
+    return [_heading(Path(path), recorded, reader), *account_lines(recorded, whole=True)]
+
+
+def _heading(path: Path, recorded: Recorded, reader: str) -> str:
+    count, name = len(recorded.channels), reader or format_of(path).name
+    return f"{path.name}: reader '{name}', {count} columns of {recorded.size} samples"
+
+
+def _example(recorded: Recorded) -> list[str]:
+    """State the clocks and the faults of the columns, and the options that import those whose heading or unit tells a signal."""
+    time = None if recorded.time or recorded.step is not None else proposed_time(recorded)
+    times = {recorded.time, time.name if time else "", *(each.time for each in recorded.clocks.values())}
+    columns = [each for each in recorded.channels if each.name not in times]
+    unknown = [each for each in columns if not (each.unit or rises(each.values))]
+    proposed = proposed_columns(recorded, columns) or tuple(
+        ProposedColumn(column=each.name, signal="drive_voltage", unit="V") for each in unknown[:1]
+    )
+    together = next(
+        iter(
+            clocks_of(
+                recorded, [each.column for each in proposed] or [each.name for each in columns]
+            ).values()
+        )
+    )
+    lines = [_time(recorded, time), *_faults(recorded, columns, together)]
+    if not proposed:
+        why = "no heading and no unit tells a signal"
+        return [*lines, f"{why}; to import a column: --column SIGNAL=COLUMN -o trace.nc"]
+    stated = _stated_time(recorded, time)
+    return [*lines, *_imports(recorded, proposed, stated), *_remarks(proposed, stated)]
+
+
+def _imports(recorded: Recorded, proposed: Sequence[ProposedColumn], stated: str) -> list[str]:
+    """Return the options that import the columns of the first clock, then those that put the columns of others onto it."""
+    first, *others = clocks = clocks_of(recorded, [each.column for each in proposed])
+    options = {
+        clock: _options([each for each in proposed if each.column in names])
+        for clock, names in clocks.items()
+    }
+    lines, earlier = [f"to import it: {options[first]}{stated} -o trace.nc"], "trace.nc"
+    for number, clock in enumerate(others, 2):
+        onto = f' --set with={earlier} --set clock_shift="0 s"'
+        together = overlap(recorded, first, clock)
+        how, target = (
+            "to put it onto the one before" if together else "to import it by itself",
+            f"trace_{number}.nc",
+        )
+        lines.append(
+            f"{', '.join(map(repr, clocks[clock]))}: another clock, {clock_words(recorded, clock)}; {how}:"
+            f" {options[clock]}{onto if together else ''} -o {target}"
+        )
+        earlier = target if together else earlier
+    return lines
+
+
+def _options(proposed: Sequence[ProposedColumn]) -> str:
+    options = [f'--column {each.signal}="{each.stated}"' for each in proposed]
+    return " ".join(
+        [*options, *(f'--set scale.{each.signal}="{each.scale}"' for each in proposed if each.scale)]
+    )
+
+
+def _time(recorded: Recorded, proposed: DataColumn | None) -> str:
+    """State the clock of the file, or what is missing of it."""
+    if recorded.time:
+        unit = next(each.unit for each in recorded.channels if each.name == recorded.time)
+        unsure = f', for which the file states no unit: s are assumed; write --set time="{recorded.time} [ms]" if it is ms'
+        return f"time: column '{recorded.time}'" + ("" if unit else unsure)
+    if recorded.step is not None:
+        return (
+            f"time: a step of {format_quantity(recorded.step, 's')}, first sample at"
+            f" {format_quantity(recorded.start, 's')}, as the file states"
+        )
+    if proposed is not None:
+        return f"time: not stated; '{proposed.name}' increases and may be it"
+    return 'time: not stated; add --set time="COLUMN [s]" or --set step="10 us"'
+
+
+def _stated_time(recorded: Recorded, proposed: DataColumn | None) -> str:
+    """Return the option that states the time where the file does not, or not its unit."""
+    if recorded.step is not None and not recorded.time:
+        return ""
+    column = proposed or next((each for each in recorded.channels if each.name == recorded.time), None)
+    if column is None:
+        return ' --set step="10 us"'
+    if recorded.time and column.unit:
+        return ""
+    return f' --set time="{column.name}' + ('"' if column.unit else ' [s]"')
+
+
+def _faults(recorded: Recorded, columns: Sequence[DataColumn], together: Sequence[str]) -> list[str]:
+    """State whether the rows are changes alone, and the faults of the columns, a line for each."""
+    found: list[Diagnostic] = []
+    with suppress(InputError):  # of a file without times, and of times that are refused when it is imported
+        clock = sample_times(recorded, together)
+        found += [each for each in clock.diagnostics if clock.held or each.state == "warning"]
+    readings = {each.name: each.values for each in columns[:MOST_COLUMNS]}
+    found += [each for each in about_sensors(readings) if each.state == "warning"]
+    return [f"{'warning' if each.state == 'warning' else 'time'}: {each.text}" for each in found]
+
+
+def _remarks(proposed: Sequence[ProposedColumn], stated: str) -> list[str]:
+    """Say what of the proposal is an example, or not sure."""
+    lines = []
+    if unsure := ", ".join(f"'{each.column}'" for each in proposed if each.unit):
+        lines.append(f"the file states no unit for {unsure}: write the right one into the brackets")
+    if stated:
+        lines.append(f"{stated.removeprefix(' --set ')} is an example: write what is right")
+    if scaled := ", ".join(each.scale for each in proposed if "/" in each.scale):
+        lines.append(f"{scaled} stands for the sensitivity of the sensor: write that of yours")
+    if unnamed := [each.column for each in proposed if each.signal == "drive_voltage" and not each.is_named]:
+        sensor = "is the output of a sensor, take the signal that it measures, with --set scale.SIGNAL=..."
+        lines.append(f"if '{unnamed[0]}' {sensor} SIGNAL=\"1.5 N/V\"")
+    if turned := next((each.column for each in proposed if each.scale == "-1"), ""):
+        lines.append(f"'{turned}' is negative; as normal_force a load is positive")
+    lines += [
+        f"not sure: '{each.column}' is the lateral force if the finger slides along y; it may be another axis"
+        for each in proposed
+        if not each.is_sure
+    ]
+    if any(each.signal.endswith("_force") for each in proposed):
+        lines.append("of a scenario with a [rig]: lateral_force_measured, normal_force_measured")
+    return lines
