@@ -23,12 +23,14 @@ _SOUND: Final = (
 )
 _CDF_5: Final = "netCDF in the form CDF-5, which is not read; convert it with 'nccopy -k nc4 {} NEW.nc'"
 _SPREADSHEET: Final = "a spreadsheet in a format that is not read; save it as .csv or .xlsx"
+_IMPEDANCE: Final = "a file of a potentiostat or impedance analyser in its own form; export the spectrum there as .csv or .txt"
 _TABLE: Final = "a table of numbers; 'electrovib import {}' reads it"
 _TABLES: Final = ".csv .txt .dat .tsv .xlsx .xlsm .tdms .wav .isf .h5 .hdf5 .mat .nc"
 _WORDS: Final = {
     _ARCHIVE: ".zip .gz .rar .7z .tar .bz2 .xz",
     _DOCUMENT: ".doc .docx .odt .pdf .ppt .pptx .rtf",
     _PICTURE: ".png .jpg .jpeg .gif .bmp .tif .tiff .svg .webp",
+    _IMPEDANCE: ".idf .ids .isw .dfr .i2b .pssession .mpr",
     _SPREADSHEET: ".xls .xlsb .ods .numbers .gsheet",
     _SOUND: ".aif .aiff .aifc .flac .w64 .ogg .opus .mp3 .m4a .caf .au",
     "a page of the web; save the data that it shows as .csv": ".html .htm",
