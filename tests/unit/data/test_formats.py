@@ -93,7 +93,10 @@ def packed_sheet(path):
 
 @pytest.mark.parametrize(
     ("name", "write", "words"),
-    [("a.npy", pickled, "damaged or not a NumPy file"), ("a.xlsx", packed_sheet, "would unpack to 40 MB")],
+    [
+        ("a.npy", pickled, "holds Python objects, which are not unpickled"),
+        ("a.xlsx", packed_sheet, "would unpack to 40 MB"),
+    ],
 )
 def test_nothing_is_unpickled_and_nothing_unpacked_that_declares_too_much(
     tmp_path, monkeypatch, name, write, words

@@ -23,13 +23,13 @@ MISSING: Final = frozenset({
 })  # fmt: skip
 """Fields, in small letters, that state no number: empty, out of the range of the instrument, or no reading."""
 _SIGNS_ALONE: Final = re.compile(r"\*+|-{2,}|\+{2,}|[_.?]{2,}")
-_ALIKE: Final = str.maketrans({
+ALIKE: Final = str.maketrans({
     "\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'",
 })  # fmt: skip
 """Signs that are written for a minus, a blank, an apostrophe."""
 _LONGEST: Final = 64
 """Most characters of a number; the bound keeps the matching fast."""
-_UNIT: Final = re.compile(r"(.*?[\d.)]) ?((?:[^\W\d_]|[°%]).{0,11})")
+_UNIT: Final = re.compile(r"(.*[\d.)]) ?((?:[^\W\d_]|[°%]).{0,11})")
 THOUSANDS: Final = (",", ".", " ", "'")
 
 
@@ -53,13 +53,14 @@ class Notation:
     decimal: str = "."
     thousands: str = ""
 
+    @functools.lru_cache(maxsize=16_384)  # noqa: B019  # a notation is a constant
     def number(self, cell: str) -> float | None:
         """Return the number that a field states; NaN where a reading is missing, None where the field is no number."""
         if len(cell) > _LONGEST:
             return None
-        if cell.lower() in MISSING or _SIGNS_ALONE.fullmatch(cell):
+        if (cell.lower() in MISSING and cell != "nA") or _SIGNS_ALONE.fullmatch(cell):
             return np.nan
-        cell = cell.translate(_ALIKE)
+        cell = cell.translate(ALIKE)
         below = cell[:1] == "(" and cell[-1:] == ")"  # as accountants write negative numbers
         text = cell[1:-1] if below else cell
         if not _form(self.decimal, self.thousands).fullmatch(text) or (below and text[0] in "+-"):
@@ -74,7 +75,7 @@ class Notation:
 
     def quantity(self, cell: str) -> tuple[float, str] | None:
         """Return the number and the unit of a field such as ``1.2 us``; None if it is none."""
-        found = _UNIT.fullmatch(cell.translate(_ALIKE)) if len(cell) <= _LONGEST else None
+        found = _UNIT.fullmatch(cell.translate(ALIKE)) if len(cell) <= _LONGEST else None
         number = self.number(found[1]) if found else None
         if found is None or number is None:
             return None
