@@ -83,7 +83,7 @@ def test_two_columns_of_the_same_times_are_one_clock():
 
 def test_a_step_that_contradicts_the_times_is_refused_with_both():
     with pytest.raises(
-        InputError, match="'Time A' has steps of 50 ms, but the file states a time step of 51 ms"
+        InputError, match=r"'Time A \[s\]' has steps of 50 ms, but the file states a time step of 51 ms"
     ):
         sample_times(two_clocks(step=0.051), ["Force"])
     np.testing.assert_allclose(sample_times(two_clocks(step=0.0502), ["Force"]).time, A)
@@ -177,9 +177,13 @@ def test_a_channel_of_times_beside_waveforms(waveforms):
     times = {"unit_string": "s"}
     path = waveforms(Time=(0.01 * values, times), F=(values, waveform(0, 0.01, "N")))
     np.testing.assert_allclose(ev.import_file(path, {"lateral_force": "G/F"}).time, 0.01 * values)
+    assert not any("state which one is right" in line for line in list_columns(path))
     path = waveforms(Time=(0.01 * values, times), F=(values, waveform(0, 1.0, "N")))
+    assert any(
+        "the file also states a step of 1 s: state which one is right" in line for line in list_columns(path)
+    )
     with pytest.raises(
-        InputError, match="'G/Time' has steps of 10 ms, but the file states a time step of 1 s"
+        InputError, match=r"'G/Time \[s\]' has steps of 10 ms, but the file states a time step of 1 s"
     ):
         ev.import_file(path, {"lateral_force": "G/F"})
 

@@ -33,6 +33,7 @@ HEADINGS = {
     "Time (s),NormalForce (N),LateralForce (N)": {"normal_force": 1, "lateral_force": 2},
     "Time (s),Force X (N),Force_Z (N)": {"lateral_force": 1, "normal_force": 2},
     "Time (s),Y force (N),cellFz (N),ForceX (N)": {"normal_force": 2, "lateral_force": 3},
+    "time (s),force_N": {"lateral_force": 1},
     "Time (s),Fn1 (N),Ft (N)": {"normal_force": 1, "lateral_force": 2},
     "Time (s),COF,Friction coefficient,Fx (N)": {"lateral_force": 3},
     "Timestamp,Fnormal (N),Fx (N)": {"normal_force": 1, "lateral_force": 2},

@@ -11,7 +11,14 @@ from electrovib.core.units import format_quantity
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.importing.account import MOST_COLUMNS, account_lines
-from electrovib.recordings.importing.clock import clock_words, clocks_of, overlap, sample_times
+from electrovib.recordings.importing.clock import (
+    clock_words,
+    clocks_of,
+    contradicted,
+    needs_unit,
+    overlap,
+    sample_times,
+)
 from electrovib.recordings.importing.notices import about_sensors
 from electrovib.recordings.importing.proposal import (
     ProposedColumn,
@@ -129,10 +136,11 @@ def _options(proposed: Sequence[ProposedColumn]) -> str:
 def _time(recorded: Recorded, proposed: DataColumn | None) -> str:
     """State the clock of the file, or what is missing of it."""
     if recorded.time:
-        unit = next(each.unit for each in recorded.channels if each.name == recorded.time)
-        unsure = f', for which the file states no unit: s are assumed; write --set time="{recorded.time} [ms]" if it is ms'
-        words = "" if unit else unsure
-        if recorded.step is not None:
+        column = next(each for each in recorded.channels if each.name == recorded.time)
+        assumed = "it has to be stated" if needs_unit(column) else "s are assumed"
+        unsure = f', for which the file states no unit: {assumed}; write --set time="{column.name} [ms]" if it is ms'
+        words = "" if column.unit else unsure
+        if recorded.step is not None and contradicted(recorded):
             words += f", but the file also states a step of {format_quantity(recorded.step, 's')}: state which one is right"
         return f"time: column '{recorded.time}'{words}"
     if recorded.step is not None:
@@ -152,7 +160,7 @@ def _stated_time(recorded: Recorded, proposed: DataColumn | None) -> str:
     column = proposed or next((each for each in recorded.channels if each.name == recorded.time), None)
     if column is None:
         return ' --set step="10 us"'
-    if recorded.time and column.unit and recorded.step is None:
+    if recorded.time and column.unit and not contradicted(recorded):
         return ""
     return f' --set time="{column.name}' + ('"' if column.unit else ' [s]"')
 

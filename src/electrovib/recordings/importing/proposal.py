@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 _WORDS: Final[Mapping[str, str]] = {
-    "normal_force": r".*\b(f|force|kraft) ?([nz] ?\d*|norm(al)?)\b.*|.*\b[nz] (force|kraft)\b.*"
+    "normal_force": r".*\b(f ?[nz]|(force|kraft) ?z|f ?norm(al)?) ?\d*\b.*|.*\bz (force|kraft)\b.*"
     r"|.*\b(normal|vertical|load(?! ?cell)|down ?force|last|normalkraft|press(ing)?|effort normal)\b.*",
     "lateral_force": r"f|.*\bf ?([txyrf] ?\d*|tan(gential)?)\b.*"
     r"|.*\b(lateral|tangential\w*|shear|friction|horizontal|reib\w*|querkraft|frottement)\b.*"
