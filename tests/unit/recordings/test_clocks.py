@@ -261,5 +261,6 @@ def test_a_listing_of_constructed_clocks_does_not_mix_them(monkeypatch, tmp_path
     assert first == 'to import it: --column lateral_force="Force" -o trace.nc'
     assert "column 'Time B' from 0 s to 4.975 s in steps of 25 ms" in second
     assert (
-        '--column drive_voltage="Voltage" --set with=trace.nc --set clock_shift="0 s" -o trace_2.nc' in second
+        '--column drive_voltage="Voltage" --set with="trace.nc" --set clock_shift="0 s" -o trace_2.nc'
+        in second
     )

@@ -26,11 +26,17 @@ def account_of(recorded: Recorded) -> dict[str, list[dict[str, Any]]]:
 
 def _account(column: DataColumn) -> dict[str, Any]:
     """Return name, unit, type and number of rows of a column, and the first and the last of its numbers."""
-    known = np.flatnonzero(np.isfinite(column.values))
-    ends = [float(column.values[at]) for at in (known[0], known[-1])] if known.size else [None, None]
+    values, known = column.values, np.isfinite(column.values)
+    missing = values.size - int(np.count_nonzero(known))
+    ends = (
+        (int(np.argmax(known)), values.size - 1 - int(np.argmax(known[::-1])))
+        if missing < values.size
+        else ()
+    )
+    first, last = [float(values[at]) for at in ends] or (None, None)
     return {
-        "name": column.name, "unit": column.unit, "type": str(column.values.dtype), "rows": column.values.size,
-        "missing": column.values.size - known.size, "first": ends[0], "last": ends[1],
+        "name": column.name, "unit": column.unit, "type": str(values.dtype), "rows": values.size, "missing": missing,
+        "first": first, "last": last,
     }  # fmt: skip
 
 

@@ -110,7 +110,7 @@ def import_file(
     stated: dict[str, Any] = {
         name: value for name, value in (options | {"part": part}).items() if value is not None
     }
-    stated |= {"columns": dict(columns or {}), "time": time, "step": step}
+    stated |= {"columns": dict(columns or {}), "time": time, "step": step, "stamps": stamps}
     stated |= {"calibration": {name: str(each) for name, each in calibration.items()}} if calibration else {}
     origin = {
         "title": title or place.stem,
