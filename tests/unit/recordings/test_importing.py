@@ -333,6 +333,12 @@ def test_faults_of_a_sensor_are_named_without_an_import_too(table, values, words
     assert len(texts) == bool(words)
 
 
+def test_two_readings_at_an_end_that_are_not_much_more_often_than_two_others_are_no_rail():
+    others = np.concatenate([[10.0], np.tile([30.0, 31.0], 75), np.arange(32.0, 200.0)])
+    for times, is_rail in ((200, False), (300, True)):
+        assert at_extreme(np.concatenate([np.tile([0.0, 1.0], times), others])).any() is np.bool_(is_rail)
+
+
 def test_a_rest_with_noise_of_a_few_steps_is_no_rail():
     rng = np.random.default_rng(0)
     touched = np.where(T < 0.8, 0, 30 + 100 * np.abs(np.sin(8 * T)))
