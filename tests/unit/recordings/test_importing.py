@@ -214,6 +214,11 @@ def test_an_impedance_is_a_trace_and_a_material(table):
     assert found.thickness == 2e-4
     with pytest.raises(InputError, match=r"area: .* '1 cm2'"):
         ev.import_material(path, thickness="200 um")
+    with pytest.raises(InputError, match=r"(?s)area: .*\nthickness: .* '200 um'"):
+        ev.import_material(path)
+    for stated in ({"area": "0 m2", "thickness": "1 mm"}, {"area": "1 cm2", "thickness": 0.0}):
+        with pytest.raises(InputError, match="expected more than 0, in m"):
+            ev.import_material(path, **stated)
     with pytest.raises(InputError, match="rows are those of no passive dielectric"):
         ev.import_material(path, area="1 cm2", thickness="200 um", series_resistance="1 Mohm")
 
