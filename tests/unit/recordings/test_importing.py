@@ -11,8 +11,10 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.importing import list_columns
 from electrovib.recordings.importing.reduction import (
+    ReductionSteps,
     average_periods,
     find_edges,
+    reduced,
     resampled,
     shifted,
 )
@@ -263,6 +265,15 @@ def test_edges_and_averages_over_periods(table):
         ev.import_file(path, columns, average="drive_voltage", crop="0 s..0.6 s")
     with pytest.raises(InputError, match="its periods differ"):
         average_periods(time, {"f": np.sin(2 * np.pi * (3 * time + time**2))}, "f")
+
+
+def test_the_spread_of_periods_is_stated():
+    time = np.arange(0, 4, 1e-3)
+    gate = np.searchsorted([0.5, 1.45, 2.55, 3.5], time, side="right") - np.searchsorted(
+        [1.0, 2.0, 3.0, 3.8], time, side="right"
+    )
+    _, _, words = reduced(time, {"drive_voltage": gate * 5.0}, ReductionSteps(average="drive_voltage"))
+    assert "3 periods of drive_voltage, 1 s on average with a standard deviation of 86.6 ms" in words[0]
 
 
 @pytest.mark.parametrize(("noise", "state"), [(1.0, "warning"), (0.3, "unknown"), (0.0, "unknown")])
