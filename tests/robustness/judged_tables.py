@@ -39,7 +39,7 @@ def outcome_of(table: Table, path) -> Outcome:
     if (
         best.what != "wrong"
         and len(found) > 1
-        and not (recorded.not_read or "omitted" in recorded.attributes)
+        and not recorded.not_read
     ):
         return Outcome("wrong", "lost: the other segments are not named")
     return best

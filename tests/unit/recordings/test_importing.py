@@ -305,6 +305,7 @@ def test_what_is_constant_or_has_two_levels_is_no_rail():
     assert np.count_nonzero(at_rail(both)) > 2500
 
 
+FINE = np.where((T > 0.4) & (T < 0.9), -7.0 - (np.arange(T.size) % 2) * 1e-2, FORCE)
 FLICKER = np.where((T > 0.4) & (T < 0.9), -7.0 - (np.arange(T.size) % 3 == 0) * 1e-4, np.round(FORCE, 4))
 STUCK = np.where((T > 1) & (T < 1.2), 0.2345, FORCE)
 
@@ -313,6 +314,7 @@ STUCK = np.where((T > 1) & (T < 1.2), 0.2345, FORCE)
     ("values", "words"),
     [
         (FLICKER, "the sensor of Fz is at its rail, or in a dead band, for 24.95% of the samples"),
+        (FINE, "the sensor of Fz is at its rail, or in a dead band, for 24.95% of the samples"),
         (-FLICKER, "the sensor of Fz is at its rail, or in a dead band, for 24.95% of the samples"),
         (STUCK, "Fz stands still from sample 1001 to 1199 and has noise elsewhere"),
         (np.where((T > 1) & (T < 1.2), -0.4, FORCE), "at its rail, or in a dead band, for 9.95%"),
@@ -321,7 +323,17 @@ STUCK = np.where((T > 1) & (T < 1.2), 0.2345, FORCE)
         (np.where(T < 1, 0.0, np.sin(90 * T)), ""),  # of a generator
         (np.repeat(FORCE[::10], 10), ""),  # read ten times for each update
     ],
-    ids=["flickers", "flickers above", "stuck", "rail", "good", "coarse", "generator", "repeated"],
+    ids=[
+        "flickers",
+        "flickers among fine readings",
+        "flickers above",
+        "stuck",
+        "rail",
+        "good",
+        "coarse",
+        "generator",
+        "repeated",
+    ],
 )
 def test_faults_of_a_sensor_are_named_without_an_import_too(table, values, words):
     path = table("t [s],Fz [N]", T, values)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import struct
 from typing import TYPE_CHECKING, Any, Final
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import CanRead, FileFormat, check_declared, recorded_of, text_of
+from electrovib.data.recorded import CanRead, FileFormat, NotRead, check_declared, recorded_of, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,13 +41,9 @@ def read_oscilloscope_binary(path: Path) -> Recorded:
     )
     step, start, model, omitted = found.pop("about")
     table = [(name, unit, values) for (_, name, unit), values in found.items()]
-    return recorded_of(
-        path,
-        table,
-        step=step,
-        start=start,
-        attributes={"model": model} | ({"omitted": omitted} if omitted else {}) | _unsure(path),
-    )
+    read = recorded_of(path, table, step=step, start=start, attributes={"model": model} | _unsure(path))
+    others = [NotRead(name=omitted, why="the first frame is read")] if omitted else []
+    return dataclasses.replace(read, not_read=(*read.not_read, *others))
 
 
 def _unsure(path: Path) -> dict[str, str]:
