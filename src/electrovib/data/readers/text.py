@@ -34,12 +34,11 @@ def read_laboratory_text(
     *,
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
-    thousands: str | None = None,
     part: str = "",
 ) -> Recorded:
     """Read every column of numbers of a text file of an instrument, and the statements of its preamble.
 
-    An empty `delimiter` stands for blanks, an empty `thousands` for none. Of a file with several tables, as
+    An empty `delimiter` stands for blanks. Of a file with several tables, as
     Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
     raw, about, others = one_table(path, as_utf8(path, path.read_bytes()), part)
@@ -50,7 +49,6 @@ def read_laboratory_text(
         raw,
         delimiter=delimiter,
         decimal_comma=decimal_comma,
-        thousands=thousands,
         part="" if about else part,
     )
     return dataclasses.replace(
@@ -193,6 +191,6 @@ FORMAT: Final = FileFormat(
     can_read=_can_read,
     read=read_laboratory_text,
     columns=read_columns,
-    options=("delimiter", "decimal_comma", "thousands", "part"),
+    options=("delimiter", "decimal_comma", "part"),
     is_last=True,
 )

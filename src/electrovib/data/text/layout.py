@@ -187,7 +187,6 @@ def find_layout(
     path: Path | None = None,
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
-    thousands: str | None = None,
 ) -> Layout | None:
     """Find the layout that explains most of the lines of a text as rows of numbers; None if no line is one.
 
@@ -200,7 +199,7 @@ def find_layout(
         if separator.strip(" ") and separator not in text:
             continue
         rows = [split(line, separator) for line in lines]
-        for comma, sign in _notations(text, separator, decimal_comma, thousands):
+        for comma, sign in _notations(text, separator, decimal_comma):
             found = _under(lines, rows, separator, Notation(decimal="," if comma else ".", thousands=sign))
             if found is not None:
                 scored.append(found)
@@ -232,16 +231,14 @@ def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, boo
     return fits, not single, sum(map(bool, layout.names)), settings
 
 
-def _notations(
-    text: str, delimiter: str, decimal_comma: bool | None, thousands: str | None
-) -> Iterator[tuple[bool, str]]:
+def _notations(text: str, delimiter: str, decimal_comma: bool | None) -> Iterator[tuple[bool, str]]:
     """Iterate over the notations of numbers of which a text shows a sign."""
     for comma in (False, True) if decimal_comma is None else (decimal_comma,):
         shown = "," in text or re.search(r"\d\.\d{3}(?!\d)", text) or decimal_comma is not None
         if comma and (not shown or (delimiter == "," and '"' not in text)):
             continue
-        yield comma, thousands or ""
-        for sign in THOUSANDS if thousands is None else ():
+        yield comma, ""
+        for sign in THOUSANDS:
             if (sign == (delimiter or " ") and '"' not in text) or sign == (",." if comma else ".,")[0]:
                 continue
             written = {" ": "[ \u00a0\u202f\u2009]", "'": "['\u2019]"}.get(sign, re.escape(sign))
@@ -268,8 +265,8 @@ def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequen
                 for layout in (best, other)
             )
             raise DataFileError(
-                f"'{example}' can be read as {read}, and nothing in the file decides; state delimiter, decimal_comma or"
-                " thousands (--set decimal_comma=true, --set thousands=,).",
+                f"'{example}' can be read as {read}, and nothing in the file decides; state whether decimals are"
+                " written with a comma (--set decimal_comma=true, or false), or the delimiter.",
                 path=path,
             )
 
