@@ -22,6 +22,8 @@ DELIMITERS: Final = ("\t", ";", ",", "|", "", WIDE)
 """Candidates; the empty text stands for blanks, two blanks for two or more."""
 _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
+_FEW: Final = 4
+"""Rows from which on a column has more than one number."""
 _NO_TEXT: Final = 4096
 """First bytes among which a zero byte shows that a file is no text."""
 BEGINNING: Final = 200
@@ -33,7 +35,7 @@ _SETTING: Final = re.compile(
     r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
 )
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
-_SIGN: Final = re.compile(r"#+\s*|%+\s+(?=\S)")
+_SIGN: Final = re.compile(r"^#+\s*|^%+\s+(?=\S)")
 """Sign of a comment before the first heading."""
 _STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*")
 _STAMP: Final = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d", re.ASCII)
@@ -359,7 +361,7 @@ def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> t
     for place in range(width):
         cells = [row[place] for row in rows if place < len(row) and row[place]]
         numbers = sum(notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells)
-        if numbers > len(cells) / 2:
+        if numbers > len(cells) / 2 and (numbers > 1 or len(rows) < _FEW):
             found.append(place)
     return tuple(found)
 
