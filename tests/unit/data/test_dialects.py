@@ -27,7 +27,9 @@ READ = {
         "f [Hz]\tEps'\tTan(Delta)\tV(out)\tI(R1)\n1\t2\t3\t4\t5\n2\t3\t4\t5\t6\n",
         {"Tan(Delta)": ("", [3, 4]), "V(out)": ("", [4, 5]), "I(R1)": ("", [5, 6]), "Eps'": ("", [2, 3])},
     ),
-    "decimal commas in quotes": ('"t (s)","F (N)"\n"0,0","1,50"\n"0,1","-1,51"\n', {"t": ("s", [0, 0.1]), "F": ("N", [1.5, -1.51])}),
+    "decimal commas in quotes": (
+        '"t (s)","F (N)"\n"0,0","1,50"\n"0,1","-1,51"\n', {"t": ("s", [0, 0.1]), "F": ("N", [1.5, -1.51])},
+    ),
     "thousands with points": ("t [s];F [mN]\n0,00;900,00\n0,01;1.390,25\n", {"F": ("mN", [900, 1390.25])}),
     "thousands with blanks": ("t;F\n0;1\u202f234,5\n1;5\u00a0678,1\n2;12 345,6\n", {"F": ("", [1234.5, 5678.1, 12345.6])}),
     "thousands with apostrophes": ("t;F\n0;1'234.5\n1;12\u2019678.1\n", {"F": ("", [1234.5, 12678.1])}),
@@ -39,7 +41,8 @@ READ = {
     "units with several prefixes": ("u (V),t\n1,1.25 s\n2,500 ms\n3,0 s\n", {"t": ("s", [1.25, 0.5, 0])}),
     "Greek mu": ("t [\u03bcs];I\n;\u03bcA\n0;1\n1;2\n", {"t": ("us", [0, 1]), "I": ("uA", [1, 2])}),
     "a setting above the rows": (
-        ",CH1_Voltage(mV)\nFrequency,F=100Hz\nSampling rate,10.0kS/s\n\n1,-0.5\n2,-6.25\n3,4\n", {"CH1_Voltage": ("mV", [-0.5, -6.25, 4])},
+        ",CH1_Voltage(mV)\nFrequency,F=100Hz\nSampling rate,10.0kS/s\n\n1,-0.5\n2,-6.25\n3,4\n",
+        {"CH1_Voltage": ("mV", [-0.5, -6.25, 4])},
     ),
     "units behind strokes": ("Time / s,Speed / mm/s\n0,1\n1,2\n", {"Time": ("s", [0, 1]), "Speed": ("mm/s", [1, 2])}),
     "one column": ("# Force [mN]\n1,5\n-2,25\n3,125\n", {"Force": ("mN", [1.5, -2.25, 3.125])}),
@@ -47,7 +50,10 @@ READ = {
     "a column with gaps": ("t,E,F\n0,,1\n1,5,\n2,,3\n3,7,4\n", {"E": ("", [NAN, 5, NAN, 7]), "F": ("", [1, NAN, 3, 4])}),
     "excel has no number": ("F [N]\n#N/A\n1.5\n2\n#DIV/0!\n", {"F": ("N", [NAN, 1.5, 2, NAN])}),
     "trailing delimiters in the rows alone": ("t [s]\tF [N]\n0\t1\t\n1\t2\t\n", {"t": ("s", [0, 1]), "F": ("N", [1, 2])}),
-    "a long preamble": ("".join(f"Key{n}: word\n" for n in range(900)) + "t [s],F [N]\n" + "".join(f"{n},{n}.5\n" for n in range(2000)), {"F": ("N", np.arange(2000) + 0.5)}),
+    "a long preamble": (
+        "".join(f"Key{n}: word\n" for n in range(900)) + "t [s],F [N]\n" + "".join(f"{n},{n}.5\n" for n in range(2000)),
+        {"F": ("N", np.arange(2000) + 0.5)},
+    ),
 }  # fmt: skip
 
 
@@ -80,7 +86,7 @@ NAMED = {
     "words in a column": (HEADED + ROWS + "20,abc,1\n" + MORE, 81, "F", "words in 1 of 81 rows, the first 'abc' in line 42"),
     "a column of words": (HEADED[:-1] + ",State\n" + ROWS.replace("\n", ",OK\n"), 40, "State", "words in 40 of 40 rows.*line 2"),
     "an empty column": (HEADED[:-1] + ",Spare\n" + ROWS.replace("\n", ",\n"), 40, "Spare", "^empty$"),
-    "a single number": (HEADED[:-1] + ",Gain\n" + "1,2,3,4\n" + ROWS.replace("\n", ",\n"), 41, "Gain", "a number in 1 of 41 rows"),
+    "a single number": (HEADED[:-1] + ",Gain\n1,2,3,4\n" + ROWS.replace("\n", ",\n"), 41, "Gain", "a number in 1 of 41 rows"),
     "readings beyond the range": (HEADED + ROWS + "90,OVLD,1\n91,ol,2\n92,,3\n", 43, "3 of 43 samples of 'F'", "1 OVLD, 1 ol"),
     "an index beside a step": ("Sampling rate,100 Hz\nSample,F [N]\n0,1.5\n1,2.5\n2,0.5\n", 3, "Sample", "numbers the rows"),
 }  # fmt: skip
@@ -123,8 +129,10 @@ def test_the_decimal_sign_decides(tmp_path):
 @pytest.mark.parametrize(
     ("heading", "expected"),
     [
-        ("Re(Z)", ("Re(Z)", "")), ("V(a)", ("V(a)", "")), ("V(mV)", ("V", "mV")), ("I(R1)", ("I(R1)", "")), ("I (A)", ("I", "A")),
-        ("tan(delta)", ("tan(delta)", "")), ("Force (raw)", ("Force (raw)", "")), ("T (°C)", ("T", "°C")), ("x [odd]", ("x", "odd")),
+        ("Re(Z)", ("Re(Z)", "")), ("V(a)", ("V(a)", "")), ("V(mV)", ("V", "mV")), ("I(R1)", ("I(R1)", "")),
+        ("I (A)", ("I", "A")),
+        ("tan(delta)", ("tan(delta)", "")), ("Force (raw)", ("Force (raw)", "")), ("T (°C)", ("T", "°C")),
+        ("x [odd]", ("x", "odd")),
         ("F / mN", ("F", "mN")), ("v/mm/s", ("v", "mm/s")), ("p (mbar)", ("p", "mbar")), ("G (mS)", ("G", "mS")),
     ],
 )  # fmt: skip
