@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
 from electrovib.data.text.body import Body, body_of
-from electrovib.data.text.cells import Cells, Notation, numbers_of, without_sentinels
+from electrovib.data.text.cells import Cells, Notation, numbers_of
 from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, find_layout, inspected
 from electrovib.data.text.parts import one_segment, one_table, repeated_table
 from electrovib.data.text.preamble import named_by_preamble, settings_of, with_clocks
@@ -34,12 +34,11 @@ def read_laboratory_text(
     *,
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
-    thousands: str | None = None,
     part: str = "",
 ) -> Recorded:
     """Read every column of numbers of a text file of an instrument, and the statements of its preamble.
 
-    An empty `delimiter` stands for blanks, an empty `thousands` for none. Of a file with several tables, as
+    An empty `delimiter` stands for blanks. Of a file with several tables, as
     Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
     raw, about, others = one_table(path, as_utf8(path, path.read_bytes()), part)
@@ -50,7 +49,6 @@ def read_laboratory_text(
         raw,
         delimiter=delimiter,
         decimal_comma=decimal_comma,
-        thousands=thousands,
         part="" if about else part,
     )
     return dataclasses.replace(
@@ -76,7 +74,7 @@ def read_laboratory_bytes(
         stamps = first.str.cat(more, sep=" ") if more else first
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
     found = one_segment(path, found, "" if about else part)
-    unread = (*found.not_read, *not_read, *_above(layout), *body.left_out, *others)
+    unread = (*found.not_read, *not_read, *body.left_out, *others)
     return dataclasses.replace(found, not_read=unread)
 
 
@@ -99,14 +97,8 @@ def _left_out(layout: Layout) -> dict[str, str]:
     if not layout.left_out:
         return {}
     rows = "the first row" if layout.left_out == 1 else f"the first {layout.left_out} rows"
-    return {"left_out": f"{rows} behind the headings, with words in place of numbers"}
-
-
-def _above(layout: Layout) -> list[NotRead]:
-    """Name the rows at the beginning that hold words in place of numbers."""
-    first = layout.first - layout.left_out + 1
-    name = f"line {first}" if layout.left_out == 1 else f"lines {first} to {layout.first}"
-    return [NotRead(name=name, why="words in place of numbers")] if layout.left_out else []
+    where = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
+    return {"left_out": f"{where}, with words in place of numbers"}
 
 
 def _called(layout: Layout, place: int) -> str:
@@ -145,11 +137,10 @@ def _columns(
             if why != "empty" or (place < len(layout.titles) and layout.titles[place]):
                 not_read.append(NotRead(name=name, why=why))
             continue
-        numbers[place], sentinels = without_sentinels(cells.values)
+        numbers[place] = cells.values
         units[place] = cells.unit
-        missing = cells.missing | sentinels
-        if count := sum(missing.values()):
-            words = ", ".join(f"{many} {word}" for word, many in list(missing.items())[:5])
+        if count := sum(cells.missing.values()):
+            words = ", ".join(f"{many} {word}" for word, many in list(cells.missing.items())[:5])
             not_read.append(
                 NotRead(name=f"{count} of {cells.values.size} samples of '{name}'", why=f"missing: {words}")
             )
@@ -200,6 +191,6 @@ FORMAT: Final = FileFormat(
     can_read=_can_read,
     read=read_laboratory_text,
     columns=read_columns,
-    options=("delimiter", "decimal_comma", "thousands", "part"),
+    options=("delimiter", "decimal_comma", "part"),
     is_last=True,
 )

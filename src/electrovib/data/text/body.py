@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import NotRead
-from electrovib.data.text.layout import WIDE, end_of, lines_of, place_of, split
+from electrovib.data.text.layout import WIDE, end_of, is_comment, lines_of, place_of, split
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -110,7 +110,7 @@ def _uneven(path: Path, raw: bytes, start: int, layout: Layout, behind: tuple[No
     numbers: list[int] = []
     words: list[tuple[int, str]] = []
     for number, line in enumerate(lines_of(raw, start), layout.first + 1):
-        if not line.strip() or line.lstrip().startswith("#"):
+        if not line.strip() or is_comment(line):
             continue
         cells = split(line, layout.delimiter)
         if len(cells) <= layout.columns[-1]:
@@ -160,7 +160,7 @@ def _behind(raw: bytes, start: int, layout: Layout) -> tuple[int, tuple[NotRead,
 
 def _is_sample(line: str, layout: Layout, usual: set[str]) -> bool:
     """Return whether a line is a row of numbers, or one that is cut off."""
-    if not line.strip() or line.lstrip().startswith("#"):
+    if not line.strip() or is_comment(line):
         return False
     cells = split(line, layout.delimiter)
     if any(STATISTICS.fullmatch(cell) and cell not in usual for cell in cells):

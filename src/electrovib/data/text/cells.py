@@ -23,7 +23,7 @@ MISSING: Final = frozenset({
 })  # fmt: skip
 """Fields, in small letters, that state no number: empty, out of the range of the instrument, or no reading."""
 _SIGNS_ALONE: Final = re.compile(r"\*+|-{2,}|\+{2,}|[_.?]{2,}")
-_ALIKE: Final = str.maketrans({
+ALIKE: Final = str.maketrans({
     "\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'",
 })  # fmt: skip
 """Signs that are written for a minus, a blank, an apostrophe."""
@@ -60,7 +60,7 @@ class Notation:
             return None
         if (cell.lower() in MISSING and cell != "nA") or _SIGNS_ALONE.fullmatch(cell):
             return np.nan
-        cell = cell.translate(_ALIKE)
+        cell = cell.translate(ALIKE)
         below = cell[:1] == "(" and cell[-1:] == ")"  # as accountants write negative numbers
         text = cell[1:-1] if below else cell
         if not _form(self.decimal, self.thousands).fullmatch(text) or (below and text[0] in "+-"):
@@ -75,7 +75,7 @@ class Notation:
 
     def quantity(self, cell: str) -> tuple[float, str] | None:
         """Return the number and the unit of a field such as ``1.2 us``; None if it is none."""
-        found = _UNIT.fullmatch(cell.translate(_ALIKE)) if len(cell) <= _LONGEST else None
+        found = _UNIT.fullmatch(cell.translate(ALIKE)) if len(cell) <= _LONGEST else None
         number = self.number(found[1]) if found else None
         if found is None or number is None:
             return None
@@ -164,44 +164,3 @@ def _with_units(
 
 def _counted(count: dict[str, int]) -> dict[str, int]:
     return {word: many for word, many in count.items() if many}
-
-
-def without_sentinels(values: Real) -> tuple[Real, dict[str, int]]:
-    """Return numbers with NaN for those by which instruments say that there is none, and how many there are of each.
-
-    These are magnitudes from 9.9e37 on (SCPI-99) among others that are far below, and -999, -9999 and the like
-    where they repeat and lie outside the range of all other numbers by more than that range.
-    """
-    with np.errstate(invalid="ignore"):
-        low, high = (
-            (float(np.fmin.reduce(values)), float(np.fmax.reduce(values))) if values.size else (0.0, 0.0)
-        )
-    gone = np.zeros(values.shape, dtype=bool)
-    if max(-low, high) >= _SCPI:
-        size = np.abs(np.where(np.isfinite(values), values, 0.0))
-        gone = size >= _SCPI
-        if gone.all() or size[~gone].max() > _FAR_BELOW:
-            gone &= np.isin(size, _NO_READING)
-        low = float(np.fmin.reduce(values[~gone])) if not gone.all() else low
-    while low in _SENTINELS:
-        at = values == low
-        rest = values[np.isfinite(values) & ~gone & ~at]
-        if not _REPEATED <= at.sum() <= _MOST_SHARE * values.size or not rest.size:
-            break
-        span = float(rest.max() - rest.min())
-        if not 0 < span < float(rest.min()) - low:
-            break
-        gone, low = gone | at, float(rest.min())
-    if not gone.any():
-        return values, {}
-    words, many = np.unique(values[gone], return_counts=True)
-    about = {f"{word:g}": int(count) for word, count in zip(words, many, strict=True)}
-    return np.where(gone, np.nan, values), about
-
-
-_SCPI: Final = 9.9e37
-_FAR_BELOW: Final = 1e30
-_NO_READING: Final = (9.9e37, 9.91e37, 199.999e99)
-_SENTINELS: Final = (-999.0, -9999.0, -99999.0, -999.25, -999.9, -999.99)
-_REPEATED: Final = 2
-_MOST_SHARE: Final = 0.5

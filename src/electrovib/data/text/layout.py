@@ -14,7 +14,7 @@ from typing import Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import MOST_COLUMNS
-from electrovib.data.text.cells import THOUSANDS, Notation
+from electrovib.data.text.cells import ALIKE, MISSING, THOUSANDS, Notation
 from electrovib.data.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit, unit_of_force
 
 WIDE: Final = "  "
@@ -36,6 +36,7 @@ _SETTING: Final = re.compile(
 _SIGN: Final = re.compile(r"#+\s*|%+\s+(?=\S)")
 """Sign of a comment before the first heading."""
 _STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*")
+_STAMP: Final = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d", re.ASCII)
 _VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
 """Value of a setting, such as ``10.0kS/s`` or ``F=100Hz``."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
@@ -59,11 +60,17 @@ def as_utf8(path: Path, raw: bytes) -> bytes:
     return raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in raw else raw
 
 
+def is_comment(line: str) -> bool:
+    """Return whether a line is a comment; a missing reading such as ``#N/A`` is none."""
+    text = line.lstrip()
+    return text.startswith("#") and re.split(r"[\t;,| ]", text, maxsplit=1)[0].lower() not in MISSING
+
+
 def check_width(path: Path, lines: Sequence[str]) -> None:
     """Refuse a text with more columns than any record of signals has; a comment may be as long as it likes."""
     for line in lines:
         widths = (len(line.split(sign.strip(" ") or None, MOST_COLUMNS)) for sign in DELIMITERS)
-        if not line.lstrip().startswith("#") and max(widths) > MOST_COLUMNS:
+        if not is_comment(line) and max(widths) > MOST_COLUMNS:
             raise DataFileError(
                 f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
                 path=path,
@@ -180,7 +187,6 @@ def find_layout(
     path: Path | None = None,
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
-    thousands: str | None = None,
 ) -> Layout | None:
     """Find the layout that explains most of the lines of a text as rows of numbers; None if no line is one.
 
@@ -190,10 +196,10 @@ def find_layout(
     text = "\n".join(lines)
     scored: list[tuple[tuple[float, int], Layout]] = []
     for separator in DELIMITERS if delimiter is None else (delimiter,):
-        if separator and separator not in text:
+        if separator.strip(" ") and separator not in text:
             continue
         rows = [split(line, separator) for line in lines]
-        for comma, sign in _notations(text, separator, decimal_comma, thousands):
+        for comma, sign in _notations(text, separator, decimal_comma):
             found = _under(lines, rows, separator, Notation(decimal="," if comma else ".", thousands=sign))
             if found is not None:
                 scored.append(found)
@@ -225,20 +231,18 @@ def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, boo
     return fits, not single, sum(map(bool, layout.names)), settings
 
 
-def _notations(
-    text: str, delimiter: str, decimal_comma: bool | None, thousands: str | None
-) -> Iterator[tuple[bool, str]]:
+def _notations(text: str, delimiter: str, decimal_comma: bool | None) -> Iterator[tuple[bool, str]]:
     """Iterate over the notations of numbers of which a text shows a sign."""
     for comma in (False, True) if decimal_comma is None else (decimal_comma,):
-        if comma and (("," not in text and decimal_comma is None) or (delimiter == "," and '"' not in text)):
+        shown = "," in text or re.search(r"\d\.\d{3}(?!\d)", text) or decimal_comma is not None
+        if comma and (not shown or (delimiter == "," and '"' not in text)):
             continue
-        yield comma, thousands or ""
-        for sign in THOUSANDS if thousands is None else ():
+        yield comma, ""
+        for sign in THOUSANDS:
             if (sign == (delimiter or " ") and '"' not in text) or sign == (",." if comma else ".,")[0]:
                 continue
-            after = r"\d{3}(?![\d])" if sign != "." else r"\d{3}[.,]"
-            shown = {" ": "[ \u00a0\u202f\u2009]", "'": "['\u2019]"}.get(sign, re.escape(sign))
-            if re.search(rf"\d{shown}{after}", text):
+            written = {" ": "[ \u00a0\u202f\u2009]", "'": "['\u2019]"}.get(sign, re.escape(sign))
+            if re.search(rf"\d{written}\d{{3}}(?!\d)", text):
                 yield comma, sign
 
 
@@ -261,8 +265,8 @@ def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequen
                 for layout in (best, other)
             )
             raise DataFileError(
-                f"'{example}' can be read as {read}, and nothing in the file decides; state delimiter, decimal_comma or"
-                " thousands (--set decimal_comma=true, --set thousands=,).",
+                f"'{example}' can be read as {read}, and nothing in the file decides; state whether decimals are"
+                " written with a comma (--set decimal_comma=true, or false), or the delimiter.",
                 path=path,
             )
 
@@ -284,7 +288,7 @@ def _under(
     lines: Sequence[str], rows: Sequence[list[str]], delimiter: str, notation: Notation
 ) -> tuple[tuple[float, int], Layout] | None:
     """Return the layout with this delimiter and notation, and a score of its fit to the numbers and to the preamble."""
-    filled = [at for at, row in enumerate(rows) if any(row) and not row[0].startswith("#")]
+    filled = [at for at, row in enumerate(rows) if any(row) and not is_comment(row[0])]
     if not filled:
         return None
     body = filled[len(filled) // 2 :] if len(filled) > 3 else filled[-1:]
@@ -295,10 +299,16 @@ def _under(
     alike = [at for at in filled if _is_alike(rows[at], columns, notation)]
     if not alike:
         return None
+    if notation.thousands and not _divides_thousands([rows[at] for at in alike], columns, notation):
+        return None
     first = _first(rows, filled, alike, columns, notation)
     columns = tuple(sorted({*columns, *_columns([rows[at] for at in alike if at >= first], width, notation)}))
     kept = sum(at >= first for at in alike)
-    letters = [(len(cell), place in columns) for at in body for place, cell in enumerate(rows[at])]
+    letters = [
+        (len(cell.replace(" ", "")), place in columns or bool(_STAMP.match(cell)))
+        for at in body
+        for place, cell in enumerate(rows[at])
+    ]
     share = sum(size for size, is_column in letters if is_column) / max(sum(size for size, _ in letters), 1)
     doubt = 0.5 if _splits_decimals(rows, body, delimiter) else 1.0
     fit = sum(_is_alike(rows[at], columns, notation) for at in body) / len(body)
@@ -323,6 +333,24 @@ def _under(
         doubt = 0.5  # '1,2' below 'a,b' is rather two columns than one
     settings = sum(delimiter not in ("", WIDE) and len(row) > 1 for row in layout.preamble)
     return (round(kept * share * doubt * fit, 9), settings), layout
+
+
+def _divides_thousands(rows: Sequence[Sequence[str]], columns: Sequence[int], notation: Notation) -> bool:
+    """Return whether a sign may stand between thousands: no number of its column has four digits without it.
+
+    A point, which is so often that of decimals, has to be shown as such: by a decimal comma, or by integers below
+    1000 beside numbers that have it.
+    """
+    shown = notation.thousands != "."
+    for place in columns:
+        cells = [row[place] for row in rows if row[place]]
+        divided = [cell for cell in cells if notation.thousands in cell.translate(ALIKE)]
+        bare = [cell for cell in cells if re.match(r"\D*\d{4}", cell)]
+        if divided and bare:
+            return False
+        decimals = any(notation.decimal in cell for cell in cells)
+        shown = shown or decimals or 0 < len(divided) < len(cells)
+    return shown
 
 
 def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> tuple[int, ...]:
@@ -463,7 +491,8 @@ def _headings(rows: Sequence[list[str]], above: Sequence[int], layout: Layout) -
     behind_settings = False
     for at in reversed(above[-4:]):
         if layout.delimiter in ("", WIDE) and (
-            len(rows[at]) != layout.width or any(re.search("[:=]", cell) for cell in rows[at])
+            len(rows[at]) != layout.width
+            or any(re.search("[:=]", cell) or notation.is_number(cell) for cell in rows[at])
         ):
             break
         cells = [rows[at][place] if place < len(rows[at]) else "" for place in columns]
