@@ -93,6 +93,12 @@ def test_stamps_that_are_not_the_time_are_named(read, text, name, why):
     assert why in unread(read(text))[name]
 
 
+def test_stamps_are_the_time_beside_a_rising_column_without_a_heading(read):
+    found = read("\n".join(f"2026-11-28 {clock(at / 2)},{at},{v}" for at, v in zip(N, V, strict=True)))
+    np.testing.assert_allclose(found.times(), N / 2)
+    assert [each.name for each in found.channels] == ["time", "column 1", "column 2"]
+
+
 @pytest.mark.parametrize(("unit", "step"), [("hh:mm", 60), ("mm:ss", 1)])
 def test_the_heading_says_what_a_clock_of_two_numbers_is(read, unit, step):
     found = read(table(f"Clock [{unit}],F [N]", [f"10:{at:02d}" for at in N], V))
@@ -152,6 +158,8 @@ def test_columns_behind_a_second_time_have_it_as_their_clock(read):
     found = read(table("Time_A (s),F (N),Time_B (ms),U (V),I (A)", 0.05 * N, V, shorter, V, V))
     assert found.time == "Time_A"
     assert found.clocks == {"U": Clock(time="Time_B"), "I": Clock(time="Time_B")}
+    text = STATED.format(0.5) + table("Time A (s),F (N),Time B (s),U (V)", N // 2, V, N // 4, V)
+    assert (read(text).step, read(text).clocks) == (0.5, {"U": Clock(time="Time B")})
     for other in (1000 * N + 250, 1000 * N):  # since another beginning, or the same times
         found = read(table("Time A (s),F (N),Time B (ms),U (V)", N, V, other, V))
         assert (found.time, found.clocks) == ("Time A", {})

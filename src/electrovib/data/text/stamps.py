@@ -113,7 +113,7 @@ def with_stamps(recorded: Recorded, stamps: str | pd.Series[str], heading: str =
         why = f"no date or time is recognised in '{shown}'"
     elif known.size and (known == known[0]).all():
         why = f"'{shown}' in all rows"
-    elif recorded.time:
+    elif recorded.time and not recorded.time.startswith("column "):  # without a heading it may be anything
         why = f"stamps; the times are those of column '{recorded.time}'"
     elif recorded.step is not None and keeps_step(column, recorded.step):
         why = "stamps; the times follow from the step that the file states"
