@@ -72,6 +72,12 @@ def test_whole_seconds_beside_a_column_of_milliseconds_are_one_time(read):
     np.testing.assert_allclose(found.times(), 0.05 * N, atol=1e-12)
 
 
+def test_an_open_order_of_the_date_is_said(read):
+    found = read(table("At,F [N]", [f"0{1 + at}/02/2024 10:00:00" for at in range(9)], N[:9]))
+    assert "read as day.month" in found.attributes["unsure"]
+    np.testing.assert_allclose(found.times(), 86400 * N[:9])
+
+
 @pytest.mark.parametrize(
     ("text", "name", "why"),
     [
@@ -85,6 +91,12 @@ def test_whole_seconds_beside_a_column_of_milliseconds_are_one_time(read):
 )  # fmt: skip
 def test_stamps_that_are_not_the_time_are_named(read, text, name, why):
     assert why in unread(read(text))[name]
+
+
+def test_stamps_are_the_time_beside_a_rising_column_without_a_heading(read):
+    found = read("\n".join(f"2026-11-28 {clock(at / 2)},{at},{v}" for at, v in zip(N, V, strict=True)))
+    np.testing.assert_allclose(found.times(), N / 2)
+    assert [each.name for each in found.channels] == ["time", "column 1", "column 2"]
 
 
 @pytest.mark.parametrize(("unit", "step"), [("hh:mm", 60), ("mm:ss", 1)])
@@ -146,9 +158,25 @@ def test_columns_behind_a_second_time_have_it_as_their_clock(read):
     found = read(table("Time_A (s),F (N),Time_B (ms),U (V),I (A)", 0.05 * N, V, shorter, V, V))
     assert found.time == "Time_A"
     assert found.clocks == {"U": Clock(time="Time_B"), "I": Clock(time="Time_B")}
+    text = STATED.format(0.5) + table("Time A (s),F (N),Time B (s),U (V)", N // 2, V, N // 4, V)
+    assert (read(text).step, read(text).clocks) == (0.5, {"U": Clock(time="Time B")})
     for other in (1000 * N + 250, 1000 * N):  # since another beginning, or the same times
         found = read(table("Time A (s),F (N),Time B (ms),U (V)", N, V, other, V))
         assert (found.time, found.clocks) == ("Time A", {})
+
+
+def test_each_signal_of_labview_may_have_its_own_times(read):
+    header = "Channels\t2\nX_Dimension\tTime\tTime\nX0\t0\t0\nDelta_X\t1E-2\t5E-3\n***End_of_Header***\n"
+    found = read(header + table("X_Value\tU\tX_Value\tF\tComment", N / 100, V, N / 200, V, sign="\t"))
+    assert (found.time, found.step) == ("X_Value", None)
+    assert found.clocks == {"F": Clock(time="X_Value'")}
+
+
+def test_minutes_that_begin_anew_do_not_pass_the_full_hour(read):
+    clocks = [f"{at // 60:02d}:{at % 60:02d}.0" for at in (*range(0, 2700, 60), *range(0, 900, 60))]
+    found = read(table("Time,F [N]", clocks, V))
+    np.testing.assert_allclose(found.times(), 60 * np.arange(45))
+    assert "15 rows" in unread(found)["segment 2"]
 
 
 def test_pairs_without_headings(read):

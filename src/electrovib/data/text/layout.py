@@ -227,7 +227,10 @@ def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, boo
     heading = lines[layout.headings] if layout.headings < layout.first else ""
     single = layout.decimal_comma and len(layout.columns) == 1
     fields = sum(map(bool, split(heading, "," if single and not layout.delimiter else layout.delimiter)))
-    fits = not heading or len(layout.columns) <= fields <= layout.width
+    most = layout.width + (
+        layout.delimiter not in ("", WIDE)
+    )  # LabVIEW has a heading 'Comment' without a field below it
+    fits = not heading or len(layout.columns) <= fields <= most
     if layout.delimiter == "," and not heading:
         fits = not any(re.search(r",0\d", line) for line in lines[layout.first :])
     return fits, not single, sum(map(bool, layout.names)), settings
