@@ -45,6 +45,7 @@ READ = {
         {"CH1_Voltage": ("mV", [-0.5, -6.25, 4])},
     ),
     "units behind strokes": ("Time / s,Speed / mm/s\n0,1\n1,2\n", {"Time": ("s", [0, 1]), "Speed": ("mm/s", [1, 2])}),
+    "rows of units with gaps": ("a=1\nb=2\nt\tU\tV\n\t[V]\t[m]\n10:00:00.5\t1\t2\n10:00:01.0\t3\t4\n", {"U": ("V", [1, 3])}),
     "one column": ("# Force [mN]\n1,5\n-2,25\n3,125\n", {"Force": ("mN", [1.5, -2.25, 3.125])}),
     "a decimal comma shown by its zeros": ("1,05\n1,15\n2,00\n", {"column 0": ("", [1.05, 1.15, 2])}),
     "a column with gaps": ("t,E,F\n0,,1\n1,5,\n2,,3\n3,7,4\n", {"E": ("", [NAN, 5, NAN, 7]), "F": ("", [1, NAN, 3, 4])}),
@@ -78,6 +79,9 @@ ROWS, MORE = (
 HEADED = "t [s],F [N],G [N]\n"
 NAMED = {
     "statistics": (HEADED + ROWS + "Mean,3.25,20\nMax:,6.25,39.5\n", 40, "2 lines, 42 to 43", "statistics.*Mean,3.25,20"),
+    "more statistics than rows": (
+        HEADED + "0,1,2\n1,2,3\n2,4,5\nMax,1,2\nMin,1,2\nMean,2,2\nStd,1,1\n", 3, "4 lines, 5 to 8", "statistics",
+    ),
     "statistics with a heading": (HEADED + ROWS + "\nStatistics,F,G\nStd. Dev.,1,1\n", 40, "2 lines, 43 to 44", "Statistics,F,G"),
     "statistics in a column of words": (
         "Nr,Label,F\n" + "".join(f"{n},x,{n}.5\n" for n in range(9)) + "9,Mean,4.5\n", 9, "line 11", "9,Mean,4.5",
@@ -105,6 +109,7 @@ REFUSED = {
     "two columns or decimals": ("0,512\n1,513\n2,611\n", r"as 0, 512 .*or as 0.512 .*decimal_comma=true, or false"),
     "thousands or decimals": ("t;F\n1,234;5,678\n2,345;6,789\n", r"as 1234, 5678 .*thousands.*or as 1.234, 5.678"),
     "the same with units": ('"I";"v"\n"23,206 mA";"32,727 mm/s"\n"-92,329 mA";"30,654 mm/s"\n', "as 23206, 32727.*or as 23.206"),
+    "one column in quotes": ('"F","State"\n"-18,050","wait"\n"51,944","OK"\n', "as -18050 .*or as -18.05 "),
     "integers with points": ('"t","F"\n"0","7.970"\n"10","643"\n', "as 0, 7.97 .*or as 0, 7970"),
     "commas between columns and in decimals": ("Time,Force\n0,1,1,5\n0,2,1,7\n", "4 fields in each row below 2 headings"),
     "decimals in two ways": ("t;F;G\n0.5;1,25;7.5\n1.5;2,5;8.5\n2.5;2,7;9.5\n", "column 'F' holds '1,25' in line 2.*two ways"),
