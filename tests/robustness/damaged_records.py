@@ -40,6 +40,27 @@ def _isf():
     return head.encode() + (100 * V).astype(">i2").tobytes()
 
 
+def _spice(flags, kinds, points):
+    names = "".join(f"\t{number}\tv{number}\t{kind}\n" for number, kind in enumerate(kinds))
+    head = f"Title: made up\nPlotname: Analysis\nFlags: {flags}\nNo. Variables: {len(kinds)}\nNo. Points: {points}\nVariables:\n"
+    return head + names
+
+
+def _spice_files():
+    """Return raw files of ngspice, complex, in words and with two plots, and one of LTspice."""
+    over_time = np.array([T, V]).T
+    sweep = _spice("complex", ("frequency", "impedance"), G.size)
+    head = _spice("real", ("time", "voltage"), T.size)
+    words = "".join(f" {number}\t{t!r}\n\t{v!r}\n" for number, (t, v) in enumerate(over_time.tolist()))
+    binary = f"{sweep}Binary:\n".encode() + np.array([G, Z]).T.astype("<c16").tobytes()
+    record = np.rec.fromarrays([T, V], "<f8,<f4")
+    return {
+        "sweep.raw": binary + f"{head}Binary:\n".encode() + over_time.tobytes(),
+        "words.raw": f"{head}Values:\n{words}".encode(),
+        "wide.raw": f"{head}Binary:\n".encode("utf-16-le") + record.tobytes(),
+    }
+
+
 def _hdf5(file):
     with h5py.File(file, "w") as open_file:
         open_file["run/force"], open_file["run/time"] = V, T
@@ -157,7 +178,11 @@ def whole_files():
         "tables.dta": ("EXPLAIN\nTAG\tX\nA\tTABLE\t3\n\tPt\tT\n\t#\ts\n\t0\t0\n\t1\t1\nZCURVE\tTABLE\n\tFreq\tZreal\tZimag\n"
                        "\tHz\tohm\tohm\n\t" + _rows("\t", G, Z.real, Z.imag).replace("\n", "\n\t")).encode("latin-1"),
         "a.s1p": ("! made up\n# Hz S RI R 50\n" + _rows(" ", G, V[:20], V[20:])).encode(),
+        "a.ts": ("[Version] 2.0\n# Hz S RI\n[Number of Ports] 1\n[Number of Frequencies] 20\n[Reference]\n75\n[Network Data]\n"
+                 + _rows(" ", G, V[:20], V[20:]) + "\n[End]\n").encode(),
         "a.isf": _isf(),
+        "words.isf": _isf().partition(b"#")[0].replace(b"BIN;", b"ASC;") + ",".join(f"{v:.0f}" for v in 100 * V).encode(),
+        **_spice_files(),
         "a.wav": _written(lambda file: wavfile.write(file, 8000, (V * 2**14).astype(np.int16))),
         "a.npy": _written(lambda file: np.save(file, np.array([T, V]).T)),
         "packed.mat": _undated(_written(lambda file: scipy.io.savemat(file, content, do_compression=True))),

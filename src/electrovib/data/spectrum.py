@@ -10,6 +10,7 @@ resistance, with the angular frequency w:
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import re
 from dataclasses import dataclass
@@ -30,41 +31,46 @@ if TYPE_CHECKING:
 
 _PREFIX: Final = re.compile(r"(trace( \d+)?|impedance) (?=\S)")
 """Beginning of a heading that states no meaning, as impedance analysers write it."""
-_PATTERNS: Final[Mapping[str, str]] = {
-    "frequency": r"f|fr|freq.*|hz|hertz",
-    "angular_frequency": r"w|omega|angular frequency",
-    "modulus": r"\|z\||z|zmod|zabs|mod(ulus)?( ?z)?|mag(nitude)?.*|impedance|abs\(?z?\)?|\|impedance\|",
-    "phase": r"phase.*|phi|theta(-z)?|θ|angle|zphz|arg.*|deg(ree)?s?",
-    "real": r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real(?!.*permittivity).*|z real|r|resistance|zreal",
-    "imaginary": r"z''|z\"|zim(a?g)?|im\(?z?\)?|im\(z\)|imag(?!.*permittivity).*|z imag|x|reactance",
-    "admittance": r"\|y\||y|ymod|yabs|abs\(?y\)?|\|?admittance\|?",
-    "conductance": r"g|gp|conductance|y'|yre(al)?|re\(?y\)?",
-    "susceptance": r"b|bp|susceptance|y''|y\"|yim(ag)?|im\(?y\)?",
-    "parallel_capacitance": r"c[- ]?p|(parallel capacitance|capacitance parallel)",
-    "series_capacitance": r"c[- ]?s|(series capacitance|capacitance series)",
-    "parallel_resistance": r"r[- ]?p|(parallel resistance|resistance parallel)",
-    "series_resistance": r"r[- ]?s|esr|(equivalent )?series resistance|resistance series",
-    "quality": r"q|quality( factor)?",
-    "permittivity": r"((real|relative) )*(part of )?(the )?((relative|real) )*permittivity( real|')?|(eps(ilon)?|ε) ?r?'?|er'?"
-    r"|dielectric constant",
-    "loss": r"(dielectric )?loss( factor| index)?|(eps(ilon)?|ε) ?r?('{2}|\")|er('{2}|\")"
-    r"|imag(inary)?\.? (part of )?(the )?(relative )?permittivity|permittivity (imag(inary)?|'{2})",
-    "loss_tangent": r"loss tangent|tan ?\(?(δ|delta|d)\)?|tan|tangent( delta)?|dissipation( factor)?|d",
-    "conductivity": r"((total|ac|electrical|effective) )*conductivity( ac)?|(sigma|σ|kappa|κ)'?",
-    "resistivity": r"((electrical|effective|specific) )*resistivity|specific resistance|rho|ρ",
+_MEANINGS: Final[Mapping[str, tuple[str, str]]] = {
+    "frequency": ("Hz", r"f|fr|freq.*|hz|hertz"),
+    "angular_frequency": ("", r"w|omega|angular frequency"),
+    "modulus": (
+        "ohm",
+        r"\|z\||z|zmod|zabs|mod(ulus)?( ?z)?|mag(nitude)?.*|impedance|abs\(?z?\)?|\|impedance\|",
+    ),
+    "phase": ("rad", r"phase.*|phi|theta(-z)?|θ|angle|zphz|arg.*|deg(ree)?s?"),
+    "real": ("ohm", r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real(?!.*permittivity).*|z real|r|resistance|zreal"),
+    "imaginary": ("ohm", r"z''|z\"|zim(a?g)?|im\(?z?\)?|im\(z\)|imag(?!.*permittivity).*|z imag|x|reactance"),
+    "admittance": ("S", r"\|y\||y|ymod|yabs|abs\(?y\)?|\|?admittance\|?"),
+    "conductance": ("S", r"g|gp|conductance|y'|yre(al)?|re\(?y\)?"),
+    "susceptance": ("S", r"b|bp|susceptance|y''|y\"|yim(ag)?|im\(?y\)?"),
+    "parallel_capacitance": ("F", r"c[- ]?p|(parallel capacitance|capacitance parallel)"),
+    "series_capacitance": ("F", r"c[- ]?s|(series capacitance|capacitance series)"),
+    "parallel_resistance": ("ohm", r"r[- ]?p|(parallel resistance|resistance parallel)"),
+    "series_resistance": ("ohm", r"r[- ]?s|esr|(equivalent )?series resistance|resistance series"),
+    "quality": ("1", r"q|quality( factor)?"),
+    "permittivity": (
+        "1",
+        r"((real|relative) )*(part of )?(the )?((relative|real) )*permittivity( real|')?|(eps(ilon)?|ε) ?r?'?|er'?"
+        r"|dielectric constant",
+    ),
+    "loss": (
+        "1",
+        r"(dielectric )?loss( factor| index)?|(eps(ilon)?|ε) ?r?('{2}|\")|er('{2}|\")"
+        r"|imag(inary)?\.? (part of )?(the )?(relative )?permittivity|permittivity (imag(inary)?|'{2})",
+    ),
+    "loss_tangent": (
+        "1",
+        r"loss tangent|tan ?\(?(δ|delta|d)\)?|tan|tangent( delta)?|dissipation( factor)?|d",
+    ),
+    "conductivity": ("S/m", r"((total|ac|electrical|effective) )*conductivity( ac)?|(sigma|σ|kappa|κ)'?"),
+    "resistivity": ("ohm m", r"((electrical|effective|specific) )*resistivity|specific resistance|rho|ρ"),
 }
-"""Maps a meaning to the pattern of its headings, in small letters, without unit, sign and underscores."""
+"""Maps a meaning to its SI unit and the pattern of its headings, in small letters, without unit, sign and underscores."""
 _MINUS: Final = re.compile(r"(?:[-\N{MINUS SIGN}\N{EN DASH}] ?|minus |neg(?:ative|\.)? )(?=\S)")
 _SIGNED: Final = ("phase", "real", "imaginary", "susceptance")
 """Meanings whose negative a column may state, as ``minus_phase``."""
 _INDUCTANCE: Final = re.compile(r"l[- ]?[ps]|(parallel |series )?inductance")
-_UNITS: Final = {
-    "modulus": "ohm", "real": "ohm", "imaginary": "ohm", "parallel_resistance": "ohm", "series_resistance": "ohm",
-    "admittance": "S", "conductance": "S", "susceptance": "S", "parallel_capacitance": "F", "series_capacitance": "F",
-    "phase": "rad", "loss_tangent": "1", "quality": "1",
-}  # fmt: skip
-_SIZES: Final = ("modulus", "admittance")
-"""What a phase belongs to."""
 _TIMES_AREA: Final = {"ohm": "ohm m2", "S": "S/m2"}
 _PAIRS: Final[Mapping[tuple[str, str], Callable[[Real, Real, Real], Any]]] = {
     ("modulus", "phase"): lambda _, size, phase: size * np.exp(1j * phase),
@@ -80,13 +86,13 @@ _PAIRS: Final[Mapping[tuple[str, str], Callable[[Real, Real, Real], Any]]] = {
     ("series_capacitance", "quality"): lambda w, c, q: (1 / q - 1j) / (w * c),
 }
 """Pairs of columns that state an impedance, to the impedance as a function of the angular frequency and both."""
-_LOSSES: Final[Mapping[str, tuple[str, str]]] = {
-    "loss": ("loss factor", "1"),
-    "loss_tangent": ("loss tangent", "1"),
-    "conductivity": ("conductivity", "S/m"),
-    "resistivity": ("resistivity", "ohm m"),
+_LOSSES: Final[Mapping[tuple[str, str], Callable[[Real, Real, Real], Any]]] = {
+    ("permittivity", "loss"): lambda _, real, loss: real - 1j * loss,
+    ("permittivity", "loss_tangent"): lambda _, real, tangent: real * (1 - 1j * tangent),
+    ("permittivity", "conductivity"): lambda w, real, sigma: real - 1j * sigma / (w * eps0),
+    ("permittivity", "resistivity"): lambda w, real, rho: real - 1j / (w * eps0 * rho),
 }
-"""Meaning of each column that may state the loss of a permittivity, to its noun and its SI unit."""
+"""Pairs of columns that state a permittivity with its loss, in the same form."""
 _APART: Final = 0.02
 """Relative difference of two statements of the loss beyond which they contradict each other."""
 _NAME: Final = re.compile(r"(?:(.+), )?spectrum (\d{1,4})")
@@ -131,33 +137,32 @@ def spectrum_of(
     [deg]"``; what it lacks is found by the headings. `spectrum` counts several spectra from 1; 0 takes the
     first. Rows of the frequency 0, which a potentiostat writes for samples over time, and of an impedance of
     0 are omitted. Of the pairs of columns that state an impedance (see the module) those that `columns`
-    names, else the one with most rows other than 0 is taken, of equal ones the first. ``minus_phase``,
+    names are read, and the one with most rows other than 0 is taken, of equal ones the first. ``minus_phase``,
     ``minus_imaginary`` and so on are meanings of columns that state a negative, and `scale` maps a meaning to
     a factor. A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless
     its heading, `columns` or `phase_unit` states the unit. Where several columns state the loss, the first of
     loss factor, loss tangent, conductivity and resistivity is taken. A difference of more than 2 % between
     two statements of the loss, or of the impedance, is refused.
     """
-    stated = _scaled(_assigned(recorded, columns or {}), columns or {}, scale or {})
-    found = _with_signs(stated)
+    stated = _assigned(recorded, columns or {})
+    found = _scaled(stated, columns or {}, scale or {})
     if "frequency" in found:
         grid = _in_si(found["frequency"], "Hz")
     elif "angular_frequency" in found:
         grid = found["angular_frequency"].values / (2 * math.pi)
     else:
         raise _no_spectrum(recorded, "no column is the frequency")
-    impedance, permittivity, lossless, unit, times_area = None, None, False, "", False
-    if "permittivity" in found:
-        permittivity, lossless = _permittivity(found, grid)
-    else:
-        if "phase" in found and any(each in found and found[each].values.any() for each in _SIZES):
-            unit = _unit_of_phase(found["phase"], phase_unit)
-            found["phase"] = dataclasses.replace(found["phase"], unit=unit)
-        impedance, times_area = _impedance(found, grid, set(columns or {}))
-    if permittivity is None and impedance is None:
+    unit, is_permittivity = "", "permittivity" in found
+    sizes = [] if is_permittivity else [found[each] for each in ("modulus", "admittance") if each in found]
+    if "phase" in found and any(each.values.any() for each in sizes):
+        unit = _unit_of_phase(found["phase"], phase_unit)
+        found["phase"] = dataclasses.replace(found["phase"], unit=unit)
+    pairs = _LOSSES if is_permittivity else _PAIRS
+    values, times_area = _by_pairs(pairs, found, 2 * math.pi * grid, set(columns or {}))
+    if lossless := is_permittivity and values is None:
+        values = _in_si(found["permittivity"], "1").astype(complex)
+    if values is None:
         raise _no_spectrum(recorded, _missing(recorded))
-    values = impedance if impedance is not None else permittivity
-    assert values is not None
     good = np.isfinite(grid) & np.isfinite(values) & (grid != 0) & (values != 0)
     rows, words = chosen_sweep(grid, spectrum)
     good &= np.isin(np.arange(grid.size), rows) | (grid < 0)
@@ -166,8 +171,8 @@ def spectrum_of(
     order = np.flatnonzero(good)[np.argsort(grid[good], kind="stable")]
     return MeasuredSpectrum(
         frequency=grid[order],
-        impedance=None if impedance is None else impedance[order],
-        permittivity=None if permittivity is None else permittivity[order],
+        impedance=None if is_permittivity else values[order],
+        permittivity=values[order] if is_permittivity else None,
         lossless=lossless,
         read_as=_read_as(recorded, stated, scale or {}),
         among=words,
@@ -176,32 +181,38 @@ def spectrum_of(
     )
 
 
-def _impedance(found: Mapping[str, DataColumn], grid: Real, stated: set[str]) -> tuple[Complex | None, bool]:
-    """Return the impedance by the pair of columns that is stated, or filled most, and whether it is one times an area."""
-    there = [pair for pair in _PAIRS if found.keys() >= set(pair) and found[pair[0]].values.any()]
-    named = [pair for pair in there if {name.removeprefix("minus_") for name in stated} >= set(pair)]
+def _by_pairs(
+    pairs: Mapping[tuple[str, str], Callable[[Real, Real, Real], Any]],
+    found: Mapping[str, DataColumn],
+    angular_frequency: Real,
+    stated: set[str],
+) -> tuple[Complex | None, bool]:
+    """Return what the pair of columns states that is named, or filled most, and whether it is an impedance times an area."""
+    there = [pair for pair in pairs if found.keys() >= set(pair) and found[pair[0]].values.any()]
+    named = {pair: sum(name in stated or f"minus_{name}" in stated for name in pair) for pair in there}
     values: dict[str, Complex] = {}
     times_area: set[bool] = set()
-    for pair in named or there:
-        columns = [found[name] for name in pair]
+    for pair in (each for each in there if named[each] == max(named.values())):
+        columns, units = [found[name] for name in pair], [_MEANINGS[name][0] for name in pair]
         words = " and ".join(f"'{each.name}'" for each in columns)
-        if _UNITS[pair[0]] == _UNITS[pair[1]] and len({bool(each.unit) for each in columns}) > 1:
+        if units[0] == units[1] != "1" and bool(columns[0].unit) != bool(columns[1].unit):
             raise InputError(
                 f"columns: of {words} one has a unit; state that of the other, such as 'Z [ohm]'"
             )
-        area = any((kind_and_factor(each.unit) or ("",))[0] in _TIMES_AREA.values() for each in columns)
-        units = [_TIMES_AREA.get(_UNITS[name], _UNITS[name]) if area else _UNITS[name] for name in pair]
-        numbers = [_in_si(each, unit) for each, unit in zip(columns, units, strict=True)]
+        area = any(_kind(each) in _TIMES_AREA.values() for each in columns)
+        units = [_TIMES_AREA.get(unit, unit) for unit in units] if area else units
+        first, second = (_in_si(each, unit) for each, unit in zip(columns, units, strict=True))
+        if pair[1] == "resistivity" and (second <= 0).any():
+            raise InputError(f"column '{columns[1].name}': a resistivity has to be above 0")
         with np.errstate(all="ignore"):  # rows that are not finite are omitted later
-            each = np.asarray(_PAIRS[pair](2 * math.pi * grid, *numbers))
+            each = np.asarray(pairs[pair](angular_frequency, first, second))
         values[words] = np.where(np.isfinite(each) & (each != 0), each, np.nan)
         times_area.add(area)
-    if not values:
-        return None, False
     if len(times_area) > 1:
         raise InputError("columns: some are an impedance, others one times an area; state which to read")
-    _refuse_contradiction(values)
-    return max(values.values(), key=lambda each: int(np.isfinite(each).sum())), times_area.pop()
+    _refuse_contradiction({words: each.imag if pairs is _LOSSES else each for words, each in values.items()})
+    best = max(values.values(), key=lambda each: int(np.isfinite(each).sum()), default=None)
+    return best, True in times_area
 
 
 def _missing(recorded: Recorded) -> str:
@@ -232,33 +243,26 @@ def _heading(channel: DataColumn) -> str:
 def _scaled(
     found: Mapping[str, DataColumn], columns: Mapping[str, str], scale: Mapping[str, str | float]
 ) -> dict[str, DataColumn]:
-    """Multiply columns by the stated factors; a heading with a minus needs a meaning with one, or a factor."""
+    """Return the columns by meaning without minus, times the stated factors, and turned where the meaning has a minus.
+
+    A heading with a minus for which `columns` states a meaning without one needs a factor.
+    """
     problems = [
-        f"scale.{meaning}: no column of the spectrum has this meaning; it has {', '.join(found)}"
-        for meaning in scale
-        if meaning not in found
-    ] + [
         f"columns.{meaning} = '{columns[meaning]}': the heading states a minus; state columns = minus_{meaning}, or"
         f" scale.{meaning} (1 if the minus means nothing)"
         for meaning in _SIGNED
         if meaning in columns and meaning not in scale and _MINUS.match(_heading(found[meaning]))
     ]
     factors = {meaning: number_in("1", f"scale.{meaning}", value) for meaning, value in scale.items()}
-    refuse(
-        problems
-        + [f"scale.{meaning} = 0: expected another number" for meaning in factors if not factors[meaning]]
-    )
-    return {
-        meaning: dataclasses.replace(each, values=each.values * factors.get(meaning, 1.0))
-        for meaning, each in found.items()
-    }
-
-
-def _with_signs(found: Mapping[str, DataColumn]) -> dict[str, DataColumn]:
-    """Return the columns by meanings without minus, turned where the meaning has one."""
-    whole = {meaning: each for meaning, each in found.items() if not meaning.startswith("minus_")}
-    for meaning in found.keys() - whole.keys():
-        turned = dataclasses.replace(found[meaning], values=-found[meaning].values)
+    for meaning, factor in factors.items():
+        if meaning not in found or not factor:
+            why = "expected a number other than 0" if not factor else f"the spectrum has {', '.join(found)}"
+            problems.append(f"scale.{meaning} = {factor:g}: {why}")
+    refuse(problems)
+    whole: dict[str, DataColumn] = {}
+    for meaning in sorted(found, key=lambda each: each.startswith("minus_")):
+        factor = factors.get(meaning, 1.0) * (-1 if meaning.startswith("minus_") else 1)
+        turned = dataclasses.replace(found[meaning], values=found[meaning].values * factor)
         whole.setdefault(meaning.removeprefix("minus_"), turned)
     return whole
 
@@ -275,9 +279,9 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
         for meaning, name in columns.items()
         if name not in by_name
     ] + [
-        f"columns: '{meaning}' is not among {', '.join((*_PATTERNS, *(f'minus_{each}' for each in _SIGNED)))}"
+        f"columns: '{meaning}' is not among {', '.join((*_MEANINGS, *(f'minus_{each}' for each in _SIGNED)))}"
         for meaning in columns
-        if meaning not in _PATTERNS and meaning.removeprefix("minus_") not in _SIGNED
+        if meaning not in _MEANINGS and meaning.removeprefix("minus_") not in _SIGNED
     ]
     refuse(problems)
     found = {meaning: by_name[name] for meaning, name in columns.items()}
@@ -285,11 +289,11 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
         heading = _heading(channel)
         minus = "minus_" if _MINUS.match(heading) else ""
         heading = _MINUS.sub("", heading, count=1) if minus else heading
-        for meaning in _SIGNED if minus else _PATTERNS:
+        for meaning in _SIGNED if minus else _MEANINGS:
             if (
                 minus + meaning not in found
                 and all(channel.name != each.name for each in found.values())
-                and re.fullmatch(_PATTERNS[meaning], heading)
+                and re.fullmatch(_MEANINGS[meaning][1], heading)
                 and not (heading == "d" and channel.unit not in ("", "1", "%"))  # a thickness or a diameter
             ):
                 found[minus + meaning] = channel
@@ -306,7 +310,7 @@ def _by_unit(recorded: Recorded, found: dict[str, DataColumn]) -> None:
         named = [
             each
             for each in recorded.channels
-            if each.name not in used and (kind_and_factor(each.unit) or ("",))[0] == _LOSSES[meaning][1]
+            if each.name not in used and _kind(each) == _MEANINGS[meaning][0]
         ]
         if meaning not in found and len(named) == 1:
             found[meaning] = named[0]
@@ -320,6 +324,11 @@ def _no_spectrum(recorded: Recorded, why: str) -> InputError:
     )
 
 
+def _kind(channel: DataColumn) -> str:
+    """Return the SI unit of the kind to which the unit of a column belongs; empty where none is known."""
+    return (kind_and_factor(channel.unit) or ("",))[0]
+
+
 def _in_si(channel: DataColumn, unit: str) -> Real:
     """Convert a column from its unit, which is the SI unit where the file states none."""
     written = channel.unit
@@ -327,10 +336,12 @@ def _in_si(channel: DataColumn, unit: str) -> Real:
         written = f"{written[:-1]}S"
     if unit == "1" and written.lower() in ("delta", "δ"):  # of the heading tan(delta)
         written = "1"
+    per = eps0 if unit == "1" and written.endswith("F/m") else 1.0  # a permittivity that is not relative
+    written, expected = (written.removesuffix("/m"), "F") if per == eps0 else (written, unit)
     known = kind_and_factor(written) if written else (unit, 1.0)
-    if known is None or known[0] != unit:
+    if known is None or known[0] != expected:
         raise InputError(f"column '{channel.name}': '{channel.unit}' is not a unit of {unit}")
-    return np.asarray(channel.values * known[1])
+    return np.asarray(channel.values * (known[1] / per))
 
 
 def _unit_of_phase(channel: DataColumn, otherwise: str) -> str:
@@ -347,57 +358,18 @@ def _unit_of_phase(channel: DataColumn, otherwise: str) -> str:
     return unit or otherwise
 
 
-def _permittivity(found: Mapping[str, DataColumn], grid: Real) -> tuple[Complex, bool]:
-    """Combine a permittivity with its loss, in whichever quantity the table states it."""
-    real = _relative(found["permittivity"])
-    turns = 2 * math.pi * grid * eps0
-    losses: dict[str, Real] = {}
-    for meaning, (noun, unit) in _LOSSES.items():
-        if meaning not in found:
-            continue
-        channel = found[meaning]
-        values = _in_si(channel, unit)
-        if meaning == "resistivity" and (values <= 0).any():
-            raise InputError(f"column '{channel.name}': a {noun} has to be above 0")
-        with np.errstate(divide="ignore", invalid="ignore"):  # rows of frequency 0 are omitted later
-            losses[noun] = _loss_factor(meaning, values, real, turns)
-    if not losses:
-        return real.astype(complex), True
-    _refuse_contradiction(losses)
-    return np.asarray(real - 1j * next(iter(losses.values()))), False
-
-
-def _loss_factor(meaning: str, values: Real, permittivity: Real, turns: Real) -> Real:
-    """Convert a statement of the loss to the loss factor; `turns` is the angular frequency times the vacuum permittivity."""
-    if meaning == "loss_tangent":
-        return permittivity * values
-    if meaning == "conductivity":
-        return values / turns
-    return 1 / (turns * values) if meaning == "resistivity" else values
-
-
-def _relative(channel: DataColumn) -> Real:
-    """Return a relative permittivity; a column in farad per metre is divided by the vacuum permittivity."""
-    if channel.unit.endswith("F/m"):
-        known = kind_and_factor(channel.unit.removesuffix("/m"))
-        if known is not None and known[0] == "F":
-            return np.asarray(channel.values * (known[1] / eps0))
-    return _in_si(channel, "1")
-
-
-def _refuse_contradiction(statements: Mapping[str, Real] | Mapping[str, Complex]) -> None:
+def _refuse_contradiction(statements: Mapping[str, Real | Complex]) -> None:
     """Refuse a table whose statements of the loss or impedance belong to different quantities or units."""
-    (first, one), *others = statements.items()
-    for noun, other in others:
-        good = np.isfinite(one) & np.isfinite(other) & (np.maximum(np.abs(one), np.abs(other)) > 0)
-        if not good.any():
-            continue
-        larger = np.maximum(np.abs(one), np.abs(other))[good]
-        apart = float(np.median(np.abs(one - other)[good] / larger))
+    for (first, one), (noun, other) in itertools.combinations(statements.items(), 2):
+        larger = np.maximum(np.abs(one), np.abs(other))
+        good = np.isfinite(larger) & (larger > 0)
+        apart = (
+            float(np.median((np.abs(one - other) / np.where(good, larger, 1.0))[good])) if good.any() else 0.0
+        )
         if apart > _APART:
             raise InputError(
-                f"{first} and {noun} of the table differ by {apart:.2g} of the larger one: they belong to different quantities or"
-                " units. State the meaning of the columns, or remove one of the two from the file"
+                f"{first} differ from {noun} by {apart:.2g} of the larger one: they belong to different quantities or units."
+                " State the meaning of the columns, or remove one of the two from the file"
             )
 
 

@@ -98,6 +98,10 @@ def test_columns_may_be_stated(tmp_path):
         spectrum_of(recorded)
     stated = {"frequency": "a", "real": "b", "imaginary": "c"}
     np.testing.assert_allclose(spectrum_of(recorded, columns=stated).impedance, Z, rtol=1e-11)
+    recorded = table(tmp_path, "f,|Z|,phase [deg],a,b", (GRID, 9 * abs(Z), 0 * GRID, Z.real, -Z.imag))
+    stated = {"real": "a", "minus_imaginary": "b"}
+    np.testing.assert_allclose(spectrum_of(recorded, columns=stated).impedance, Z, rtol=1e-11)
+    recorded = table(tmp_path, "a,b,c", (GRID, Z.real, Z.imag))
     with pytest.raises(InputError, match="no such column; it has a, b, c"):
         spectrum_of(recorded, columns={"frequency": "d"})
 
@@ -118,20 +122,24 @@ def test_columns_may_be_stated(tmp_path):
         (
             "f,Z',Z'',|Z|,phase [deg]",
             (Z.real, -Z.imag, abs(Z), np.degrees(np.angle(Z))),
-            r"differ by .* quantities",
+            r"differ from .* quantities",
         ),
         ("f [V],|Z|,phase [deg]", (abs(Z), np.angle(Z)), "not a unit of Hz"),
         (
             "f,eps',loss factor,sigma",
             (EPS.real, -EPS.imag, 2 * SIGMA),
-            r"factor and conductivity .* differ by 0\.5",
+            r"loss factor' differ from .*sigma' by 0\.5",
         ),
         (
             "f,eps',sigma,rho",
             (EPS.real, SIGMA, 1.05 / SIGMA),
-            r"and resistivity of the table differ by 0\.04",
+            r"sigma' differ from .*rho' by 0\.04",
         ),
-        ("f,eps',loss factor,loss tangent", (EPS.real, -EPS.imag, -EPS.imag), "loss factor and loss tangent"),
+        (
+            "f,eps',loss factor,loss tangent",
+            (EPS.real, -EPS.imag, -EPS.imag),
+            r"loss factor' differ from .*loss tangent'",
+        ),
         ("f,eps',resistivity [ohm]", (EPS.real, 1 / SIGMA), "'ohm' is not a unit of ohm m"),
         ("f,eps',resistivity [ohm m]", (EPS.real, 0 * SIGMA), "resistivity has to be above 0"),
         ("f,permittivity [V],sigma", (EPS.real, SIGMA), "'V' is not a unit of 1"),
@@ -157,8 +165,8 @@ def test_a_factor_for_a_meaning_and_a_minus_that_is_stated(tmp_path):
     ):
         ev.import_file(tmp_path / "a.csv", columns)
     for scale, words in (
-        ({"phase": -1}, "no column of the spectrum has this meaning"),
-        ({"minus_phase": 0}, "another"),
+        ({"phase": -1}, "the spectrum has f"),
+        ({"minus_phase": 0}, "other than 0"),
     ):
         with pytest.raises(InputError, match=words):
             ev.import_file(tmp_path / "a.csv", scale=scale)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.data.recorded import Recorded
 
+Column: TypeAlias = "tuple[str, str, Real]"
+"""Name, unit and numbers."""
 _DATA: Final = re.compile(rb"^(Binary|Values):\r?\n", re.MULTILINE)
 _KEY: Final = re.compile(r"^([A-Z][a-z. A-Z]*):[ \t]*(.*?)\r?$", re.MULTILINE)
 _VARIABLE: Final = re.compile(r"^(?:Variables:)?\s*\d+\t(\S+)\t([\w-]+)", re.MULTILINE)
@@ -35,16 +37,30 @@ def read_spice_raw(path: Path, *, part: str = "") -> Recorded:
 
     A complex vector is two channels, ``Re(v(out))`` and ``Im(v(out))``.
     """
-    runs = dict(_runs(path, _narrow(path.read_bytes())))
+    return chosen_run(path, dict(_runs(path, _narrow(path.read_bytes()))), part)
+
+
+def chosen_run(path: Path, runs: dict[str, list[Column]], part: str) -> Recorded:
+    """Return the run that is asked for, else the first of two or more points."""
     if part and part not in runs:
         listed = f"{suggestion(part, runs)} It has {', '.join(list(runs)[:20])}"
-        raise DataFileError(f"part = {part}: there is no such plot.{listed}.", path=path)
-    chosen = part or next(
-        (name for name, columns in runs.items() if columns[0][2].size > 1), next(iter(runs))
-    )
-    why = f"'{chosen}' is read; choose another plot or run with part = NAME"
-    others = tuple(NotRead(name=name, why=why) for name in runs if name != chosen)
-    return replace(recorded_of(path, runs[chosen], attributes={"table": chosen}), not_read=others)
+        raise DataFileError(f"part = {part}: there is no such plot or run.{listed}.", path=path)
+    name = part or max(runs, key=lambda each: runs[each][0][2].size > 1)
+    why = f"'{name}' is read; choose another plot or run with part = NAME"
+    others = tuple(NotRead(name=each, why=why) for each in runs if each != name)
+    return replace(recorded_of(path, runs[name], attributes={"table": name}), not_read=others)
+
+
+def columns_of(named: Sequence[tuple[str, str]], vectors: Sequence[NDArray[Any]]) -> list[Column]:
+    """Return vectors as columns, two of a complex one; the first is what the others are over, and real."""
+    (name, unit), first = named[0], vectors[0].real
+    table = [
+        (name, unit, np.abs(first) if unit == "s" else first)
+    ]  # a negative time stands before points left out
+    for (name, unit), values in zip(named[1:], vectors[1:], strict=True):
+        parts = {"Re({})": values.real, "Im({})": values.imag} if np.iscomplexobj(values) else {"{}": values}
+        table += [(form.format(name), unit, numbers) for form, numbers in parts.items()]
+    return table
 
 
 def _narrow(raw: bytes) -> bytes:
@@ -55,7 +71,7 @@ def _narrow(raw: bytes) -> bytes:
     return b"LTspice\n" + (head + mark).decode("utf-16-le", "replace").encode("latin-1", "replace") + data
 
 
-def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[tuple[str, str, Real]]]]:
+def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[Column]]]:
     """Iterate over the columns of each run by name: a run ends where the time, frequency or sweep begins again."""
     at, names = 0, []
     while (data := _DATA.search(raw, at)) is not None:
@@ -73,18 +89,7 @@ def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[tuple[str, str, Re
         else:
             types = [numbers] + [np.dtype("<f4") if single else numbers] * (len(variables) - 1)
             vectors, at = _binary(path, raw, data.end(), int(points), types, by_column="fastaccess" in flags)
-        table: list[tuple[str, str, Real]] = []
-        for (name, kind), values in zip(variables, vectors, strict=True):
-            parts = (
-                {f"Re({name})": values.real, f"Im({name})": values.imag}
-                if "complex" in flags
-                else {name: values}
-            )
-            if not table:
-                parts = {
-                    name: np.abs(values) if kind == "time" else values.real
-                }  # negative: compressed points follow
-            table += [(each, _UNITS.get(kind, ""), numbers) for each, numbers in parts.items()]
+        table = columns_of([(name, _UNITS.get(kind, "")) for name, kind in variables], vectors)
         names.append(plot := keys.get("plotname", "plot"))
         label = f"{plot} {names.count(plot)}" if names.count(plot) > 1 else plot
         first = table[0][2]

@@ -53,10 +53,10 @@ def read_touchstone(path: Path) -> Recorded:
         frequency, first, second = np.array(rows, dtype=float).T
     except ValueError:
         raise DataFileError("holds a row that is not made of numbers.", path=path) from None
-    values = _complex(first, second, form)
-    with np.errstate(all="ignore"):  # a reflection of 1 is an open end
+    with np.errstate(all="ignore"):  # a reflection of 1 is an open end, and a damaged file may overflow
+        values = _complex(first, second, form)
         normalised = {"S": (1 + values) / (1 - values), "Z": values, "Y": 1 / values}[kind]
-    impedance = normalised * (reference if is_first or kind == "S" else 1.0)
+        impedance = normalised * (reference if is_first or kind == "S" else 1.0)
     columns = [
         ("frequency", "Hz", frequency * _FREQUENCY[unit]), ("Z'", "ohm", impedance.real), ("Z''", "ohm", impedance.imag),
     ]  # fmt: skip
@@ -103,9 +103,8 @@ def _complex(first: Real, second: Real, form: str) -> Complex:
     """Combine real and imaginary part, or magnitude (also in dB) and angle in degrees."""
     if form == "RI":
         return np.asarray(first + 1j * second)
-    with np.errstate(all="ignore"):  # a damaged file may overflow
-        size = 10 ** (first / 20) if form == "DB" else first
-        return np.asarray(size * np.exp(1j * np.deg2rad(second)))
+    size = 10 ** (first / 20) if form == "DB" else first
+    return np.asarray(size * np.exp(1j * np.deg2rad(second)))
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:
