@@ -13,19 +13,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import NotRead
-from electrovib.data.text.layout import WIDE, end_of, is_comment, lines_of, place_of, split
+from electrovib.data.text.layout import STATISTICS, WIDE, end_of, is_comment, lines_of, place_of, split
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from electrovib.data.text.layout import Layout
 
-STATISTICS: Final = re.compile(
-    r"(mean|max(imum)?|min(imum)?|average|avg|median|std\.?( ?dev\w*\.?)?|stdev\w*|standard deviation|sum|total|count|rms|"
-    r"variance|range|mittelwert|maximalwert|minimalwert|summe|standardabweichung|moyenne|p-?p|pk-?pk|n)\W*",
-    re.IGNORECASE,
-)
-"""Words that stand before a row of statistics."""
 _MOST_BEHIND: Final = 1000
 """Lines at the end of a text among which rows that are no samples are looked for."""
 _SHOWN: Final = 40
