@@ -245,6 +245,16 @@ def test_tables_with_other_headings_in_one_text_are_parts(read, between):
     np.testing.assert_allclose(found.channels[2].values, 2 * V[:30])
 
 
+@pytest.mark.parametrize("sign", ["-", "- ", "\u2212"])
+def test_signs_and_readings_that_are_missing_do_not_divide_a_table(read, sign):
+    half = [f"nan,{at}" if at % 7 == 6 else f"{sign}{at}.5,{at}" for at in range(20)] + ["nan,20"]
+    found = read("\n".join(["u [V],n", *half]) + "\n")
+    assert (found.size, "table" in found.attributes) == (21, False)
+    found = read("\n".join(["u [V],n", *half, "u [V],n", *half[:9]]) + "\n")
+    assert (found.size, found.attributes["table"]) == (21, "table 1")
+    assert found.channels[1].values[-1] == 20
+
+
 @pytest.mark.parametrize("line", ["Paused", "Paused at 12:00", "# a comment"])
 def test_words_between_rows_are_no_other_table(read, line):
     found = read(
