@@ -41,6 +41,7 @@ def clock(seconds, form="{:02d}:{:02d}:{:09.6f}"):
         (["00:59.95", "01:00.00", "01:00.05"], [0, 0.05, 0.1], ""),
         (["59:59.9", "00:00.0", "59:59.9", "00:00.1"], [0, 0.1, 3600, 3600.2], ""),
         (["59:59", "1:00:00", "1:00:01"], [0, 1, 2], ""),
+        (["00:01", "00:02", "1:00:03"], [0, 1, 3602], ""),
         (["99:58", "99:59", "100:01"], [0, 1, 3], ""),
         (["0 days 23:59:59.9", "1 day, 0:00:00", "1 days 00:00:00.100"], [86399.9, 86400, 86400.1], ""),
         (["11:59:59.5 p.m.", "12:00:00.25 a.m.", "1:00:00 a.m."], [0, 0.75, 3600.5], ""),
@@ -70,6 +71,9 @@ def test_whole_seconds_beside_a_column_of_milliseconds_are_one_time(read):
     seconds, parts = 36000 + N // 20, 50 * (N % 20)
     found = read(table("Time,ms,F [N]", [clock(each)[:8] for each in seconds], parts, V))
     np.testing.assert_allclose(found.times(), 0.05 * N, atol=1e-12)
+    for other in (950 - parts, 50 * N, parts - 950):
+        found = read(table("Time,ms,F [N]", [clock(each)[:8] for each in seconds], other, V))
+        np.testing.assert_array_equal(found.times(), N // 20)
 
 
 def test_an_open_order_of_the_date_is_said(read):
@@ -239,6 +243,16 @@ def test_tables_with_other_headings_in_one_text_are_parts(read, between):
     assert "30 rows" in unread(found)["table 2"]
     found = read(text, part="table 2")
     np.testing.assert_allclose(found.channels[2].values, 2 * V[:30])
+
+
+@pytest.mark.parametrize("sign", ["-", "- ", "\u2212"])
+def test_signs_and_readings_that_are_missing_do_not_divide_a_table(read, sign):
+    half = [f"nan,{at}" if at % 7 == 6 else f"{sign}{at}.5,{at}" for at in range(20)] + ["nan,20"]
+    found = read("\n".join(["u [V],n", *half]) + "\n")
+    assert (found.size, "table" in found.attributes) == (21, False)
+    found = read("\n".join(["u [V],n", *half, "u [V],n", *half[:9]]) + "\n")
+    assert (found.size, found.attributes["table"]) == (21, "table 1")
+    assert found.channels[1].values[-1] == 20
 
 
 @pytest.mark.parametrize("line", ["Paused", "Paused at 12:00", "# a comment"])
