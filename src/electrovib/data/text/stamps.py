@@ -14,6 +14,7 @@ import pandas as pd
 
 from electrovib.data.recorded import DataColumn, NotRead, Recorded, unique
 from electrovib.data.text.layout import Layout, split
+from electrovib.data.text.preamble import keeps_step
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,36 +107,30 @@ def with_stamps(recorded: Recorded, stamps: str | pd.Series[str], heading: str =
         time, order = seconds_from_first(text, heading)
     except ValueError as error:
         why = str(error)
+    column = DataColumn(name=unique("time", recorded.channels), unit="s", values=time)
     known, shown = time[np.isfinite(time)], text[:_LONGEST].partition("\n")[0]
     if not why and known.size < 2:
         why = f"no date or time is recognised in '{shown}'"
     elif known.size and (known == known[0]).all():
         why = f"'{shown}' in all rows"
-    elif recorded.time:
+    elif recorded.time and not recorded.time.startswith("column "):  # without a heading it may be anything
         why = f"stamps; the times are those of column '{recorded.time}'"
-    elif recorded.step is not None and _agree(known, recorded.step):
+    elif recorded.step is not None and keeps_step(column, recorded.step):
         why = "stamps; the times follow from the step that the file states"
     if why:
         unread = NotRead(name=heading or "date and time", why=why)
         return dataclasses.replace(recorded, not_read=(*recorded.not_read, unread))
-    about = {"first_time": shown} | ({"date_order": order} if order else {})
+    about = {"first_time": shown}
+    if order:
+        about |= {"date_order": order, "unsure": f"the order of the dates such as '{shown}', read as {order}"}
     if (decimals := _decimals_of(recorded, time)) is not None:
-        time = time + decimals
-        time -= time[0]
-    name = unique("time", recorded.channels)
+        column = dataclasses.replace(column, values=time + decimals - decimals[0])
     return dataclasses.replace(
         recorded,
-        channels=(DataColumn(name=name, unit="s", values=time), *recorded.channels),
-        time=name,
+        channels=(column, *recorded.channels),
+        time=column.name,
         attributes={**recorded.attributes, **about},
     )
-
-
-def _agree(known: Real, step: float) -> bool:
-    """Return whether stamps increase by a time step [s] on average, within 1 % and their resolution."""
-    even, change = (known.size - 1) * step, np.diff(known)
-    resolution = float(np.min(change[change > 0], initial=np.inf))
-    return bool(abs(known[-1] - known[0] - even) <= 0.01 * even + 2 * resolution)
 
 
 def _decimals_of(recorded: Recorded, time: Real) -> Real | None:
@@ -171,7 +166,8 @@ def seconds_from_first(text: str, heading: str = "") -> tuple[Real, str]:
     known = np.flatnonzero(found != _NONE)
     if kind == "clock":
         turn = _DAY if cells.str.count(":").max() > 1 or not (found[known] < _HOUR).all() else _HOUR
-        found[known[1:]] += turn * np.cumsum(np.diff(found[known]) < -turn // 2)
+        far = turn // 2 if turn == _DAY else turn // 10 * 9
+        found[known[1:]] += turn * np.cumsum(np.diff(found[known]) < -far)
     first = found[known[0]] if known.size and kind != "spans" else 0
     return np.where(found != _NONE, (found - first) / _NANOSECONDS, np.nan), order
 
