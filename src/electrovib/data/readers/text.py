@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -60,9 +61,14 @@ def read_laboratory_bytes(
     path: Path, raw: bytes, *, origin: str = "", part: str = "", **options: Any
 ) -> Recorded:
     """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
-    raw, about, others = repeated_table(path, raw, part)
-    layout, lines = _layout(path, raw, **options)
-    body = body_of(path, raw, layout)
+    about, others = dict[str, str](), tuple[NotRead, ...]()
+    read = None
+    with suppress(DataFileError):  # of a text with several tables, whose rows differ
+        read = _rows(path, raw, **options)
+    if part or read is None or not read[2].is_plain:
+        raw, about, others = repeated_table(path, raw, part)
+        read = read if read and not about else _rows(path, raw, **options)
+    layout, lines, body = read
     if len(body.table) < _UNEVEN:
         raise DataFileError("holds fewer than two rows of numbers.", path=path)
     stamped = stamp_columns(layout, lines)
@@ -76,6 +82,12 @@ def read_laboratory_bytes(
     found = one_segment(path, found, "" if about else part)
     unread = (*found.not_read, *not_read, *body.left_out, *others)
     return dataclasses.replace(found, not_read=unread)
+
+
+def _rows(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str], Body]:
+    """Return the layout of a text, lines from which it was found, and its rows."""
+    layout, lines = _layout(path, raw, **options)
+    return layout, lines, body_of(path, raw, layout)
 
 
 def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:

@@ -33,6 +33,11 @@ class Body:
     line: Callable[[int], int]
     left_out: tuple[NotRead, ...] = ()
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether there are numbers in all fields of all lines, so that no line divides the text into tables."""
+        return not self.left_out and all(each.kind in "fiu" for each in self.table.dtypes)
+
 
 def table_of(
     raw: bytes, start: int, *, delimiter: str, width: int, decimal: str = ".", **options: Any
@@ -55,7 +60,6 @@ def table_of(
             names=range(width),
             sep=delimiter or r"\s+",
             decimal=decimal,
-            skipinitialspace=True,
             encoding_errors="replace",
             **exact,
             **options,

@@ -375,8 +375,9 @@ def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> t
     found = []
     for place in range(width):
         cells = [row[place] for row in rows if place < len(row) and row[place]]
-        numbers = sum(notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells)
-        if cells and 2 * numbers >= len(cells) and (numbers > 1 or len(rows) < _FEW):
+        are = [notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells]
+        enough = sum(are) > 1 or len(rows) < _FEW
+        if enough and 2 * sum(are) + bool(are and are[-1]) > len(cells):  # headings stand above numbers
             found.append(place)
     return tuple(found)
 

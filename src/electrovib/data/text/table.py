@@ -57,7 +57,12 @@ class TextTable:
             return np.empty((0, len(indices)))
         start = place_of(self.raw, first[0] - 1)
         read = functools.partial(
-            table_of, delimiter=self.delimiter, width=self.width, keep_default_na=False, na_values=_NO_NUMBER
+            table_of,
+            delimiter=self.delimiter,
+            width=self.width,
+            skipinitialspace=True,
+            keep_default_na=False,
+            na_values=_NO_NUMBER,
         )
         table = None
         with suppress(ValueError, Warning):  # of pandas, which names no line
