@@ -18,6 +18,10 @@ _OWN: Final = {
 _ARCHIVE: Final = "an archive; unpack it, and give the file in it"
 _DOCUMENT: Final = "a document; save the table in it as .csv or .xlsx"
 _PICTURE: Final = "a picture; save the data that it shows as .csv"
+_SOUND: Final = (
+    "a sound file in a format that is not read; convert it to .wav, such as with 'ffmpeg -i {} NEW.wav'"
+)
+_CDF_5: Final = "netCDF in the form CDF-5, which is not read; convert it with 'nccopy -k nc4 {} NEW.nc'"
 _SPREADSHEET: Final = "a spreadsheet in a format that is not read; save it as .csv or .xlsx"
 _IMPEDANCE: Final = "a file of a potentiostat or impedance analyser in its own form; export the spectrum there as .csv or .txt"
 _TABLE: Final = "a table of numbers; 'electrovib import {}' reads it"
@@ -28,6 +32,7 @@ _WORDS: Final = {
     _PICTURE: ".png .jpg .jpeg .gif .bmp .tif .tiff .svg .webp",
     _IMPEDANCE: ".idf .ids .isw .dfr .i2b .pssession .mpr",
     _SPREADSHEET: ".xls .xlsb .ods .numbers .gsheet",
+    _SOUND: ".aif .aiff .aifc .flac .w64 .ogg .opus .mp3 .m4a .caf .au",
     "a page of the web; save the data that it shows as .csv": ".html .htm",
     "a study store; 'electrovib report {}' shows it": ".zarr",
     "Python; models of your own are named before the command: 'electrovib --models {} ...'": ".py",
@@ -37,6 +42,7 @@ _BY_SUFFIX: Final = {suffix: words for words, suffixes in _WORDS.items() for suf
 _BEGINNINGS: Final = {
     b"\xd0\xcf\x11\xe0": _SPREADSHEET, b"PK\x03\x04": _ARCHIVE, b"\x1f\x8b": _ARCHIVE, b"Rar!": _ARCHIVE,
     b"7z\xbc\xaf": _ARCHIVE, b"%PDF": _DOCUMENT, b"\x89PNG": _PICTURE, b"\xff\xd8\xff": _PICTURE, b"GIF8": _PICTURE,
+    b"fLaC": _SOUND, b"riff\x2e\x91": _SOUND, b"OggS": _SOUND, b"caff": _SOUND, b".snd": _SOUND, b"CDF\x05": _CDF_5,
 }  # fmt: skip
 
 
@@ -50,7 +56,9 @@ def foreign(path: Path, head: bytes = b"") -> str:
     if is_address(path):
         return "is a web address; download the file, and give its name"
     begun = next((words for start, words in _BEGINNINGS.items() if head.startswith(start)), "")
-    if b"xl/" in head or b"[Content_Types]" in head:  # a workbook, which is packed as an archive is
+    if head[:4] == b"FORM" and head[8:11] == b"AIF":
+        begun = _SOUND
+    if (head.startswith(b"PK") and b".npy" in head) or b"xl/" in head or b"[Content_Types]" in head:
         begun = ""
     words = _BY_SUFFIX.get(path.suffix.lower(), begun)
     is_text = path.suffix.lower() == ".xls" and head and not begun  # as instruments call a table with tabs

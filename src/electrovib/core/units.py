@@ -233,3 +233,13 @@ def _registry():  # type: ignore[no-untyped-def]  # noqa: ANN202  # pint's regis
     import pint
 
     return pint.UnitRegistry()
+
+
+def unit_in_files(unit: str) -> str:
+    """Write the powers of a unit as pint and UDUNITS read them: ``C/m^2`` for ``C/m2``."""
+    return re.sub(r"(?<=m)(?=[23])", "^", unit)
+
+
+def unit_of_files(unit: str) -> str:
+    """Return what `unit_in_files` was given."""
+    return re.sub(r"(?<=m)\^(?=[23])", "", unit)

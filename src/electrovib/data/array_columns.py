@@ -66,11 +66,11 @@ def table_of_arrays(
         reasons = "; ".join(f"{each.name} ({each.why})" for each in not_read[:_LISTED])
         raise DataFileError(f"{error.problems[0].reason} Not read: {reasons}.", path=path) from None
     taken = {each.name for each in recorded.channels} | {each.name for each in recorded.not_read}
-    for name, _, values in columns:
-        if name not in taken:
-            length = f"it has {values.size} values, the columns that are read {recorded.size}"
-            why = length if values.size != recorded.size else "it belongs to another part"
-            not_read.append(NotRead(name=name, why=f"{why}; read it with part = {name}"))
+    not_read += [
+        NotRead(name=name, why=f"it belongs to another part; read it with part = {name}")
+        for name, *_ in columns
+        if name not in taken
+    ]
     return dataclasses.replace(
         recorded, not_read=(*recorded.not_read, *not_read), clocks=_clocks(recorded, clocks or {})
     )

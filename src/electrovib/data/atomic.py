@@ -131,7 +131,6 @@ def write_folder(
     force: bool = False,
 ) -> list[Path]:
     """Write files into a folder, all of them or none."""
-    check_folder(folder, {name: forms[name] for name in contents}, force=force)
     make_folder(folder)
     outputs = {folder / name: forms[name] for name in contents}
     with writing(outputs, force=force) as temporaries:

@@ -51,16 +51,19 @@ class DataColumn:
         if len(self.values) < 2:
             count = "only one row" if len(self.values) else "no rows"
             raise DataFileError(f"{self.called} has {count}; at least two are needed.", path=path)
-        bad = np.flatnonzero(~np.isfinite(self.values))
+        gone, _ = missing_numbers(self.values)
+        bad = np.flatnonzero(gone | ~np.isfinite(self.values))
         if len(bad) and not missing:
             more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
             where, value = self._where(int(bad[0])), self.values[bad[0]]
-            raise DataFileError(f"{where}, {self.called}: {value} is not a finite number{more}.", path=path)
+            why = "stands for no reading" if np.isfinite(value) else "is not a finite number"
+            raise DataFileError(f"{where}, {self.called}: {value:.6g} {why}{more}.", path=path)
         factor = self._factor(path, asked)
         inverse = round(1 / factor) if factor < 1 else 0
         # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
         with np.errstate(all="ignore"):
-            found = self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
+            values = np.where(gone, np.nan, self.values) if len(bad) else self.values
+            found = values / inverse if inverse and 1 / inverse == factor else values * factor
         if not missing and not np.all(np.isfinite(found)):
             row = int(np.argmin(np.isfinite(found)))
             raise DataFileError(
@@ -138,51 +141,53 @@ class Recorded:
         return np.asarray(self.start + self.step * np.arange(self.size))
 
 
-_OVERLOAD: Final = (9.9e37, 1e38)
+_NO_READING: Final = (9.9e37, 9.91e37, 199.999e99)
 """Magnitudes by which instruments say infinity or no number (SCPI 1999, 7.2.1.4 and 7.2.1.5)."""
+_FAR_BELOW: Final = 1e30
 _ROUNDING: Final = 1e-6
-"""Relative error of these numbers in single precision and in few digits."""
-_NINES: Final = (-999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0, 199.999e99)
-"""Numbers that stand for a missing one where they repeat far outside the others."""
+"""Relative error of these magnitudes in single precision."""
+_NINES: Final = (-999.0, -9999.0, -99999.0, -999.25, -999.9, -999.99)
+"""Numbers that stand for no reading where they repeat far below the others."""
 
 
-def missing_numbers(values: Real) -> dict[float, int]:
-    """Return the numbers of a column that stand for a missing one, with how often each occurs.
+def missing_numbers(values: Real) -> tuple[np.ndarray[Any, np.dtype[np.bool_]], dict[float, int]]:
+    """Find the numbers of a column by which instruments say that there is no reading, and how often each occurs.
 
-    One of nines counts where it repeats and lies farther from the others than their whole range.
+    These are magnitudes from 9.9e37 to 199.999e99 among others that are far below, and -999, -9999 and the like where
+    they repeat, are not most of all, and lie below all others by more than the range of these.
     """
-    if not values.size or values.dtype.kind not in "fiu":
-        return {}
-    ends = [float(np.fmin.reduce(values)), float(np.fmax.reduce(values))]
-    found: dict[float, int] = {}
-    low, high = _OVERLOAD[0] * (1 - _ROUNDING), _OVERLOAD[1] * (1 + _ROUNDING)
-    if any(low <= abs(end) < np.inf for end in ends):
-        over = values[(np.abs(values) >= low) & (np.abs(values) <= high)]
-        found |= dict(zip(*(each.tolist() for each in np.unique(over, return_counts=True)), strict=True))
-        ends = [end for end in ends if end not in found]
-    for nines in {*_NINES} & {*ends}:
-        others = values[(values != nines) & np.isfinite(values) & ~np.isin(values, [*found])]
-        count = int(np.count_nonzero(values == nines))
-        if count > 1 and others.size and np.abs(others - nines).min() > max(np.ptp(others), abs(nines) / 2):
-            found[nines] = count
-    return found
+    gone = np.zeros(values.shape, dtype=bool)
+    low, high = (float(each.reduce(values, initial=np.nan)) for each in (np.fmin, np.fmax))
+    if max(-low, high) >= _NO_READING[0] * (1 - _ROUNDING):
+        size = np.abs(np.where(np.isfinite(values), values, 0.0))
+        gone = (size >= _NO_READING[0] * (1 - _ROUNDING)) & (size <= _NO_READING[-1] * (1 + _ROUNDING))
+        if gone.all() or size[~gone].max() > _FAR_BELOW:
+            gone &= np.any([np.isclose(size, each, rtol=_ROUNDING) for each in _NO_READING], axis=0)
+    for nines in _NINES if low <= max(_NINES) else ():
+        at = values == nines
+        rest = values[np.isfinite(values) & ~gone & ~at]
+        if (
+            1 < np.count_nonzero(at) <= values.size / 2
+            and rest.size
+            and nines < rest.min() - np.ptp(rest) < rest.min()
+        ):
+            gone |= at
+    numbers, counts = np.unique(values[gone], return_counts=True)
+    return gone, dict(zip(numbers.tolist(), counts.tolist(), strict=True))
 
 
 def without_missing_numbers(recorded: Recorded) -> Recorded:
-    """Return the content of a file with the numbers that stand for a missing one as NaN, each named with its count."""
+    """Return the content of a file with NaN for the numbers that stand for no reading, each named with its count."""
     channels, named = [], []
     for each in recorded.channels:
-        found = missing_numbers(each.values)
-        named += [
-            NotRead(
-                name=f"{count} times {number:.6g} in {each.called}", why="it stands for no reading: missing"
-            )
-            for number, count in found.items()
-        ]
-        values = np.where(np.isin(each.values, [*found]), np.nan, each.values) if found else each.values
-        channels.append(dataclasses.replace(each, values=values) if found else each)
-    if not named:
-        return recorded
+        gone, found = missing_numbers(each.values)
+        channels.append(
+            dataclasses.replace(each, values=np.where(gone, np.nan, each.values)) if found else each
+        )
+        if found:
+            words = ", ".join(f"{count} times {number:.6g}" for number, count in found.items())
+            name = f"{sum(found.values())} of {recorded.size} samples of '{each.name}'"
+            named.append(NotRead(name=name, why=f"missing: {words}, which stands for no reading"))
     return dataclasses.replace(recorded, channels=tuple(channels), not_read=(*recorded.not_read, *named))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError, InputError, refuse
 from electrovib.core.files import note_input
 from electrovib.core.signals import FORMAT, stamp
+from electrovib.core.units import unit_in_files, unit_of_files
 from electrovib.data.atomic import left_by_a_kill, writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned, verified
@@ -42,6 +43,8 @@ def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
     carriers: dict[str, Any] = {"": stamped, **{str(name): each for name, each in stamped.variables.items()}}
     for owner, carrier in carriers.items():
         carrier.attrs = {str(name): _plain(value) for name, value in carrier.attrs.items()}
+        if owner and isinstance(unit := carrier.attrs.get("units"), str):
+            carrier.attrs["units"] = unit_in_files(unit)
         problems += [
             f"{path}: attribute '{owner}{'.' * bool(owner)}{name}' is of type {type(value).__name__}, not a text or a number."
             for name, value in carrier.attrs.items()
@@ -95,7 +98,16 @@ def rebuilt(
             array = arrays[entry["name"]].reshape(shape)
         variables[entry["name"]] = (tuple(entry["dims"]), array, entry["attributes"])
     coordinates = [entry["name"] for entry in structure["variables"] if entry["coordinate"]]
-    return xarray.Dataset(variables, attrs=dict(attributes)).set_coords(coordinates)
+    found = xarray.Dataset(variables, attrs=dict(attributes)).set_coords(coordinates)
+    return with_units_of_files(found)
+
+
+def with_units_of_files(trace: xarray.Dataset) -> xarray.Dataset:
+    """Return a Trace that was read, with units as they are written inside."""
+    for variable in trace.variables.values():
+        if isinstance(unit := variable.attrs.get("units"), str):
+            variable.attrs["units"] = unit_of_files(unit)
+    return trace
 
 
 def joined(*, real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:

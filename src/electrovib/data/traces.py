@@ -20,7 +20,15 @@ from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned, verified
-from electrovib.data.trace_csv import TYPES, load_csv, not_a_trace, prepared, rebuilt, structure_of
+from electrovib.data.trace_csv import (
+    TYPES,
+    load_csv,
+    not_a_trace,
+    prepared,
+    rebuilt,
+    structure_of,
+    with_units_of_files,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -193,7 +201,7 @@ def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
         if str(name).startswith("long_attribute_"):
             trace.attrs[variable.attrs["attribute"]] = str(variable.values)
             trace = trace.drop_vars(str(name))
-    return trace
+    return with_units_of_files(trace)
 
 
 FORMATS: Final[dict[str, Callable[[Path], xarray.Dataset]]] = {

@@ -89,8 +89,8 @@ def name_and_unit(heading: str) -> tuple[str, str]:
         return "time", as_unit(heading[3:]) or ""
     if found := _TIME.fullmatch(heading) or _CONDUCTIVITY.fullmatch(heading):
         return found["name"], found["unit"].replace("µ", "u")
-    for sign in (" / ", " in ", ", ", "/"):
-        name, _, last = heading.rpartition(sign)
+    parted = [heading.rpartition(sign) for sign in (" / ", " in ", ", ")]
+    for name, _, last in (*parted, heading.partition("/"), heading.rpartition("/")):
         if name and as_unit(last) and not _PER_TIME.fullmatch(heading):
             return name, as_unit(last) or ""
     return heading, ""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -16,7 +16,7 @@ from electrovib.core.errors import ElectrovibError, InputError, gathered, refuse
 from electrovib.core.files import inputs_noted, kind_of
 from electrovib.core.signals import is_study_result, is_trace, signal
 from electrovib.data.atomic import output_path
-from electrovib.recordings.importing.merging import is_measured, residuals
+from electrovib.recordings.residuals import compare, rms
 from electrovib.view import summary, tables
 from electrovib.view.files import check_document, save_document
 from electrovib.view.lines import Line, scenario_or_none
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from electrovib.recordings.importing.merging import SignalResidual
+    from electrovib.recordings.residuals import Compared
     from electrovib.scenario import Scenario
 
 Source: TypeAlias = "xarray.Dataset | Scenario | str | Path"
@@ -174,7 +174,7 @@ def document_of(
     scenarios = {label: found for label, trace in traces.items() if (found := scenario_or_none(trace))}
     swept = {label: texts for label, trace in traces.items() if (texts := summary.swept_texts(trace))}
     bands = of_study.band_figures(studied, traces) if studied is not None else []
-    compared = _residuals(traces)
+    compared = compare({label: each for label, each in traces.items() if not summary.is_sweep(each)})
     drawn = [*bands, *figures(traces, scenarios), *_residual_figures(compared)]
     return Document(
         title=title or _title(traces),
@@ -263,34 +263,6 @@ _MOST: Final = 6
 """Residuals that are drawn."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Compared:
-    """A measured signal beside a prediction of it, by the labels of their Traces."""
-
-    measured: str
-    predicted: str
-    found: SignalResidual
-
-    @property
-    def signal(self) -> str:
-        """Name of the signal, and of what was predicted where that is another one."""
-        of, words = self.found, self.found.name.replace("_", " ")
-        other = of.predicted_name.replace("_", " ")
-        return words if of.predicted_name == of.name else f"{words} (predicted: {other})"
-
-
-def _residuals(traces: Mapping[str, xarray.Dataset]) -> list[Compared]:
-    """Compare every measurement of a report with every prediction, for each signal they share; sweeps are omitted."""
-    plain = {label: trace for label, trace in traces.items() if not summary.is_sweep(trace)}
-    return [
-        Compared(measured=measured, predicted=predicted, found=each)
-        for measured, recorded in plain.items()
-        for predicted, computed in plain.items()
-        if is_measured(recorded) and not is_measured(computed)
-        for each in residuals(computed, recorded)
-    ]
-
-
 def _residual_table(compared: Sequence[Compared]) -> list[Table]:
     headings = (
         *("signal", "measured", "predicted", "rms residual", "over rms of the measurement", "mean residual"),
@@ -301,16 +273,16 @@ def _residual_table(compared: Sequence[Compared]) -> list[Table]:
     return [Table(_TITLE, headings, rows, caption=_NOT_FITTED, looks=looks)] if rows else []
 
 
-def _residual_row(each: Compared) -> tuple[str, ...]:
-    found = each.found
+def _residual_row(found: Compared) -> tuple[str, ...]:
     unit, along = signal(found.name).unit, signal(found.along).unit
     first, last = (pretty_quantity(float(end), along, digits=4) for end in found.axis[[0, -1]])
+    left, size = rms(found.residual), rms(found.measured)
     return (
-        each.signal,
-        each.measured,
-        each.predicted,
-        pretty_quantity(found.rms, unit, digits=4),
-        f"{100 * found.relative_rms:.3g} %",
+        found.signal,
+        found.measurement,
+        found.prediction,
+        pretty_quantity(left, unit, digits=4),
+        f"{100 * left / size if size else math.nan:.3g} %",
         pretty_quantity(found.mean, unit, digits=4),
         f"{first} … {last}, {found.axis.size} samples",
     )
@@ -319,7 +291,7 @@ def _residual_row(each: Compared) -> tuple[str, ...]:
 def _residual_figures(compared: Sequence[Compared]) -> list[Drawing]:
     drawn = []
     for number, each in enumerate(compared[:_MOST]):
-        beside = f"{each.measured} beside {each.predicted}"
+        beside = f"{each.measurement} beside {each.prediction}"
         caption = f"{each.signal[:1].upper()}{each.signal[1:]}: {beside}; the residual below."
         words = f"{each.signal}: {beside}, and residual"
         plot = functools.partial(_draw, each)
@@ -329,9 +301,8 @@ def _residual_figures(compared: Sequence[Compared]) -> list[Drawing]:
     return drawn
 
 
-def _draw(each: Compared, figure: Figure) -> None:
+def _draw(found: Compared, figure: Figure) -> None:
     """Draw prediction and measured points, and their residual below; of an impedance the moduli."""
-    found = each.found
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     words, unit = found.name.replace("_", " "), signal(found.name).unit
     is_complex = np.iscomplexobj(found.measured)
@@ -341,8 +312,10 @@ def _draw(each: Compared, figure: Figure) -> None:
         above.set_yscale("log")
     if found.along == "frequency":
         above.set_xscale("log")
-    points = Line(x=found.axis, y=part(found.measured), label=each.measured, colour=COLOURS[0], measured=True)
-    line = Line(x=found.axis, y=part(found.predicted), label=each.predicted, colour=COLOURS[1])
+    points = Line(
+        x=found.axis, y=part(found.measured), label=found.measurement, colour=COLOURS[0], measured=True
+    )
+    line = Line(x=found.axis, y=part(found.predicted), label=found.prediction, colour=COLOURS[1])
     residual = Line(x=found.axis, y=part(found.residual), label="", colour=COLOURS[0])
     below.axhline(0.0, color=NEUTRAL, linewidth=0.8)
     for ax, what, drawn in ((above, words, [points, line]), (below, "residual", [residual])):

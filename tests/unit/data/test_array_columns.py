@@ -1,5 +1,7 @@
 """Arrays of netCDF, HDF5, MATLAB and NumPy: each a column as the library that wrote it reads it, or named as not read."""
 
+import struct
+
 import h5py
 import numpy as np
 import pytest
@@ -91,7 +93,7 @@ def test_fields_of_records_are_columns_and_all_else_is_named(tmp_path):
     told = reasons(found)
     assert set(told) == {"run/table.note", "words", "rate", "z", "cube", "few", "none", "wide"}
     assert told["rate"] == "is the single value 10000.0"
-    assert told["few"] == "it has 9 values, the columns that are read 500; read it with part = few"
+    assert told["few"].startswith("it has 9 rows, those that are read 500")
     assert (told["z"], told["cube"]) == ("holds complex numbers", "has 3 dimensions (2 x 3 x 4)")
     np.testing.assert_array_equal(read_columns(tmp_path / "a.h5", {"f": ("run/table.force", "N")})["f"],
                                   FORCE.astype("f4"))  # fmt: skip
@@ -173,3 +175,58 @@ def test_where_no_array_is_a_column_the_reasons_are_given(tmp_path):
         DataFileError, match=r"no column of two or more numbers. Not read: word \(holds text\)"
     ):
         table_of_arrays(tmp_path / "a", [("word", "", np.array(["a", "b"]))])
+
+
+def test_archives_of_numpy(tmp_path):
+    objects = np.array([{"a": 1}], dtype=object)
+    stamps = np.datetime64("2026-11-28", "us") + np.arange(N) * np.timedelta64(250, "us")
+    content = {
+        "t": stamps,
+        "force [N]": FORCE,
+        "both": np.array([FORCE, -FORCE]).T,
+        "o": objects,
+        "n": FORCE[:7],
+    }
+    for save in (np.savez, np.savez_compressed):
+        save(tmp_path / "a.npz", **content)
+        found = read_recorded(tmp_path / "a.npz")
+        assert [(each.name, each.unit) for each in found.channels] == [
+            ("t", "us"), ("force", "N"), ("both[0]", ""), ("both[1]", "")]  # fmt: skip
+        np.testing.assert_array_equal(column(found, "t"), np.arange(N) * 250)
+        assert (found.time, set(reasons(found))) == ("t", {"o", "n"})
+        assert "not unpickled" in reasons(found)["o"]
+        np.testing.assert_array_equal(read_columns(tmp_path / "a.npz", {"f": ("force", "N")})["f"], FORCE)
+    whole = (tmp_path / "a.npz").read_bytes()
+    for size in (60, len(whole) // 2, len(whole) - 9):
+        (tmp_path / "a.npz").write_bytes(whole[:size])
+        with pytest.raises(DataFileError, match="damaged or not a NumPy file of arrays"):
+            read_recorded(tmp_path / "a.npz")
+    np.savez_compressed(tmp_path / "b.npz", a=np.zeros(40_000_000))
+    with pytest.raises(DataFileError, match="would unfold to 320 MB"):
+        read_recorded(tmp_path / "b.npz")
+
+
+def test_a_long_sound_file_is_read_and_another_is_named(tmp_path):
+    counts = np.arange(-300, 300, dtype="<i2")
+    form = b"fmt " + struct.pack("<IHHIIHH", 16, 1, 1, 8000, 16000, 2, 16)
+    sizes = b"ds64" + struct.pack("<IQQQI", 28, 0, counts.nbytes, counts.size, 0)
+    data = (
+        b"data" + struct.pack("<I", 0xFFFFFFFF) + counts.tobytes() + b"LIST" + struct.pack("<I", 4) + b"INFO"
+    )
+    (tmp_path / "a.wav").write_bytes(b"RF64\xff\xff\xff\xffWAVE" + sizes + form + data)
+    found = read_recorded(tmp_path / "a.wav")
+    np.testing.assert_array_equal(found.channels[0].values, counts / 2**15)
+    assert found.step == 1 / 8000
+
+
+@pytest.mark.parametrize(("head", "words"), [
+    (b"FORM\0\0\1\0AIFFCOMM", "a sound file in a format that is not read; convert it to .wav"),
+    (b"fLaC\0\0\0\x22", "a sound file in a format"), (b"riff\x2e\x91\xcf\x11\xa5\xd6", "a sound file in a format"),
+    (b"CDF\x05" + bytes(28), "netCDF in the form CDF-5, which is not read; convert it with 'nccopy -k nc4"),
+])  # fmt: skip
+@pytest.mark.parametrize("suffix", [".dat", ".wav", ".nc"])
+def test_formats_that_are_not_read_are_named_and_not_called_damaged(tmp_path, head, words, suffix):
+    (tmp_path / f"a{suffix}").write_bytes(head + bytes(90))
+    with pytest.raises(DataFileError, match=words) as caught:
+        read_recorded(tmp_path / f"a{suffix}")
+    assert "damaged" not in str(caught.value)

@@ -244,7 +244,7 @@ def test_a_table_or_an_array_of_a_file_of_several_is_chosen(tmp_path):
     found = read_recorded(tmp_path / "a.dta", part="OCVCURVE")
     assert [(each.name, each.unit) for each in found.channels] == [("Pt", ""), ("T", "s"), ("Vf", "V")]
     assert (found.size, found.time) == (60, "T")
-    known = {"table": "OCVCURVE", "omitted": "ZCURVE", "AREA": "2.5"}
+    known = {"table": "OCVCURVE", "AREA": "2.5"}
     assert known.items() <= found.attributes.items()
     (tmp_path / "a.csv").write_text("t,u\n0,1\n1,2\n", encoding="utf-8")
     trial = {"force": np.arange(7.0), "time": np.arange(7.0)}

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pint
 import pytest
 import scipy.io
 import xarray
@@ -12,11 +13,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.core.signals import FORMAT, make_trace
+from electrovib.core.signals import FORMAT, SIGNALS, make_trace, stamp
 from electrovib.data import trace_csv as comma_separated
 from electrovib.data.registry import read_columns
 from electrovib.data.trace_csv import load_csv, save_csv
-from electrovib.data.traces import load_nc, save_mat, save_nc
+from electrovib.data.traces import load_nc, open_trace, save_mat, save_nc
 
 
 @pytest.mark.parametrize(
@@ -273,3 +274,56 @@ def test_a_csv_keeps_words_beside_its_numbers(tmp_path):
     trace = small().assign_coords(phase=("time", ["rest", "touch", "slide", "slide", "rest"]))
     save_csv(trace, tmp_path / "a.csv")
     same(trace, load_csv(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize("kept", [{}, {"drive.rise": 1}, {"drive.rise": 0, "stack.gap": 2}])
+def test_a_sweep_is_a_row_for_each_case(tmp_path, kept):
+    random = np.random.default_rng(2)
+    swept = xarray.Dataset(
+        {
+            "electrostatic_force": (("stack.gap", "drive.rise"), random.normal(size=(3, 2))),
+            "gap": (("stack.gap",), random.normal(size=3)),
+            "impedance": (("drive.rise",), random.normal(size=2) + 1j),
+            "friction": (("drive.rise",), np.array(["low", "high"])),
+        },
+        {"drive.rise": [0.1, 0.2], "stack.gap": [1e-6, 2e-6, 3e-6]},
+        {"format": FORMAT},
+    ).isel(kept)
+    save_csv(stamp(swept), tmp_path / "a.csv")
+    same(stamp(swept), load_csv(tmp_path / "a.csv"))
+    rows = [line for line in (tmp_path / "a.csv").read_text().splitlines() if line[0] != "#"]
+    assert rows[0].split(",")[0].startswith(("drive.rise", "stack.gap"))
+    assert len(rows) == 1 + int(np.prod(list(swept.sizes.values())))
+
+
+SAVED = {".nc": save_nc, ".csv": save_csv, ".mat": save_mat}
+
+
+@pytest.mark.parametrize("suffix", SAVED)
+def test_units_in_files_are_read_by_pint_and_older_files_are_opened(tmp_path, suffix, monkeypatch):
+    names = [name for name, each in SIGNALS.items() if each.dims == ("time",)]
+    values = {name: (("time",), [1.0, 2.0]) for name in names}
+    values["displacement"] = (("layer", "time"), [[1.0, 2.0]])
+    trace = make_trace(values, {"time": [0.0, 1.0], "layer": ["gap"]}, {})
+    path = tmp_path / f"a{suffix}"
+    SAVED[suffix](trace, path)
+    xarray.testing.assert_identical(open_trace(path), trace)
+    if suffix == ".nc":
+        written = {
+            name: each.attrs.get("units", "1") for name, each in xarray.open_dataset(path).variables.items()
+        }
+    elif suffix == ".csv":
+        with path.open() as file:
+            heads = next(line for line in file if not line.startswith("#")).strip().split(",")
+        written = {head.split(" ")[0]: head.partition(" [")[2].rstrip("]") for head in heads}
+    else:
+        found = scipy.io.loadmat(path, simplify_cells=True)["units"]
+        written = {name: str(unit) if len(unit) else "1" for name, unit in found.items()}
+    assert "C/m^2" in written.values()
+    registry = pint.UnitRegistry()
+    for name, unit in written.items():
+        inside = SIGNALS[name.split("[")[0]].unit if name.split("[")[0] in SIGNALS else "1"
+        assert registry.Quantity(1, unit) == registry.Quantity(1, inside.replace("m2", "m**2")), name
+    monkeypatch.setattr("electrovib.data.trace_csv.unit_in_files", str)  # as they were written before
+    SAVED[suffix](trace, tmp_path / f"old{suffix}")
+    xarray.testing.assert_identical(open_trace(tmp_path / f"old{suffix}"), trace)

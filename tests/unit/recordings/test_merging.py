@@ -1,4 +1,4 @@
-"""Two records with clocks of their own become one Trace, and a measurement stands beside a prediction."""
+"""Two records with clocks of their own become one Trace."""
 
 import json
 
@@ -8,7 +8,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.recordings.importing.merging import match_edges, residuals
+from electrovib.recordings.importing.merging import match_edges
 from electrovib.recordings.importing.reduction import SignalEdges
 
 SHIFT, RATIO = 0.37, 1 + 80e-6
@@ -85,6 +85,15 @@ def test_one_edge_gives_a_shift_and_two_a_ratio_limited_by_the_samples():
     assert found.ratio_half_width == pytest.approx(half / np.sqrt(2))
 
 
+def test_the_intervals_are_those_of_a_line_through_the_edges():
+    off = 1e-3 * np.array([1, -1, -1, 1])  # orthogonal to a shift and to a ratio
+    found = match_edges(edges(np.arange(4) + off), edges(np.arange(4)), steps=(1e-9, 1e-9))
+    half = 4.30265273 * np.sqrt((off @ off) / 2)  # Student's t for two degrees of freedom
+    assert (found.shift, found.ratio) == (pytest.approx(0, abs=1e-12), pytest.approx(1))
+    assert found.shift_half_width == pytest.approx(half / 2)
+    assert found.ratio_half_width == pytest.approx(half / np.sqrt(5))
+
+
 def test_periodic_edges_are_refused_unless_a_shift_is_near():
     periodic = edges(np.arange(10) * 0.1, np.arange(10) * 0.1 + 0.03)
     late = edges(periodic.rising[2:] - 0.01, periodic.falling[2:] - 0.01)
@@ -138,38 +147,3 @@ def test_a_coarser_reference_takes_means_and_samples_at_both_ends_are_kept():
     )
     np.testing.assert_array_equal(merged.time, np.arange(2.0, 7.0))
     np.testing.assert_array_equal(merged.plate_voltage, own**2)
-
-
-TIME = np.linspace(0, 1, 101)
-
-
-def of(axis, **signals):
-    """A Trace over time, or over frequency if it is an impedance."""
-    dimension = "frequency" if "impedance" in signals else "time"
-    return make_trace(
-        {name: ((dimension,), values) for name, values in signals.items()}, {dimension: axis}, {}
-    )
-
-
-def test_residuals_are_measured_less_predicted_where_both_are_known():
-    at = np.array([-0.5, 0.255, 0.5, 0.75, 1.5])
-    measured = of(at, lateral_force_measured=2 * at + np.array([0, 0.3, -0.1, np.nan, 0]))
-    (found,) = residuals(of(TIME, lateral_force=2 * TIME), measured)
-    np.testing.assert_allclose(found.axis, [0.255, 0.5])
-    np.testing.assert_allclose(found.residual, [0.3, -0.1])
-    assert (found.rms, found.mean) == pytest.approx((np.sqrt(0.05), 0.1))
-    assert found.relative_rms == pytest.approx(np.sqrt(0.05) / np.sqrt((0.81**2 + 0.9**2) / 2))
-    assert (found.name, found.predicted_name) == ("lateral_force_measured", "lateral_force")
-    # a sensor that is modelled is preferred
-    predicted = of(TIME, lateral_force=TIME, lateral_force_measured=0.5 * TIME)
-    assert residuals(predicted, measured)[0].predicted_name == "lateral_force_measured"
-
-
-def test_impedances_are_compared_as_complex_numbers_and_nothing_in_common_is_no_residual():
-    grid = np.array([10.0, 100, 1000])
-    (found,) = residuals(of(grid, impedance=1 + 1j * grid), of(grid, impedance=4 + 1j * grid + 4j))
-    np.testing.assert_allclose(found.residual, 3 + 4j)
-    assert found.rms == pytest.approx(5)
-    predicted = of(TIME, lateral_force=TIME)
-    assert residuals(predicted, of(TIME + 5, lateral_force=TIME)) == []
-    assert residuals(predicted, of(TIME, drive_voltage=TIME)) == []

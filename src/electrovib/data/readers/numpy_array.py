@@ -1,35 +1,70 @@
-"""NumPy arrays (.npy)."""
+"""NumPy arrays (.npy), and archives of them (.npz)."""
 
 from __future__ import annotations
 
 import warnings
+import zipfile
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
-from electrovib.data.faults import DAMAGE, damaged
-from electrovib.data.recorded import MOST_COLUMNS, FileFormat, begins, choose, real_numbers, recorded_of
+from electrovib.data.array_columns import table_of_arrays
+from electrovib.data.faults import DAMAGE, damaged, packed
+from electrovib.data.recorded import MOST_COLUMNS, CanRead, FileFormat, choose, real_numbers
 from electrovib.data.unit_words import name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
+
+    from numpy.typing import NDArray
 
     from electrovib.data.recorded import DataColumn, Recorded
 
+_OBJECTS: Final = (
+    "holds Python objects, which are not unpickled; save it as numbers, such as with array.astype(float)"
+)
 _MOST_ROWS: Final = 64
 """Rows of an array that may hold a signal each."""
 
 
-def _opened(path: Path) -> np.ndarray[Any, np.dtype[Any]]:
+def _opened(path: Path) -> NDArray[Any]:
     """Map an array into memory, which needs none for a false size; nothing is unpickled."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # NumPy warns of what it finds in a damaged header
             return np.lib.format.open_memmap(path, mode="r")
     except DAMAGE as error:
+        if "Python objects" in str(error):
+            raise DataFileError(f"{_OBJECTS}.", path=path) from None
         raise damaged(path, "a NumPy file of plain numbers", error) from None
+
+
+def _is_archive(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(2) == b"PK"
+
+
+def _in_archive(path: Path) -> Iterator[tuple[str, str, NDArray[Any] | str]]:
+    """Iterate over the arrays of a ``.npz`` file, which may not unfold to more than its size allows."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            unfolded, size = sum(each.file_size for each in archive.infolist()), path.stat().st_size
+            if unfolded > content_allowed(size):
+                raise packed(path, f"{megabytes(size)} would unfold to {megabytes(unfolded)}")
+            for name in archive.namelist():
+                label, unit = name_and_unit(name.removesuffix(".npy"))
+                with archive.open(name) as file:
+                    try:
+                        yield label, unit, np.lib.format.read_array(file)
+                    except ValueError as error:
+                        if "Object arrays" not in str(error):
+                            raise
+                        yield label, unit, _OBJECTS
+    except (*DAMAGE, zipfile.BadZipFile) as error:
+        raise damaged(path, "a NumPy file of arrays", error) from None
 
 
 def _no_table(path: Path, shape: tuple[int, ...]) -> DataFileError:
@@ -39,8 +74,12 @@ def _no_table(path: Path, shape: tuple[int, ...]) -> DataFileError:
 
 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
-    """Read columns of an array with a row per sample, or of a structured array."""
+    """Read columns of an array with a row per sample, of a structured array, or of an archive."""
     del missing
+    if _is_archive(path):
+        channels = read_numpy(path).channels
+        names = [each.name for each in channels]
+        return {column: channels[choose(path, names, column, len(names))] for column in columns}
     array = _opened(path)
     fields = array.dtype.names or ()
     if array.ndim != (1 if fields else 2):
@@ -55,12 +94,14 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
     return found
 
 
-def read_numpy(path: Path) -> Recorded:
-    """Read an array of numbers, one channel for each column or field.
+def read_numpy(path: Path, *, part: str = "") -> Recorded:
+    """Read an array of numbers, one channel for each column or field, or the arrays of an archive.
 
     An array with more columns than rows, and at most 64 rows, is taken for a row per signal, which the
     attribute ``arrangement`` states.
     """
+    if _is_archive(path):
+        return table_of_arrays(path, _in_archive(path), part=part)
     array, attributes = _opened(path), {}
     if fields := array.dtype.names or ():
         table = [(*name_and_unit(name), np.asarray(array[name])) for name in fields[:MOST_COLUMNS]]
@@ -75,19 +116,20 @@ def read_numpy(path: Path) -> Recorded:
         table = [(f"column {at}", "", np.asarray(whole[:, at])) for at in range(whole.shape[1])]
     else:
         raise _no_table(path, array.shape)
-    with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
-        good = [
-            (name, unit, values.astype(float))
-            for name, unit, values in table
-            if values.ndim == 1 and values.dtype.kind in "fiub"
-        ]
-    return recorded_of(path, good, attributes=attributes)
+    return table_of_arrays(path, table, attributes=attributes)
+
+
+def _can_read(head: bytes, suffix: str) -> CanRead:
+    if head.startswith(b"\x93NUMPY") or (head.startswith(b"PK") and b".npy" in head):
+        return CanRead.YES
+    return CanRead.PERHAPS if suffix in (".npy", ".npz") else CanRead.NO
 
 
 FORMAT: Final = FileFormat(
     name="numpy",
-    description="NumPy arrays (.npy): a row per sample, or a structured array",
-    can_read=begins(rb"\x93NUMPY", ".npy"),
+    description="NumPy arrays (.npy, .npz): a row per sample, a structured array, or several arrays",
+    can_read=_can_read,
     read=read_numpy,
     columns=read_columns,
+    options=("part",),
 )

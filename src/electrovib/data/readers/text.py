@@ -10,19 +10,10 @@ import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
 from electrovib.data.text.body import Body, body_of
-from electrovib.data.text.cells import Cells, Notation, numbers_of, without_sentinels
+from electrovib.data.text.cells import Cells, Notation, numbers_of
 from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, find_layout, inspected
-from electrovib.data.text.parts import one_table, repeated_table
-from electrovib.data.text.preamble import (
-    FREQUENCY,
-    counts,
-    is_index,
-    is_time,
-    keeps_step,
-    named_by_preamble,
-    settings_of,
-    timing,
-)
+from electrovib.data.text.parts import one_segment, one_table, repeated_table
+from electrovib.data.text.preamble import named_by_preamble, settings_of, with_clocks
 from electrovib.data.text.stamps import stamp_columns, with_stamps
 from electrovib.data.text.table import read_columns
 
@@ -51,7 +42,7 @@ def read_laboratory_text(
     An empty `delimiter` stands for blanks, an empty `thousands` for none. Of a file with several tables, as
     Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
-    raw, about = one_table(path, as_utf8(path, path.read_bytes()), part)
+    raw, about, others = one_table(path, as_utf8(path, path.read_bytes()), part)
     if about and delimiter is None:
         delimiter = "\t" if b"\t" in raw else ","
     found = read_laboratory_bytes(
@@ -62,46 +53,31 @@ def read_laboratory_text(
         thousands=thousands,
         part="" if about else part,
     )
-    return dataclasses.replace(found, attributes={**found.attributes, **about})
+    return dataclasses.replace(
+        found, attributes={**found.attributes, **about}, not_read=(*found.not_read, *others)
+    )
 
 
 def read_laboratory_bytes(
     path: Path, raw: bytes, *, origin: str = "", part: str = "", **options: Any
 ) -> Recorded:
     """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
+    raw, about, others = repeated_table(path, raw, part)
     layout, lines = _layout(path, raw, **options)
-    raw, about = repeated_table(path, raw, layout, part)
-    if about:
-        layout, lines = _layout(
-            path,
-            raw,
-            delimiter=layout.delimiter,
-            decimal_comma=layout.decimal_comma,
-            thousands=layout.thousands,
-        )
-    elif part:
-        raise DataFileError(
-            f"part = {part}: the file does not consist of parts with names; omit it.", path=path
-        )
     body = body_of(path, raw, layout)
     if len(body.table) < _UNEVEN:
         raise DataFileError("holds fewer than two rows of numbers.", path=path)
     stamped = stamp_columns(layout, lines)
     layout, numbers, not_read = _columns(path, layout, body, stamped)
     settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about | _left_out(layout)
-    step, start = timing(layout, settings)
-    found = _recorded(layout, numbers, settings, step, start)
+    found = _recorded(layout, numbers, settings)
     if stamped:
-        stamps = body.table[list(stamped)].fillna("").astype(str).agg(" ".join, axis=1)
-        text = "\n".join(each.strip() for each in stamps) + "\n"
-        if not found.time and found.step is None:
-            found = with_stamps(found, text)
-        if "first_time" not in found.attributes:
-            names = " and ".join(f"'{_called(layout, at)}'" for at in stamped)
-            not_read.append(
-                NotRead(name=names, why="dates or times of day; the time is taken from elsewhere")
-            )
-    return dataclasses.replace(found, not_read=(*found.not_read, *not_read, *_above(layout), *body.left_out))
+        first, *more = (body.table[at].fillna("").astype(str).str.strip() for at in stamped)
+        stamps = first.str.cat(more, sep=" ") if more else first
+        found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
+    found = one_segment(path, found, "" if about else part)
+    unread = (*found.not_read, *not_read, *body.left_out, *others)
+    return dataclasses.replace(found, not_read=unread)
 
 
 def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
@@ -123,18 +99,17 @@ def _left_out(layout: Layout) -> dict[str, str]:
     if not layout.left_out:
         return {}
     rows = "the first row" if layout.left_out == 1 else f"the first {layout.left_out} rows"
-    return {"left_out": f"{rows} behind the headings, with words in place of numbers"}
-
-
-def _above(layout: Layout) -> list[NotRead]:
-    """Name the rows at the beginning that hold words in place of numbers."""
-    first = layout.first - layout.left_out + 1
-    name = f"line {first}" if layout.left_out == 1 else f"lines {first} to {layout.first}"
-    return [NotRead(name=name, why="words in place of numbers")] if layout.left_out else []
+    where = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
+    return {"left_out": f"{where}, with words in place of numbers"}
 
 
 def _called(layout: Layout, place: int) -> str:
     return (layout.titles[place] if place < len(layout.titles) else "") or f"column {place}"
+
+
+def _heading(layout: Layout, place: int) -> str:
+    unit = layout.title_units[place] if place < len(layout.title_units) else ""
+    return f"{_called(layout, place)} [{unit}]" if unit else _called(layout, place)
 
 
 def _columns(
@@ -164,11 +139,10 @@ def _columns(
             if why != "empty" or (place < len(layout.titles) and layout.titles[place]):
                 not_read.append(NotRead(name=name, why=why))
             continue
-        numbers[place], sentinels = without_sentinels(cells.values)
+        numbers[place] = cells.values
         units[place] = cells.unit
-        missing = cells.missing | sentinels
-        if count := sum(missing.values()):
-            words = ", ".join(f"{many} {word}" for word, many in list(missing.items())[:5])
+        if count := sum(cells.missing.values()):
+            words = ", ".join(f"{many} {word}" for word, many in list(cells.missing.items())[:5])
             not_read.append(
                 NotRead(name=f"{count} of {cells.values.size} samples of '{name}'", why=f"missing: {words}")
             )
@@ -199,33 +173,13 @@ def _why_not(layout: Layout, place: int, cells: Cells, body: Body) -> str:
     return f"a number in {known} of {size} rows" if known < _UNEVEN and place not in layout.columns else ""
 
 
-def _recorded(
-    layout: Layout, numbers: Mapping[int, Real], settings: dict[str, str], step: float | None, start: float
-) -> Recorded:
+def _recorded(layout: Layout, numbers: Mapping[int, Real], settings: dict[str, str]) -> Recorded:
     layout = named_by_preamble(layout, settings)
     channels: list[DataColumn] = []
-    not_read: tuple[NotRead, ...] = ()
     for place, column in enumerate(layout.columns):
         name = unique(layout.names[place] or f"column {column}", channels)
         channels.append(DataColumn(name=name, unit=layout.units[place], values=numbers[column]))
-    time, is_count = "", is_index(layout, channels[0])
-    counting = is_count or counts(channels[0].values)
-    if (
-        step is not None
-        and (counting or layout.names[0].lower() == "x")
-        and not keeps_step(channels[0], step)
-    ):
-        not_read = (NotRead(name=channels[0].name, why="counts the samples; the time follows from the step"),)
-        channels = channels[1:] or channels
-    elif len(channels) > 1:
-        frequency = any(FREQUENCY.match(each.name) for each in channels)
-        candidates = channels[is_count:] if not frequency else []
-        found = next((each for at, each in enumerate(candidates) if is_time(each, step, first=not at)), None)
-        if found is not None:
-            time, step = found.name, None
-    return Recorded(
-        channels=tuple(channels), time=time, step=step, start=start, attributes=settings, not_read=not_read
-    )
+    return with_clocks(layout, channels, settings)
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:

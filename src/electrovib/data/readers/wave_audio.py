@@ -16,13 +16,15 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 _PLAIN, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
+_LONG: Final = 0xFFFFFFFF
+"""Size of the samples of a file of RF64, whose part ``ds64`` states the true one."""
 _MOST_CHANNELS: Final = 256
 
 
 def read_wave(path: Path) -> Recorded:
     """Read a sound file, its channels as shares of full scale, because the file states no other unit."""
     raw = path.read_bytes()
-    order = "<" if raw[:4] == b"RIFF" else ">"
+    order = ">" if raw[:4] == b"RIFX" else "<"
     form, data = _parts(path, raw, order)
     code, channels, rate, _, block, bits = struct.unpack_from(f"{order}HHIIHH", form)
     if code == _EXTENSIBLE and len(form) >= 26:
@@ -58,10 +60,16 @@ def _parts(path: Path, raw: bytes, order: str) -> tuple[bytes, bytes]:
     while place + 8 <= len(raw):
         name = raw[place : place + 4]
         size = struct.unpack_from(f"{order}I", raw, place + 4)[0]
-        if name in (b"fmt ", b"data"):
+        if size == _LONG and name == b"data" and len(found.get(b"ds64", b"")) >= 16:
+            size = struct.unpack_from("<8xQ", found[b"ds64"])[0]
+        if name in (b"fmt ", b"data", b"ds64"):
             found.setdefault(name, raw[place + 8 : place + 8 + size])
         place += 8 + size + size % 2
-    if raw[:4] not in (b"RIFF", b"RIFX") or len(found.get(b"fmt ", b"")) < 16 or b"data" not in found:
+    if (
+        raw[:4] not in (b"RIFF", b"RIFX", b"RF64")
+        or len(found.get(b"fmt ", b"")) < 16
+        or b"data" not in found
+    ):
         raise DataFileError("is damaged or not a sound file (it has no format or no samples).", path=path)
     return found[b"fmt "], found[b"data"]
 
@@ -81,7 +89,7 @@ def _shares(data: bytes, order: str, width: int, *, is_float: bool) -> Real:
 
 FORMAT: Final = FileFormat(
     name="wav",
-    description="sound files (.wav), as shares of full scale",
-    can_read=begins(rb"RIF[FX].{4}WAVE", ".wav"),
+    description="sound files (.wav, also RF64), as shares of full scale",
+    can_read=begins(rb"(RIF[FX]|RF64).{4}WAVE", ".wav"),
     read=read_wave,
 )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import NotRead
-from electrovib.data.text.layout import WIDE, end_of, lines_of, place_of, split
+from electrovib.data.text.layout import WIDE, end_of, is_comment, lines_of, place_of, split
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -52,7 +52,7 @@ def table_of(
     content = io.BytesIO(raw)
     content.seek(start)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", pd.errors.ParserWarning)  # an empty field behind the last column
+        warnings.simplefilter("error", pd.errors.ParserWarning)  # more fields than there are columns
         warnings.simplefilter("ignore", pd.errors.DtypeWarning)  # words among numbers are looked at later
         return pd.read_csv(
             content,
@@ -77,11 +77,12 @@ def body_of(path: Path, raw: bytes, layout: Layout) -> Body:
     rows = raw if end == len(raw) else raw[:end]
     decimal = layout.notation.decimal
     try:
-        simple = not re.search(rb"^[ \t]*#", memoryview(rows)[start:], re.MULTILINE)
+        sign = rows.find(b"#", start)
+        simple = sign < 0 or not re.search(rb"^[ \t]*#", memoryview(rows)[sign - 1 :], re.MULTILINE)
         table = None
         if simple and layout.delimiter != WIDE:
             table = table_of(rows, start, delimiter=layout.delimiter, width=layout.width, decimal=decimal)
-    except (pd.errors.ParserError, pd.errors.EmptyDataError):
+    except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError):
         table = None
     if table is not None and _is_even(rows, start, layout, table):
 
@@ -96,9 +97,11 @@ def body_of(path: Path, raw: bytes, layout: Layout) -> Body:
 
 def _is_even(raw: bytes, start: int, layout: Layout, table: Any) -> bool:
     """Return whether all rows have the same number of fields; pandas fills short ones without a word."""
+    if not table[layout.width - 1].isna().any():
+        return True
     if layout.delimiter:
         return raw.count(layout.delimiter.encode(), start) == len(table) * (layout.width - 1)
-    return not table[layout.width - 1].isna().any()
+    return False
 
 
 def _uneven(path: Path, raw: bytes, start: int, layout: Layout, behind: tuple[NotRead, ...]) -> Body:
@@ -107,7 +110,7 @@ def _uneven(path: Path, raw: bytes, start: int, layout: Layout, behind: tuple[No
     numbers: list[int] = []
     words: list[tuple[int, str]] = []
     for number, line in enumerate(lines_of(raw, start), layout.first + 1):
-        if not line.strip() or line.lstrip().startswith("#"):
+        if not line.strip() or is_comment(line):
             continue
         cells = split(line, layout.delimiter)
         if len(cells) <= layout.columns[-1]:
@@ -157,7 +160,7 @@ def _behind(raw: bytes, start: int, layout: Layout) -> tuple[int, tuple[NotRead,
 
 def _is_sample(line: str, layout: Layout, usual: set[str]) -> bool:
     """Return whether a line is a row of numbers, or one that is cut off."""
-    if not line.strip() or line.lstrip().startswith("#"):
+    if not line.strip() or is_comment(line):
         return False
     cells = split(line, layout.delimiter)
     if any(STATISTICS.fullmatch(cell) and cell not in usual for cell in cells):

@@ -23,13 +23,13 @@ MISSING: Final = frozenset({
 })  # fmt: skip
 """Fields, in small letters, that state no number: empty, out of the range of the instrument, or no reading."""
 _SIGNS_ALONE: Final = re.compile(r"\*+|-{2,}|\+{2,}|[_.?]{2,}")
-_ALIKE: Final = str.maketrans({
+ALIKE: Final = str.maketrans({
     "\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'",
 })  # fmt: skip
 """Signs that are written for a minus, a blank, an apostrophe."""
 _LONGEST: Final = 64
 """Most characters of a number; the bound keeps the matching fast."""
-_UNIT: Final = re.compile(r"(.*?[\d.)]) ?((?:[^\W\d_]|[°%]).{0,11})")
+_UNIT: Final = re.compile(r"(.*[\d.)]) ?((?:[^\W\d_]|[°%]).{0,11})")
 THOUSANDS: Final = (",", ".", " ", "'")
 
 
@@ -53,13 +53,14 @@ class Notation:
     decimal: str = "."
     thousands: str = ""
 
+    @functools.lru_cache(maxsize=16_384)  # noqa: B019  # a notation is a constant
     def number(self, cell: str) -> float | None:
         """Return the number that a field states; NaN where a reading is missing, None where the field is no number."""
         if len(cell) > _LONGEST:
             return None
-        if cell.lower() in MISSING or _SIGNS_ALONE.fullmatch(cell):
+        if (cell.lower() in MISSING and cell != "nA") or _SIGNS_ALONE.fullmatch(cell):
             return np.nan
-        cell = cell.translate(_ALIKE)
+        cell = cell.translate(ALIKE)
         below = cell[:1] == "(" and cell[-1:] == ")"  # as accountants write negative numbers
         text = cell[1:-1] if below else cell
         if not _form(self.decimal, self.thousands).fullmatch(text) or (below and text[0] in "+-"):
@@ -74,7 +75,7 @@ class Notation:
 
     def quantity(self, cell: str) -> tuple[float, str] | None:
         """Return the number and the unit of a field such as ``1.2 us``; None if it is none."""
-        found = _UNIT.fullmatch(cell.translate(_ALIKE)) if len(cell) <= _LONGEST else None
+        found = _UNIT.fullmatch(cell.translate(ALIKE)) if len(cell) <= _LONGEST else None
         number = self.number(found[1]) if found else None
         if found is None or number is None:
             return None
@@ -163,38 +164,3 @@ def _with_units(
 
 def _counted(count: dict[str, int]) -> dict[str, int]:
     return {word: many for word, many in count.items() if many}
-
-
-def without_sentinels(values: Real) -> tuple[Real, dict[str, int]]:
-    """Return numbers with NaN for those by which instruments say that there is none, and how many there are of each.
-
-    These are magnitudes from 9.9e37 on (SCPI-99) among others that are far below, and -999, -9999 and the like
-    where they repeat and lie outside the range of all other numbers by more than that range.
-    """
-    finite = np.isfinite(values)
-    size = np.abs(np.where(finite, values, 0.0))
-    gone = size >= _SCPI
-    if gone.any() and (gone.all() or size[~gone].max() > _FAR_BELOW):
-        gone &= np.isin(size, _NO_READING)
-    for sentinel in _SENTINELS:
-        at = values == sentinel
-        count = int(at.sum())
-        if count < _REPEATED or count > _MOST_SHARE * values.size:
-            continue
-        rest = values[finite & ~gone & ~at]
-        low, high = float(rest.min(initial=np.inf)), float(rest.max(initial=-np.inf))
-        if low > sentinel and low - sentinel > high - low and high > low:
-            gone |= at
-    if not gone.any():
-        return values, {}
-    words, many = np.unique(values[gone], return_counts=True)
-    about = {f"{word:g}": int(count) for word, count in zip(words, many, strict=True)}
-    return np.where(gone, np.nan, values), about
-
-
-_SCPI: Final = 9.9e37
-_FAR_BELOW: Final = 1e30
-_NO_READING: Final = (9.9e37, 9.91e37, 199.999e99)
-_SENTINELS: Final = (-999.0, -9999.0, -99999.0, -999.25, -999.9, -999.99)
-_REPEATED: Final = 2
-_MOST_SHARE: Final = 0.5

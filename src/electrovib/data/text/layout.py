@@ -14,7 +14,7 @@ from typing import Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import MOST_COLUMNS
-from electrovib.data.text.cells import THOUSANDS, Notation
+from electrovib.data.text.cells import ALIKE, MISSING, THOUSANDS, Notation
 from electrovib.data.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit, unit_of_force
 
 WIDE: Final = "  "
@@ -24,8 +24,8 @@ _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
 _NO_TEXT: Final = 4096
 """First bytes among which a zero byte shows that a file is no text."""
-BEGINNING: Final = 300
-"""Lines of the beginning of a text from which its layout is found; as many of its middle and of its end are looked at."""
+BEGINNING: Final = 200
+"""Lines of the beginning of a text from which its layout is found; half as many of its middle and of its end are looked at."""
 _LONGEST_LINE: Final = 1_000_000
 _COMMENT: Final = ("#", "%")
 """Signs that stand alone before headings."""
@@ -33,6 +33,10 @@ _SETTING: Final = re.compile(
     r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
 )
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
+_SIGN: Final = re.compile(r"#+\s*|%+\s+(?=\S)")
+"""Sign of a comment before the first heading."""
+_STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*")
+_STAMP: Final = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d", re.ASCII)
 _VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
 """Value of a setting, such as ``10.0kS/s`` or ``F=100Hz``."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
@@ -56,11 +60,17 @@ def as_utf8(path: Path, raw: bytes) -> bytes:
     return raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in raw else raw
 
 
+def is_comment(line: str) -> bool:
+    """Return whether a line is a comment; a missing reading such as ``#N/A`` is none."""
+    text = line.lstrip()
+    return text.startswith("#") and re.split(r"[\t;,| ]", text, maxsplit=1)[0].lower() not in MISSING
+
+
 def check_width(path: Path, lines: Sequence[str]) -> None:
     """Refuse a text with more columns than any record of signals has; a comment may be as long as it likes."""
     for line in lines:
         widths = (len(line.split(sign.strip(" ") or None, MOST_COLUMNS)) for sign in DELIMITERS)
-        if not line.lstrip().startswith("#") and max(widths) > MOST_COLUMNS:
+        if not is_comment(line) and max(widths) > MOST_COLUMNS:
             raise DataFileError(
                 f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
                 path=path,
@@ -98,16 +108,11 @@ def inspected(raw: bytes, many: int = BEGINNING) -> list[str]:
     """Return the lines of the beginning, the middle and the end of a text."""
     found = list(itertools.islice(lines_of(raw), many))
     place = place_of(raw, many)
-    for start in (raw.find(b"\n", len(raw) // 2) + 1, end_of(raw, many)):
+    for start in (raw.find(b"\n", len(raw) // 2) + 1, end_of(raw, many // 2)):
         begin = max(start, place)
-        found += itertools.islice(lines_of(raw, begin), many)
-        place = place_of(raw, many, begin)
+        found += itertools.islice(lines_of(raw, begin), many // 2)
+        place = place_of(raw, many // 2, begin)
     return [line[:_LONGEST_LINE] for line in found]
-
-
-def is_number(cell: str, *, decimal_comma: bool) -> bool:
-    """Return whether a field is a number."""
-    return Notation(decimal="," if decimal_comma else ".").is_number(cell)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,7 +197,7 @@ def find_layout(
     text = "\n".join(lines)
     scored: list[tuple[tuple[float, int], Layout]] = []
     for separator in DELIMITERS if delimiter is None else (delimiter,):
-        if separator and separator not in text:
+        if separator.strip(" ") and separator not in text:
             continue
         rows = [split(line, separator) for line in lines]
         for comma, sign in _notations(text, separator, decimal_comma, thousands):
@@ -201,11 +206,30 @@ def find_layout(
                 scored.append(found)
     if not scored:
         return None
-    best = max(scored, key=lambda each: each[0])
+    most = max(score for (score, _), _ in scored)
+    best = max(
+        (each for each in scored if each[0][0] == most), key=lambda each: _fit(each[1], each[0][1], lines)
+    )
+    others = [
+        layout
+        for (score, settings), layout in scored
+        if score == most and _fit(layout, settings, lines)[:1] == _fit(best[1], best[0][1], lines)[:1]
+    ]
     if path is not None:
-        others = [layout for score, layout in scored if score[0] == best[0][0]]
         _refuse_doubt(path, lines, best[1], others)
+        _refuse_commas(path, lines, best[1])
     return best[1]
+
+
+def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, bool, int, int]:
+    """Return what decides between layouts that explain the same rows: a heading for each field, no integers such as 05."""
+    heading = lines[layout.headings] if layout.headings < layout.first else ""
+    single = layout.decimal_comma and len(layout.columns) == 1
+    fields = sum(map(bool, split(heading, "," if single and not layout.delimiter else layout.delimiter)))
+    fits = not heading or len(layout.columns) <= fields <= layout.width
+    if layout.delimiter == "," and not heading:
+        fits = not any(re.search(r",0\d", line) for line in lines[layout.first :])
+    return fits, not single, sum(map(bool, layout.names)), settings
 
 
 def _notations(
@@ -213,15 +237,15 @@ def _notations(
 ) -> Iterator[tuple[bool, str]]:
     """Iterate over the notations of numbers of which a text shows a sign."""
     for comma in (False, True) if decimal_comma is None else (decimal_comma,):
-        if comma and (("," not in text and decimal_comma is None) or (delimiter == "," and '"' not in text)):
+        shown = "," in text or re.search(r"\d\.\d{3}(?!\d)", text) or decimal_comma is not None
+        if comma and (not shown or (delimiter == "," and '"' not in text)):
             continue
         yield comma, thousands or ""
         for sign in THOUSANDS if thousands is None else ():
             if (sign == (delimiter or " ") and '"' not in text) or sign == (",." if comma else ".,")[0]:
                 continue
-            after = r"\d{3}(?![\d])" if sign != "." else r"\d{3}[.,]"
-            shown = {" ": "[ \u00a0\u202f\u2009]", "'": "['\u2019]"}.get(sign, re.escape(sign))
-            if re.search(rf"\d{shown}{after}", text):
+            written = {" ": "[ \u00a0\u202f\u2009]", "'": "['\u2019]"}.get(sign, re.escape(sign))
+            if re.search(rf"\d{written}\d{{3}}(?!\d)", text):
                 yield comma, sign
 
 
@@ -231,7 +255,10 @@ def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequen
 
     def numbers(layout: Layout) -> list[float]:
         cells = split(lines[best.first], layout.delimiter)
-        return [layout.notation.number(cells[at]) or 0.0 for at in layout.columns if at < len(cells)]
+        known = [cells[at] for at in layout.columns if at < len(cells)]
+        return [
+            (layout.notation.quantity(cell) or (layout.notation.number(cell) or 0.0,))[0] for cell in known
+        ]
 
     own = numbers(best)
     for other in others:
@@ -247,11 +274,24 @@ def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequen
             )
 
 
+def _refuse_commas(path: Path, lines: Sequence[str], layout: Layout) -> None:
+    """Refuse a text in which commas divide both the columns and the decimals, so that each column has become two."""
+    above = next((line for line in reversed(lines[: layout.first]) if line.strip()), "")
+    names = [name for name in split(above, ",") if name and not layout.notation.is_number(name)]
+    body = "\n".join(lines[layout.first :])
+    if layout.delimiter == "," and 2 * len(names) == layout.width > 2 and not re.search(r"[.\"]", body):
+        raise DataFileError(
+            f"has {layout.width} fields in each row below {len(names)} headings: commas divide both the columns and the decimals;"
+            " write it with another delimiter.",
+            path=path,
+        )
+
+
 def _under(
     lines: Sequence[str], rows: Sequence[list[str]], delimiter: str, notation: Notation
 ) -> tuple[tuple[float, int], Layout] | None:
     """Return the layout with this delimiter and notation, and a score of its fit to the numbers and to the preamble."""
-    filled = [at for at, row in enumerate(rows) if any(row) and not row[0].startswith("#")]
+    filled = [at for at, row in enumerate(rows) if any(row) and not is_comment(row[0])]
     if not filled:
         return None
     body = filled[len(filled) // 2 :] if len(filled) > 3 else filled[-1:]
@@ -262,14 +302,18 @@ def _under(
     alike = [at for at in filled if _is_alike(rows[at], columns, notation)]
     if not alike:
         return None
+    if notation.thousands and not _divides_thousands([rows[at] for at in alike], columns, notation):
+        return None
     first = _first(rows, filled, alike, columns, notation)
     columns = tuple(sorted({*columns, *_columns([rows[at] for at in alike if at >= first], width, notation)}))
     kept = sum(at >= first for at in alike)
-    letters = [(len(cell), place in columns) for at in body for place, cell in enumerate(rows[at])]
+    letters = [
+        (len(cell.replace(" ", "")), place in columns or bool(_STAMP.match(cell)))
+        for at in body
+        for place, cell in enumerate(rows[at])
+    ]
     share = sum(size for size, is_column in letters if is_column) / max(sum(size for size, _ in letters), 1)
     doubt = 0.5 if _splits_decimals(rows, body, delimiter) else 1.0
-    if notation.decimal == "," and len(columns) == 1:
-        doubt = 0.5  # '1,2' is rather two columns than one
     fit = sum(_is_alike(rows[at], columns, notation) for at in body) / len(body)
     layout = with_headings(
         lines,
@@ -283,8 +327,33 @@ def _under(
             columns=columns,
         ),
     )
+    if (
+        notation.decimal == ","
+        and len(columns) == 1
+        and "," in lines[layout.headings]
+        and layout.headings < first
+    ):
+        doubt = 0.5  # '1,2' below 'a,b' is rather two columns than one
     settings = sum(delimiter not in ("", WIDE) and len(row) > 1 for row in layout.preamble)
     return (round(kept * share * doubt * fit, 9), settings), layout
+
+
+def _divides_thousands(rows: Sequence[Sequence[str]], columns: Sequence[int], notation: Notation) -> bool:
+    """Return whether a sign may stand between thousands: no number of its column has four digits without it.
+
+    A point, which is so often that of decimals, has to be shown as such: by a decimal comma, or by integers below
+    1000 beside numbers that have it.
+    """
+    shown = notation.thousands != "."
+    for place in columns:
+        cells = [row[place] for row in rows if row[place]]
+        divided = [cell for cell in cells if notation.thousands in cell.translate(ALIKE)]
+        bare = [cell for cell in cells if re.match(r"\D*\d{4}", cell)]
+        if divided and bare:
+            return False
+        decimals = any(notation.decimal in cell for cell in cells)
+        shown = shown or decimals or 0 < len(divided) < len(cells)
+    return shown
 
 
 def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> tuple[int, ...]:
@@ -344,11 +413,6 @@ def _first(
     return first
 
 
-def is_row_of_numbers(line: str, layout: Layout) -> bool:
-    """Return whether a line of the text is a row of numbers, of which some may be missing."""
-    return _is_alike(split(line, layout.delimiter), layout.columns, layout.notation)
-
-
 def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:
     """Return whether the delimiter is rather another sign: a decimal one, as in '1,5;2,5', or one before blanks, as in '1, x'."""
     cells = (cell for at in body for cell in rows[at])
@@ -369,9 +433,9 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
     for at in above[-3:]:  # headings of several words, of which blanks alone would make several headings
         rows[at] = _of_several_words(lines[at], rows[at], width, layout.delimiter)
     left_out = _faulty(rows, above, columns, notation)
-    headings = _headings(rows, above[: len(above) - left_out], columns, notation)
+    headings = _headings(rows, above[: len(above) - left_out], layout)
     if not headings and left_out:
-        left_out, headings = 0, _headings(rows, above, columns, notation)
+        left_out, headings = 0, _headings(rows, above, layout)
     names, units = _named(rows, headings, range(max(width, layout.width)))
     numbers = frozenset(columns)
     beside = [tuple(cell for at, cell in enumerate(row) if at not in numbers) for row in rows[first:]]
@@ -393,10 +457,10 @@ def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> 
         if text[:1] in _COMMENT and '"' in text:  # a quotation mark behind the sign of a comment
             return split(text.lstrip("#% "), delimiter)
         parts = _WIDE_GAP.split(row[0].strip()) if sum(map(bool, row)) == 1 else []
-        return parts if len(parts) == width > 1 else row
+        return parts if len(parts) == width > 1 else [_SIGN.sub("", row[0]), *row[1:]]
     text = text.lstrip("#% ")
-    for parts in (_WIDE_GAP.split(text), _WORD_WITH_UNIT.findall(text)):
-        if len(parts) == width > 1 and not any(part.endswith((":", "=")) for part in parts):
+    for parts in (_WIDE_GAP.split(text), _WORD_WITH_UNIT.findall(text), [text]):
+        if len(parts) == width and not any(part.endswith((":", "=")) for part in parts):
             return [part.strip('"') for part in parts]
     return row
 
@@ -422,14 +486,18 @@ def _faulty(
     return count
 
 
-def _headings(
-    rows: Sequence[list[str]], above: Sequence[int], columns: tuple[int, ...], notation: Notation
-) -> list[int]:
+def _headings(rows: Sequence[list[str]], above: Sequence[int], layout: Layout) -> list[int]:
     """Return the rows of headings and units, which are among the lowest of the lines above the numbers."""
+    columns, notation = layout.columns, layout.notation
     headings: list[int] = []
     lower: list[str] = []
     behind_settings = False
     for at in reversed(above[-4:]):
+        if layout.delimiter in ("", WIDE) and (
+            len(rows[at]) != layout.width
+            or any(re.search("[:=]", cell) or notation.is_number(cell) for cell in rows[at])
+        ):
+            break
         cells = [rows[at][place] if place < len(rows[at]) else "" for place in columns]
         words = [cell for cell in cells if cell and not notation.is_number(cell)]
         if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2 and not _units(words):
@@ -455,7 +523,7 @@ def _headings(
 
 
 def _units(cells: Sequence[str]) -> bool:
-    return bool(cells) and all(as_unit(cell) is not None for cell in cells)
+    return bool(cells) and all(as_unit(cell.strip("[]()")) is not None for cell in cells)
 
 
 def _named(
@@ -483,7 +551,12 @@ def _named(
 def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     """Return whether a line such as 'Model Number,SDS1104' is a setting: it has fewer fields than there are columns."""
     filled = [cell for cell in row if cell]
-    if filled and (filled[0].endswith(("=", ":")) or _SETTING.match(filled[0])):
+    if filled and filled[0].endswith(("=", ":")):
+        return True
+    with_units = [cell for cell in filled if name_and_unit(cell)[1]]
+    if filled and _SETTING.match(filled[0]) and len(with_units) < len(filled):
+        return True
+    if len(filled) == 1 and _STATEMENT.fullmatch(filled[0]):
         return True
     if all(as_unit(cell.strip("[]()")) is not None for cell in filled):
         return False

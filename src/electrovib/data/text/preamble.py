@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import parse_quantity
-from electrovib.data.text.layout import Layout, is_number
-from electrovib.data.unit_words import as_unit
+from electrovib.data.recorded import Clock, DataColumn, NotRead, Recorded
+from electrovib.data.text.cells import Notation
+from electrovib.data.text.layout import Layout
+from electrovib.data.text.parts import segments_of
+from electrovib.data.unit_words import as_unit, kind_and_factor
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.data.recorded import DataColumn
 
 
 _STEP: Final = frozenset({
@@ -31,6 +33,8 @@ _RATE: Final = frozenset(
 _START: Final = frozenset(
     {"start", "xzero", "x zero", "xorg", "xorigin", "t0", "x0", "start time", "first sample", "hoffset"}
 )
+_VAGUE: Final = frozenset({"resolution", "interval", "clock"})
+"""Names of which only a value with a unit is a time step."""
 _TIMING: Final = _STEP | _START
 _SECONDS: Final = re.compile(r"(?<=[\d. munµp])([munµp]?)S\b")
 """A second that is written as S, as some oscilloscopes do."""
@@ -45,8 +49,10 @@ _COUNTS: Final = frozenset(
     {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
 )
 _TIMES: Final = re.compile(
-    r"(elapsed |trigger )?time\b.*|t|zeit|x-axis|x[_ ]?value|x|seconds?|source", re.IGNORECASE
+    r"(elapsed |trigger )?time(stamp)?(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
+    re.IGNORECASE,
 )
+_SINCE: Final = re.compile(r"(\w+) since \d", re.IGNORECASE)
 FREQUENCY: Final = re.compile(r"freq|hz|hertz|omega", re.IGNORECASE)
 
 
@@ -70,7 +76,7 @@ def settings_of(layout: Layout) -> dict[str, str]:
 
 
 def _looks_like_number(text: str) -> bool:
-    return is_number(text, decimal_comma=False) or is_number(text, decimal_comma=True)
+    return any(Notation(decimal=sign).is_number(text) for sign in ".,")
 
 
 def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, float]:
@@ -78,9 +84,9 @@ def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, f
     step: float | None = None
     start = 0.0
     for key, value in settings.items():
-        name = re.sub(r"[\[(].*?[\])]", "", key).strip().lower().replace("_", " ")
+        name = _key_of(key)
         unit = (re.search(r"[\[(](.*?)[\])]", key) or [None, ""])[1] or ""
-        if name in _STEP:
+        if name in _STEP and (unit or name not in _VAGUE or not _looks_like_number(value)):
             step = _seconds(value, unit, layout) or step
         elif name in _RATE and (rate := _hertz(value, unit, layout)):
             step = 1 / rate
@@ -141,8 +147,114 @@ def named_by_preamble(layout: Layout, settings: Mapping[str, str]) -> Layout:
     return dataclasses.replace(layout, names=tuple(names), units=tuple(units))
 
 
+def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping[str, str]) -> Recorded:
+    """Return columns with the clock that one of them or the preamble states, and those of columns behind another time.
+
+    Where the preamble states another step than the column of times has, both are in the record.
+    """
+    step, start = timing(layout, settings)
+    channels = [_in_unit_of_time(each) for each in columns]
+    recorded = Recorded(channels=tuple(channels), step=step, start=start, attributes=settings)
+    numbers_rows = is_index(layout, channels[0])
+    if len(channels) > 1 and not any(FREQUENCY.match(each.name) for each in channels):
+        times = _pairs(layout, channels) or [
+            each for at, each in enumerate(channels[numbers_rows:]) if is_time(each, step, first=not at)
+        ]
+    else:
+        times = []
+    if step is not None and (numbers_rows or (counts(channels[0].values) and not channels[0].unit)):
+        if times and times[0] is channels[0] and not keeps_step(channels[0], step):
+            times = times[1:]
+        if not times and len(channels) > 1:
+            return without(recorded, channels[0], "it numbers the rows")
+    if not times:
+        return recorded
+    first = times[0]
+    recorded = dataclasses.replace(recorded, time=first.name)
+    if step is not None and keeps_step(first, step):
+        seconds = _seconds_of(first)
+        if (np.diff(seconds) == 0).any():
+            recorded = dataclasses.replace(recorded, time="", start=start or float(seconds[0]))
+            return without(
+                recorded, first, "it is rounded; the times follow from the step that the file states"
+            )
+        recorded = dataclasses.replace(recorded, step=None)
+    return _with_further_times(recorded, times)
+
+
+def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Recorded:
+    """Give the columns behind a further column of times, which differs from the first one, this time as their clock."""
+    first, clocks, own = times[0], dict[str, Clock](), ""
+    same = {each.name for each in times[1:] if _are_equal(each, first)}
+    for channel in recorded.channels:
+        if any(channel is each for each in times):
+            own = "" if channel is first or _keeps_pace(channel, first) else channel.name
+        elif own:
+            clocks[channel.name] = Clock(time=own)
+    recorded = dataclasses.replace(recorded, clocks=clocks)
+    for each in times[1:]:
+        if each.name in same:
+            recorded = without(recorded, each, f"it repeats the times of column '{first.name}'")
+    return recorded
+
+
+def _are_equal(one: DataColumn, other: DataColumn) -> bool:
+    same = one.unit == other.unit and np.array_equal(one.values, other.values, equal_nan=True)
+    return same and bool(np.ptp(_seconds_of(one)) > 0)
+
+
+def _keeps_pace(one: DataColumn, other: DataColumn) -> bool:
+    """Return whether two columns of times differ by a constant alone."""
+    a, b = (each.values * _factor(each) for each in (one, other))
+    if not np.array_equal(np.isfinite(a), np.isfinite(b)) or np.ptp(_seconds_of(other)) == 0:
+        return False
+    difference = (a - b)[np.isfinite(a)]
+    return bool(np.ptp(difference) <= 0.01 * abs(np.ptp(_seconds_of(other))) / difference.size)
+
+
+def _pairs(layout: Layout, channels: Sequence[DataColumn]) -> list[DataColumn]:
+    """Return the times of a text without headings in which each column stands behind its times, as ngspice writes them."""
+    times = list(channels[::2])
+    if any(layout.names) or len(channels) < 4 or len(channels) % 2:
+        return []
+    ends = np.array([[_seconds_of(each)[0], _seconds_of(each)[-1]] for each in times])
+    alike = np.abs(ends - ends[0]).max() <= 0.01 * np.ptp(ends[0])
+    return times if alike and all(_rises(each) for each in times) else []
+
+
+def without(recorded: Recorded, channel: DataColumn, why: str) -> Recorded:
+    """Name a column as not read."""
+    kept = tuple(each for each in recorded.channels if each is not channel)
+    return dataclasses.replace(
+        recorded, channels=kept, not_read=(*recorded.not_read, NotRead(name=channel.name, why=why))
+    )
+
+
+def _in_unit_of_time(channel: DataColumn) -> DataColumn:
+    """Return a column whose heading counts from a date, such as ``milliseconds since 2026-11-28``, with its unit alone."""
+    match = _SINCE.search(channel.unit or channel.name)
+    known = kind_and_factor(match[1].lower()) if match else None
+    return (
+        dataclasses.replace(channel, unit=match[1].lower())
+        if match and known and known[0] == "s"
+        else channel
+    )
+
+
+def _factor(channel: DataColumn) -> float:
+    known = kind_and_factor(channel.unit)
+    return known[1] if known is not None and known[0] == "s" else 1.0
+
+
+def _seconds_of(channel: DataColumn) -> Real:
+    """Return the times of a column that are known [s]; a shorter record ends before the others."""
+    return np.asarray(channel.values[np.isfinite(channel.values)] * _factor(channel))
+
+
 def _key_of(cell: str) -> str:
-    return cell.strip().lstrip("#").rstrip(" :=").replace("_", " ").lower()
+    """Return the name of a setting without its unit and its signs, in small letters."""
+    bare = re.sub(r"[\[(].*?[\])]", "", cell)
+    return bare.strip().lstrip("#").rstrip(" :=").replace("_", " ").lower()
 
 
 def counts(values: Real) -> bool:
@@ -158,24 +270,28 @@ def is_index(layout: Layout, first: DataColumn) -> bool:
 
 
 def keeps_step(channel: DataColumn, step: float) -> bool:
-    """Return whether a column increases by the time step that the preamble states, within 1 % of it on average."""
-    values = channel.values
-    even = (values.size - 1) * step
-    return bool(np.isfinite(values).all() and abs(values[-1] - values[0] - even) <= 0.01 * abs(even))
+    """Return whether a column increases by the time step [s] that the preamble states, within 1 % and the rounding of both."""
+    known = _seconds_of(channel)
+    even, change = (known.size - 1) * step, np.diff(known)
+    rounding = float(change.max(initial=0.0)) if (change == 0).any() else 0.0
+    return known.size > 1 and bool(abs(known[-1] - known[0] - even) <= 0.01 * abs(even) + rounding)
+
+
+def _rises(channel: DataColumn, *, in_segments: bool = False) -> bool:
+    known = _seconds_of(channel)
+    parts = segments_of(known) if in_segments else [np.s_[:]]
+    return known.size > 1 and all(bool((np.diff(known[part]) >= 0).all()) for part in parts)
 
 
 def is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:
     """Return whether a column is the time: by name and unit, and the first column also by its rise."""
-    rises = bool(np.isfinite(channel.values).all() and (np.diff(channel.values) >= 0).all())
     named = bool(_TIMES.fullmatch(channel.name))
-    if channel.unit in ("s", "ms", "us", "ns"):
-        return (rises and (first or named)) or (first and named)
-    if not rises or channel.unit or channel.values[0] == channel.values[-1]:
+    known = kind_and_factor(channel.unit) if channel.unit else None
+    if known is not None and known[0] == "s":
+        return (first and named) or ((first or named) and _rises(channel, in_segments=True))
+    if channel.unit or not _rises(channel, in_segments=named) or np.ptp(_seconds_of(channel)) == 0:
         return False
     if first and step is not None and keeps_step(channel, step):
         return True
-    return (
-        named and not (channel.name.lower() == "x" and not first)
-        if not first
-        else (named or channel.name.startswith("column "))
-    )
+    is_named = named and channel.name.lower() != "x"
+    return is_named or (first and (named or channel.name.startswith("column ")))

@@ -1,35 +1,63 @@
-"""Times of rows that a text states as date and time of day: a column of moments, or a date and a clock beside each other."""
+"""Times of rows that a text states as date and time of day, as a clock, or as a duration: seconds from the first row.
+
+The form of a column is found once and pandas reads it, as whole nanoseconds.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-import io
 import re
-from datetime import date
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+import pandas as pd
 
-from electrovib.data.recorded import DataColumn, Recorded, unique
+from electrovib.data.recorded import DataColumn, NotRead, Recorded, unique
 from electrovib.data.text.layout import Layout, split
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Any, TypeAlias
 
     from electrovib.core.arrays import Real
 
+    Whole: TypeAlias = np.ndarray[tuple[int], np.dtype[np.int64]]
 
-_DAY: Final = 86400.0
+_DATE: Final = r"(?P<a>\d{1,4}|[A-Za-z]{3})(?P<sign>[-/. ])(?P<b>\d{1,2}|[A-Za-z]{3})(?P<end>[-/. ]|, )(?P<c>\d{4}|\d{1,2})"
 _CLOCK: Final = (
-    r"(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d{1,9})?)(?::\d{1,9})?)?"
-    r"\s?(?P<half>[AaPp]\.?[Mm]\.?)?\s?(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
+    r"(?P<hour>\d{1,4}):(?P<minute>\d{2})(?P<second>:\d{1,2})?(?P<decimals>\.\d{1,9})?(?P<half> ?[AP]M)?"
+    r"(?P<zone> ?(?:Z|[+-]\d{2}:?\d{2}))?"
 )
-_DATE: Final = r"(?P<a>\d{1,4})(?P<sign>[-/.])(?P<b>\d{1,2})[-/.](?P<c>\d{1,4})"
-_BOTH: Final = re.compile(rf"{_DATE}[T ,]+{_CLOCK}", re.ASCII)
-_ONLY_CLOCK: Final = re.compile(_CLOCK, re.ASCII)
-_ONLY_DATE: Final = re.compile(_DATE, re.ASCII)
+_FORMS: Final = {
+    "moments": re.compile(rf"{_DATE}(?P<between>T|, ?| )\s*{_CLOCK}", re.ASCII),
+    "clock": re.compile(_CLOCK, re.ASCII),
+    "dates": re.compile(_DATE, re.ASCII),
+    "spans": re.compile(
+        r"-?\d+ days?(?:,? [+-]?\d{1,2}:\d{2}:\d{2}(?:\.\d{1,9})?)?|-?P\d\w*T[\d.HM]+S", re.ASCII
+    ),
+}
+_PLAIN: Final = (
+    (re.compile(r"(?<=\d),(?=\d+(?!\d|:|[-/.]\d))"), "."),
+    (re.compile(r"(?<=:\d\d):(?=\d{3}(?!\d))"), "."),  # milliseconds behind a colon
+    (re.compile(r"(?<=\d) ?[Aa]\.?[Mm]\b\.?"), " AM"),
+    (re.compile(r"(?<=\d) ?[Pp]\.?[Mm]\b\.?"), " PM"),
+    (re.compile(r"(?<=\d) ?(UTC|GMT)\b"), "Z"),
+)
+"""What is written otherwise, and how pandas reads it."""
 _LONGEST: Final = 48
-_MOST_DAYS: Final = 10_000
+_MOST_FORMATS: Final = 50
+_INSPECTED: Final = 400
+_KNOWN: Final = 0.75
+"""Smallest share of the fields of a column of stamps that are one; the others are missing."""
+_DAY: Final = 86_400_000_000_000
+_HOUR: Final = _DAY // 24
+_NANOSECONDS: Final = 1e9
+_NONE: Final = np.iinfo(np.int64).min
+"""No stamp, as pandas and numpy store it."""
+_MINUTES: Final = re.compile(r"(?<!:)\bm{1,2}(in)?:s", re.IGNORECASE)
+_HOURS: Final = re.compile(r"\bh{1,2}:m", re.IGNORECASE)
+_FRACTION: Final = re.compile(r"(?P<ms>ms|milli.*)|(?P<us>[uµμ]s|micro.*)|(?P<ns>ns|nano.*)", re.IGNORECASE)
+"""Heading of a column that holds the decimals of stamps of whole seconds."""
 
 
 def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
@@ -41,22 +69,60 @@ def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
         for at in range(layout.width)
         if at not in layout.columns
     }
-    moments = [at for at, kind in kinds.items() if kind == "moments"]
-    clocks = [at for at, kind in kinds.items() if kind == "clock"]
-    dates = [at for at, kind in kinds.items() if kind == "dates"]
-    if moments or not clocks:
-        return tuple(moments[:1])
-    return (*dates[:1], clocks[0])
+    dates, clocks, moments, spans = (
+        [at for at, kind in kinds.items() if kind == wanted]
+        for wanted in ("dates", "clock", "moments", "spans")
+    )
+    whole = moments or spans
+    return tuple(whole[:1]) if whole else (*dates[:1], *clocks[:1])
 
 
-def with_stamps(recorded: Recorded, stamps: str) -> Recorded:
-    """Return the content of a text with the channel ``time`` [s] from the first row; unchanged if times do not increase."""
-    time, order = seconds_from_first(stamps)
-    known = time[np.isfinite(time)]
-    if known.size < 2 or not (np.diff(known) >= 0).all() or known[0] == known[-1]:
-        return recorded
+def kind_of(cells: Sequence[str]) -> str:
+    """Return what the fields of a column are: one of `_FORMS`; empty if they are none of them."""
+    filled = [cell for cell in pd.Series(cells, dtype=str).str.slice(0, _LONGEST + 1) if cell]
+    filled = _plain("\n".join(filled)).split("\n") if filled else []
+    for kind, form in _FORMS.items():
+        if filled and np.mean([bool(form.fullmatch(cell)) for cell in filled]) >= _KNOWN:
+            return kind
+    return ""
+
+
+def _plain(text: str) -> str:
+    """Write stamps as pandas reads them; what the first ones do not have is not looked for in the others."""
+    for form, known in _PLAIN:
+        if form.search(text, 0, _INSPECTED * _LONGEST):
+            text = form.sub(known, text)
+    return text
+
+
+def with_stamps(recorded: Recorded, stamps: str | pd.Series[str], heading: str = "") -> Recorded:
+    """Return the content of a text with the channel ``time`` [s] of its stamps, one a line; else they are named as not read.
+
+    Where the file states another time step than the stamps have, both are in the record.
+    """
+    text = stamps if isinstance(stamps, str) else "\n".join(stamps)
+    time, order, why = np.empty(0), "", ""
+    try:
+        time, order = seconds_from_first(text, heading)
+    except ValueError as error:
+        why = str(error)
+    known, shown = time[np.isfinite(time)], text[:_LONGEST].partition("\n")[0]
+    if not why and known.size < 2:
+        why = f"no date or time is recognised in '{shown}'"
+    elif known.size and (known == known[0]).all():
+        why = f"'{shown}' in all rows"
+    elif recorded.time:
+        why = f"stamps; the times are those of column '{recorded.time}'"
+    elif recorded.step is not None and _agree(known, recorded.step):
+        why = "stamps; the times follow from the step that the file states"
+    if why:
+        unread = NotRead(name=heading or "date and time", why=why)
+        return dataclasses.replace(recorded, not_read=(*recorded.not_read, unread))
+    about = {"first_time": shown} | ({"date_order": order} if order else {})
+    if (decimals := _decimals_of(recorded, time)) is not None:
+        time = time + decimals
+        time -= time[0]
     name = unique("time", recorded.channels)
-    about = {"first_time": stamps.partition("\n")[0][:_LONGEST]} | ({"date_order": order} if order else {})
     return dataclasses.replace(
         recorded,
         channels=(DataColumn(name=name, unit="s", values=time), *recorded.channels),
@@ -65,62 +131,123 @@ def with_stamps(recorded: Recorded, stamps: str) -> Recorded:
     )
 
 
-def kind_of(cells: Sequence[str]) -> str:
-    """Return what the fields of a column are: ``"moments"`` (date and time), ``"clock"``, ``"dates"``, or nothing."""
-    forms = {"moments": _BOTH, "clock": _ONLY_CLOCK, "dates": _ONLY_DATE}
-    for kind, form in forms.items():
-        if cells and all(len(cell) <= _LONGEST and form.fullmatch(cell) for cell in cells):
-            return kind
-    return ""
+def _agree(known: Real, step: float) -> bool:
+    """Return whether stamps increase by a time step [s] on average, within 1 % and their resolution."""
+    even, change = (known.size - 1) * step, np.diff(known)
+    resolution = float(np.min(change[change > 0], initial=np.inf))
+    return bool(abs(known[-1] - known[0] - even) <= 0.01 * even + 2 * resolution)
 
 
-def seconds_from_first(text: str) -> tuple[Real, str]:
-    """Return the times [s] after the first line that holds a time of day, and the order of the date if it was assumed.
+def _decimals_of(recorded: Recorded, time: Real) -> Real | None:
+    """Return the column of the decimals [s] of stamps of whole seconds; None if there is none."""
+    if not (np.diff(time) == 0).any() or not (time == np.round(time)).all():
+        return None
+    for channel in recorded.channels:
+        match = _FRACTION.fullmatch(channel.unit or channel.name)
+        if match is None or match.lastgroup is None:
+            continue
+        per_second = {"ms": 1e3, "us": 1e6, "ns": 1e9}[match.lastgroup]
+        part = np.asarray(channel.values / per_second)  # noqa: PD011
+        if ((part >= 0) & (part < 1)).all() and (np.diff(time + part) > 0).all():
+            return part
+    return None
 
-    A line without a time is NaN. A clock without a date that goes back by more than half a day has passed
-    midnight.
+
+def seconds_from_first(text: str, heading: str = "") -> tuple[Real, str]:
+    """Return the times [s] after the first line that is a stamp, and the order of the date if it was assumed.
+
+    A line without a stamp is NaN; a duration is counted from 0. A clock without a date that goes back by
+    more than half a day has passed midnight, one of minutes and seconds the full hour. Stamps that can be read
+    in two ways are a ValueError.
     """
-    day_first, order, dated = _day_first(text)
-    lines = (line.rstrip("\n")[:_LONGEST] for line in io.StringIO(text))
-    time = np.fromiter((_moment(line, day_first=day_first) for line in lines), dtype=float)
-    known = np.flatnonzero(np.isfinite(time))
-    if not dated:
-        time[known[1:]] += _DAY * np.cumsum(np.diff(time[known]) < -_DAY / 2)
-    return time - time[known[0]] if known.size else time, order
+    cells = pd.Series(_plain(text.removesuffix("\n")).split("\n"), dtype=str)
+    kind, order = kind_of(cells.iloc[:_INSPECTED]), ""
+    if kind == "spans":
+        found = _whole(pd.to_timedelta(cells, errors="coerce"))
+    elif kind == "clock" and not cells.str.endswith("M").any():
+        found = _whole(pd.to_timedelta(_with_hours(cells, heading), errors="coerce"))
+    else:
+        found, order = _moments("2000-01-01 " + cells if kind == "clock" else cells)
+    known = np.flatnonzero(found != _NONE)
+    if kind == "clock":
+        turn = _DAY if cells.str.count(":").max() > 1 or not (found[known] < _HOUR).all() else _HOUR
+        found[known[1:]] += turn * np.cumsum(np.diff(found[known]) < -turn // 2)
+    first = found[known[0]] if known.size and kind != "spans" else 0
+    return np.where(found != _NONE, (found - first) / _NANOSECONDS, np.nan), order
 
 
-def _day_first(text: str) -> tuple[bool, str, bool]:
-    """Return whether the day stands before the month, the order where that is an assumption, and whether there are dates."""
-    dated, days, signs = False, set[tuple[str, str]](), set[str]()
-    for line in io.StringIO(text):
-        match = _ONLY_DATE.match(line)
-        dated = dated or match is not None
-        if match is not None and len(match["a"]) < 3 and len(days) < _MOST_DAYS:
-            days.add((match["a"], match["b"]))
-            signs.add(match["sign"])
-    if any(int(second) > 12 for _, second in days):
-        return False, "", dated
-    if any(int(first) > 12 for first, _ in days):
-        return True, "", dated
-    if len(days) < 2:
-        return False, "", dated  # one date, so that its order does not matter
-    return (True, "day.month", dated) if "." in signs else (False, "month/day", dated)
+def _whole(stamps: pd.Series[Any]) -> Whole:
+    """Return stamps of pandas as whole nanoseconds, `_NONE` where there is none."""
+    return np.array(stamps.dt.as_unit("ns").to_numpy().view(np.int64), dtype=np.int64)
 
 
-def _moment(line: str, *, day_first: bool) -> float:
-    """Return the seconds of a moment since the beginning of the calendar, or of a clock since midnight; NaN if it is neither."""
-    match = _BOTH.fullmatch(line) or _ONLY_CLOCK.fullmatch(line)
+def _with_hours(cells: pd.Series[str], heading: str) -> pd.Series[str]:
+    """Return clocks as h:mm:ss; those of two numbers are minutes and seconds, or hours and minutes."""
+    short = cells.str.count(":") == 1
+    cells = cells.str.replace(r" ?(Z|[+-]\d{2}:?\d{2})$", "", regex=True)
+    if not short.any():
+        return cells
+    minutes = not short.all() or cells.str.contains(".", regex=False).any()
+    minutes |= bool((pd.to_numeric(cells.str.partition(":")[0], errors="coerce") > 23).any())
+    if _MINUTES.search(heading) or minutes:
+        return cells.where(~short, "00:" + cells)
+    if _HOURS.search(heading):
+        return cells + ":00"
+    raise ValueError(
+        f"'{cells.iloc[0]}' may be hours and minutes or minutes and seconds; write [hh:mm] or [mm:ss] behind the heading"
+    )
+
+
+def _moments(cells: pd.Series[str]) -> tuple[Whole, str]:
+    """Read dates and times in the order that explains most rows; of several the one of the shortest record, which is named."""
+    sample = next((cell for cell in cells if _format_of(cell, "dmy")), "")
+    names = {"month/day": "mdy", "day.month": "dmy", "year/month/day": "ymd"}
+    orders = {
+        _format_of(sample, order): name for name, order in names.items()
+    }  # one form where it shows the order
+    found = {name: _in_order(cells, names[name]) for name in orders.values()}
+    known = {name: np.count_nonzero(read != _NONE) for name, read in found.items()}
+    most = max(known.values())
+    spans = {
+        name: np.ptp(read[read != _NONE]) for name, read in found.items() if most and known[name] == most
+    }
+    usual = "day.month" if "." in sample.partition(" ")[0] else "month/day"
+    chosen = min(spans, key=lambda name: (spans[name], name != usual), default="month/day")
+    return found.get(chosen, np.full(cells.size, _NONE)), chosen if len({*spans.values()}) > 1 else ""
+
+
+def _in_order(cells: pd.Series[str], order: str) -> Whole:
+    """Read dates and times whose date has this order, unless its form shows another one."""
+    found = np.full(cells.size, _NONE)
+    left = np.arange(cells.size)
+    for _ in range(_MOST_FORMATS):  # programs write 10:00:00 between 09:59:59.5 and 10:00:00.5
+        if not left.size:
+            break
+        first = left[0]
+        if form := _format_of(cells.iloc[first], order):
+            read = pd.to_datetime(cells.iloc[left], format=form, utc=True, errors="coerce")
+            found[left] = _whole(read.dt.tz_localize(None))
+        left = left[(found[left] == _NONE) & (left != first)]
+    return found
+
+
+def _format_of(cell: str, order: str) -> str:
+    """Return the format of a date with or without a clock as pandas expects it; empty if it is none."""
+    match = _FORMS["moments"].fullmatch(cell) or _FORMS["dates"].fullmatch(cell)
     if match is None:
-        return np.nan
-    hour = int(match["hour"])
-    if match["half"]:
-        hour = hour % 12 + 12 * (match["half"][0] in "Pp")
-    seconds = 3600 * hour + 60 * int(match["minute"]) + float((match["second"] or "0").replace(",", "."))
-    if "a" not in match.re.groupindex:
-        return seconds
-    a, b, c = (int(match[name]) for name in "abc")
-    year, month, day = (a, b, c) if len(match["a"]) > 2 else (c, b, a) if day_first else (c, a, b)
-    try:
-        return date(year, month, day).toordinal() * _DAY + seconds
-    except ValueError:
-        return np.nan
+        return ""
+    known = match.groupdict(default="")
+    if len(known["a"]) == 4:
+        order = "ymd"
+    elif known["a"].isalpha() or known["b"].isalpha():
+        order = "mdy" if known["a"].isalpha() else "dmy"
+    year = "%Y" if max(map(len, (known["a"], known["c"]))) == 4 else "%y"
+    month = "%b" if (known["a"] + known["b"])[-1].isalpha() or known["a"].isalpha() else "%m"
+    a, b, c = ({"d": "%d", "m": month, "y": year}[letter] for letter in order)
+    date = f"{a}{known['sign']}{b}{known['end']}{c}"
+    if "hour" not in known:
+        return date
+    clock = "%I:%M" if known["half"] else "%H:%M"
+    clock += ":%S" * bool(known["second"]) + ".%f" * bool(known["decimals"])
+    clock += " %p" * bool(known["half"]) + " " * known["zone"].startswith(" ") + "%z" * bool(known["zone"])
+    return f"{date}{known['between']}{clock}"

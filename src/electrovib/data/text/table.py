@@ -64,7 +64,7 @@ class TextTable:
             table_of, delimiter=self.delimiter, width=self.width, keep_default_na=False, na_values=_NO_NUMBER
         )
         table = None
-        with suppress(ValueError):  # of pandas, which names no line
+        with suppress(ValueError, Warning):  # of pandas, which names no line
             table = read(self.raw, start)[list(indices)]
         if table is None or not self._is_plain(table, start, missing):
             if why := self._fault(indices, missing):
@@ -135,7 +135,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
 
 def _delimiter(lines: Sequence[str]) -> str:
     """Return the delimiter under which most rows hold numbers, or which headings without numbers contain; empty for blanks."""
-    layout = find_layout(lines)
+    layout = find_layout(lines, decimal_comma=False)
     if layout is not None:  # of one column any is found
         return layout.delimiter if any(layout.delimiter in line for line in lines) else ""
     return next((sign for sign in "\t;," if sign in lines[0]), "")

@@ -11,7 +11,9 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.recorded import Clock, column_of
+from electrovib.data.text.parts import segments_of
 from electrovib.data.unit_words import kind_and_factor
+from electrovib.recordings.importing.clock_of_stamps import even_times
 from electrovib.recordings.importing.held import is_held
 from electrovib.recordings.importing.proposal import proposed_time
 from electrovib.recordings.importing.reduction import seconds
@@ -83,14 +85,14 @@ def sample_times(
     unsure = [] if column.unit else [Diagnostic("unit of time", "unknown", text)]
     unsure += [each for each in _others(recorded, columns, clock) if time]
     with np.errstate(all="ignore"):  # time stamps of a damaged file may overflow
-        found, rows, more = _increasing(np.asarray(column.values * known[1]), stamps)
+        found, rows, more, doubts = _increasing(np.asarray(column.values * known[1]), stamps)
         if not time and clock.step is not None:
-            _refuse_other_step(column.name, found, clock.step)
+            _refuse_other_step(f"{column.name} [{column.unit or 'UNIT'}]", found, clock.step)
         changes = rows.size == recorded.size and is_held(found, recorded, column.name)
         gaps = (Diagnostic("dropped samples", "ok", _HELD),) if changes else _gaps(found)
     more += [f"time: {_HELD}"] * changes
     return SampleTimes(
-        time=found, rows=rows, steps=(*steps, *more), diagnostics=(*unsure, *gaps), held=changes
+        time=found, rows=rows, steps=(*steps, *more), diagnostics=(*unsure, *doubts, *gaps), held=changes
     )
 
 
@@ -179,7 +181,7 @@ def _refuse_other_step(name: str, time: Real, step: float) -> None:
         own, stated = (format_quantity(each, "s", digits=6) for each in (usual, step))
         raise InputError(
             f"time: the column '{name}' has steps of {own}, but the file states a time step of {stated}; state which one is"
-            f" right: time = '{name} [UNIT]' or step = '{stated}'"
+            f" right: time = '{name}' (--set time=\"{name}\") or step = '{stated}' (--set step=\"{stated}\")"
         )
 
 
@@ -195,8 +197,10 @@ def _even(size: int, step: float, start: float, whence: str) -> SampleTimes:
     )
 
 
-def _increasing(time: Real, stamps: str) -> tuple[Real, np.ndarray[tuple[int], np.dtype[np.intp]], list[str]]:
-    """Return increasing times with the numbers of their samples, and the steps that this took."""
+def _increasing(
+    time: Real, stamps: str
+) -> tuple[Real, np.ndarray[tuple[int], np.dtype[np.intp]], list[str], tuple[Diagnostic, ...]]:
+    """Return increasing times with the numbers of their samples, the steps that this took, and what may be wrong."""
     rows = np.flatnonzero(np.isfinite(time))
     lost = time.size - rows.size
     steps = [f"time: {lost} samples without a time stamp omitted"] if lost else []
@@ -205,15 +209,20 @@ def _increasing(time: Real, stamps: str) -> tuple[Real, np.ndarray[tuple[int], n
         raise InputError("time: fewer than two samples have a time stamp")
     change = np.diff(kept)
     if (change > 0).all():
-        return kept, rows, steps
-    even = np.linspace(kept[0], kept[-1], kept.size)
-    rounding = float(np.min(change[change > 0], initial=np.inf))
-    if (change >= 0).all() and np.isfinite(rounding) and np.abs(kept - even).max() <= rounding:
-        steps.append(
-            f"time: the stamps are rounded to {format_quantity(rounding, 's', digits=3)} and repeat; replaced by"
-            f" {kept.size} even times between the first and the last"
+        return kept, rows, steps, ()
+    if (change >= 0).all():
+        try:
+            even = even_times(kept)
+        except InputError:
+            if stamps == "refuse" and np.count_nonzero(change) < change.size / 2:
+                raise
+        else:
+            return even.time, rows, [*steps, even.words], even.diagnostics
+    if len(parts := segments_of(kept)) > 1:
+        raise InputError(
+            f"time: the stamps turn back to their beginning {len(parts) - 1} times, first at sample {rows[parts[1].start]}:"
+            " there are several records; choose one with part (--set part='segment 1'), or write each into a file"
         )
-        return even, rows, steps
     best = np.concatenate([[-np.inf], np.maximum.accumulate(kept)[:-1]])
     good = kept > best
     if stamps == "refuse":
@@ -223,7 +232,7 @@ def _increasing(time: Real, stamps: str) -> tuple[Real, np.ndarray[tuple[int], n
             " (--set stamps=keep_increasing) drops such samples"
         )
     steps.append(f"time: {int(np.count_nonzero(~good))} samples whose time stamp does not increase dropped")
-    return kept[good], rows[good], steps
+    return kept[good], rows[good], steps, ()
 
 
 def _gaps(time: Real) -> tuple[Diagnostic, ...]:

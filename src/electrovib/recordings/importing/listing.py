@@ -126,7 +126,10 @@ def _time(recorded: Recorded, proposed: DataColumn | None) -> str:
     if recorded.time:
         unit = next(each.unit for each in recorded.channels if each.name == recorded.time)
         unsure = f', for which the file states no unit: s are assumed; write --set time="{recorded.time} [ms]" if it is ms'
-        return f"time: column '{recorded.time}'" + ("" if unit else unsure)
+        words = "" if unit else unsure
+        if recorded.step is not None:
+            words += f", but the file also states a step of {format_quantity(recorded.step, 's')}: state which one is right"
+        return f"time: column '{recorded.time}'{words}"
     if recorded.step is not None:
         return (
             f"time: a step of {format_quantity(recorded.step, 's')}, first sample at"
@@ -144,7 +147,7 @@ def _stated_time(recorded: Recorded, proposed: DataColumn | None) -> str:
     column = proposed or next((each for each in recorded.channels if each.name == recorded.time), None)
     if column is None:
         return ' --set step="10 us"'
-    if recorded.time and column.unit:
+    if recorded.time and column.unit and recorded.step is None:
         return ""
     return f' --set time="{column.name}' + ('"' if column.unit else ' [s]"')
 

@@ -1,4 +1,4 @@
-"""Two records beside each other: on one clock by the edges that both hold, and a measurement beside a prediction."""
+"""Two records on one clock, by the edges that both hold."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.signals import SIGNALS, make_trace
+from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
 from electrovib.recordings.importing.reduction import find_edges, resampled, seconds, span_words
 from electrovib.recordings.interval import student
@@ -19,7 +19,7 @@ from electrovib.recordings.interval import student
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.core.arrays import Complex, Real
+    from electrovib.core.arrays import Real
     from electrovib.recordings.importing.reduction import SignalEdges
 
 
@@ -278,71 +278,3 @@ def _fitted(
         shift_half_width=half / math.sqrt(count),
         ratio_half_width=half / float(np.linalg.norm(centred)),
     )
-
-
-MEASURED_OF: Final = {f"{name}_measured": name for name in SIGNALS if f"{name}_measured" in SIGNALS}
-"""Signals of a sensor to the quantities that they measure, which are used where a prediction has no sensor."""
-_MEASURED: Final = "file_sha256"
-"""Attribute of a Trace that was imported."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SignalResidual:
-    """The residual of one signal at the times or frequencies of the measurement; the prediction is interpolated linearly."""
-
-    name: str
-    predicted_name: str
-    along: str
-    axis: Real
-    measured: Real | Complex
-    predicted: Real | Complex
-
-    @property
-    def residual(self) -> Real | Complex:
-        """Measured less predicted, shape (n,), in the SI unit of the signal."""
-        found: Real | Complex = np.subtract(self.measured, self.predicted)
-        return found
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of the residual, in the SI unit of the signal."""
-        return float(np.sqrt(np.mean(np.abs(self.residual) ** 2)))
-
-    @property
-    def mean(self) -> float:
-        """Mean of the residual, in the SI unit of the signal; of an impedance the mean of its real part."""
-        return float(np.mean(self.residual).real)
-
-    @property
-    def relative_rms(self) -> float:
-        """Root mean square of the residual over that of the measurement, dimensionless; NaN if the measurement is 0."""
-        size = float(np.sqrt(np.mean(np.abs(self.measured) ** 2)))
-        return self.rms / size if size else float("nan")
-
-
-def is_measured(trace: xarray.Dataset) -> bool:
-    """Return whether a Trace was imported from a file of an instrument."""
-    return _MEASURED in trace.attrs
-
-
-def residuals(predicted: xarray.Dataset, measured: xarray.Dataset) -> list[SignalResidual]:
-    """Compare each signal of a measurement with the same one of a prediction, where their axes overlap in two samples.
-
-    A measured force is compared with the force as the tribometer reads it, or with the force itself where
-    none is modelled.
-    """
-    found = []
-    for name in map(str, measured.data_vars):
-        other = name if name in predicted else MEASURED_OF.get(name, name)
-        if other not in predicted:
-            continue
-        along = str(measured[name].dims[-1])
-        if measured[name].dims != (along,) or predicted[other].dims != (along,):
-            continue
-        axis, grid = np.asarray(measured[along].values), np.asarray(predicted[along].values)
-        own, values = np.asarray(measured[name].values), np.interp(axis, grid, predicted[other].values)
-        known = (axis >= grid[0]) & (axis <= grid[-1]) & np.isfinite(values) & np.isfinite(own)
-        if np.count_nonzero(known) > 1:
-            shown = {"axis": axis[known], "measured": own[known], "predicted": values[known]}
-            found.append(SignalResidual(name=name, predicted_name=other, along=along, **shown))
-    return found

@@ -112,15 +112,15 @@ class _Reduced:
 
     def average(self, by: str) -> Iterator[str]:
         """Average over the periods of a signal."""
-        whole = average_periods(self.time, self.signals, by)
-        self.time, self.signals = whole.time, whole.means
-        errors = (
+        self.time, self.signals, errors, lengths = average_periods(self.time, self.signals, by)
+        period, spread = float(lengths.mean()), float(lengths.std(ddof=1))
+        rms = (
             f"{name}: rms of the standard error {np.sqrt(np.mean(each**2)):.4g}"
-            for name, each in whole.standard_errors.items()
+            for name, each in errors.items()
         )
         yield (
-            f"averaged over {whole.periods} periods of {by}, {format_quantity(whole.period, 's')} on average with a standard"
-            f" deviation of {format_quantity(whole.spread, 's', digits=3)}; time 0 at its rising edge; {', '.join(errors)}"
+            f"averaged over {lengths.size} periods of {by}, {format_quantity(period, 's')} on average with a standard"
+            f" deviation of {format_quantity(spread, 's', digits=3)}; time 0 at its rising edge; {', '.join(rms)}"
         )
 
     def keep(self, inside: NDArray[np.bool_], option: str) -> None:
@@ -246,18 +246,6 @@ class SignalEdges:
         return self.times[self.signs < 0]
 
 
-@dataclass(frozen=True, kw_only=True)
-class PeriodAverage:
-    """Signals averaged over periods, from their first edge on; `spread` is the standard deviation of the periods [s]."""
-
-    time: Real
-    means: dict[str, Real]
-    standard_errors: dict[str, Real]
-    periods: int
-    period: float
-    spread: float
-
-
 def find_edges(time: Real, values: Real) -> SignalEdges:
     """Find the edges at the mean of the 5 % and 95 % quantiles of a signal, with a hysteresis of 40 % of its range."""
     time, values = time[np.isfinite(values)], values[np.isfinite(values)]
@@ -278,8 +266,13 @@ def find_edges(time: Real, values: Real) -> SignalEdges:
     return SignalEdges(times=time[after - 1] + share * (time[after] - time[after - 1]), signs=signs)
 
 
-def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
-    """Average signals over the periods between rising edges of one of them, stretched to the mean period."""
+def average_periods(
+    time: Real, signals: dict[str, Real], by: str
+) -> tuple[Real, dict[str, Real], dict[str, Real], Real]:
+    """Average signals over the periods between rising edges of one of them, stretched to the mean period.
+
+    Returns the time from an edge on, the means and their standard errors, and the lengths of the periods [s].
+    """
     edges = find_edges(time, signals[by]).rising
     lengths = np.diff(edges)
     if lengths.size < 2:
@@ -304,7 +297,4 @@ def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAver
         rows = np.interp(at, time, values)
         means[name] = rows.mean(axis=0)
         errors[name] = rows.std(axis=0, ddof=1) / np.sqrt(lengths.size)
-    return PeriodAverage(
-        time=period * phase, means=means, standard_errors=errors, periods=lengths.size, period=period,
-        spread=float(lengths.std(ddof=1)),
-    )  # fmt: skip
+    return period * phase, means, errors, lengths

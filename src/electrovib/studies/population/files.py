@@ -15,6 +15,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.parsing import read_json
+from electrovib.core.units import unit_in_files
 from electrovib.data.atomic import write_text, writing
 from electrovib.data.marks import WRITTEN_BY, Form, is_ours, unsigned
 
@@ -29,6 +30,8 @@ PARTIAL: Final = ".partial"
 """End of the names of files that are being written."""
 _LARGEST: Final = 64_000_000
 """Bytes of the description of a group, at most; the names of 300,000 chunks take half of them."""
+_MOST_ADDED: Final = 20
+"""Attributes that another program may have added to those of a group."""
 _ADVICE: Final = (
     "Restore it from a copy; or remove the folder of the study, and the same command computes it again."
 )
@@ -59,20 +62,37 @@ def _of_the_system() -> Iterator[None]:
 
 def write_group(folder: Path, attributes: Mapping[str, Any]) -> None:
     """Write the description of a group with the checksum of itself, as a whole."""
-    marked = {WRITTEN_BY: unsigned(Form.STUDY), **attributes}
-    table = {"zarr_format": 3, "node_type": "group", "attributes": marked}
     with _of_the_system():
-        write_text(folder / METADATA, json.dumps(table, indent=2), Form.STUDY)
+        text = _of_group(attributes, unsigned(Form.STUDY))
+        write_text(folder / METADATA, text, Form.STUDY, force=True)  # what is there was read before
+
+
+def _of_group(attributes: Mapping[str, Any], mark: str) -> str:
+    marked = {WRITTEN_BY: mark, **attributes}
+    return json.dumps({"zarr_format": 3, "node_type": "group", "attributes": marked}, indent=2)
 
 
 def read_group(folder: Path) -> dict[str, Any]:
     """Read the attributes of a group that `write_group` wrote."""
-    path = folder / METADATA
+    return _read_group(folder / METADATA)[0]
+
+
+def _read_group(path: Path) -> tuple[dict[str, Any], str]:
+    """Read the attributes that `write_group` wrote, and its text; what another program has added to it is no matter."""
     with written(path, "read"):
-        _refuse_unmarked(path, path.lstat().st_size <= _LARGEST)
-        attributes: dict[str, Any] = read_json(path.read_text(encoding="utf-8"))["attributes"]
-    del attributes[WRITTEN_BY]
-    return attributes
+        _refuse_link(path)
+        try:
+            text = path.read_text(encoding="utf-8") if path.lstat().st_size <= _LARGEST else ""
+            attributes: dict[str, Any] = dict(read_json(text)["attributes"])
+            mark = str(attributes.pop(WRITTEN_BY))
+            for _ in range(min(_MOST_ADDED, len(attributes))):
+                checksum = hashlib.sha256(_of_group(attributes, unsigned(Form.STUDY)).encode()).hexdigest()
+                if mark == unsigned(Form.STUDY)[:-32] + checksum[:32]:
+                    return attributes, _of_group(attributes, mark)
+                attributes.popitem()
+        except (InputError, ValueError, TypeError, LookupError, AttributeError):
+            pass
+    raise _unmarked(path)
 
 
 def write_sums(path: Path, about: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -94,7 +114,9 @@ def read_sums(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Read what `write_sums` wrote."""
     with written(path, "read"), path.open("rb") as file:
         head = _HEAD.fullmatch(file.readline(100))
-        _refuse_unmarked(path, head is not None and int(head[1]) == path.lstat().st_size)
+        _refuse_link(path)
+        if head is None or int(head[1]) != path.lstat().st_size or not is_ours(path, Form.STUDY):
+            raise _unmarked(path)
         about = read_json(file.readline().decode())
         arrays = {}
         for name, (kind, shape) in about.pop("arrays").items():
@@ -103,16 +125,18 @@ def read_sums(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     return about, arrays
 
 
-def _refuse_unmarked(path: Path, of_right_size: bool) -> None:
-    """Refuse a file that is not as this package wrote it."""
+def _refuse_link(path: Path) -> None:
     if path.is_symlink() or not path.is_file():
         raise DataFileError(f"is not an ordinary file. {_ADVICE}", path=path)
-    if not of_right_size or not is_ours(path, Form.STUDY):
-        raise DataFileError(
-            "is damaged, of an earlier version, or no study of electrovib: it does not state the checksum of its content."
-            f" {_ADVICE}",
-            path=path,
-        )
+
+
+def _unmarked(path: Path) -> DataFileError:
+    """Return the error for a file that is not as this package wrote it."""
+    return DataFileError(
+        "is damaged, of an earlier version, or no study of electrovib: it does not state the checksum of its content."
+        f" {_ADVICE}",
+        path=path,
+    )
 
 
 def stated(store: Path, places: Iterable[str], rows: Iterable[str] = ()) -> dict[str, dict[str, list[Any]]]:
@@ -178,6 +202,11 @@ def refuse_damaged(store: Path, attributes: Mapping[str, Any]) -> None:
                 path = store / name
                 if not path.is_file():
                     raise DataFileError(f"is missing. {_ADVICE}", path=path)
+                if name == METADATA:  # of the group: checked by itself, whatever else stands in it
+                    text = _read_group(path)[1].encode()
+                    if [len(text), hashlib.sha256(text).hexdigest()] != [size, expected]:
+                        raise _damaged(path)
+                    continue
                 if (there := path.stat().st_size) != size:
                     raise DataFileError(
                         f"is damaged: it has {there} instead of {size} bytes. {_ADVICE}", path=path
@@ -198,7 +227,7 @@ def make_array(place: Path, dims: Any, words: dict[Any, Any], **how: Any) -> Any
     return zarr.create_array(
         str(place),
         dimension_names=dims,
-        attributes=words,
+        attributes=words | {"units": unit_in_files(words["units"])} if "units" in words else words,
         compressors=[Crc32cCodec()] if how.get("dtype") == "float32" else "auto",
         config={"write_empty_chunks": True},
         overwrite=True,

@@ -15,7 +15,7 @@ from electrovib.core.errors import printable
 from electrovib.core.own_models import origins
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.signals import SIGNALS
-from electrovib.core.units import format_quantity
+from electrovib.core.units import format_quantity, unit_of_files
 from electrovib.core.versions import versions
 from electrovib.data.marks import csv_text, plain
 from electrovib.scenario import read_scenario
@@ -64,7 +64,7 @@ def _of_signal(name: str, collected: Collected) -> dict[str, Any]:
     def put(suffix: str, dims: tuple[str, ...], values: NDArray[Any], unit: str, meaning: str) -> None:
         found[f"{name}_{suffix}"] = (dims, values, {"units": unit, "long_name": meaning})
 
-    squared = f"{unit}^2" if unit.isalpha() else f"({unit})^2"
+    squared = unit_of_files(f"{unit}^2" if unit.isalpha() else f"({unit})^2")
     put("mean", (axis,), each.mean, unit, f"mean of the {words} over the fingers")
     put("variance", (axis,), each.variance(), squared, f"variance of the {words} over the fingers")
     if declared.percentiles:

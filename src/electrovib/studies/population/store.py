@@ -13,6 +13,7 @@ import numpy as np
 
 from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.units import unit_of_files
 from electrovib.studies.population import files
 from electrovib.studies.population.declared import BLOCK, FORMAT, DeclaredStudy
 from electrovib.studies.population.result import attributes, definition, draws_of
@@ -291,7 +292,10 @@ def open_study(path: str | Path) -> xarray.Dataset:
 def _stored(place: Path, *, lazy: bool) -> tuple[Any, Any, Any]:
     array = files.open_array(place)
     values: Any = _rows_of(place) if lazy else np.asarray(array[:])
-    return array.metadata.dimension_names, values, dict(array.attrs)
+    about = dict(array.attrs)
+    if "units" in about:
+        about["units"] = unit_of_files(about["units"])
+    return array.metadata.dimension_names, values, about
 
 
 def _rows_of(place: Path) -> Any:

@@ -6,6 +6,7 @@ import json
 import os
 import pickle
 import shutil
+import warnings
 
 import numpy as np
 import pytest
@@ -185,3 +186,28 @@ def test_links_in_place_of_a_lock_or_a_description_are_not_followed(whole, begun
     (whole / "zarr.json").symlink_to(whole.with_name("elsewhere"))
     with pytest.raises(DataFileError, match="is a link"):
         open_study(whole)
+
+
+def added(path, how):
+    """Let another program work on a store, which warns that consolidated metadata is an extension."""
+    warnings.simplefilter("ignore", zarr.errors.ZarrUserWarning)
+    group = zarr.open_group(path, mode="r+")
+    if how == "consolidated":
+        zarr.consolidate_metadata(path)
+    elif how == "attribute":
+        group.update_attributes({"note": "of another program"})
+    else:
+        group.create_array("of_another", data=np.arange(3.0), dimension_names=["n"])
+        zarr.consolidate_metadata(path)
+
+
+@pytest.mark.parametrize("how", ["consolidated", "attribute", "variable"])
+def test_what_another_program_adds_to_a_store_is_no_damage(whole, begun, quick, how):
+    expected = open_study(whole).load()
+    added(whole, how)
+    assert open_study(whole).identical(expected)
+    assert quick(n=2100, draws=True, output=whole).identical(expected)
+    added(begun, how)
+    found = quick(n=1500, output=begun)
+    np.testing.assert_array_equal(found[f"{NAME}_mean"], quick(n=1500)[f"{NAME}_mean"])
+    assert open_study(begun).identical(found)
