@@ -228,7 +228,7 @@ def test_waveforms_of_lecroy_and_of_tektronix(tmp_path, form):
     found = read_recorded(tmp_path / "a.wfm")
     np.testing.assert_allclose(found.channels[0].values, volts, rtol=1e-6)
     np.testing.assert_allclose(found.times(), times, atol=1e-9 if form == "lecroy" else 1e-12)
-    assert "omitted" not in found.attributes
+    assert not found.not_read
     assert form == "lecroy" or [(each.name, each.unit) for each in found.channels] == [("CH 1", "V")]
 
 
@@ -238,7 +238,7 @@ def test_a_waveform_of_tektronix_states_its_unit_its_frames_and_its_envelope(tmp
     found = read_recorded(tmp_path / "a.wfm")
     assert found.channels[0].unit == "A"
     assert found.channels[0].values.size == 3
-    assert found.attributes["omitted"] == "frames 2 to 3 of 3"
+    assert [each.name for each in found.not_read] == ["frames 2 to 3 of 3"]
     envelope, cut = tektronix_wfm([1, 2, 3], storage=1), tektronix_wfm([1, 2, 3])[:400]
     for raw, words in ((envelope, "envelope"), (cut, "Tektronix")):
         (tmp_path / "a.wfm").write_bytes(raw)
