@@ -15,7 +15,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.recordings.importing.reduction import find_edges
 from electrovib.recordings.interval import averages
 from electrovib.recordings.recording import closed
-from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, levels_of, passages
+from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, creeps, levels_of, passages
 
 if TYPE_CHECKING:
     import xarray
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 Direction = Literal["rising", "falling"]
 _LONG: Final = 30.0
 """Length of the section after an edge, in times between its levels as first found."""
+_AHEAD: Final = 0.75
+"""Part of the section before an edge that ends before it at the latest."""
 _MARGIN: Final = 0.05
 """Fraction of the distance to a neighbouring edge that is left out."""
 _BRIEF: Final = 4
@@ -50,7 +52,7 @@ class EdgeRecord:
     `reference_error` is the standard uncertainty of that time by the distance of its samples, `fractions` are
     those of the change, from its beginning on, between which times are measured. Forms are
     fitted to `fit_values`, averages of neighbouring samples, of which `fit_noise` is the standard deviation
-    before the edge.
+    before the edge. The signal `creeps` that has not settled at the end.
     """
 
     direction: Direction
@@ -64,6 +66,7 @@ class EdgeRecord:
     fit_time: Real
     fit_values: Real
     fit_noise: float
+    creeps: bool
 
 
 def switched_on(drive: Real) -> NDArray[np.bool_]:
@@ -130,7 +133,7 @@ def edge_record(
     earlier = references[number - 1] if number else float(time[0])
     later = references[number + 1] if number + 1 < len(references) else float(time[-1])
     ahead = (later - at) * (1 - _MARGIN)
-    behind = (at - earlier) * (0.5 - _MARGIN)
+    behind = (at - earlier) * ((0.5 if number else 1) - _MARGIN)  # no edge decays before the first
     ahead = min(ahead, window) if window is not None else ahead
     behind = min(behind, before) if before is not None else behind
     find = functools.partial(_found, time, values, at, levels=levels, driven=driven)
@@ -157,6 +160,7 @@ def edge_record(
         fit_time=fit_time,
         fit_values=fit_values,
         fit_noise=float(np.std(ahead_of_it)) if ahead_of_it.size >= _FEWEST_AVERAGES else level.noise,
+        creeps=creeps(fit_time - passed.first, (fit_values - level.before) / level.change),
     )
 
 
@@ -183,7 +187,7 @@ def _found(
         if driven:
             break
         start = passed.first - passed.time
-        level = levels_of(part, own, edge=max(start, -behind / 2), settled=0.75 * ahead)
+        level = levels_of(part, own, edge=max(start, -_AHEAD * behind), settled=0.75 * ahead)
     return here, level, passed
 
 
