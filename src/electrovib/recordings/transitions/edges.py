@@ -18,6 +18,8 @@ from electrovib.recordings.recording import closed
 from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, creeps, levels_of, passages
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import xarray
     from numpy.typing import NDArray
 
@@ -273,6 +275,8 @@ _SMALLEST: Final = 8.0
 _LEAST: Final = 0.05
 """Smallest impact, relative to the largest."""
 _BLOCKS: Final = 8000
+_PERIODS: Final = 6.0
+"""Periods of the lowest band in one of the parts of a record."""
 _LEVEL: Final = 0.1
 """Length over which the level is a moving median, relative to the record."""
 _STRETCHES: Final = 40
@@ -292,7 +296,8 @@ class Impact:
 
     `size` is the largest deviation from the level, at the time `at`. `begin`, `end` and `rest` are the
     samples of the first deviation, of the end of the oscillation and of the end of the rest after it.
-    `returns` says whether the signal swings about one level, the same before and after.
+    `returns` says whether the signal swings about one level, the same before and after. `seen` is the whole record as
+    it was searched: its deviation from the level, or that in a band.
     """
 
     at: float
@@ -301,6 +306,7 @@ class Impact:
     rest: int
     size: float
     returns: bool
+    seen: Real
 
 
 @dataclass(frozen=True)
@@ -312,18 +318,20 @@ class RingSpan:
     swings: bool
 
 
-def find_impacts(time: Real, values: Real) -> list[Impact]:
+def find_impacts(time: Real, values: Real, *, faint: bool = False) -> list[Impact]:
     """Find the impacts of a record; none if the signal does not leave its noise.
 
     The level is a moving median, so that a drift is none. The largest deviation from it is an impact, and its
     oscillation lasts until it has fallen into the noise or the next impact strikes; what is left is searched
-    again, down to a twentieth of that impact.
+    again, down to a twentieth of that impact. Where no sample is above the noise, `faint` ones are searched in the
+    band in which they stand out most.
     """
     level = _level(values)
     deviation = values - level
-    parts = np.array_split(deviation, _STRETCHES)
-    noise = float(np.quantile([np.std(each) for each in parts], 0.25))
-    size = np.abs(deviation)
+    noise, size = _at_rest(deviation), np.abs(deviation)
+    if faint and not size.max() > _SMALLEST * noise > 0:
+        deviation = max(_bands(time, deviation), key=lambda each: np.abs(each).max() / _at_rest(each))
+        noise, size = _at_rest(deviation), np.abs(deviation)
     least = max(_SMALLEST * noise, _LEAST * float(size.max()))
     free = np.ones(size.size, dtype=bool)
     found: list[Impact] = []
@@ -340,6 +348,23 @@ def find_impacts(time: Real, values: Real) -> list[Impact]:
         replace(each, rest=max(min(each.rest, later), each.end))
         for each, later in zip(found, following, strict=True)
     ]
+
+
+def _at_rest(deviation: Real) -> float:
+    """Return the standard deviation of a record where it is quiet, in a quarter of its parts."""
+    return float(np.quantile([np.std(each) for each in np.array_split(deviation, _STRETCHES)], 0.25))
+
+
+def _bands(time: Real, deviation: Real) -> Iterator[Real]:
+    """Filter a deviation to bands of a quarter of an octave, without delay; the part at rest holds periods of the lowest."""
+    from scipy.signal import butter, sosfiltfilt
+
+    yield deviation
+    rate = 1 / float(np.median(np.diff(time)))
+    lowest, half = _PERIODS * _STRETCHES * rate / time.size, 2**0.125
+    for centre in lowest * half ** np.arange(math.log(max(rate / 3 / lowest, 1.0), half)):
+        filtering = butter(2, [centre / half, centre * half], "bandpass", fs=rate, output="sos")
+        yield np.asarray(sosfiltfilt(filtering, deviation))
 
 
 def _level(values: Real) -> Real:
@@ -363,7 +388,7 @@ def _impact(
         span = end_of_ring(since, deviation[at:stop], noise, 0.0)
     except InputError:  # a single sample, or the end of the record
         end = min(at + 2, stop)
-        return Impact(at=float(time[at]), begin=at, end=end, rest=end, size=size, returns=False)
+        return Impact(at=float(time[at]), begin=at, end=end, rest=end, size=size, returns=False, seen=deviation)
     begin, earlier, before = at, int(np.searchsorted(time, time[at] - span.period)), size
     while earlier < begin:
         part = np.abs(deviation[earlier:begin])
@@ -381,6 +406,7 @@ def _impact(
         rest=int(np.searchsorted(time, time[at] + _REST * span.end)),
         size=size,
         returns=bool(span.swings and same),
+        seen=deviation,
     )
 
 
