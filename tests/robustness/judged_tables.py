@@ -128,7 +128,11 @@ def _clocks_differ(recorded, columns: list[Written], dialect: Dialect, named: st
             return f"time: '{recorded.time}' is none"
     for column in columns:
         own = recorded.clocks.get(column.name)
-        if column.clock and recorded.times() is not None and (own is None or own.time != column.clock):
+        if (
+            column.clock
+            and recorded.times() is not None
+            and (own is None or plain_name(own.time) != plain_name(column.clock))
+        ):
             return f"clock: '{column.name}' belongs to '{column.clock}'"
     return ""
 

@@ -148,7 +148,11 @@ def _signs_apart(dialect: Dialect) -> dict[str, object]:
     """A sign is a delimiter, a decimal sign or a separator, or stands in quotes."""
     change: dict[str, object] = {}
     blank, separator = dialect.delimiter in BLANKS, dialect.thousands
-    if separator == dialect.decimal or dialect.number in ("scientific", "fortran", "general"):
+    if {"lakh": ","}.get(separator, separator) == dialect.decimal or dialect.number in (
+        "scientific",
+        "fortran",
+        "general",
+    ):
         change["thousands"] = separator = ""
     if blank:
         change |= {"shorter": False, "quotes": "none", "padded": False, "trailing": "none"}
@@ -167,7 +171,8 @@ def _enough_rows(dialect: Dialect) -> dict[str, object]:
     if dialect.time in ("second time", "none", "step", "whole seconds") or dialect.columns == 1:
         change["shorter"] = False
     if dialect.time == "second time":
-        change["columns"] = max(2, dialect.columns)
+        change |= {"columns": max(2, dialect.columns), "same_name": False}
+        change |= {"number": "fixed"} if dialect.number == "integers" else {}
     if dialect.time == "whole seconds":
         change |= {"rows": max(30, dialect.rows), "step": 0.1}
     elif dialect.missing in ("-999", "-999.00") or change.get("shorter", dialect.shorter):

@@ -119,7 +119,11 @@ class _Builder:
         columns = self._time() + self._numbers()
         if dialect.time == "second time":
             second = self._number_column(
-                "Time B", "s", np.arange(dialect.rows) * dialect.step / 2, digits=7, role="time"
+                "Time B",
+                "" if dialect.units == "none" else "s",
+                np.arange(dialect.rows) * dialect.step / 2,
+                digits=7,
+                role="time",
             )
             last = columns.pop()
             columns += [second, (dataclasses.replace(last[0], clock="Time B"), last[1])]
