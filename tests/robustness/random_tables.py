@@ -368,4 +368,4 @@ def _grouped(whole: str, separator: str) -> str:
 
 def plain_name(name: str) -> str:
     """Return a name in a form in which spellings of one name agree."""
-    return " ".join(unicodedata.normalize("NFKC", name).replace("_", " ").strip("\"' #%").casefold().split())
+    return " ".join(unicodedata.normalize("NFKC", name).replace("_", " ").strip('" #%').casefold().split())
