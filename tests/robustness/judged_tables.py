@@ -124,15 +124,13 @@ def _clocks_differ(recorded, columns: list[Written], dialect: Dialect, named: st
         times = [plain_name(each.name) for each in columns if each.role in ("time", "stamps")]
         if not times or not (name.startswith(("time", "date")) or name in times):
             return f"time: '{recorded.time}' is none"
-    clocks = {plain_name(name): clock for name, clock in recorded.clocks.items()}
+    clocks = {plain_name(each.name): recorded.clocks.get(each.name) for each in recorded.channels}
     for column in columns:
-        own = clocks.get(plain_name(column.name))
-        if (
-            column.clock
-            and recorded.times() is not None
-            and (own is None or plain_name(own.time) != plain_name(column.clock))
-        ):
-            return f"clock: '{column.name}' belongs to '{column.clock}'"
+        name = plain_name(column.name)
+        if column.clock and name in clocks and recorded.times() is not None:
+            own = clocks[name]
+            if own is None or plain_name(own.time) != plain_name(column.clock):
+                return f"clock: '{column.name}' belongs to '{column.clock}'"
     return ""
 
 
