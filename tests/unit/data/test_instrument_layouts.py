@@ -255,7 +255,7 @@ def test_a_table_or_an_array_of_a_file_of_several_is_chosen(tmp_path):
     for name, part, words in (
         ("a.dta", "ZCURV", r"no such table. Did you mean 'ZCURVE'\? It has OCVCURVE, ZCURVE"),
         ("a.csv", "ZCURVE", "does not consist of parts with names"),
-        ("a.mat", "trial", r"no such array. .*It has long \(50\), trial.force \(7\)"),
+        ("a.mat", "trail", r"no such array. .*It has long \(50\), trial.force \(7\)"),
     ):
         with pytest.raises(DataFileError, match=words):
             read_recorded(tmp_path / name, part=part)
