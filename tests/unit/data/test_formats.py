@@ -303,6 +303,12 @@ def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
         ("a.raw", b"t,u\n0,1\n1,2\n", {"reader": "txt"}, "there is no reader 'txt'. Did you mean 'text'"),
         ("a.raw", b":WFMPRE:BYT_NR 2;", {"delimiter": ";"}, "delimiter does not belong to Tektronix"),
         ("a.raw", b"RIFF\x10\x00\x00\x00WAVEfmt ", {}, "damaged or not a sound file"),
+        (
+            "a.pssession",
+            b"{}",
+            {},
+            "of a potentiostat or impedance analyser in its own form; export the spectrum there",
+        ),
         ("c.npy", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a NumPy file"),
         ("c.nc", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a netCDF file"),
         ("c.wav", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a sound file"),

@@ -12,8 +12,10 @@ from electrovib.core.errors import InputError
 from electrovib.data.recorded import missing_numbers
 from electrovib.recordings.importing import list_columns
 from electrovib.recordings.importing.reduction import (
+    ReductionSteps,
     average_periods,
     find_edges,
+    reduced,
     resampled,
     shifted,
 )
@@ -215,6 +217,11 @@ def test_an_impedance_is_a_trace_and_a_material(table):
     assert found.thickness == 2e-4
     with pytest.raises(InputError, match=r"area: .* '1 cm2'"):
         ev.import_material(path, thickness="200 um")
+    with pytest.raises(InputError, match=r"(?s)area: .*\nthickness: .* '200 um'"):
+        ev.import_material(path)
+    for stated in ({"area": "0 m2", "thickness": "1 mm"}, {"area": "1 cm2", "thickness": 0.0}):
+        with pytest.raises(InputError, match="expected more than 0, in m"):
+            ev.import_material(path, **stated)
     with pytest.raises(InputError, match="rows are those of no passive dielectric"):
         ev.import_material(path, area="1 cm2", thickness="200 um", series_resistance="1 Mohm")
 
@@ -259,6 +266,15 @@ def test_edges_and_averages_over_periods(table):
         ev.import_file(path, columns, average="drive_voltage", crop="0 s..0.6 s")
     with pytest.raises(InputError, match="its periods differ"):
         average_periods(time, {"f": np.sin(2 * np.pi * (3 * time + time**2))}, "f")
+
+
+def test_the_spread_of_periods_is_stated():
+    time = np.arange(0, 4, 1e-3)
+    gate = np.searchsorted([0.5, 1.45, 2.55, 3.5], time, side="right") - np.searchsorted(
+        [1.0, 2.0, 3.0, 3.8], time, side="right"
+    )
+    _, _, words = reduced(time, {"drive_voltage": gate * 5.0}, ReductionSteps(average="drive_voltage"))
+    assert "3 periods of drive_voltage, 1 s on average with a standard deviation of 86.6 ms" in words[0]
 
 
 @pytest.mark.parametrize(("noise", "state"), [(1.0, "warning"), (0.3, "unknown"), (0.0, "unknown")])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -34,12 +35,11 @@ def read_laboratory_text(
     *,
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
-    thousands: str | None = None,
     part: str = "",
 ) -> Recorded:
     """Read every column of numbers of a text file of an instrument, and the statements of its preamble.
 
-    An empty `delimiter` stands for blanks, an empty `thousands` for none. Of a file with several tables, as
+    An empty `delimiter` stands for blanks. Of a file with several tables, as
     Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
     raw, about, others = one_table(path, as_utf8(path, path.read_bytes()), part)
@@ -50,7 +50,6 @@ def read_laboratory_text(
         raw,
         delimiter=delimiter,
         decimal_comma=decimal_comma,
-        thousands=thousands,
         part="" if about else part,
     )
     return dataclasses.replace(
@@ -62,9 +61,14 @@ def read_laboratory_bytes(
     path: Path, raw: bytes, *, origin: str = "", part: str = "", **options: Any
 ) -> Recorded:
     """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
-    raw, about, others = repeated_table(path, raw, part)
-    layout, lines = _layout(path, raw, **options)
-    body = body_of(path, raw, layout)
+    about, others = dict[str, str](), tuple[NotRead, ...]()
+    read = None
+    with suppress(DataFileError):  # of a text with several tables, whose rows differ
+        read = _rows(path, raw, **options)
+    if part or read is None or not read[2].is_plain:
+        raw, about, others = repeated_table(path, raw, part)
+        read = read if read and not about else _rows(path, raw, **options)
+    layout, lines, body = read
     if len(body.table) < _UNEVEN:
         raise DataFileError("holds fewer than two rows of numbers.", path=path)
     stamped = stamp_columns(layout, lines)
@@ -72,12 +76,18 @@ def read_laboratory_bytes(
     settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about
     found = _recorded(layout, numbers, settings)
     if stamped:
-        first, *more = (body.table[at].fillna("").astype(str).str.strip() for at in stamped)
+        first, *more = (body.table[at].fillna("").astype(str) for at in stamped)
         stamps = first.str.cat(more, sep=" ") if more else first
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
     found = one_segment(path, found, "" if about else part)
     unread = (*found.not_read, *not_read, *_left_out(layout), *body.left_out, *others)
     return dataclasses.replace(found, not_read=unread)
+
+
+def _rows(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str], Body]:
+    """Return the layout of a text, lines from which it was found, and its rows."""
+    layout, lines = _layout(path, raw, **options)
+    return layout, lines, body_of(path, raw, layout)
 
 
 def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
@@ -191,6 +201,6 @@ FORMAT: Final = FileFormat(
     can_read=_can_read,
     read=read_laboratory_text,
     columns=read_columns,
-    options=("delimiter", "decimal_comma", "thousands", "part"),
+    options=("delimiter", "decimal_comma", "part"),
     is_last=True,
 )

@@ -13,19 +13,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import NotRead
-from electrovib.data.text.layout import WIDE, end_of, is_comment, lines_of, place_of, split
+from electrovib.data.text.layout import STATISTICS, WIDE, end_of, is_comment, lines_of, place_of, split
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from electrovib.data.text.layout import Layout
 
-STATISTICS: Final = re.compile(
-    r"(mean|max(imum)?|min(imum)?|average|avg|median|std\.?( ?dev\w*\.?)?|stdev\w*|standard deviation|sum|total|count|rms|"
-    r"variance|range|mittelwert|maximalwert|minimalwert|summe|standardabweichung|moyenne|p-?p|pk-?pk|n)\W*",
-    re.IGNORECASE,
-)
-"""Words that stand before a row of statistics."""
 _MOST_BEHIND: Final = 1000
 """Lines at the end of a text among which rows that are no samples are looked for."""
 _SHOWN: Final = 40
@@ -38,6 +32,11 @@ class Body:
     table: Any
     line: Callable[[int], int]
     left_out: tuple[NotRead, ...] = ()
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether there are numbers in all fields of all lines, so that no line divides the text into tables."""
+        return not self.left_out and all(each.kind in "fiu" for each in self.table.dtypes)
 
 
 def table_of(
@@ -61,7 +60,6 @@ def table_of(
             names=range(width),
             sep=delimiter or r"\s+",
             decimal=decimal,
-            skipinitialspace=True,
             encoding_errors="replace",
             **exact,
             **options,

@@ -22,6 +22,8 @@ DELIMITERS: Final = ("\t", ";", ",", "|", "", WIDE)
 """Candidates; the empty text stands for blanks, two blanks for two or more."""
 _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
+_FEW: Final = 4
+"""Rows from which on a column has more than one number."""
 _NO_TEXT: Final = 4096
 """First bytes among which a zero byte shows that a file is no text."""
 BEGINNING: Final = 200
@@ -29,11 +31,17 @@ BEGINNING: Final = 200
 _LONGEST_LINE: Final = 1_000_000
 _COMMENT: Final = ("#", "%")
 """Signs that stand alone before headings."""
+STATISTICS: Final = re.compile(
+    r"(mean|max(imum)?|min(imum)?|average|avg|median|std\.?( ?dev\w*\.?)?|stdev\w*|standard deviation|sum|total|count|rms|"
+    r"variance|range|mittelwert|maximalwert|minimalwert|summe|standardabweichung|moyenne|p-?p|pk-?pk|n)\W*",
+    re.IGNORECASE,
+)
+"""Words that stand before a row of statistics."""
 _SETTING: Final = re.compile(
     r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
 )
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
-_SIGN: Final = re.compile(r"#+\s*|%+\s+(?=\S)")
+_SIGN: Final = re.compile(r"^#+\s*|^%+\s+(?=\S)")
 """Sign of a comment before the first heading."""
 _STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*")
 _STAMP: Final = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d", re.ASCII)
@@ -187,7 +195,6 @@ def find_layout(
     path: Path | None = None,
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
-    thousands: str | None = None,
 ) -> Layout | None:
     """Find the layout that explains most of the lines of a text as rows of numbers; None if no line is one.
 
@@ -200,7 +207,7 @@ def find_layout(
         if separator.strip(" ") and separator not in text:
             continue
         rows = [split(line, separator) for line in lines]
-        for comma, sign in _notations(text, separator, decimal_comma, thousands):
+        for comma, sign in _notations(text, separator, decimal_comma):
             found = _under(lines, rows, separator, Notation(decimal="," if comma else ".", thousands=sign))
             if found is not None:
                 scored.append(found)
@@ -226,22 +233,23 @@ def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, boo
     heading = lines[layout.headings] if layout.headings < layout.first else ""
     single = layout.decimal_comma and len(layout.columns) == 1
     fields = sum(map(bool, split(heading, "," if single and not layout.delimiter else layout.delimiter)))
-    fits = not heading or len(layout.columns) <= fields <= layout.width
+    most = layout.width + (
+        layout.delimiter not in ("", WIDE)
+    )  # LabVIEW has a heading 'Comment' without a field below it
+    fits = not heading or len(layout.columns) <= fields <= most
     if layout.delimiter == "," and not heading:
         fits = not any(re.search(r",0\d", line) for line in lines[layout.first :])
     return fits, not single, sum(map(bool, layout.names)), settings
 
 
-def _notations(
-    text: str, delimiter: str, decimal_comma: bool | None, thousands: str | None
-) -> Iterator[tuple[bool, str]]:
+def _notations(text: str, delimiter: str, decimal_comma: bool | None) -> Iterator[tuple[bool, str]]:
     """Iterate over the notations of numbers of which a text shows a sign."""
     for comma in (False, True) if decimal_comma is None else (decimal_comma,):
         shown = "," in text or re.search(r"\d\.\d{3}(?!\d)", text) or decimal_comma is not None
         if comma and (not shown or (delimiter == "," and '"' not in text)):
             continue
-        yield comma, thousands or ""
-        for sign in THOUSANDS if thousands is None else ():
+        yield comma, ""
+        for sign in THOUSANDS:
             if (sign == (delimiter or " ") and '"' not in text) or sign == (",." if comma else ".,")[0]:
                 continue
             written = {" ": "[ \u00a0\u202f\u2009]", "'": "['\u2019]"}.get(sign, re.escape(sign))
@@ -268,8 +276,8 @@ def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequen
                 for layout in (best, other)
             )
             raise DataFileError(
-                f"'{example}' can be read as {read}, and nothing in the file decides; state delimiter, decimal_comma or"
-                " thousands (--set decimal_comma=true, --set thousands=,).",
+                f"'{example}' can be read as {read}, and nothing in the file decides; state whether decimals are"
+                " written with a comma (--set decimal_comma=true, or false), or the delimiter.",
                 path=path,
             )
 
@@ -291,7 +299,11 @@ def _under(
     lines: Sequence[str], rows: Sequence[list[str]], delimiter: str, notation: Notation
 ) -> tuple[tuple[float, int], Layout] | None:
     """Return the layout with this delimiter and notation, and a score of its fit to the numbers and to the preamble."""
-    filled = [at for at, row in enumerate(rows) if any(row) and not is_comment(row[0])]
+    filled = [
+        at
+        for at, row in enumerate(rows)
+        if any(row) and not is_comment(row[0]) and not _is_statistic(row, notation)
+    ]
     if not filled:
         return None
     body = filled[len(filled) // 2 :] if len(filled) > 3 else filled[-1:]
@@ -327,15 +339,17 @@ def _under(
             columns=columns,
         ),
     )
-    if (
-        notation.decimal == ","
-        and len(columns) == 1
-        and "," in lines[layout.headings]
-        and layout.headings < first
-    ):
+    apart = notation.decimal == "," != delimiter and layout.headings < first
+    if apart and len(columns) == 1 and "," in lines[layout.headings]:
         doubt = 0.5  # '1,2' below 'a,b' is rather two columns than one
     settings = sum(delimiter not in ("", WIDE) and len(row) > 1 for row in layout.preamble)
     return (round(kept * share * doubt * fit, 9), settings), layout
+
+
+def _is_statistic(row: Sequence[str], notation: Notation) -> bool:
+    """Return whether a row states a statistic of the samples, such as ``Mean,1.5,2.5``."""
+    filled = [cell for cell in row if cell]
+    return bool(STATISTICS.fullmatch(filled[0])) and any(map(notation.is_number, filled[1:]))
 
 
 def _divides_thousands(rows: Sequence[Sequence[str]], columns: Sequence[int], notation: Notation) -> bool:
@@ -361,8 +375,9 @@ def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> t
     found = []
     for place in range(width):
         cells = [row[place] for row in rows if place < len(row) and row[place]]
-        numbers = sum(notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells)
-        if numbers > len(cells) / 2:
+        are = [notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells]
+        enough = sum(are) > 1 or len(rows) < _FEW
+        if enough and 2 * sum(are) + bool(are and are[-1]) > len(cells):  # headings stand above numbers
             found.append(place)
     return tuple(found)
 
@@ -554,7 +569,7 @@ def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     if filled and filled[0].endswith(("=", ":")):
         return True
     with_units = [cell for cell in filled if name_and_unit(cell)[1]]
-    if filled and _SETTING.match(filled[0]) and len(with_units) < len(filled):
+    if len(filled) > 1 and _SETTING.match(filled[0]) and len(with_units) < len(filled):
         return True
     if len(filled) == 1 and _STATEMENT.fullmatch(filled[0]):
         return True

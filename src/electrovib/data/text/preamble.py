@@ -175,10 +175,10 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
         seconds = _seconds_of(first)
         if (np.diff(seconds) == 0).any():
             recorded = dataclasses.replace(recorded, time="", start=start or float(seconds[0]))
-            return without(
-                recorded, first, "it is rounded; the times follow from the step that the file states"
-            )
-        recorded = dataclasses.replace(recorded, step=None)
+            why = "it is rounded; the times follow from the step that the file states"
+            recorded = without(recorded, first, why)
+        else:
+            recorded = dataclasses.replace(recorded, step=None)
     return _with_further_times(recorded, times)
 
 

@@ -41,10 +41,6 @@ class TextTable:
     units: tuple[str, ...]
     width: int
 
-    def lines(self) -> Iterator[str]:
-        """Iterate over all lines, including comments."""
-        return lines_of(self.raw)
-
     def rows(self) -> Iterator[tuple[int, str]]:
         """Iterate over the rows of numbers, each with its line number in the file, starting at 1."""
         numbered = _rows(self.path, self.raw)
@@ -61,7 +57,12 @@ class TextTable:
             return np.empty((0, len(indices)))
         start = place_of(self.raw, first[0] - 1)
         read = functools.partial(
-            table_of, delimiter=self.delimiter, width=self.width, keep_default_na=False, na_values=_NO_NUMBER
+            table_of,
+            delimiter=self.delimiter,
+            width=self.width,
+            skipinitialspace=True,
+            keep_default_na=False,
+            na_values=_NO_NUMBER,
         )
         table = None
         with suppress(ValueError, Warning):  # of pandas, which names no line
@@ -100,14 +101,14 @@ class TextTable:
         return ""
 
 
-def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
+def read_table(path: Path, names: Sequence[str] = ()) -> TextTable:
     """Split delimited text into lines, headings and units; there are no headings if the first row consists of numbers."""
     raw = as_utf8(path, path.read_bytes())
     first = [line for _, line in itertools.islice(_rows(path, raw), _INSPECTED)]
     if not first:
         raise DataFileError("holds no rows, only comments or blank lines.", path=path)
     check_width(path, first)
-    delimiter = _delimiter(first) if delimiter is None else delimiter
+    delimiter = _delimiter(first)
     second = split(first[1], delimiter) if len(first) > 1 else []
     top = split(first[0], delimiter)
     if not delimiter:
@@ -123,14 +124,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
         if any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second):
             units = tuple(cell[1:-1].strip() for cell in second)
         width = len(headings)
-    return TextTable(
-        path=path,
-        raw=raw,
-        delimiter=delimiter,
-        headings=headings,
-        units=units,
-        width=width,
-    )
+    return TextTable(path=path, raw=raw, delimiter=delimiter, headings=headings, units=units, width=width)
 
 
 def _delimiter(lines: Sequence[str]) -> str:

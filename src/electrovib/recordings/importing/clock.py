@@ -273,14 +273,14 @@ def _gaps(time: Real) -> tuple[Diagnostic, ...]:
     change = np.diff(time)
     usual = float(np.median(change))
     wide = change > _GAP * usual
-    lost = int(np.sum(np.round(change[wide] / usual) - 1)) if wide.any() else 0
+    lost = float(np.sum(np.round(change[wide] / usual) - 1))  # infinite where a damaged file overflows
     if not lost:
         return (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
     where = format_quantity(float(time[:-1][wide][0]), "s", digits=4)
     return (
         Diagnostic(
             "dropped samples", "warning",
-            f"about {lost} samples are missing in {int(wide.sum())} intervals longer than 1.5 times the median, the first"
-            f" after {where}", float(lost), 0.0, "1",
+            f"about {lost:.15g} samples are missing in {int(wide.sum())} intervals longer than 1.5 times the median, the first"
+            f" after {where}", lost, 0.0, "1",
         ),
     )  # fmt: skip
