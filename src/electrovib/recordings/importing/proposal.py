@@ -37,7 +37,7 @@ _WORDS: Final[Mapping[str, str]] = {
 _RATIO: Final = re.compile(r".*\b(cof|coeff?(icient)?|mu|µ|μ|ratio|reibwert|reib\w*zahl)\b.*")
 """Headings of a ratio of two forces, which is no force."""
 _UNSURE: Final = re.compile(r".*\b((f|force|kraft) ?y ?\d*|y (force|kraft))\b.*")
-"""Headings of a force along y, which lies in the plane or is normal to it."""
+"""Headings of a force along y, which is lateral or normal."""
 _TIME: Final = re.compile(r".*\b(time|time ?stamp|t|zeit|temps|x)\b.*")
 _COUNT: Final = re.compile(r".*\b(index|nr|no|number|points?|samples?|rows?|steps?|cycles?|segment|#|n)\b.*|")
 _BY_UNIT: Final[Mapping[str, str]] = {
