@@ -169,6 +169,8 @@ def test_what_is_proposed_for_two_clocks_works_and_is_right(waveforms):
     np.testing.assert_allclose(both.time, time[300:], atol=1e-9)
     np.testing.assert_allclose(both.drive_voltage, np.sin(both.time), atol=1e-12)
     np.testing.assert_allclose(both.lateral_force, np.cos(both.time), atol=1e-9)
+    accounts = [json.loads(both.attrs[name]) for name in ("columns_of_file", "second_columns_of_file")]
+    assert accounts[0] == accounts[1]
     np.testing.assert_allclose(ev.open_trace("trace_3.nc").time, 100 + time, atol=1e-9)
 
 
