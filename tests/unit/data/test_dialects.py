@@ -44,6 +44,8 @@ READ = {
         ",CH1_Voltage(mV)\nFrequency,F=100Hz\nSampling rate,10.0kS/s\n\n1,-0.5\n2,-6.25\n3,4\n",
         {"CH1_Voltage": ("mV", [-0.5, -6.25, 4])},
     ),
+    "settings above one column": ("Model,DX-120\nRange CH1,10 V\n1.5\n-2.5\n", {"column 0": ("", [1.5, -2.5])}),
+    "a heading like a setting": ("Probe position,Speed\n0.5 um,1\n1.5 um,2\n", {"Probe position": ("um", [0.5, 1.5])}),
     "units behind strokes": ("Time / s,Speed / mm/s\n0,1\n1,2\n", {"Time": ("s", [0, 1]), "Speed": ("mm/s", [1, 2])}),
     "rows of units with gaps": ("a=1\nb=2\nt\tU\tV\n\t[V]\t[m]\n10:00:00.5\t1\t2\n10:00:01.0\t3\t4\n", {"U": ("V", [1, 3])}),
     "one column": ("# Force [mN]\n1,5\n-2,25\n3,125\n", {"Force": ("mN", [1.5, -2.25, 3.125])}),
