@@ -433,7 +433,7 @@ def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimit
     cells = (cell for at in body for cell in rows[at])
     if delimiter == ",":
         return any(";" in cell or "\t" in cell for cell in cells)
-    return not delimiter and any(cell.endswith((",", ";")) or cell in ("+", "-") for cell in cells)
+    return not delimiter and any(cell.endswith((",", ";")) for cell in cells)
 
 
 def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layout) -> Layout:
