@@ -90,7 +90,7 @@ HEADED = "t [s],F [N],G [N]\n"
 NAMED = {
     "statistics": (HEADED + ROWS + "Mean,3.25,20\nMax:,6.25,39.5\n", 40, "2 lines, 42 to 43", "statistics.*Mean,3.25,20"),
     "more statistics than rows": (
-        HEADED[:-1] + ",S\n0,1,2,x\n1,2,3,y\n2,4,5,x\nMax,1,2,0\nMin,1,2,0\nMean,2,2,0\nStd,1,1,0\n", 3, 
+        HEADED[:-1] + ",S\n0,1,2,x\n1,2,3,y\n2,4,5,x\nMax,1,2,0\nMin,1,2,0\nMean,2,2,0\nStd,1,1,0\n", 3,
         "4 lines, 5 to 8", "statistics",
     ),
     "statistics with a heading": (HEADED + ROWS + "\nStatistics,F,G\nStd. Dev.,1,1\n", 40, "2 lines, 43 to 44", "Statistics,F,G"),

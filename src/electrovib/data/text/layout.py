@@ -44,7 +44,6 @@ _SETTING: Final = re.compile(
 _SIGN: Final = re.compile(r"^#+\s*|^%+\s+(?=\S)")
 """Sign of a comment before the first heading."""
 _STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*|[^,;\t]+[,;\t]\s*[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?")
-_STAMP: Final = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d", re.ASCII)
 _VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
 """Value of a setting, such as ``10.0kS/s`` or ``F=100Hz``."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
@@ -320,9 +319,7 @@ def _under(
     columns = tuple(sorted({*columns, *_columns([rows[at] for at in alike if at >= first], width, notation)}))
     kept = sum(at >= first for at in alike)
     letters = [
-        (len(cell.replace(" ", "")), place in columns or bool(_STAMP.match(cell)))
-        for at in body
-        for place, cell in enumerate(rows[at])
+        (len(cell.replace(" ", "")), place in columns) for at in body for place, cell in enumerate(rows[at])
     ]
     share = sum(size for size, is_column in letters if is_column) / max(sum(size for size, _ in letters), 1)
     doubt = 0.5 if _splits_decimals(rows, body, delimiter) else 1.0
