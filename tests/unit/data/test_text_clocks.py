@@ -55,7 +55,7 @@ def clock(seconds, form="{:02d}:{:02d}:{:09.6f}"):
     ],
 )  # fmt: skip
 def test_stamps_of_every_form_become_seconds(stamps, seconds, order):
-    found, assumed = seconds_from_first("\n".join(stamps))
+    found, assumed = seconds_from_first(stamps)
     np.testing.assert_allclose(found, seconds, rtol=1e-15)
     assert assumed == order
 

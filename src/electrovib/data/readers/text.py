@@ -76,7 +76,7 @@ def read_laboratory_bytes(
     settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about | _left_out(layout)
     found = _recorded(layout, numbers, settings)
     if stamped:
-        first, *more = (body.table[at].fillna("").astype(str).str.strip() for at in stamped)
+        first, *more = (body.table[at].fillna("").astype(str) for at in stamped)
         stamps = first.str.cat(more, sep=" ") if more else first
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
     found = one_segment(path, found, "" if about else part)

@@ -160,6 +160,7 @@ def _lines_of_words(raw: bytes) -> list[int]:
     signs = np.frombuffer(raw, dtype=np.uint8)
     begins = np.concatenate([[0], np.flatnonzero(signs == _LINE_FEED) + 1])
     begins = begins[begins < signs.size]
+    begins = begins[(_BEFORE_WORDS | _LETTERS)[signs[begins]]]
     place = begins.copy()
     for _ in range(_MOST_SIGNS):
         place += _BEFORE_WORDS[signs[place]] & (place < signs.size - 1)
