@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 MOST_COLUMNS: Final = 1024
 """Columns of a file of text or of an array."""
 _MOST_LISTED: Final = 20
+OTHER_PART: Final = "another part; choose it with part (--set part=NAME)"
 
 
 @dataclass(frozen=True, kw_only=True)

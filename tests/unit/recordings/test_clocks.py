@@ -83,7 +83,7 @@ def test_two_columns_of_the_same_times_are_one_clock():
 
 def test_a_step_that_contradicts_the_times_is_refused_with_both():
     with pytest.raises(
-        InputError, match="'Time A' has steps of 50 ms, but the file states a time step of 51 ms"
+        InputError, match=r"'Time A \[s\]' has steps of 50 ms, but the file states a time step of 51 ms"
     ):
         sample_times(two_clocks(step=0.051), ["Force"])
     np.testing.assert_allclose(sample_times(two_clocks(step=0.0502), ["Force"]).time, A)
@@ -177,9 +177,13 @@ def test_a_channel_of_times_beside_waveforms(waveforms):
     times = {"unit_string": "s"}
     path = waveforms(Time=(0.01 * values, times), F=(values, waveform(0, 0.01, "N")))
     np.testing.assert_allclose(ev.import_file(path, {"lateral_force": "G/F"}).time, 0.01 * values)
+    assert not any("state which one is right" in line for line in list_columns(path))
     path = waveforms(Time=(0.01 * values, times), F=(values, waveform(0, 1.0, "N")))
+    assert any(
+        "the file also states a step of 1 s: state which one is right" in line for line in list_columns(path)
+    )
     with pytest.raises(
-        InputError, match="'G/Time' has steps of 10 ms, but the file states a time step of 1 s"
+        InputError, match=r"'G/Time \[s\]' has steps of 10 ms, but the file states a time step of 1 s"
     ):
         ev.import_file(path, {"lateral_force": "G/F"})
 
@@ -229,20 +233,17 @@ def test_a_record_of_changes_is_held_between_its_rows(table):
         (np.arange(6.0), [0.0, 1, 0, 1, 0, 1], True),
         (np.arange(6.0), [0.0, 80, 120, 80, 0, 120], False),
         (np.delete(np.arange(40.0), [7, 21]), np.delete(np.tile([0.0, 80, 120, 80], 10), [7, 21]), False),
+        (EDGES, [0.0, 80, 0, 120, 0, 150], True),
+        (EDGES, [0.0, 80, 0, 120, 0, 0], True),
         (EDGES, [0.0, 0, 120, 80, 0, 120], False),
         (EDGES, [0.1, 0.2, 0.35, 0.3, 0.4, 0.45], False),
         (EDGES[:3], [0.0, 1, 0], False),
     ],
     ids=[
-        "event log",
-        "even edges of one level",
-        "even levels",
-        "samples missing",
-        "repeats",
-        "readings",
+        "event log", "even edges of one level", "even levels", "samples missing", "many levels", "an end", "repeats", "readings",
         "too few",
     ],
-)
+)  # fmt: skip
 def test_only_changes_of_few_levels_are_held(table, time, values, is_held):
     found = ev.import_file(table("t [s],u [V]", time, np.asarray(values)), {"drive_voltage": "u"})
     assert ("only where a value changes" in found.attrs["history"]) is is_held
@@ -260,5 +261,6 @@ def test_a_listing_of_constructed_clocks_does_not_mix_them(monkeypatch, tmp_path
     assert first == 'to import it: --column lateral_force="Force" -o trace.nc'
     assert "column 'Time B' from 0 s to 4.975 s in steps of 25 ms" in second
     assert (
-        '--column drive_voltage="Voltage" --set with=trace.nc --set clock_shift="0 s" -o trace_2.nc' in second
+        '--column drive_voltage="Voltage" --set with="trace.nc" --set clock_shift="0 s" -o trace_2.nc'
+        in second
     )

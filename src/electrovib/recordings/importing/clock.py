@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.data.recorded import Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
 
 _GAP: Final = 1.5
@@ -33,6 +35,8 @@ _HELD: Final = (
 )
 _AGREE: Final = 0.01
 """Difference between the steps of times and a stated one, relative to it, that counts as rounding."""
+_STAMP: Final = re.compile(r"time[\s_]?stamp", re.IGNORECASE)
+"""Headings of times that may count any unit."""
 STAMPS: Final = ("refuse", "keep_increasing")
 """Treatments of time stamps that do not increase."""
 
@@ -80,6 +84,11 @@ def sample_times(
     known = kind_and_factor(column.unit or "s")
     if known is None or known[0] != "s":
         raise InputError(f"time = {column.name}: '{column.unit}' is not a unit of time")
+    if needs_unit(column):
+        name = column.name
+        raise InputError(
+            f"time: the file states no unit for '{name}'; state it: time = '{name} [s]' if it is in s"
+        )
     steps = [f"time: column '{column.name}' [{column.unit or 's'}]"]
     text = f"the file states no unit for '{column.name}'; s were assumed"
     unsure = [] if column.unit else [Diagnostic("unit of time", "unknown", text)]
@@ -94,6 +103,18 @@ def sample_times(
     return SampleTimes(
         time=found, rows=rows, steps=(*steps, *more), diagnostics=(*unsure, *doubts, *gaps), held=changes
     )
+
+
+def has_times(recorded: Recorded) -> bool:
+    """Return whether the times of the samples follow from the file alone."""
+    with suppress(InputError):
+        return sample_times(recorded).time.size > 1
+    return False
+
+
+def needs_unit(column: DataColumn) -> bool:
+    """Return whether a column of times is a count in some unit that the file does not state."""
+    return not column.unit and bool(_STAMP.search(column.name))
 
 
 def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[Clock, list[str]]:
@@ -174,10 +195,20 @@ def clock_words(recorded: Recorded, clock: Clock) -> str:
     return f"{name}from {first} to {last} in steps of {every}"
 
 
+def contradicted(recorded: Recorded) -> bool:
+    """Return whether the file states times, and a step that is not theirs."""
+    span = span_of(recorded, Clock(time=recorded.time)) if recorded.time else None
+    return span is not None and recorded.step is not None and not _agree(span[2], recorded.step)
+
+
+def _agree(usual: float, step: float) -> bool:
+    return abs(usual - step) <= _AGREE * step
+
+
 def _refuse_other_step(name: str, time: Real, step: float) -> None:
     """Refuse times that contradict the time step that the file states too."""
     usual = float(np.median(np.diff(time)))
-    if abs(usual - step) > _AGREE * step:
+    if not _agree(usual, step):
         own, stated = (format_quantity(each, "s", digits=6) for each in (usual, step))
         raise InputError(
             f"time: the column '{name}' has steps of {own}, but the file states a time step of {stated}; state which one is"
@@ -242,14 +273,14 @@ def _gaps(time: Real) -> tuple[Diagnostic, ...]:
     change = np.diff(time)
     usual = float(np.median(change))
     wide = change > _GAP * usual
-    lost = int(np.sum(np.round(change[wide] / usual) - 1)) if wide.any() else 0
+    lost = float(np.sum(np.round(change[wide] / usual) - 1))  # infinite where a damaged file overflows
     if not lost:
         return (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
     where = format_quantity(float(time[:-1][wide][0]), "s", digits=4)
     return (
         Diagnostic(
             "dropped samples", "warning",
-            f"about {lost} samples are missing in {int(wide.sum())} intervals longer than 1.5 times the median, the first"
-            f" after {where}", float(lost), 0.0, "1",
+            f"about {lost:.15g} samples are missing in {int(wide.sum())} intervals longer than 1.5 times the median, the first"
+            f" after {where}", lost, 0.0, "1",
         ),
     )  # fmt: skip

@@ -114,7 +114,7 @@ def measure_ring(
         return _measured(chosen, largest, start=start, window=window)
     if not time[0] <= at < time[-1]:
         raise InputError(f"at = {at:g}: expected a time within the record, {time[0]:.6g} to {time[-1]:.6g} s")
-    since = Impact(at=at, begin=0, end=time.size, rest=time.size, size=0.0, returns=True)
+    since = Impact(at=at, begin=0, end=time.size, rest=time.size, size=0.0, returns=True, seen=values)
     return _measured(chosen, since, start=start, window=window, released=start is None)
 
 
@@ -157,7 +157,7 @@ def measure_rings(
 
 
 def _impacts(chosen: Columns) -> list[Impact]:
-    found = find_impacts(chosen.time, chosen.values)
+    found = find_impacts(chosen.time, chosen.values, faint=True)
     if not found:
         raise InputError(
             f"the signal {chosen.signal} never leaves the noise around its level, so that there is no oscillation"
@@ -172,9 +172,9 @@ def _measured(
     at, own = impact.at, slice(impact.begin, impact.rest)
     since, values = chosen.time[own] - at, chosen.values[own]
     quarter = since > 0.75 * since[-1]
-    level, noise = float(np.mean(values[quarter])), float(np.std(values[quarter]))
-    begin = _turning_point(since, values - level) if released else (start or 0.0)
-    span = end_of_ring(since, values - level, noise, begin)
+    seen = impact.seen[own] - np.mean(impact.seen[own][quarter])
+    begin = _turning_point(since, seen) if released else (start or 0.0)
+    span = end_of_ring(since, seen, float(np.std(seen[quarter])), begin)
     end = span.end if window is None else window
     step = float(np.median(np.diff(since)))
     count = max(1, int(min(span.period / _PER_PERIOD, (end - begin) / _AT_LEAST) / step))
