@@ -55,6 +55,7 @@ READ = {
     ),
     "settings above one column": ("Model,DX-120\nRange CH1,10 V\n1.5\n-2.5\n", {"column 0": ("", [1.5, -2.5])}),
     "a heading like a setting": ("Probe position,Speed\n0.5 um,1\n1.5 um,2\n", {"Probe position": ("um", [0.5, 1.5])}),
+    "newtons are no numbers of rows": ("Sampling rate=100 Hz\nLoad [N],u [V]\n4,1\n1,2\n3,3\n", {"Load": ("N", [4, 1, 3])}),
     "units behind strokes": ("Time / s,Speed / mm/s\n0,1\n1,2\n", {"Time": ("s", [0, 1]), "Speed": ("mm/s", [1, 2])}),
     "rows of units with gaps": ("a=1\nb=2\nt\tU\tV\n\t[V]\t[m]\n10:00:00.5\t1\t2\n10:00:01.0\t3\t4\n", {"U": ("V", [1, 3])}),
     "one column": ("# Force [mN]\n1,5\n-2,25\n3,125\n", {"Force": ("mN", [1.5, -2.25, 3.125])}),

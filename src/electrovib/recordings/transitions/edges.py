@@ -388,7 +388,9 @@ def _impact(
         span = end_of_ring(since, deviation[at:stop], noise, 0.0)
     except InputError:  # a single sample, or the end of the record
         end = min(at + 2, stop)
-        return Impact(at=float(time[at]), begin=at, end=end, rest=end, size=size, returns=False, seen=deviation)
+        return Impact(
+            at=float(time[at]), begin=at, end=end, rest=end, size=size, returns=False, seen=deviation
+        )
     begin, earlier, before = at, int(np.searchsorted(time, time[at] - span.period)), size
     while earlier < begin:
         part = np.abs(deviation[earlier:begin])
