@@ -264,7 +264,8 @@ def counts(values: Real) -> bool:
 
 def is_index(layout: Layout, first: DataColumn) -> bool:
     """Return whether the first column numbers the rows: by its heading, or it counts and it alone has no heading."""
-    if {first.name.lower().rstrip("."), first.unit.lower()} & _COUNTS:
+    unit = "" if first.unit == "N" else first.unit.lower()
+    if {first.name.lower().rstrip("."), unit} & _COUNTS and (np.diff(first.values) > 0).all():
         return True
     return counts(first.values) and not layout.names[0] and all(layout.names[1:])
 
