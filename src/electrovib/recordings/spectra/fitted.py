@@ -221,7 +221,9 @@ def described_by(frequency: Real, permittivity: Complex, tried: Sequence[str], l
     """Name a form that describes a spectrum to 5 %, the widest band in which one does, or say that there is none."""
     places = np.log(frequency)
     low, whole = float(places.min()), float(np.ptp(places))
-    attempts = [(low, low + whole, [each for each in FORMS if each not in tried])]
+    attempts: list[tuple[float, float, Sequence[str]]] = [
+        (low, low + whole, [each for each in FORMS if each not in tried])
+    ]
     for share in (0.75, 0.5, 0.25):
         attempts += [(low, low + share * whole, OFFERED), (low + (1 - share) * whole, low + whole, OFFERED)]
     for first, last, forms in attempts:

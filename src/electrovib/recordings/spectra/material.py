@@ -213,7 +213,7 @@ def fit_material(
 
     `noise` is the relative standard deviation of each row, or in two rows that of permittivity and that of
     conductivity; without it all rows count alike. Residuals are differences of the logarithms of permittivity
-    and conductivity, so that all frequencies count alike. A row whose residual differs from the median of its
+    and conductivity, so that all frequencies count alike. A row whose residual differs from the means of its
     neighbours by more than 5 standard deviations of such differences nearby, and by more than 5 %, is left
     out, and all forms are fitted again. The `loss` is ``measured``; ``none`` for a material without loss,
     which is without dispersion too; or ``unknown``: the real part alone is fitted, which holds
@@ -279,11 +279,12 @@ def _outliers(fit: MaterialFit, spectrum: FittedSpectrum) -> NDArray[np.bool_]:
     order, plain = np.argsort(spectrum.frequency), replace(spectrum, weights=None)
     left = (plain.target - plain.rows(fit.material)).reshape(-1, order.size)[:, order]
     padded = np.pad(left, ((0, 0), (2, 2)), mode="reflect", reflect_type="odd")
-    beside = np.stack([padded[:, shift : shift + order.size] for shift in (0, 1, 3, 4)])
-    alone = left - np.median(beside, axis=0)
-    around = np.pad(np.abs(alone), ((0, 0), (_NEAR, _NEAR)), mode="reflect" if order.size > _NEAR else "wrap")
+    beside = [padded[:, shift : shift + order.size] for shift in range(5)]
+    nearest = np.stack([left - (beside[1] + beside[3]) / 2, left - (beside[0] + beside[4]) / 2])
+    alone = np.min(np.abs(nearest), axis=0)  # from the pair of neighbours that holds no other outlier
+    around = np.pad(alone, ((0, 0), (_NEAR, _NEAR)), mode="reflect" if order.size > _NEAR else "wrap")
     scatter = np.median(sliding_window_view(around, 2 * _NEAR + 1, axis=1), axis=2) / 0.6745
-    far = np.abs(alone) > np.maximum(OUTLIER * scatter, _LEAST_OUTLIER)
+    far = alone > np.maximum(OUTLIER * scatter, _LEAST_OUTLIER)
     found = np.zeros(order.size, bool)
     found[order] = far.any(axis=0)
     return found
@@ -340,8 +341,10 @@ def _best_of(form: str, spectrum: FittedSpectrum, outliers: NDArray[np.bool_]) -
 
 LOSSES: Final = ("measured", "none", "unknown")
 """What is known of the loss of a spectrum: it is among the data, it is 0, or the data say nothing of it."""
-_ABOVE_LEAST: Final = 2.0
-"""Standard deviations by which the conductivity may lie above the least row, because this may be low by its noise."""
+_SMOOTHED: Final = 7
+"""Rows through which lines are fitted, whose least is the most that the conductivity may be."""
+_ABOVE_LEAST: Final = 1.3
+"""Standard deviations of a row by which it may lie above that, which may be low by its noise."""
 _HELD: Final = frozenset({"reference_frequency"})
 _LEAST_LOGARITHM: Final = 1e-18
 _STEP: Final = 1e-7
@@ -397,9 +400,12 @@ class FittedSpectrum:
         """Return the parameters that are searched, the conductivity of a form up to the least of the rows and its noise."""
         free = free_parameters(start, self.loss)
         if own := free.get("conductivity"):
+            from scipy.signal import savgol_filter
+
             rows = np.log(-self.permittivity.imag * self.frequency)[np.argsort(self.frequency)]
             noise = rough_noise(rows) if self.weights is None else 1 / float(self.weights[1].min())
-            most = 2 * math.pi * eps0 * math.exp(float(rows.min()) + _ABOVE_LEAST * noise)
+            smooth = savgol_filter(rows, _SMOOTHED, 1) if rows.size > _SMOOTHED else rows
+            most = 2 * math.pi * eps0 * math.exp(float(smooth.min()) + _ABOVE_LEAST * noise)
             free["conductivity"] = replace(own, start=min(own.start, most), upper=min(most, own.upper))
         return free
 
