@@ -270,6 +270,27 @@ def rough_noise(values: NDArray[Any]) -> float:
     return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / np.sqrt(20 * parts))
 
 
+_STUCK: Final = 20
+"""Equal readings in a row that noise does not give."""
+
+
+def stuck(reading: Real) -> NDArray[np.bool_]:
+    """Find the samples of 20 or more equal readings in a row; none in a signal without noise, as a computed one."""
+    same, change = np.diff(reading) == 0, np.abs(np.diff(reading))
+    noisy = (
+        np.median(np.abs(np.diff(reading, 2))[~same[1:]]) > np.median(change[~same]) / 2
+        if not same.all()
+        else False
+    )
+    if not noisy or np.mean(same) > 0.5:
+        return np.zeros(reading.size, bool)
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
+    found = np.zeros(reading.size, bool)
+    for first, last in zip(ends[::2], ends[1::2], strict=True):
+        found[first : last + 1] = last - first + 1 >= _STUCK
+    return found
+
+
 def averages(values: Real, count: int) -> Real:
     """Return the means of successive groups of samples; what is left at the end is omitted."""
     return np.asarray(values[: len(values) // count * count].reshape(-1, count).mean(axis=1))

@@ -329,6 +329,23 @@ def test_an_edge_before_its_cause_and_one_faster_than_its_sensor_are_refused():
     assert measured(slow, sensor="20 Hz:3").rising.settled
 
 
+@pytest.mark.parametrize("part", [slice(3000, 3400), slice(4000, 4100)])
+@pytest.mark.parametrize("reading", [2.0, -999.0, None])
+def test_a_sensor_at_its_rail_or_stuck_is_said_first(part, reading):
+    trace = record(exponential(), edges=2)
+    assert not any("repeat the end" in text for text in measured(trace, by="drive_voltage").words)
+    force = trace[FORCE].values.copy()
+    force[part] = force[part][0] if reading is None else reading
+    words = f"{(part.stop - part.start) / force.size:.1%} of the samples repeat"
+    try:
+        found = measured(trace.assign({FORCE: ("time", force)}), by="drive_voltage").words[0]
+    except InputError as error:  # such a level hides both edges
+        assert reading == -999
+        assert words in error.problems[0]
+    else:
+        assert found.startswith(f"Warning: {words}")
+
+
 def truncated(change, *, length, noise, seed=0, falling=False):
     """One change of 1 from time 0 on, recorded for a length."""
     time = np.arange(-0.4 * length, length, length / 500)

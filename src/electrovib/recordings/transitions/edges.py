@@ -272,6 +272,8 @@ _STRUCK: Final = 3.0
 """Ratio of the rms of successive periods from which on there was another impact."""
 _SMALLEST: Final = 8.0
 """Smallest impact, in standard deviations of the noise."""
+_SMALLEST_FAINT: Final = 10.0
+"""The same in the band in which it stands out most; noise alone stays below."""
 _LEAST: Final = 0.05
 """Smallest impact, relative to the largest."""
 _BLOCKS: Final = 8000
@@ -296,8 +298,8 @@ class Impact:
 
     `size` is the largest deviation from the level, at the time `at`. `begin`, `end` and `rest` are the
     samples of the first deviation, of the end of the oscillation and of the end of the rest after it.
-    `returns` says whether the signal swings about one level, the same before and after. `seen` is the whole record as
-    it was searched: its deviation from the level, or that in a band.
+    `returns` says whether the signal swings about one level, the same before and after. `seen` is the whole record
+    in the band in which a faint one was found; None of others.
     """
 
     at: float
@@ -306,7 +308,7 @@ class Impact:
     rest: int
     size: float
     returns: bool
-    seen: Real
+    seen: Real | None = None
 
 
 @dataclass(frozen=True)
@@ -323,15 +325,16 @@ def find_impacts(time: Real, values: Real, *, faint: bool = False) -> list[Impac
 
     The level is a moving median, so that a drift is none. The largest deviation from it is an impact, and its
     oscillation lasts until it has fallen into the noise or the next impact strikes; what is left is searched
-    again, down to a twentieth of that impact. Where no sample is above the noise, `faint` ones are searched in the
-    band in which they stand out most.
+    again, down to a twentieth of that impact. `faint` ones are searched in the band in which they stand out most.
     """
-    level = _level(values)
+    level, seen = _level(values), None
     deviation = values - level
     noise, size = _at_rest(deviation), np.abs(deviation)
-    if faint and not size.max() > _SMALLEST * noise > 0:
-        deviation = max(_bands(time, deviation), key=lambda each: np.abs(each).max() / _at_rest(each))
-        noise, size = _at_rest(deviation), np.abs(deviation)
+    if faint and 0 < size.max() < 2 * _SMALLEST * noise:  # a part of the impacts may be below the noise
+        band = max(_bands(time, deviation), key=lambda each: np.abs(each).max() / _at_rest(each))
+        if np.abs(band).max() > _SMALLEST_FAINT * _at_rest(band):
+            seen = deviation = band
+            noise, size = _at_rest(band), np.abs(band)
     least = max(_SMALLEST * noise, _LEAST * float(size.max()))
     free = np.ones(size.size, dtype=bool)
     found: list[Impact] = []
@@ -345,7 +348,7 @@ def find_impacts(time: Real, values: Real, *, faint: bool = False) -> list[Impac
     found.sort(key=lambda each: each.begin)
     following = [each.begin for each in found[1:]] + [time.size] * bool(found)
     return [
-        replace(each, rest=max(min(each.rest, later), each.end))
+        replace(each, rest=max(min(each.rest, later), each.end), seen=seen)
         for each, later in zip(found, following, strict=True)
     ]
 
@@ -388,9 +391,7 @@ def _impact(
         span = end_of_ring(since, deviation[at:stop], noise, 0.0)
     except InputError:  # a single sample, or the end of the record
         end = min(at + 2, stop)
-        return Impact(
-            at=float(time[at]), begin=at, end=end, rest=end, size=size, returns=False, seen=deviation
-        )
+        return Impact(at=float(time[at]), begin=at, end=end, rest=end, size=size, returns=False)
     begin, earlier, before = at, int(np.searchsorted(time, time[at] - span.period)), size
     while earlier < begin:
         part = np.abs(deviation[earlier:begin])
@@ -408,7 +409,6 @@ def _impact(
         rest=int(np.searchsorted(time, time[at] + _REST * span.end)),
         size=size,
         returns=bool(span.swings and same),
-        seen=deviation,
     )
 
 

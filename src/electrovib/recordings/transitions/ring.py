@@ -50,6 +50,10 @@ _LAST: Final = 1.5
 """Periods of oscillation above the noise that the last section contains at least."""
 _PER_PERIOD: Final = 20
 """Averages of neighbouring samples, in a period, to which forms are fitted."""
+_TURNS: Final = 1.5
+"""Quality factor above which a faint oscillation is known from a change that a filter makes swing."""
+_IN_BAND: Final = 0.4
+"""Largest distance of its frequency from that of the band, relative."""
 _AT_LEAST: Final = 500
 """Averages of a section, where it has so many samples."""
 
@@ -114,7 +118,7 @@ def measure_ring(
         return _measured(chosen, largest, start=start, window=window)
     if not time[0] <= at < time[-1]:
         raise InputError(f"at = {at:g}: expected a time within the record, {time[0]:.6g} to {time[-1]:.6g} s")
-    since = Impact(at=at, begin=0, end=time.size, rest=time.size, size=0.0, returns=True, seen=values)
+    since = Impact(at=at, begin=0, end=time.size, rest=time.size, size=0.0, returns=True)
     return _measured(chosen, since, start=start, window=window, released=start is None)
 
 
@@ -172,7 +176,10 @@ def _measured(
     at, own = impact.at, slice(impact.begin, impact.rest)
     since, values = chosen.time[own] - at, chosen.values[own]
     quarter = since > 0.75 * since[-1]
-    seen = impact.seen[own] - np.mean(impact.seen[own][quarter])
+    if np.count_nonzero(quarter) < 4:
+        raise InputError(f"the oscillation after {at:.6g} s has no section at rest after it")
+    seen = values if impact.seen is None else impact.seen[own]
+    seen = seen - float(np.mean(seen[quarter]))
     begin = _turning_point(since, seen) if released else (start or 0.0)
     span = end_of_ring(since, seen, float(np.std(seen[quarter])), begin)
     end = span.end if window is None else window
@@ -191,6 +198,14 @@ def _measured(
     fitted, criteria, best = _fitted(since[part] - begin, values[part], rest)
     if not math.isfinite(fitted[best].bic):
         raise InputError(f"the record after {at:.6g} s holds no damped oscillation: {fitted[ONE].rejected}")
+    of = fitted[best].parameters()
+    if impact.seen is not None and not (
+        of["quality"].lower > _TURNS and abs(of["frequency"].value * span.period - 1) < _IN_BAND
+    ):
+        raise InputError(
+            f"what stands out of the noise after {at:.6g} s, of about {1 / span.period:.3g} Hz, is no oscillation with a"
+            f" frequency and a quality factor above {_TURNS:g}"
+        )
     level_change = fitted[best].level_change(since - begin)
     left = float(np.std(fitted[best].model - values[part]))
     return MeasuredRing(

@@ -13,7 +13,8 @@ import numpy as np
 
 from electrovib.core.errors import InputError, refuse
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
-from electrovib.recordings.interval import NORMAL, Interval, NumberRow, from_noise, mean_of, more_than
+from electrovib.recordings.interval import NORMAL, Interval, NumberRow, from_noise, mean_of, more_than, stuck
+from electrovib.recordings.recording import at_rail
 from electrovib.recordings.transitions.crossings import passages
 from electrovib.recordings.transitions.edges import EdgeRecord, columns_of, edge_record, reference_times
 from electrovib.recordings.transitions.relaxation import (
@@ -124,8 +125,12 @@ def measure_times(
                 found.append(EdgeTimes(given=given, record=each, fitted=fitted))
         except InputError as error:
             skipped += [f"The edge at {at:.6g} s was not measured: {problem}." for problem in error.problems]
+    railed = float(np.mean(at_rail(chosen.values) | stuck(chosen.values)))
     if not found:
-        raise InputError(in_few(skipped) or f"edges = {edges}: the signal {chosen.signal} has no such edge")
+        skipped += [_repeated(railed)] if railed else []
+        raise InputError(
+            in_few(skipped[::-1]) or f"edges = {edges}: the signal {chosen.signal} has no such edge"
+        )
     rising, falling = (
         [each for each in found if each.record.direction == direction] for direction in ("rising", "falling")
     )
@@ -150,7 +155,12 @@ def measure_times(
         sensor="estimated" if given.estimated else ("declared" if given.sensor else "none"),
         driven=given.driven,
         skipped=tuple(skipped),
+        at_rail=railed,
     )
+
+
+def _repeated(share: float) -> str:
+    return f"{share:.1%} of the samples repeat the end of the range of the sensor, or one reading: it is at a rail or stuck"
 
 
 def _check(levels: tuple[float, float], exponentials: int, edges: str, **spans: float | None) -> None:
@@ -495,7 +505,8 @@ class MeasuredTimes:
 
     `levels` are fractions of the range between the levels before and after an edge, counted from the lower
     one. `sensor` was ``none``, ``declared`` or ``estimated``; `driven` says whether the edges are those of a
-    drive. `skipped` says which edges were not evaluated, and why.
+    drive. `skipped` says which edges were not evaluated, and why; `at_rail` is the part of the samples that repeat the end of
+    the range of the sensor, or one reading.
     """
 
     signal: str
@@ -506,6 +517,7 @@ class MeasuredTimes:
     sensor: str
     driven: bool
     skipped: tuple[str, ...]
+    at_rail: float = 0.0
 
     @property
     def directions(self) -> tuple[DirectionTimes, ...]:
@@ -515,7 +527,13 @@ class MeasuredTimes:
     @property
     def words(self) -> tuple[str, ...]:
         """All sentences."""
-        return (*(text for each in self.directions for text in each.words), *in_few(self.skipped))
+        said = [text for each in self.directions for text in each.words]
+        if self.at_rail and any(math.isfinite(each.misfit) for each in self.directions):
+            said.insert(
+                0,
+                f"Warning: {_repeated(self.at_rail)}, and times that depend on them have an error of unknown size.",
+            )
+        return (*said, *in_few(self.skipped))
 
 
 def time_rows(found: MeasuredTimes) -> list[NumberRow]:
