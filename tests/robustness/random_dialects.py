@@ -117,7 +117,8 @@ def _headings_of_their_delimiter(dialect: Dialect) -> dict[str, object]:
     if headings == "none" and dialect.time == "second time":
         headings = "words"
     if headings != "none":
-        return {"headings": headings, "units": units}
+        same = dialect.same_name and headings != "odd"  # a prime may be part of a name
+        return {"headings": headings, "units": units, "same_name": same}
     units = units if units in ("cells", "mixed cells") else "none"
     return {"headings": "none", "units": units, "mark": "", "segments": 1, "same_name": False}
 
