@@ -35,11 +35,7 @@ def outcome_of(table: Table, path) -> Outcome:
         return Outcome("wrong", f"raises {type(error).__name__}: {error}")
     found = [_of_segment(recorded, columns, table.dialect) for columns in table.segments]
     best = min(found, key=lambda each: ("equal", "asked", "not read", "refused", "wrong").index(each.what))
-    if (
-        best.what != "wrong"
-        and len(found) > 1
-        and not recorded.not_read
-    ):
+    if best.what != "wrong" and len(found) > 1 and not recorded.not_read:
         return Outcome("wrong", "lost: the other segments are not named")
     return best
 

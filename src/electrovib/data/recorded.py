@@ -102,7 +102,7 @@ class NotRead:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Clock:
+class ChannelClock:
     """When the samples of a channel were taken: in the channel `time`, or from `start` [s] in steps of `step` [s]."""
 
     time: str = ""
@@ -126,7 +126,7 @@ class Recorded:
     start: float = 0.0
     attributes: Mapping[str, str] = field(default_factory=dict)
     not_read: tuple[NotRead, ...] = ()
-    clocks: Mapping[str, Clock] = field(default_factory=dict)
+    clocks: Mapping[str, ChannelClock] = field(default_factory=dict)
 
     @property
     def size(self) -> int:

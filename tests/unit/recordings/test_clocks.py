@@ -10,7 +10,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.data.recorded import Clock, DataColumn, NotRead, Recorded, recorded_of
+from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded, recorded_of
 from electrovib.data.registry import read_recorded
 from electrovib.physics.drive.sampled import Sampled
 from electrovib.recordings.importing import listing
@@ -37,7 +37,7 @@ def two_clocks(second=B, **changes):
         column(name[:-1].split(" [")[0], name[:-1].split(" [")[1], each) for name, each in columns.items()
     ]
     return Recorded(
-        **{"channels": tuple(channels), "time": "Time A", "clocks": {"Voltage": Clock(time="Time B")}}
+        **{"channels": tuple(channels), "time": "Time A", "clocks": {"Voltage": ChannelClock(time="Time B")}}
         | changes
     )
 
@@ -46,11 +46,11 @@ def test_a_column_takes_its_own_clock():
     recorded = two_clocks()
     np.testing.assert_allclose(sample_times(recorded, ["Force"]).time, A)
     np.testing.assert_allclose(sample_times(recorded, ["Voltage"]).time, 1e-3 * B)
-    even = two_clocks(time="", step=2.0, clocks={"Voltage": Clock(step=0.5, start=3.0)})
+    even = two_clocks(time="", step=2.0, clocks={"Voltage": ChannelClock(step=0.5, start=3.0)})
     np.testing.assert_allclose(sample_times(even, ["Force"]).time, 2.0 * np.arange(N))
     np.testing.assert_allclose(sample_times(even, ["Voltage"]).time, 3 + 0.5 * np.arange(N))
     with pytest.raises(InputError, match="neither times nor a time step"):
-        sample_times(two_clocks(clocks={"Voltage": Clock()}), ["Voltage"])
+        sample_times(two_clocks(clocks={"Voltage": ChannelClock()}), ["Voltage"])
 
 
 def test_columns_of_two_clocks_are_refused_with_both():

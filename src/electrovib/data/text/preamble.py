@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import parse_quantity
-from electrovib.data.recorded import Clock, DataColumn, NotRead, Recorded
+from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded
 from electrovib.data.text.cells import Notation
 from electrovib.data.text.layout import Layout
 from electrovib.data.text.parts import segments_of
@@ -184,13 +184,13 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
 
 def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Recorded:
     """Give the columns behind a further column of times, which differs from the first one, this time as their clock."""
-    first, clocks, own = times[0], dict[str, Clock](), ""
+    first, clocks, own = times[0], dict[str, ChannelClock](), ""
     same = {each.name for each in times[1:] if _are_equal(each, first)}
     for channel in recorded.channels:
         if any(channel is each for each in times):
             own = "" if channel is first or _keeps_pace(channel, first) else channel.name
         elif own:
-            clocks[channel.name] = Clock(time=own)
+            clocks[channel.name] = ChannelClock(time=own)
     recorded = dataclasses.replace(recorded, clocks=clocks)
     for each in times[1:]:
         if each.name in same:

@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.data.recorded import Clock, column_of
+from electrovib.data.recorded import ChannelClock, column_of
 from electrovib.data.text.parts import segments_of
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.importing.clock_of_stamps import even_times
@@ -71,7 +71,7 @@ def sample_times(
     if step is not None:
         return _even(recorded.size, seconds("step", step), 0.0, "as given")
     column = column_of(recorded, time, option="time") if time else None
-    clock = Clock(time=column.name) if column else _shared(recorded, columns)
+    clock = ChannelClock(time=column.name) if column else _shared(recorded, columns)
     if not clock.time and clock.step is not None:
         return _even(recorded.size, clock.step, clock.start, "as the file states")
     if not clock.time:
@@ -117,10 +117,10 @@ def needs_unit(column: DataColumn) -> bool:
     return not column.unit and bool(_STAMP.search(column.name))
 
 
-def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[Clock, list[str]]:
+def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[ChannelClock, list[str]]:
     """Return each clock of the columns, with the columns that it is of; times that are equal are one clock."""
-    common = Clock(time=recorded.time, step=recorded.step, start=recorded.start)
-    found: dict[Clock, list[str]] = {}
+    common = ChannelClock(time=recorded.time, step=recorded.step, start=recorded.start)
+    found: dict[ChannelClock, list[str]] = {}
     for name in columns:
         own = recorded.clocks.get(name, common)
         alike = next((each for each in found if _is_equal(recorded, each, own)), own)
@@ -128,7 +128,7 @@ def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[Clock, list[st
     return found or {common: []}
 
 
-def _is_equal(recorded: Recorded, one: Clock, two: Clock) -> bool:
+def _is_equal(recorded: Recorded, one: ChannelClock, two: ChannelClock) -> bool:
     """Return whether two clocks are one, or two columns of the same times."""
     if one == two or not (one.time and two.time):
         return one == two
@@ -136,7 +136,7 @@ def _is_equal(recorded: Recorded, one: Clock, two: Clock) -> bool:
     return first.unit == second.unit and np.array_equal(first.values, second.values, equal_nan=True)
 
 
-def _shared(recorded: Recorded, columns: Sequence[str]) -> Clock:
+def _shared(recorded: Recorded, columns: Sequence[str]) -> ChannelClock:
     """Return the clock that the columns share, or refuse columns of several clocks."""
     first, *others = clocks = clocks_of(recorded, columns)
     if not others:
@@ -156,7 +156,7 @@ def _shared(recorded: Recorded, columns: Sequence[str]) -> Clock:
     )
 
 
-def _others(recorded: Recorded, columns: Sequence[str], stated: Clock) -> list[Diagnostic]:
+def _others(recorded: Recorded, columns: Sequence[str], stated: ChannelClock) -> list[Diagnostic]:
     """Say which columns have other times in the file than those that were stated."""
     found = []
     for clock, names in clocks_of(recorded, columns).items():
@@ -166,7 +166,7 @@ def _others(recorded: Recorded, columns: Sequence[str], stated: Clock) -> list[D
     return found
 
 
-def span_of(recorded: Recorded, clock: Clock) -> tuple[float, float, float] | None:
+def span_of(recorded: Recorded, clock: ChannelClock) -> tuple[float, float, float] | None:
     """Return the first and the last time of a clock, and its usual step [s]; None if it is not known."""
     if not clock.time:
         if clock.step is None:
@@ -178,7 +178,7 @@ def span_of(recorded: Recorded, clock: Clock) -> tuple[float, float, float] | No
     return (float(times[0]), float(times[-1]), float(np.median(np.diff(times)))) if times.size > 1 else None
 
 
-def overlap(recorded: Recorded, one: Clock, two: Clock) -> bool:
+def overlap(recorded: Recorded, one: ChannelClock, two: ChannelClock) -> bool:
     """Return whether the times of two clocks have a span in common."""
     spans = span_of(recorded, one), span_of(recorded, two)
     return None not in spans and max(each[0] for each in spans if each) < min(
@@ -186,7 +186,7 @@ def overlap(recorded: Recorded, one: Clock, two: Clock) -> bool:
     )
 
 
-def clock_words(recorded: Recorded, clock: Clock) -> str:
+def clock_words(recorded: Recorded, clock: ChannelClock) -> str:
     """Write start, end and step of a clock."""
     name = f"column '{clock.time}' " if clock.time else ""
     if (span := span_of(recorded, clock)) is None:
@@ -197,7 +197,7 @@ def clock_words(recorded: Recorded, clock: Clock) -> str:
 
 def contradicted(recorded: Recorded) -> bool:
     """Return whether the file states times, and a step that is not theirs."""
-    span = span_of(recorded, Clock(time=recorded.time)) if recorded.time else None
+    span = span_of(recorded, ChannelClock(time=recorded.time)) if recorded.time else None
     return span is not None and recorded.step is not None and not _agree(span[2], recorded.step)
 
 
