@@ -47,7 +47,7 @@ _STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*|[^,;\t]+[,;\t]\s*[+-]?\d[\d.,
 _VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
 """Value of a setting, such as ``10.0kS/s`` or ``F=100Hz``."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
-_WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
+WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
 _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
 """First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
 
@@ -471,7 +471,7 @@ def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> 
         parts = _WIDE_GAP.split(row[0].strip()) if sum(map(bool, row)) == 1 else []
         return parts if len(parts) == width > 1 else [_SIGN.sub("", row[0]), *row[1:]]
     text = text.lstrip("#% ")
-    for parts in (_WIDE_GAP.split(text), _WORD_WITH_UNIT.findall(text), [text]):
+    for parts in (_WIDE_GAP.split(text), WORD_WITH_UNIT.findall(text), [text]):
         if len(parts) == width and not any(part.endswith((":", "=")) for part in parts):
             return [part.strip('"') for part in parts]
     return row
