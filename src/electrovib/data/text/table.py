@@ -14,11 +14,11 @@ import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import DataColumn, choose
 from electrovib.data.text.body import table_of
+from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import (
     WORD_WITH_UNIT,
     as_utf8,
     check_width,
-    find_layout,
     lines_of,
     place_of,
     split,
