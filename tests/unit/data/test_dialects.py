@@ -125,7 +125,7 @@ REFUSED = {
     "one column in quotes": ('"F","State"\n"-18,050","wait"\n"51,944","OK"\n', "as -18050 .*or as -18.05 "),
     "integers with points": ('"t","F"\n"0","7.970"\n"10","643"\n', "as 0, 7.97 .*or as 0, 7970"),
     "commas between columns and in decimals": ("Time,Force\n0,1,1,5\n0,2,1,7\n", "4 fields in each row below 2 headings"),
-    "decimals in two ways": ("t;F;G\n0.5;1,25;7.5\n1.5;2,5;8.5\n2.5;2,7;9.5\n", "column 'F' holds '1,25' in line 2.*two ways"),
+    "decimals with both": ("t;F;G\n0.5;1,25;7.5\n1.5;2,5;8.5\n2.5;2,7;9.5\n", "column 'F' holds '1,25' in line 2.*both signs"),
     "words in the first column": (HEADED + ROWS + "abc,1,2\n" + MORE, "line 42: 'abc' is not a number"),
     "a row that is cut off": (HEADED + ROWS + "99,1\n", "line 42 has 2 fields"),
 }  # fmt: skip

@@ -12,7 +12,8 @@ from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
 from electrovib.data.text.body import Body, body_of
 from electrovib.data.text.cells import Cells, Notation, numbers_of
-from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, find_layout, inspected
+from electrovib.data.text.hypotheses import find_layout
+from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, inspected
 from electrovib.data.text.parts import one_segment, one_table, repeated_table
 from electrovib.data.text.preamble import named_by_preamble, settings_of, with_clocks
 from electrovib.data.text.stamps import stamp_columns, with_stamps
@@ -140,7 +141,7 @@ def _columns(
         if cells.rows.size and _other(layout.notation).is_number(cells.word):
             raise DataFileError(
                 f"column '{name}' holds '{cells.word[:40]}' in line {body.line(int(cells.rows[0]))}, where others are read with"
-                f" {layout.stated}: decimals are written in two ways.",
+                f" {layout.stated}: decimals are written with both signs.",
                 path=path,
             )
         if why:

@@ -14,7 +14,15 @@ import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import DataColumn, choose
 from electrovib.data.text.body import table_of
-from electrovib.data.text.layout import as_utf8, check_width, find_layout, lines_of, place_of, split
+from electrovib.data.text.hypotheses import find_layout
+from electrovib.data.text.layout import (
+    WORD_WITH_UNIT,
+    as_utf8,
+    check_width,
+    lines_of,
+    place_of,
+    split,
+)
 from electrovib.data.unit_words import name_and_known_unit
 
 if TYPE_CHECKING:
@@ -24,7 +32,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 
-_WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
 _LONGEST_ROW: Final = 1_000_000
 _INSPECTED: Final = 12
 _NO_NUMBER: Final = ["", "nan", "NaN", "NAN", "-nan", "+nan"]
@@ -112,7 +119,7 @@ def read_table(path: Path, names: Sequence[str] = ()) -> TextTable:
     second = split(first[1], delimiter) if len(first) > 1 else []
     top = split(first[0], delimiter)
     if not delimiter:
-        words = [first[0].strip()] if len(second) == 1 else _WORD_WITH_UNIT.findall(first[0])
+        words = [first[0].strip()] if len(second) == 1 else WORD_WITH_UNIT.findall(first[0])
         top = [word.strip('"') for word in words]
     headings, units, width = tuple(top), tuple[str, ...](), len(top)
     if any(map(_is_number, top)) and not _are_headings(top, names):
