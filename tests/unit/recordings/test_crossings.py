@@ -9,7 +9,7 @@ from scipy.stats import t
 
 from electrovib.recordings.interval import autocovariance, covariance, line
 from electrovib.recordings.transitions import crossings
-from electrovib.recordings.transitions.crossings import EdgeLevels, levels_of
+from electrovib.recordings.transitions.crossings import EdgeLevels, creeps, levels_of
 from electrovib.recordings.transitions.edges import edge_record, reference_times
 
 TAU, AT, RATE = 6e-3, 0.12, 5000.0
@@ -203,3 +203,21 @@ def test_a_passage_between_two_samples_has_the_error_of_the_noise_over_its_slope
     assert np.mean([each.standard_error for each in found]) == pytest.approx(
         np.std([each.time for each in found]), rel=0.25
     )
+
+
+@pytest.mark.parametrize(
+    ("form", "unsettled"),
+    [
+        (lambda t: 1 - np.exp(-2 * t), True),
+        (lambda t: 1 - np.exp(-5 * t), False),
+        (lambda t: 1 - np.exp(-30 * t), False),
+        (lambda t: np.log1p(1e3 * t), True),
+        (lambda t: t**0.3, True),
+        (lambda t: 1 + 0.02 * np.log(t + 1e-9), False),  # an edge after which a small part creeps
+    ],
+)
+def test_a_record_creeps_that_has_not_settled_at_its_end(form, unsettled):
+    time = np.linspace(-0.3, 1, 800)
+    progress = form(np.maximum(time, 0)) / form(np.array(1.0))
+    noise = 0.005 * np.random.default_rng(1).standard_normal(time.size)
+    assert creeps(time, progress + noise) is unsettled

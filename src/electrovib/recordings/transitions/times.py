@@ -100,6 +100,9 @@ def measure_times(
     simplest is chosen whose AICc, summed over the edges, is at most 2 above the lowest, after the correlation of the noise
     before the edge has been filtered out.
 
+    A record that ends before the signal has settled, or does not exclude that it never does (a logarithm of time is compared
+    too), gives a lower bound of the time and no value.
+
     With several edges the interval is Student's t over the edges. With one it follows from the noise of this edge alone.
     """
     _check(levels, exponentials, edges, window=window, before=before)
@@ -127,36 +130,36 @@ def measure_times(
             skipped += [f"The edge at {at:.6g} s was not measured: {problem}." for problem in error.problems]
     railed = float(np.mean(at_rail(chosen.values) | stuck(chosen.values)))
     if not found:
-        skipped += [_repeated(railed)] if railed else []
-        raise InputError(
-            in_few(skipped[::-1]) or f"edges = {edges}: the signal {chosen.signal} has no such edge"
-        )
+        why = [*([_repeated(railed)] if railed else []), *skipped]
+        raise InputError(in_few(why) or f"edges = {edges}: the signal {chosen.signal} has no such edge")
     rising, falling = (
-        [each for each in found if each.record.direction == direction] for direction in ("rising", "falling")
+        _of_one_direction(given, [each for each in found if each.record.direction == direction], skipped)
+        for direction in ("rising", "falling")
     )
-    for some in (rising, falling):
-        if settled := [each for each in some if not each.record.creeps]:
-            skipped += [
-                f"The edge at {each.record.reference:.6g} s was not measured: its record ends before it has settled."
-                for each in some
-                if each.record.creeps
-            ]
-            some[:] = settled
-    directions = [
-        DirectionTimes(given=given, edges=tuple(some)) if some else None for some in (rising, falling)
-    ]
-    refuse([text for each in directions if each is not None for text in each.impossible])
+    refuse([text for each in (rising, falling) if each is not None for text in each.impossible])
     return MeasuredTimes(
         signal=chosen.signal,
         unit=chosen.unit,
         levels=(float(levels[0]), float(levels[1])),
-        rising=directions[0],
-        falling=directions[1],
+        rising=rising,
+        falling=falling,
         sensor="estimated" if given.estimated else ("declared" if given.sensor else "none"),
         driven=given.driven,
         skipped=tuple(skipped),
         at_rail=railed,
     )
+
+
+def _of_one_direction(given: GivenEdges, edges: list[EdgeTimes], skipped: list[str]) -> DirectionTimes | None:
+    """Collect the edges that have settled, or all where none has, and tell of the others."""
+    settled = [each for each in edges if not each.record.creeps]
+    if settled:
+        skipped += [
+            f"The edge at {each.record.reference:.6g} s was not measured: its record ends before it has settled."
+            for each in edges
+            if each.record.creeps
+        ]
+    return DirectionTimes(given=given, edges=tuple(settled or edges)) if edges else None
 
 
 def _repeated(share: float) -> str:
