@@ -34,6 +34,7 @@ READ = {
     "thousands with blanks": ("t;F\n0;1\u202f234,5\n1;5\u00a0678,1\n2;12 345,6\n", {"F": ("", [1234.5, 5678.1, 12345.6])}),
     "thousands with apostrophes": ("t;F\n0;1'234.5\n1;12\u2019678.1\n", {"F": ("", [1234.5, 12678.1])}),
     "lakh": ("t;F\n0;1,23,456.5\n1;7,890.1\n", {"F": ("", [123456.5, 7890.1])}),
+    "quotes behind blanks": ('"t [s]", "F [N]"\n"0", "1.5"\n"1", "-2.5"\n', {"t": ("s", [0, 1]), "F": ("N", [1.5, -2.5])}),
     "thousands in quotes": ('t,F\n0,"1,234.5"\n1,"-5,678.1"\n', {"F": ("", [1234.5, -5678.1])}),
     "minus of mathematics": ("t (s),u (V)\n0,\u22121.5\n1,2\n2,\u22123e\u22122\n", {"u": ("V", [-1.5, 2, -0.03])}),
     "brackets for a minus": ("t,F\n0,(1.5)\n1,2.5\n2,(3)\n", {"F": ("", [-1.5, 2.5, -3])}),
@@ -44,6 +45,17 @@ READ = {
         ",CH1_Voltage(mV)\nFrequency,F=100Hz\nSampling rate,10.0kS/s\n\n1,-0.5\n2,-6.25\n3,4\n",
         {"CH1_Voltage": ("mV", [-0.5, -6.25, 4])},
     ),
+    "nanoamperes are no reading that is missing": (
+        "Time,I\n,nA\n10:00:00.5,1.5\n10:00:01.0,2.5\n10:00:01.5,3.5\n", {"I": ("nA", [1.5, 2.5, 3.5])},
+    ),
+    "three decimals everywhere": ("t;F\n1.234;5.678\n2.345;6.789\n", {"t": ("", [1.234, 2.345]), "F": ("", [5.678, 6.789])}),
+    "stamps with a blank between tabs": (
+        "Time\tI [uA]\tv [m/s]\n2026-03-29 00:59:59.0\t74.5\t-0.5\n2026-03-29 00:59:59.5\t-57.25\t0.5\n",
+        {"I": ("uA", [74.5, -57.25])},
+    ),
+    "settings above one column": ("Model,DX-120\nRange CH1,10 V\n1.5\n-2.5\n", {"column 0": ("", [1.5, -2.5])}),
+    "a heading like a setting": ("Probe position,Speed\n0.5 um,1\n1.5 um,2\n", {"Probe position": ("um", [0.5, 1.5])}),
+    "newtons are no numbers of rows": ("Sampling rate=100 Hz\nLoad [N],u [V]\n4,1\n1,2\n3,3\n", {"Load": ("N", [4, 1, 3])}),
     "units behind strokes": ("Time / s,Speed / mm/s\n0,1\n1,2\n", {"Time": ("s", [0, 1]), "Speed": ("mm/s", [1, 2])}),
     "rows of units with gaps": ("a=1\nb=2\nt\tU\tV\n\t[V]\t[m]\n10:00:00.5\t1\t2\n10:00:01.0\t3\t4\n", {"U": ("V", [1, 3])}),
     "one column": ("# Force [mN]\n1,5\n-2,25\n3,125\n", {"Force": ("mN", [1.5, -2.25, 3.125])}),
@@ -80,7 +92,8 @@ HEADED = "t [s],F [N],G [N]\n"
 NAMED = {
     "statistics": (HEADED + ROWS + "Mean,3.25,20\nMax:,6.25,39.5\n", 40, "2 lines, 42 to 43", "statistics.*Mean,3.25,20"),
     "more statistics than rows": (
-        HEADED + "0,1,2\n1,2,3\n2,4,5\nMax,1,2\nMin,1,2\nMean,2,2\nStd,1,1\n", 3, "4 lines, 5 to 8", "statistics",
+        HEADED[:-1] + ",S\n0,1,2,x\n1,2,3,y\n2,4,5,x\nMax,1,2,0\nMin,1,2,0\nMean,2,2,0\nStd,1,1,0\n", 3,
+        "4 lines, 5 to 8", "statistics",
     ),
     "statistics with a heading": (HEADED + ROWS + "\nStatistics,F,G\nStd. Dev.,1,1\n", 40, "2 lines, 43 to 44", "Statistics,F,G"),
     "statistics in a column of words": (

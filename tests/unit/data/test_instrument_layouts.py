@@ -325,7 +325,7 @@ def test_readings_that_are_none_are_missing_and_quoted_ones_are_numbers(tmp_path
         ("a.ts", second("# Hz Z RI") + "1 2 3\n" * 2, f"states {G.size} frequencies and holds 2"),
         ("a.ts", second("# Hz Z RI", "[Reference] -3") + "1 2 3\n" * 2, "states '-3' for .Reference., where"),
         ("a.s1p", "# Hz H RI R 50\n1 2 3\n2 2 3\n", "states the parameters H"),
-        ("a.s1p", "# Hz S RI R x\n1 2 3\n2 2 3\n", "with the reference 0 ohm"),
+        ("a.s1p", "# Hz S RI R x\n1 2 3\n2 2 3\n", "states 'X' for .Reference."),
         ("a.s1p", "# Hz S RI R 50\n1 2 a\n2 2 3\n", "not made of numbers"),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import Clock
+from electrovib.data.recorded import ChannelClock
 from electrovib.data.registry import read_recorded
 from electrovib.data.text.stamps import seconds_from_first
 
@@ -178,9 +178,9 @@ def test_columns_behind_a_second_time_have_it_as_their_clock(read):
     shorter = [*map(str, 2.5 * N[:40]), *[""] * 20]
     found = read(table("Time_A (s),F (N),Time_B (ms),U (V),I (A)", 0.05 * N, V, shorter, V, V))
     assert found.time == "Time_A"
-    assert found.clocks == {"U": Clock(time="Time_B"), "I": Clock(time="Time_B")}
+    assert found.clocks == {"U": ChannelClock(time="Time_B"), "I": ChannelClock(time="Time_B")}
     text = STATED.format(0.5) + table("Time A (s),F (N),Time B (s),U (V)", N // 2, V, N // 4, V)
-    assert (read(text).step, read(text).clocks) == (0.5, {"U": Clock(time="Time B")})
+    assert (read(text).step, read(text).clocks) == (0.5, {"U": ChannelClock(time="Time B")})
     for other in (1000 * N + 250, 1000 * N):  # since another beginning, or the same times
         found = read(table("Time A (s),F (N),Time B (ms),U (V)", N, V, other, V))
         assert (found.time, found.clocks) == ("Time A", {})
@@ -190,7 +190,7 @@ def test_each_signal_of_labview_may_have_its_own_times(read):
     header = "Channels\t2\nX_Dimension\tTime\tTime\nX0\t0\t0\nDelta_X\t1E-2\t5E-3\n***End_of_Header***\n"
     found = read(header + table("X_Value\tU\tX_Value\tF\tComment", N / 100, V, N / 200, V, sign="\t"))
     assert (found.time, found.step) == ("X_Value", None)
-    assert found.clocks == {"F": Clock(time="X_Value'")}
+    assert found.clocks == {"F": ChannelClock(time="X_Value'")}
 
 
 def test_minutes_that_begin_anew_do_not_pass_the_full_hour(read):
@@ -212,7 +212,7 @@ def test_pairs_without_headings(read):
         "\n".join(f"{t:.8e} {u:.8e} {w:.8e} {u:.8e}" for t, u, w in zip(1e-3 * N, V, warped, strict=True))
         + "\n"
     )
-    assert found.clocks == {"column 3": Clock(time="column 2")}
+    assert found.clocks == {"column 3": ChannelClock(time="column 2")}
     ramp = read(
         "\n".join(f"{t:.8e} {u:.8e} {t * 7:.8e} {u:.8e}" for t, u in zip(1e-3 * N, V, strict=True)) + "\n"
     )

@@ -75,14 +75,14 @@ def read_laboratory_bytes(
         raise DataFileError("holds fewer than two rows of numbers.", path=path)
     stamped = stamp_columns(layout, lines)
     layout, numbers, not_read = _columns(path, layout, body, stamped)
-    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about | _left_out(layout)
+    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about
     found = _recorded(layout, numbers, settings)
     if stamped:
         first, *more = (body.table[at].fillna("").astype(str) for at in stamped)
         stamps = first.str.cat(more, sep=" ") if more else first
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
     found = one_segment(path, found, "" if about else part)
-    unread = (*found.not_read, *not_read, *body.left_out, *others)
+    unread = (*found.not_read, *not_read, *_left_out(layout), *body.left_out, *others)
     return dataclasses.replace(found, not_read=unread)
 
 
@@ -106,13 +106,11 @@ def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
     )
 
 
-def _left_out(layout: Layout) -> dict[str, str]:
-    """State the rows at the beginning that hold words in place of numbers."""
-    if not layout.left_out:
-        return {}
+def _left_out(layout: Layout) -> list[NotRead]:
+    """Name the rows at the beginning that hold words in place of numbers."""
     rows = "the first row" if layout.left_out == 1 else f"the first {layout.left_out} rows"
-    where = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
-    return {"left_out": f"{where}, with words in place of numbers"}
+    name = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
+    return [NotRead(name=name, why="words in place of numbers")] if layout.left_out else []
 
 
 def _called(layout: Layout, place: int) -> str:

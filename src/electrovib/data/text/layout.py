@@ -43,8 +43,7 @@ _SETTING: Final = re.compile(
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
 _SIGN: Final = re.compile(r"^#+\s*|^%+\s+(?=\S)")
 """Sign of a comment before the first heading."""
-_STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*")
-_STAMP: Final = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d", re.ASCII)
+_STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*|[^,;\t]+[,;\t]\s*[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?")
 _VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
 """Value of a setting, such as ``10.0kS/s`` or ``F=100Hz``."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
@@ -320,9 +319,7 @@ def _under(
     columns = tuple(sorted({*columns, *_columns([rows[at] for at in alike if at >= first], width, notation)}))
     kept = sum(at >= first for at in alike)
     letters = [
-        (len(cell.replace(" ", "")), place in columns or bool(_STAMP.match(cell)))
-        for at in body
-        for place, cell in enumerate(rows[at])
+        (len(cell.replace(" ", "")), place in columns) for at in body for place, cell in enumerate(rows[at])
     ]
     share = sum(size for size, is_column in letters if is_column) / max(sum(size for size, _ in letters), 1)
     doubt = 0.5 if _splits_decimals(rows, body, delimiter) else 1.0
@@ -433,7 +430,7 @@ def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimit
     cells = (cell for at in body for cell in rows[at])
     if delimiter == ",":
         return any(";" in cell or "\t" in cell for cell in cells)
-    return not delimiter and any(cell.endswith((",", ";")) or cell in ("+", "-") for cell in cells)
+    return not delimiter and any(cell.endswith((",", ";")) for cell in cells)
 
 
 def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layout) -> Layout:
@@ -517,7 +514,7 @@ def _headings(rows: Sequence[list[str]], above: Sequence[int], layout: Layout) -
         words = [cell for cell in cells if cell and not notation.is_number(cell)]
         if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2 and not _units(words):
             continue  # such as 'End Comments' between headings and numbers
-        if not headings and any(_VALUE.fullmatch(cell) for cell in words[-1:]) and not _units(words):
+        if not headings and any(map(_VALUE.fullmatch, rows[at][1:])) and not _units(words):
             behind_settings = True  # such as 'Sampling rate,10.0kS/s' between headings and numbers
             continue
         if behind_settings and not any(name_and_unit(cell)[1] for cell in words):
@@ -569,7 +566,8 @@ def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     if filled and filled[0].endswith(("=", ":")):
         return True
     with_units = [cell for cell in filled if name_and_unit(cell)[1]]
-    if len(filled) > 1 and _SETTING.match(filled[0]) and len(with_units) < len(filled):
+    valued = len(filled) > 1 and re.search(r"\d", "".join(filled[1:]))
+    if valued and _SETTING.match(filled[0]) and len(with_units) < len(filled):
         return True
     if len(filled) == 1 and _STATEMENT.fullmatch(filled[0]):
         return True
