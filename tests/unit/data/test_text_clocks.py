@@ -125,6 +125,12 @@ def test_units_of_time(read, heading, values, unit, seconds):
     np.testing.assert_allclose(column, seconds, rtol=1e-14)
 
 
+@pytest.mark.parametrize(("heading", "time"), [("Timestamp", ""), ("Timestamp [ms]", "Timestamp")])
+def test_a_time_stamp_is_the_time_if_its_unit_is_stated(read, heading, time):
+    assert read(table(f"F [N],{heading}", V, 1e12 + N)).time == time
+    assert read(table(f"{heading},F [N]", 1e12 + N, V)).time == time
+
+
 STATED = "Sample Interval,{},s\n"
 
 
@@ -155,6 +161,17 @@ def test_a_column_that_numbers_the_rows_is_named(read):
     found = read(STATED.format("1e-6") + table("Sample,U [V]", N, V))
     assert [each.name for each in found.channels] == ["U"]
     assert unread(found) == {"Sample": "it numbers the rows"}
+
+
+def test_a_force_in_newton_beside_a_stated_step_is_read(read):
+    """Its unit N was taken for the heading n of a number of samples, and the column dropped."""
+    found = read(STATED.format("1e-6") + table("F (N),U (V)", V, V))
+    assert [each.name for each in found.channels] == ["F", "U"]
+
+
+def test_a_constant_time_is_no_clock(read):
+    found = read(table("Time (s),Time increment (s),F (N)", N / 10, [0.1] * 60, V))
+    assert (found.time, found.clocks) == ("Time", {})
 
 
 def test_columns_behind_a_second_time_have_it_as_their_clock(read):

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 
 _UNEVEN: Final = 2
+_NO_TABLE_ABOVE: Final = 3
+"""Most lines above the rows of numbers that cannot hold another table: headings and two rows, and headings again."""
 _LONG_PREAMBLE: Final = 20_000
 """Lines of the beginning that are looked at where the first ones hold no numbers."""
 
@@ -66,7 +68,7 @@ def read_laboratory_bytes(
     read = None
     with suppress(DataFileError):  # of a text with several tables, whose rows differ
         read = _rows(path, raw, **options)
-    if part or read is None or not read[2].is_plain:
+    if part or read is None or not read[2].is_plain or read[0].first > _NO_TABLE_ABOVE:
         raw, about, others = repeated_table(path, raw, part)
         read = read if read and not about else _rows(path, raw, **options)
     layout, lines, body = read

@@ -49,7 +49,7 @@ _COUNTS: Final = frozenset(
     {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
 )
 _TIMES: Final = re.compile(
-    r"(elapsed |trigger )?time(stamp)?(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
+    r"(elapsed |trigger )?time(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
     re.IGNORECASE,
 )
 _SINCE: Final = re.compile(r"(\w+) since \d", re.IGNORECASE)
@@ -289,7 +289,9 @@ def is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:
     named = bool(_TIMES.fullmatch(channel.name))
     known = kind_and_factor(channel.unit) if channel.unit else None
     if known is not None and known[0] == "s":
-        return (first and named) or ((first or named) and _rises(channel, in_segments=True))
+        named = named or channel.name.lower().startswith("timestamp")  # without a unit it is asked for
+        rises = _rises(channel, in_segments=True) and np.ptp(_seconds_of(channel)) > 0
+        return (first and named) or bool((first or named) and rises)
     if channel.unit or not _rises(channel, in_segments=named) or np.ptp(_seconds_of(channel)) == 0:
         return False
     if first and step is not None and keeps_step(channel, step):
