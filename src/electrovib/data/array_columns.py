@@ -7,11 +7,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import ChannelClock, NotRead, is_named_time, recorded_of
+from electrovib.core.errors import DataFileError, NoColumnError, suggestion
+from electrovib.data.recorded import (
+    MOST_COLUMNS,
+    ChannelClock,
+    DataColumn,
+    NotRead,
+    is_named_time,
+    recorded_of,
+)
+from electrovib.data.unit_words import name_and_known_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -19,9 +27,12 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.data.recorded import Recorded
 
+    _Column = tuple[str, str, NDArray[Any] | str]
+
 _EXACT: Final = 2**53
 """Whole numbers up to here are floats without loss."""
 _MOST_COLUMNS: Final = 64
+"""Columns of an array that are signals; one of more is a picture, or has a row for each signal."""
 _LISTED: Final = 20
 _UNITS_OF_TIME: Final = ("s", "ms", "us", "ns")
 _NO_NUMBERS: Final = {"c": "complex numbers", "S": "text", "U": "text", "O": "objects", "V": "plain bytes"}
@@ -29,12 +40,11 @@ _NO_NUMBERS: Final = {"c": "complex numbers", "S": "text", "U": "text", "O": "ob
 
 def table_of_arrays(
     path: Path,
-    arrays: Iterable[tuple[str, str, NDArray[Any] | str]],
+    arrays: Iterable[_Column],
     *,
     part: str = "",
     attributes: Mapping[str, str] | None = None,
     clocks: Mapping[str, str] | None = None,
-    most: int = _MOST_COLUMNS,
 ) -> Recorded:
     """Return named arrays with their units as the content of a file.
 
@@ -47,7 +57,7 @@ def table_of_arrays(
     not_read: list[NotRead] = []
     origins: dict[str, Any] = {}
     for whole in arrays:
-        for name, unit, values in _columns_of(*whole, most):
+        for name, unit, values in _columns_of(*whole, _MOST_COLUMNS):
             found = values if isinstance(values, str) else in_numbers(values, unit, origins)
             if isinstance(found, str):
                 not_read.append(NotRead(name=name, why=found))
@@ -74,6 +84,48 @@ def table_of_arrays(
     return dataclasses.replace(
         recorded, not_read=(*recorded.not_read, *not_read), clocks=_clocks(recorded, clocks or {})
     )
+
+
+def chosen_columns(
+    path: Path, arrays: Iterable[_Column], columns: Sequence[str | int]
+) -> dict[str | int, DataColumn]:
+    """Return columns of named arrays by name, with a unit behind it if the file has none, or of a single array by number."""
+    there = list(arrays)
+    table = [each for whole in there for each in _columns_of(*whole, MOST_COLUMNS)]
+    numbered = table if sum(not isinstance(values, str) for *_, values in there) == 1 else []
+    origins: dict[str, Any] = {}
+    found: dict[str | int, DataColumn] = {}
+    for column in columns:
+        (name, unit, values), stated = _chosen(path, table, numbered, column)
+        read = values if isinstance(values, str) else in_numbers(values, unit, origins)
+        if isinstance(read, str):
+            raise DataFileError(f"column '{name}' {read}.", path=path)
+        found[column] = DataColumn(name=name, unit=stated or read[0], values=read[1])
+    return found
+
+
+def _chosen(
+    path: Path, table: Sequence[_Column], numbered: Sequence[_Column], column: str | int
+) -> tuple[_Column, str]:
+    """Return a column, and the unit that stands behind its name as asked for."""
+    names = [name for name, *_ in table]
+    listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
+    if isinstance(column, int):
+        numbers = [each for each in numbered if not isinstance(each[2], str)]
+        if not 0 <= column < len(numbers):
+            how = f"they are numbered 0 to {len(numbers) - 1}" if numbers else "ask by name"
+            raise DataFileError(
+                f"there is no column {column}; {how}. It has: {listed or 'nothing'}.", path=path
+            )
+        return numbers[column], ""
+    name, unit = (column, "") if column in names else name_and_known_unit(column)
+    if unit.isdigit() or name not in names:
+        near = suggestion(column, names)
+        why = f"there is no column '{column}'.{near} It has: {listed or 'nothing'}."
+        raise NoColumnError(why, path=path, column=column)
+    if names.count(name) > 1:
+        raise DataFileError(f"more than one column is called '{name}'; rename one.", path=path)
+    return table[names.index(name)], unit
 
 
 def in_numbers(values: NDArray[Any], unit: str, origins: dict[str, Any]) -> tuple[str, Real] | str:
@@ -104,9 +156,7 @@ def _largest(values: NDArray[Any]) -> int:
     return max(abs(int(values.min())), abs(int(values.max())))
 
 
-def _columns_of(
-    name: str, unit: str, values: NDArray[Any] | str, most: int
-) -> Iterator[tuple[str, str, NDArray[Any] | str]]:
+def _columns_of(name: str, unit: str, values: NDArray[Any] | str, most: int) -> Iterator[_Column]:
     """Iterate over the columns of an array of one or two dimensions or of records, or give the reason why it has none."""
     if isinstance(values, str):
         yield name, unit, values
@@ -120,7 +170,7 @@ def _columns_of(
     elif values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
         yield name, unit, values.ravel()
     else:
-        turned = values.T if values.shape[1] > most >= values.shape[0] else values
+        turned = values.T if values.shape[1] > _MOST_COLUMNS >= values.shape[0] else values
         shape = " x ".join(map(str, values.shape))
         if turned.ndim > 2:
             yield name, unit, f"has {values.ndim} dimensions ({shape})"

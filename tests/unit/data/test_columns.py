@@ -246,7 +246,7 @@ def test_npy_by_number_and_by_field(tmp_path):
 
 SIGNALLING = np.array([1, 0x7FA00000, 3], "u4").view("f4")
 """With a NaN that complains when it is converted."""
-NOT_PLAIN = "damaged or not a NumPy file of plain numbers"
+NOT_PLAIN = "holds Python objects, which are not unpickled"
 
 
 @pytest.mark.parametrize(
@@ -277,13 +277,11 @@ def test_wrong_npy_files_are_refused(tmp_path, array, wanted, words):
         read_columns(tmp_path / "rec.npy", wanted)
 
 
-def test_several_arrays_and_a_size_that_is_a_lie_are_refused(tmp_path):
-    np.savez(tmp_path / "a.npz", np.zeros((3, 2)))
+def test_a_size_that_is_a_lie_is_refused(tmp_path):
     np.save(tmp_path / "a.npy", np.zeros((30, 2)))
     lie = (tmp_path / "a.npy").read_bytes().replace(b"(30, 2), }         ", b"(30000000000, 2), }")
-    for raw, words in (((tmp_path / "a.npz").read_bytes(), "is an archive"), (lie, "damaged")):
-        with pytest.raises(DataFileError, match=words):
-            read_columns(written(tmp_path, raw, "b.npy"), BY_NUMBER)
+    with pytest.raises(DataFileError, match="damaged"):
+        read_columns(written(tmp_path, lie, "b.npy"), BY_NUMBER)
 
 
 def dataset() -> xarray.Dataset:
@@ -316,12 +314,12 @@ def test_netcdf_by_name(tmp_path, engine):
 @pytest.mark.parametrize(
     ("wanted", "words"),
     [
-        ({"x": (0, "V")}, "ask for column 0 by its name; it has: voltage, current"),
+        ({"x": (0, "V")}, "no column 0; ask by name. It has: voltage, "),
         ({"x": ("volt", "V")}, "no column 'volt'"),
         ({"x": ("voltage", "A")}, "column 'voltage' is in 'V', but a current is needed"),
-        ({"x": ("field", "V/m")}, "column 'field' holds 2 dimensions"),
-        ({"x": ("single", "V")}, "column 'single' holds 0 dimensions"),
-        ({"x": ("gain", "1")}, "column 'gain' holds 'complex128'"),
+        ({"x": ("field", "V/m")}, r"no column 'field'. Did you mean 'field\[2\]'"),
+        ({"x": ("single", "V")}, "column 'single' is the single value 1.0"),
+        ({"x": ("gain", "1")}, "column 'gain' holds complex numbers"),
         ({"x": ("layer", "1")}, "column 'layer' holds"),
         ({"x": ("odd", "m")}, "'counts' is not a known unit"),
         ({"t": ("time", "s"), "x": ("other", "V")}, "differ in length: column 'time' 3, column 'other' 2"),

@@ -16,14 +16,20 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.readers import matlab
-from electrovib.data.readers.matlab import read_arrays
 from electrovib.data.registry import read_columns
 
 TABLE = np.arange(12.0).reshape(4, 3) / 7
 
 
 def read_matlab(path, variable=""):
-    return read_arrays(path, [variable])[variable]
+    """Return an array as MATLAB shows it; without a name the only one that is no single number."""
+    found = {name: values for name, _, values in matlab._arrays(path)}
+    read = {name: values for name, values in found.items() if not isinstance(values, str)}
+    if not variable:
+        (variable,) = [name for name, each in read.items() if each.size > 1 and "." not in name]
+    if variable not in read:
+        read_columns(path, {"x": (variable, "V")})
+    return np.asarray(read[variable], float)
 
 
 @pytest.fixture
@@ -109,14 +115,14 @@ def test_objects_and_function_handles_are_listed_and_skipped(tmp_path, packed):
     path = with_objects(tmp_path, {"record": TABLE}, packed=packed)
     np.testing.assert_array_equal(read_matlab(path), TABLE)
     np.testing.assert_array_equal(read_columns(path, {"v": ("record[1]", "V")})["v"], TABLE[:, 1])
-    has = r"tbl \(object of class table\), record \(4 x 3 double\), fun \(1 x 1 function handle\),"
     for wanted, words in {
-        "recrod": rf"It has: {has} when \(object of class datetime\)\.$",
-        "tbl": r"'tbl' is no real numeric array, but tbl \(object of class table\)",
-        "tbl.force": r"'tbl' is an object of class table: only MATLAB reads it; save its",
+        "recrod": r"no column 'recrod'. Did you mean 'record\[\d\]'. It has: tbl, record\[0\], .*, fun, when",
+        "tbl": "column 'tbl' is no array of real numbers, but object of class table",
+        "fun": "column 'fun' is no array of real numbers, but 1 x 1 function handle",
+        "when": "object of class datetime",
     }.items():
         with pytest.raises(DataFileError, match=words):
-            read_matlab(path, wanted)
+            read_columns(path, {"x": (wanted, "V")})
 
 
 def damaged(path, whole, number):
@@ -165,30 +171,27 @@ def test_fields_of_structs_are_reached_by_their_path(tmp_path, packed):
     assert found.tolist() == [1e3, 2e3, 3e3]
     np.testing.assert_array_equal(read_matlab(path), TABLE)  # fields are no arrays of the file
     for wanted, words in {
-        "trial": r"but trial \(1 x 1 struct\); name one of its fields: trial.force \(4 x 3 double\), trial.rate",
-        "trial.fource": r"no field 'trial.fource'. Did you mean 'trial.force'. 'trial' has: trial.force",
-        "trial.rig": r"name one of its fields: trial.rig.name \(1 x 4 char\), trial.rig.drive",
-        "trial.force.x": r"'trial.force.x' cannot be reached, because trial.force \(4 x 3 double\) is no struct",
-        "trial.rig.none": "column trial.rig.none has no rows",
-        "trail.force": r"no variable 'trail.force'.* It has: trial \(1 x 1 struct\), other",
+        "trial": r"no column 'trial'. Did you mean 'trial.rate'. It has: trial.force\[0\], .*, trial.rate, trial.rig.name",
+        "trial.fource": r"no column 'trial.fource'. Did you mean 'trial.force\[\d\]'",
+        "trial.rig.name": "column 'trial.rig.name' is no array of real numbers, but 1 x 4 char",
+        "trial.rig.none": "column 'trial.rig.none' is empty",
+        "trial.rate": "column 'trial.rate' is the single value 10000",
     }.items():
         with pytest.raises(DataFileError, match=words):
             read_columns(path, {"x": (wanted, "V")})
 
 
-def test_structs_alone_and_an_array_of_structs_are_answered_with_a_sentence(tmp_path):
-    with pytest.raises(DataFileError, match=r"no real numeric array; a field of .* is named as in 'trial\.f"):
-        read_matlab(saved(tmp_path, {"trial": {"force": TABLE}}))
+def test_elements_of_an_array_of_structs_are_reached_by_their_number(tmp_path):
     trials = np.zeros(3, dtype=[("force", "O")])
     for place in range(3):
-        trials[place]["force"] = TABLE
+        trials[place]["force"] = TABLE * place
     path = saved(tmp_path, {"trials": trials})
     with pytest.raises(
-        DataFileError, match=r"no field 'trials.force'. 'trials' has: trials\[0\] \(1 x 1 struct\)"
+        DataFileError, match=r"no column 'trials.force'. Did you mean 'trials\[\d\].force\[\d\]'"
     ):
-        read_matlab(path, "trials.force")
+        read_columns(path, {"x": ("trials.force", "V")})
     np.testing.assert_array_equal(read_matlab(path, "trials[1].force"), TABLE)
-    assert read_columns(path, {"x": ("trials[2].force[1]", "V")})["x"].tolist() == TABLE[:, 1].tolist()
+    assert read_columns(path, {"x": ("trials[2].force[1]", "V")})["x"].tolist() == (2 * TABLE[:, 1]).tolist()
 
 
 def struct_of(name_length, *values):
@@ -204,7 +207,7 @@ FORGED = [*(struct_of(length) for length in (0, -1, 2**31 - 1, 8)), struct_of(8,
 def test_a_forged_struct_is_one_sentence(tmp_path, body):
     path = tmp_path / "forged.mat"
     path.write_bytes(HEADER + element(14, body))
-    words = r"(is damaged or not a MATLAB file|'s\.x' cannot be reached|there is no field 's\.x')"
+    words = r"(is damaged or not a MATLAB file|there is no column 's\.x')"
     with pytest.raises(DataFileError, match=rf"forged\.mat: {words}"):
         read_matlab(path, "s.x")
 
@@ -235,16 +238,13 @@ def test_fields_and_objects_of_version_73(tmp_path):
     np.testing.assert_array_equal(read_matlab(path, "about.force"), TABLE)
     assert read_matlab(path, "about.rig.v").tolist() == [[1], [2]]
     for wanted, words in {
-        "about": r"'about' is no real numeric array, but about \(1 x 1 struct\)|about \(struct\)",
-        "tbl": r"but tbl \(6 x 1 object of class table\)",
-        "tbl.x": "'tbl' is an object of class table: only MATLAB reads it",
-        "trials.force": "field of an array of structs",
-        "few.data": r"because few \(double\) is no struct",
-        "about.rig": r"its fields: about.rig.v \(2 x 1 double\)",
-        "elsewhere": "no variable 'elsewhere'.*It has: about",
+        "about": r"no column 'about'.* It has: .*about.rig.v",
+        "tbl": r"is no array of real numbers, but 6 x 1 object of class table",
+        "few": "is no array of real numbers, but double",
+        "elsewhere": "no column 'elsewhere'",
     }.items():
         with pytest.raises(DataFileError, match=words):
-            read_matlab(path, wanted)
+            read_columns(path, {"x": (wanted, "V")})
     whole = path.read_bytes()
     for part in (600, len(whole) // 2, len(whole) - 10):
         path.write_bytes(whole[:part])
@@ -297,26 +297,29 @@ def test_columns(tmp_path):
     np.testing.assert_allclose(found["w"], TABLE[:, 1] * 1e3, rtol=1e-15)
     rows = saved(tmp_path, {"t": [1.0, 2.0], "v": [[3.0], [4.0]], "x": [1.0, 2.0, 3.0]}, "rows.mat")
     assert read_columns(rows, {"a": ("t", "s"), "b": ("v", "V")})["b"].tolist() == [3, 4]
-    with pytest.raises(DataFileError, match="differ in length: column t 2, column x 3"):
+    with pytest.raises(DataFileError, match="differ in length: column 't' 2, column 'x' 3"):
         read_columns(rows, {"a": ("t", "s"), "b": ("x", "V")})
 
 
 @pytest.mark.parametrize(
     ("content", "column", "words"),
     [
-        ({"record": TABLE}, 3, r"there is no column 3 in the array \(4 x 3\); they are numbered 0 to 2\."),
-        ({"record": np.ones((3, 50))}, 99, "numbered 0 to 49; is it transposed"),
-        ({"record": TABLE}, "recrod[0]", "no variable 'recrod'. Did you mean 'record'. It has: record"),
-        ({"record": TABLE}, "record", r"'record' is 4 x 3; name one of its columns, as in 'record\[0\]'"),
-        ({"record": TABLE}, "record(:,1)", r"names no column; write 'name\[3\]'"),
-        ({"a": TABLE, "b": TABLE}, 0, r"more than one numeric array; .* as in 'a\[0\]'. It has: a \(4 x 3"),
-        ({"text": "words", "rate": 1e4}, 0, "no real numeric array. It has: text"),
-        ({"z": TABLE * 1j}, "z[0]", r"'z' is no real numeric array, but z \(4 x 3 complex double\)"),
-        ({"cube": np.ones((2, 3, 4))}, 0, "the array is 2 x 3 x 4, not a row per sample"),
+        ({"record": TABLE}, 3, r"no column 3; they are numbered 0 to 2. It has: record\[0\]"),
+        (
+            {"record": TABLE},
+            "recrod[0]",
+            r"no column 'recrod\[0\]'. Did you mean 'record\[\d\]'. It has: record",
+        ),
+        ({"record": TABLE}, "record", r"no column 'record'. Did you mean 'record\[\d\]'"),
+        ({"record": TABLE}, "record(:,1)", r"no column 'record\(:,1\)'. Did you mean 'record\["),
+        ({"a": TABLE, "b": TABLE}, 0, r"no column 0; ask by name. It has: a\[0\]"),
+        ({"text": "words", "rate": 1e4}, 0, "no column 0; ask by name. It has: text, rate"),
+        ({"z": TABLE * 1j}, "z", r"'z' is no array of real numbers, but 4 x 3 complex double"),
+        ({"cube": np.ones((2, 3, 4))}, "cube", r"'cube' has 3 dimensions \(2 x 3 x 4\)"),
         (
             {"n": np.array([[1.0, np.nan], [2.0, 3.0]])},
             1,
-            r"row 0 \(first is 0\), column \[1\]: nan is not a fin",
+            r"row 0 \(first is 0\), column 'n\[1\]': nan is not a fin",
         ),
     ],
 )
@@ -331,7 +334,7 @@ def test_wrong_columns(tmp_path, content, column, words):
         (b"", "the file is empty"),
         (b"time,voltage\n0,1\n1,2\n", "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7"),
         (HEADER[:19], "is not a MATLAB file"),
-        (HEADER, "holds no variables"),
+        (HEADER, "It has: nothing"),
         (HEADER + b"\1" * 7, "could not read bytes"),
         (HEADER + struct.pack("<II", 99, 0), "Did not read any bytes"),
         (HEADER + struct.pack("<II", 15, len(NONSENSE)) + NONSENSE, "is damaged or not a MATLAB file"),
@@ -346,7 +349,7 @@ def test_what_is_no_matlab_file(tmp_path, raw, words):
     if raw != "4":
         path.write_bytes(raw)
     with pytest.raises(DataFileError, match=words):
-        read_matlab(path)
+        matlab.read_columns(path, ["record[0]"], False)
 
 
 @pytest.mark.usefixtures("forked")
@@ -357,7 +360,7 @@ def test_a_file_cut_short_anywhere_is_refused(tmp_path, packed):
     for length in range(1, len(whole)):
         path.write_bytes(whole[:length])
         with pytest.raises(DataFileError, match=r"record\.mat"):
-            read_matlab(path)
+            read_columns(path, {"x": ("record[0]", "V")})
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
-from electrovib.core.errors import DataFileError
-from electrovib.data.array_columns import in_numbers, table_of_arrays
+from electrovib.data.array_columns import chosen_columns, table_of_arrays
 from electrovib.data.faults import packed
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import CanRead, FileFormat, NotRead, check_row, choose, real_numbers
-from electrovib.data.unit_words import name_and_known_unit, name_and_unit
+from electrovib.data.recorded import CanRead, FileFormat, NotRead
+from electrovib.data.unit_words import name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -49,6 +48,7 @@ _FILTERS: Final = {
 }  # fmt: skip
 """Filters by the numbers under which they are registered with the HDF Group."""
 _ELSEWHERE: Final = "is a link to another place, which is not followed; copy its numbers into this file"
+_OUTSIDE: Final = "outside the valid range that the file states"
 _BLOCK: Final = 1 << 18
 _MOST_OBJECTS: Final = 2000
 _DEEPEST: Final = 12
@@ -64,37 +64,30 @@ def reader(path: Path) -> Reader:
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read variables by name; their attribute ``units`` has priority over a unit in the name."""
     del missing
-    content, found = read_guarded(reader(path), path, wanted=list(columns)), {}
-    for column in columns:
-        about = content["about", column]
-        name, (values, _) = about["name"], decoded(about, content.get(("values", column)))
-        unit = about["attributes"].get("units", "") or name_and_known_unit(name)[1]
-        read = values if isinstance(values, str) else in_numbers(values, str(unit), {})
-        if isinstance(read, str):
-            raise DataFileError(f"column '{name}' {read}.", path=path)
-        found[column] = real_numbers(path, f"column '{name}'", read[1], read[0], "index")
-    return found
+    names = [each for each in columns if isinstance(each, str)]
+    content = read_guarded(reader(path), path, wanted=names if len(names) == len(columns) else None)
+    return chosen_columns(path, (each[:3] for each in _arrays(content)), columns)
 
 
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     """Read the arrays of a netCDF or HDF5 file that have the length with most numbers, or that of the array `part`."""
-    content = read_guarded(reader(path), path)
-    arrays: list[tuple[str, str, NDArray[Any] | str]] = []
-    clocks: dict[str, str] = {}
-    outside: list[NotRead] = []
-    for kind, name in [key for key in content if key[0] == "about"]:
-        about = content[kind, name]
-        label, stated = name_and_unit(name)
-        unit = next((about["attributes"][key] for key in _UNITS if key in about["attributes"]), stated)
-        values, beyond = decoded(about, content.pop(("values", name), None))
-        arrays.append((label, _TIMES.get(str(unit), str(unit)), values))
-        clocks[label] = "".join(about["dims"][:1])
-        if beyond:
-            outside.append(
-                NotRead(name=f"{beyond} values of {name}", why="outside the valid range that the file states")
-            )
-    found = table_of_arrays(path, arrays, part=part, clocks=clocks)
+    arrays = list(_arrays(read_guarded(reader(path), path)))
+    clocks = {name: dimension for name, *_, dimension, _ in arrays}
+    found = table_of_arrays(path, [each[:3] for each in arrays], part=part, clocks=clocks)
+    outside = [NotRead(name=f"{count} values of {name}", why=_OUTSIDE) for name, *_, count in arrays if count]
     return dataclasses.replace(found, not_read=(*found.not_read, *outside))
+
+
+def _arrays(content: dict[Any, Any]) -> Iterator[tuple[str, str, NDArray[Any] | str, str, int]]:
+    """Iterate over name, unit and values of each variable, its first dimension, and how many values are out of range."""
+    for name in [each[1] for each in content if each[0] == "about"]:
+        about = content["about", name]
+        group, _, last = name.rpartition("/")
+        own, stated = name_and_unit(last)
+        label = f"{group}/{own}" if group else own
+        unit = str(next((about["attributes"][key] for key in _UNITS if key in about["attributes"]), stated))
+        values, beyond = decoded(about, content.pop(("values", name), None))
+        yield label, _TIMES.get(unit, unit), values, "".join(about["dims"][:1]), beyond
 
 
 def decoded(about: Mapping[str, Any], raw: NDArray[Any] | None) -> tuple[NDArray[Any] | str, int]:
@@ -103,8 +96,10 @@ def decoded(about: Mapping[str, Any], raw: NDArray[Any] | None) -> tuple[NDArray
         return str(about["refusal"]), 0
     packing = {name: np.array(numbers, dtype) for name, (dtype, numbers) in about["packing"].items()}
     ends = {name: packing.pop(name) for name in _RANGE if name in packing}
-    attributes: dict[str, Any] = {name: number.reshape(-1)[0] for name, number in packing.items()}
-    if raw.dtype.kind == "f" and np.isnan(attributes.get("_FillValue", 0.0)):
+    attributes: dict[str, Any] = {
+        name: each.ravel()[0] if each.size == 1 else each for name, each in packing.items()
+    }
+    if raw.dtype.kind == "f" and np.isnan(attributes.get("_FillValue", 0.0)).all():
         del attributes["_FillValue"]  # NaN is missing already
     text = about["attributes"]
     attributes |= {name: text[name] for name in ("_Unsigned", "calendar") if name in text}
@@ -112,7 +107,7 @@ def decoded(about: Mapping[str, Any], raw: NDArray[Any] | None) -> tuple[NDArray
         attributes["units"] = text["units"]
     try:
         values = _by_xarray(raw, attributes) if attributes else raw
-    except (ValueError, TypeError, OverflowError, LookupError, ArithmeticError) as error:
+    except (ValueError, TypeError, OverflowError, LookupError, ArithmeticError, ImportError) as error:
         said = str(error).partition("\n")[0][:120]
         return f"cannot be decoded as its attributes state ({said})", 0
     if not ends or values.dtype.kind not in "fiu":
@@ -172,47 +167,43 @@ class NetcdfVariable:
 
 
 def variables(
-    path: Path, wanted: Sequence[str | int] | None = None, texts: bool = False
+    path: Path, wanted: Sequence[str] | None = None, texts: bool = False
 ) -> Iterator[tuple[Any, Any]]:
-    """Yield the attributes of the file, and what each variable is with its values as stored, or why it is not read."""
+    """Yield the attributes of the file, and what each variable is, and its values as stored, or why they are not read."""
     left = content_allowed(path.stat().st_size)
     with _opened(path) as (found, attributes):
         yield "attributes", attributes
-        names = list(found)
-        for column in names if wanted is None else wanted:
-            if isinstance(column, int):
-                raise DataFileError(
-                    f"ask for column {column} by its name; it has: {', '.join(names)}.", path=path
-                )
-            name = column if wanted is None else names[choose(path, names, column, len(names))]
-            variable, values = found[name], None
-            refusal = variable.refusal
-            if wanted is not None and not refusal:
-                check_row(path, f"column '{name}'", len(variable.shape), variable.dtype)
-            elif not texts and not refusal and variable.dtype.kind not in "fiubc":
-                refusal = "holds text" if variable.dtype.kind in "OS" else "holds no numbers"
-            if not refusal:
+        for name, variable in found.items():
+            about: dict[str, Any] = {"attributes": {}, "packing": {}, "dims": [], "shape": variable.shape}
+            about |= {
+                "text": variable.dtype.kind in "OSU",
+                "refusal": _refusal(variable, name, wanted, texts=texts),
+            }
+            if not about["refusal"]:
                 declared = math.prod(variable.shape) * variable.dtype.itemsize
                 left -= declared
                 if left < 0:
                     size = megabytes(path.stat().st_size)
                     raise packed(path, f"'{name}' declares {megabytes(declared)} in a file of {size}")
+                about |= {"attributes": _attributes(variable.stated), "packing": _packing(variable.stated)}
+                about["dims"] = variable.dimensions()
                 try:
                     values = variable.read()
                 except OSError:
                     if not variable.filters:
                         raise
-                    refusal = variable.filters
-            about: dict[str, Any] = {
-                "name": name,
-                "dims": variable.dimensions(),
-                "shape": variable.shape,
-                "refusal": refusal,
-            }
-            about |= {"attributes": _attributes(variable.stated), "packing": _packing(variable.stated)}
-            yield ("about", column), about | {"text": variable.dtype.kind in "OSU"}
-            if values is not None:
-                yield ("values", column), values
+                    about["refusal"] = variable.filters
+            yield ("about", name), about
+            if not about["refusal"]:
+                yield ("values", name), values
+
+
+def _refusal(variable: NetcdfVariable, name: str, wanted: Sequence[str] | None, *, texts: bool) -> str:
+    if wanted is not None and not any(each.startswith(name_and_unit(name)[0]) for each in wanted):
+        return "is not asked for"
+    if variable.dtype.kind in "fiubc" or texts:
+        return variable.refusal
+    return variable.refusal or ("holds text" if variable.dtype.kind in "OSU" else "holds no numbers")
 
 
 @contextmanager
@@ -297,6 +288,8 @@ def _dataset(file: h5py.File, place: str, entry: h5py.Dataset) -> Iterator[tuple
                 shape = (*entry.shape, *kind.shape)
                 read = functools.partial(lambda name: whole()[name], name)
                 yield f"{place}.{name}", known(shape=shape, dtype=kind.base, read=read)
+        elif entry.dtype.kind == "O" and h5py.check_string_dtype(entry.dtype) is None:
+            yield place, _refused("holds references, or rows of several lengths")
         elif h5py.check_string_dtype(entry.dtype) is not None:
             yield place, known(shape=entry.shape, dtype=np.dtype(object), read=lambda: _texts(entry))
         else:

@@ -16,106 +16,54 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
-from electrovib.core.errors import DataFileError, NoColumnError, suggestion
-from electrovib.data.array_columns import table_of_arrays
+from electrovib.core.errors import DataFileError
+from electrovib.data.array_columns import chosen_columns, table_of_arrays
 from electrovib.data.faults import check_file, packed
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import (
-    CanRead,
-    DataColumn,
-    FileFormat,
-    real_numbers,
-)
+from electrovib.data.recorded import CanRead, FileFormat
 from electrovib.data.trace_csv import joined
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
     import h5py
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
-    from electrovib.data.recorded import Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
-_NAME: Final = r"[A-Za-z]\w*(?:\[\d{1,9}\](?=\.)|\{\d{1,9}\})*"
-_COLUMN: Final = re.compile(rf"(({_NAME}(?:\.{_NAME})*)(?:\[(\d{{1,9}})\])?)(?:\s+\[([^\[\]]+)\])?")
 _NUMERIC: Final = re.compile("double|single|logical|u?int(?:8|16|32|64)")
 _HEADER: Final = 128
 _DEEPEST: Final = 6
 _MOST: Final = 5000
 
 
-def read_arrays(path: Path, names: Collection[str]) -> dict[str, Real]:
-    """Read real numeric arrays of a MATLAB file, in the shape that MATLAB shows.
-
-    A name may be the path of a field of a struct, ``"trial.force"``, or empty if the file holds only one real
-    numeric array that is no single number.
-    """
-    found = _read(path, names=list(dict.fromkeys(names)))
-    return {name: _as_shown(values) for name, values in found.items()}
-
-
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read columns of the arrays of a MATLAB file: ``"name[3]"`` is column 3, from 0, and ``"trial.force"`` a field."""
     del missing
-    parts: dict[str | int, tuple[str, str, int | None, str]] = {}
-    for column in columns:
-        if isinstance(column, int):
-            parts[column] = (f"[{column}]", "", column, "")
-            continue
-        match = _COLUMN.fullmatch(column)
-        if match is None:
-            raise DataFileError(
-                f"'{column}' names no column; write 'name[3]' for column 3, 0 first, of the array 'name'.",
-                path=path,
-            )
-        parts[column] = (match[1], match[2], int(match[3]) if match[3] else None, match[4] or "")
-    arrays = read_arrays(path, [name for _, name, _, _ in parts.values()])
-    return {
-        column: real_numbers(path, f"column {label}", _column(path, name, arrays[name], number), unit)
-        for column, (label, name, number, unit) in parts.items()
-    }
-
-
-def _column(path: Path, name: str, array: Real, number: int | None) -> Real:
-    called = f"'{name}'" if name else "the array"
-    shape = " x ".join(map(str, array.shape))
-    if number is None:
-        if array.size != max(array.shape):
-            raise DataFileError(
-                f"{called} is {shape}; name one of its columns, as in '{name}[0]'.", path=path
-            )
-        return array.ravel()
-    if array.ndim != 2:
-        raise DataFileError(f"{called} is {shape}, not a row per sample and a column per signal.", path=path)
-    if not 0 <= number < array.shape[1]:
-        turned = "; is it transposed?" if array.shape[1] > 10 * array.shape[0] else ""
-        raise DataFileError(
-            f"there is no column {number} in {called} ({shape}); they are numbered 0 to"
-            f" {array.shape[1] - 1}{turned}.",
-            path=path,
-        )
-    return array[:, number]
+    return chosen_columns(path, _arrays(path), columns)
 
 
 def read_matlab_table(path: Path, *, part: str = "") -> Recorded:
     """Read the real numeric arrays of a MATLAB file that have the length with most numbers, or those of `part`."""
+    return table_of_arrays(path, _arrays(path), part=part)
+
+
+def _arrays(path: Path) -> list[tuple[str, str, NDArray[Any] | str]]:
     found = _read(path)
-    arrays = [
-        (name, "", value["why"] if isinstance(value, dict) else value.T) for name, value in found.items()
-    ]
-    return table_of_arrays(path, arrays, part=part)
+    return [(name, "", value["why"] if isinstance(value, dict) else value.T) for name, value in found.items()]
 
 
 def read_variables(path: Path) -> dict[str, NDArray[Any] | str]:
-    """Read all arrays of real or complex numbers, and texts, of a MATLAB file."""
-    found = _read(path, texts=True)
-    read = {
-        name: value.get("text") if isinstance(value, dict) else _as_shown(value)
-        for name, value in found.items()
-    }
-    return {name: value for name, value in read.items() if value is not None}
+    """Read all arrays of real or complex numbers, and texts, of a MATLAB file, as MATLAB shows them."""
+    read: dict[str, NDArray[Any] | str] = {}
+    for name, value in _read(path, texts=True).items():
+        if isinstance(value, dict):
+            read[name] = value["text"]
+        else:
+            with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
+                read[name] = np.asarray(value, np.complex128 if value.dtype.kind == "c" else np.float64).T
+    return read
 
 
 def _read(path: Path, **arguments: Any) -> dict[str, Any]:
@@ -132,56 +80,25 @@ def _read(path: Path, **arguments: Any) -> dict[str, Any]:
     return read_guarded(Reader(f"{__name__}:contents", needs, "a MATLAB file"), path, **arguments)
 
 
-def _as_shown(values: NDArray[Any]) -> NDArray[Any]:
-    """Return the transposed array that the guarded process hands over without a copy, as MATLAB shows it."""
-    with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
-        return np.asarray(values, dtype=np.complex128 if values.dtype.kind == "c" else np.float64).T
-
-
-def _nothing() -> Any:
-    raise ValueError("it holds no numbers")
-
-
 @dataclass(frozen=True)
 class _Entry:
     """A variable, or what is in a struct or a cell: MATLAB's word for it, its shape, and how its values are read."""
 
     kind: str
     shape: tuple[int, ...] = ()
-    read: Callable[[], Any] = _nothing
+    read: Callable[[], Any] | None = None
     has_parts: bool = False
-
-    @property
-    def is_readable(self) -> bool:
-        """Whether it is an array of numbers or a text."""
-        return self.read is not _nothing
-
-    @property
-    def is_real(self) -> bool:
-        """Whether it is an array of real numbers."""
-        return self.is_readable and not self.kind.startswith(("complex ", "char"))
 
     def __str__(self) -> str:
         return f"{' x '.join(map(str, self.shape))} {self.kind}".strip()
 
 
-def contents(
-    path: Path, names: Sequence[str] | None = None, texts: bool = False
-) -> Iterator[tuple[str, Any]]:
-    """Yield the selected real arrays; or every array, with complex numbers as `texts` or else why one is not read."""
-    if names is not None:
-        outside = {re.split(r"[.\[{]", name)[0] for name in names}
-        with _entries(path, outside) as some:
-            known = dict(some)
-        missed = not all(name and name in known for name in names)
-        with _entries(path, None if missed else outside) as listed:
-            known = dict(listed)
-            for wanted in names:
-                yield wanted, known[_chosen(path, wanted, known)].read()
-        return
+def contents(path: Path, texts: bool = False) -> Iterator[tuple[str, Any]]:
+    """Yield every real array, or why something is not read; or also complex numbers and `texts`."""
     with _entries(path) as found:
-        for name, entry in found:
-            if entry.is_real or (texts and entry.is_readable):
+        for name, entry in itertools.islice(found, _MOST):
+            is_real = not entry.kind.startswith(("complex ", "char"))
+            if entry.read is not None and (is_real or texts):
                 value = entry.read()
                 yield name, {"text": value} if isinstance(value, str) else value
             elif not entry.has_parts and not texts:
@@ -189,15 +106,15 @@ def contents(
 
 
 @contextmanager
-def _entries(path: Path, outside: Collection[str] | None = None) -> Iterator[Iterator[tuple[str, _Entry]]]:
-    """Open a file, and iterate over what is in it: in these variables, or in all."""
+def _entries(path: Path) -> Iterator[Iterator[tuple[str, _Entry]]]:
+    """Open a file, and iterate over what is in it."""
     if not _is_hdf5(path):
-        yield itertools.islice(_of_version5(path, outside), _MOST)
+        yield _of_version5(path)
         return
     import h5py
 
     with h5py.File(path, "r") as file:
-        yield itertools.islice(_in_group(path, file, ""), _MOST)
+        yield _in_group(path, file, "")
 
 
 def _is_hdf5(path: Path) -> bool:
@@ -209,13 +126,13 @@ def _is_hdf5(path: Path) -> bool:
 # ----------------------------------------------------------------------------------------------- version 5
 
 
-def _of_version5(path: Path, outside: Collection[str] | None) -> Iterator[tuple[str, _Entry]]:
+def _of_version5(path: Path) -> Iterator[tuple[str, _Entry]]:
     """Iterate over the variables, and what is in them; each is unpacked when its turn comes."""
     import scipy.io
 
     warnings.simplefilter("ignore")  # of what SciPy finds in a damaged file; this process reads no other
     for name, file in scipy.io.matlab.varmats_from_mat(io.BytesIO(path.read_bytes())):
-        if name and (outside is None or name in outside or name == "None"):
+        if name:
             value = scipy.io.loadmat(file)[name]
             of_object = isinstance(value, scipy.io.matlab.MatlabOpaque)
             yield from _in_value(value["s0"].item().decode("latin-1") if of_object else name, value)
@@ -314,7 +231,7 @@ def _in_member(path: Path, entry: h5py.Dataset | h5py.Group, place: str) -> Iter
         is_number = entry.dtype.kind in "fiu"
         yield (
             place,
-            _Entry(kind or "double", shape, (lambda: _whole(path, entry, place)) if is_number else _nothing),
+            _Entry(kind or "double", shape, (lambda: _whole(path, entry, place)) if is_number else None),
         )
 
 
@@ -329,60 +246,6 @@ def _whole(path: Path, entry: h5py.Dataset, name: str) -> NDArray[Any]:
 
 def _complex(values: NDArray[Any]) -> NDArray[Any]:
     return joined(real=values["real"], imaginary=values["imag"])
-
-
-# ------------------------------------------------------------------------------------ choice of a variable
-
-
-def _chosen(path: Path, wanted: str, known: Mapping[str, _Entry]) -> str:
-    """Return the name of the selected variable, or refuse with a list of what there is."""
-
-    def listed(names: Sequence[str]) -> str:
-        shown = [f"{name} ({known[name]})" for name in names[:20]]
-        return ", ".join(shown) + (", ..." if len(names) > 20 else "")
-
-    if not known:
-        raise DataFileError("holds no variables.", path=path)
-    outside = [name for name in known if not _above(name)]
-    if wanted in known and known[wanted].is_real:
-        return wanted
-    if wanted in known:
-        inside = [name for name in known if _above(name) == wanted]
-        more = f"; name one of its fields: {listed(inside)}" if inside else ""
-        raise DataFileError(f"'{wanted}' is no real numeric array, but {listed([wanted])}{more}.", path=path)
-    if wanted:
-        above = wanted
-        while above and above not in known:
-            above = _above(above)
-        names = [name for name in known if _above(name) == above]
-        if above and not names:
-            raise DataFileError(
-                f"'{wanted}' cannot be reached, {_unreachable(above, known[above])}", path=path
-            )
-        near = suggestion(wanted, names)
-        what, has = ("field", f"'{above}'") if above else ("variable", "It")
-        why = f"there is no {what} '{wanted}'.{near} {has} has: {listed(names)}."
-        raise NoColumnError(why, path=path, column=wanted)
-    arrays = [name for name in outside if known[name].is_real and max(known[name].shape, default=0) > 1]
-    if len(arrays) != 1:
-        what = "no real numeric array" if not arrays else "more than one numeric array"
-        how = f"; name one, as in '{arrays[0]}[0]'" if arrays else ""
-        structs = [name for name in outside if known[name].kind == "struct"]
-        how = how or (f"; a field of a struct is named as in '{structs[0]}.force'" if structs else "")
-        raise DataFileError(f"holds {what}{how}. It has: {listed(outside)}.", path=path)
-    return arrays[0]
-
-
-def _above(name: str) -> str:
-    """Return the struct, the array of structs or the cell in which an entry stands; empty for a variable."""
-    return name[: max(name.rfind("."), name.rfind("["), name.rfind("{"), 0)]
-
-
-def _unreachable(name: str, entry: _Entry) -> str:
-    """Return why an entry on the path to a field has no fields."""
-    if entry.kind.startswith("object of class"):
-        return f"because '{name}' is an {entry.kind}: only MATLAB reads it; save its numbers there as arrays."
-    return f"because {name} ({entry}) is no struct with fields."
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:

@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
-from electrovib.data.array_columns import table_of_arrays
+from electrovib.data.array_columns import chosen_columns, table_of_arrays
 from electrovib.data.faults import DAMAGE, damaged, packed
 from electrovib.data.recorded import MOST_COLUMNS, CanRead, FileFormat, choose, real_numbers
 from electrovib.data.unit_words import name_and_known_unit, name_and_unit
@@ -77,9 +77,7 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
     """Read columns of an array with a row per sample, of a structured array, or of an archive."""
     del missing
     if _is_archive(path):
-        channels = read_numpy(path).channels
-        names = [each.name for each in channels]
-        return {column: channels[choose(path, names, column, len(names))] for column in columns}
+        return chosen_columns(path, _in_archive(path), columns)
     array = _opened(path)
     fields = array.dtype.names or ()
     if array.ndim != (1 if fields else 2):
