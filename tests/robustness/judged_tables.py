@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections import Counter
 from typing import NamedTuple
 
@@ -36,11 +35,7 @@ def outcome_of(table: Table, path) -> Outcome:
         return Outcome("wrong", f"raises {type(error).__name__}: {error}")
     found = [_of_segment(recorded, columns, table.dialect) for columns in table.segments]
     best = min(found, key=lambda each: ("equal", "asked", "not read", "refused", "wrong").index(each.what))
-    if (
-        best.what != "wrong"
-        and len(found) > 1
-        and not (recorded.not_read or "omitted" in recorded.attributes)
-    ):
+    if best.what != "wrong" and len(found) > 1 and not recorded.not_read:
         return Outcome("wrong", "lost: the other segments are not named")
     return best
 
@@ -87,15 +82,14 @@ def _columns_differ(recorded, columns: list[Written], dialect: Dialect, named: s
 
 def _channel_of(channels, column: Written, place: int, dialect: Dialect):
     """Return the first channel with the name of a column, or its number where there are no headings."""
-    return next((each for each in channels if _is_called(each.name, column, place, dialect)), None)
-
-
-def _is_called(name: str, column: Written, place: int, dialect: Dialect) -> bool:
     if dialect.headings == "none":
-        return name == f"column {place}"
-    return re.sub("'+$", "", plain_name(name)) == plain_name(column.name).rstrip("'") or plain_name(
-        name
-    ).startswith(f"{plain_name(column.name)} [")
+        return next((each for each in channels if each.name == f"column {place}"), None)
+    wanted = plain_name(column.name)
+    named = [each for each in channels if plain_name(each.name) == wanted]
+    named += [
+        each for each in channels if plain_name(each.name.rstrip("'")) == wanted
+    ]  # the second of its name
+    return named[0] if named else None
 
 
 def _differs(channel, column: Written) -> str:
@@ -126,10 +120,13 @@ def _clocks_differ(recorded, columns: list[Written], dialect: Dialect, named: st
         times = [plain_name(each.name) for each in columns if each.role in ("time", "stamps")]
         if not times or not (name.startswith(("time", "date")) or name in times):
             return f"time: '{recorded.time}' is none"
+    clocks = {plain_name(each.name): recorded.clocks.get(each.name) for each in recorded.channels}
     for column in columns:
-        own = recorded.clocks.get(column.name)
-        if column.clock and recorded.times() is not None and (own is None or own.time != column.clock):
-            return f"clock: '{column.name}' belongs to '{column.clock}'"
+        name = plain_name(column.name)
+        if column.clock and name in clocks and recorded.times() is not None:
+            own = clocks[name]
+            if own is None or plain_name(own.time) != plain_name(column.clock):
+                return f"clock: '{column.name}' belongs to '{column.clock}'"
     return ""
 
 

@@ -109,38 +109,38 @@ def consistent(dialect: Dialect) -> Dialect:
 
 
 def _headings_of_their_delimiter(dialect: Dialect) -> dict[str, object]:
-    """Between blanks nothing else may hold a blank; without headings there are no units."""
-    change: dict[str, object] = {}
+    """Between blanks nothing else may hold a blank; without headings there are no units but those in the cells."""
+    headings, units = dialect.headings, dialect.units
     if dialect.delimiter == " ":
-        change |= {"headings": "words"} if dialect.headings == "several" else {}
-        change |= {"units": "brackets"} if dialect.units in ("cells", "mixed cells") else {}
-    if dialect.headings == "none" and dialect.time == "second time":
-        change |= {"headings": "words"}
-    if change.get("headings", dialect.headings) == "none":
-        change |= {"mark": "", "segments": 1, "same_name": False}
-        change |= {} if dialect.units in ("cells", "mixed cells") else {"units": "none"}
-    return change
+        headings = "words" if headings == "several" else headings
+        units = "brackets" if units in ("cells", "mixed cells") else units
+    if headings == "none" and dialect.time == "second time":
+        headings = "words"
+    if headings != "none":
+        same = dialect.same_name and headings != "odd"  # a prime may be part of a name
+        return {"headings": headings, "units": units, "same_name": same}
+    units = units if units in ("cells", "mixed cells") else "none"
+    return {"headings": "none", "units": units, "mark": "", "segments": 1, "same_name": False}
 
 
 def _times_of_their_units(dialect: Dialect) -> dict[str, object]:
     """A unit other than the second has to be written, and a step above the table."""
-    change: dict[str, object] = {}
-    if dialect.units == "none" and dialect.time in ("ms", "us", "min"):
-        change["time"] = "seconds"
-    if dialect.delimiter in BLANKS and dialect.time in ("iso", "date.clock", "date and clock"):
-        change["time"] = "iso T"
-    if (dialect.number == "integers" or dialect.units == "mixed cells") and dialect.time in (
-        "seconds",
-        "min",
-    ):
-        change["time"] = "none" if dialect.units == "none" else "ms"
-    time = change.get("time", dialect.time)
+    time = dialect.time
+    if dialect.delimiter in BLANKS and time in ("iso", "date.clock", "date and clock"):
+        time = "iso T"
+    if dialect.units == "none" and time in ("ms", "us", "min"):
+        time = "seconds"
+    if (dialect.number == "integers" or dialect.units == "mixed cells") and time in ("seconds", "min"):
+        time = "none" if dialect.units == "none" else "ms"
+    change: dict[str, object] = {"time": time}
     if time in STAMPS or time == "second time":
         change["segments"] = 1
     if time == "step" and dialect.preamble in ("none", "%", "sep="):
         change["preamble"] = "settings"
     if time == "none":
         change["statistics"] = ()
+    if time == "ms" and dialect.number == "integers":
+        change["step"] = max(1e-3, dialect.step)
     return change
 
 
@@ -148,7 +148,11 @@ def _signs_apart(dialect: Dialect) -> dict[str, object]:
     """A sign is a delimiter, a decimal sign or a separator, or stands in quotes."""
     change: dict[str, object] = {}
     blank, separator = dialect.delimiter in BLANKS, dialect.thousands
-    if separator == dialect.decimal or dialect.number in ("scientific", "fortran", "general"):
+    if {"lakh": ","}.get(separator, separator) == dialect.decimal or dialect.number in (
+        "scientific",
+        "fortran",
+        "general",
+    ):
         change["thousands"] = separator = ""
     if blank:
         change |= {"shorter": False, "quotes": "none", "padded": False, "trailing": "none"}
@@ -167,7 +171,8 @@ def _enough_rows(dialect: Dialect) -> dict[str, object]:
     if dialect.time in ("second time", "none", "step", "whole seconds") or dialect.columns == 1:
         change["shorter"] = False
     if dialect.time == "second time":
-        change["columns"] = max(2, dialect.columns)
+        change |= {"columns": max(2, dialect.columns), "same_name": False}
+        change |= {"number": "fixed"} if dialect.number == "integers" else {}
     if dialect.time == "whole seconds":
         change |= {"rows": max(30, dialect.rows), "step": 0.1}
     elif dialect.missing in ("-999", "-999.00") or change.get("shorter", dialect.shorter):

@@ -118,9 +118,8 @@ class _Builder:
         dialect = self.dialect
         columns = self._time() + self._numbers()
         if dialect.time == "second time":
-            second = self._number_column(
-                "Time B", "s", np.arange(dialect.rows) * dialect.step / 2, digits=7, role="time"
-            )
+            unit, half = "" if dialect.units == "none" else "s", np.arange(dialect.rows) * dialect.step / 2
+            second = self._number_column("Time B", unit, half, digits=7, role="time")
             last = columns.pop()
             columns += [second, (dataclasses.replace(last[0], clock="Time B"), last[1])]
         if dialect.words:
@@ -369,4 +368,4 @@ def _grouped(whole: str, separator: str) -> str:
 
 def plain_name(name: str) -> str:
     """Return a name in a form in which spellings of one name agree."""
-    return " ".join(unicodedata.normalize("NFKC", name).replace("_", " ").strip("\"' #%").casefold().split())
+    return " ".join(unicodedata.normalize("NFKC", name).replace("_", " ").strip('" #%').casefold().split())

@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError, NoColumnError, suggestion
 from electrovib.data.recorded import (
     MOST_COLUMNS,
-    Clock,
+    ChannelClock,
     DataColumn,
     NotRead,
     is_named_time,
@@ -181,7 +181,7 @@ def _columns_of(name: str, unit: str, values: NDArray[Any] | str, most: int) -> 
                 yield f"{name}[{at}]", unit, turned[:, at]
 
 
-def _clocks(recorded: Recorded, stated: Mapping[str, str]) -> dict[str, Clock]:
+def _clocks(recorded: Recorded, stated: Mapping[str, str]) -> dict[str, ChannelClock]:
     """Assign channels to the times that are stated for them, or stand in their group, where these are not those of all."""
     times = {each.name for each in recorded.channels if is_named_time(each)}
     by_group = {_group(name): name for name in sorted(times, reverse=True)}
@@ -190,7 +190,7 @@ def _clocks(recorded: Recorded, stated: Mapping[str, str]) -> dict[str, Clock]:
         own = stated.get(each.name, "")
         time = own if own in times else by_group.get(_group(each.name), "")
         if time and time != recorded.time and each.name not in times:
-            found[each.name] = Clock(time=time)
+            found[each.name] = ChannelClock(time=time)
     return found
 
 

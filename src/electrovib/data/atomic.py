@@ -175,7 +175,7 @@ def _not_ours(path: Path, form: Form | None) -> str:
     """Return a sentence if this output would replace a file of the user, else an empty text."""
     if not path.exists() or (form is not None and is_ours(path, form)):
         return ""
-    what = f"no {form} that electrovib wrote, or it was changed since" if form else "may be somebody else's"
+    what = f"no {form} that electrovib wrote, or it was changed since" if form else "possibly somebody else's"
     return f"exists already and is {what}; give another name, or replace it with --force (force=True)."
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 MOST_COLUMNS: Final = 1024
 """Columns of a file of text or of an array."""
 _MOST_LISTED: Final = 20
+OTHER_PART: Final = "another part; choose it with part (--set part=NAME)"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +102,7 @@ class NotRead:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Clock:
+class ChannelClock:
     """When the samples of a channel were taken: in the channel `time`, or from `start` [s] in steps of `step` [s]."""
 
     time: str = ""
@@ -125,7 +126,7 @@ class Recorded:
     start: float = 0.0
     attributes: Mapping[str, str] = field(default_factory=dict)
     not_read: tuple[NotRead, ...] = ()
-    clocks: Mapping[str, Clock] = field(default_factory=dict)
+    clocks: Mapping[str, ChannelClock] = field(default_factory=dict)
 
     @property
     def size(self) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import importlib.util
 import pkgutil
@@ -17,7 +16,6 @@ from electrovib.data.recorded import (
     CanRead,
     DataColumn,
     FileFormat,
-    NotRead,
     Recorded,
     choose,
     without_missing_numbers,
@@ -74,16 +72,7 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
         raise DataFileError(f"the option {foreign[0]} does not belong to {chosen.description}.", path=path)
     if "decimal_comma" in given:
         given["decimal_comma"] = truth(given["decimal_comma"], "decimal_comma")
-    return without_missing_numbers(_accounted(chosen.read(path, **given)))
-
-
-def _accounted(found: Recorded) -> Recorded:
-    """Count what a reader states as omitted or left out among what is not read."""
-    about = found.attributes
-    stated = {name: about[name] for name in ("omitted", "left_out") if name in about}
-    why = {"omitted": "another part; choose with part (--set part=NAME)", "left_out": "no numbers"}
-    more = tuple(NotRead(name=text, why=why[name]) for name, text in stated.items())
-    return dataclasses.replace(found, not_read=(*found.not_read, *more)) if more else found
+    return without_missing_numbers(chosen.read(path, **given))
 
 
 def _check_package(path: Path, chosen: FileFormat) -> None:

@@ -338,6 +338,10 @@ def _in_si(channel: DataColumn, unit: str) -> Real:
         written = "1"
     per = eps0 if unit == "1" and written.endswith("F/m") else 1.0  # a permittivity that is not relative
     written, expected = (written.removesuffix("/m"), "F") if per == eps0 else (written, unit)
+    if unit == "F" and not written and np.nanmax(np.abs(channel.values), initial=0) >= 1e-3:
+        raise InputError(
+            f"column '{channel.name}': farads are not likely; state its unit, such as '{channel.name} [pF]'"
+        )
     known = kind_and_factor(written) if written else (unit, 1.0)
     if known is None or known[0] != expected:
         raise InputError(f"column '{channel.name}': '{channel.unit}' is not a unit of {unit}")

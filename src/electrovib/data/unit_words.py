@@ -25,6 +25,9 @@ _PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
 _RESISTIVITY: Final = re.compile(r"([kMGTmuµ]?)(?:[Oo]hms?|OHMS?|Ω|\u2126)[ .*·⋅-]?(c?m)(\^?2|²|)")
 _TIME: Final = re.compile(r"(?P<name>(?i:t|time|zeit|temps)_(?P<unit>[mnuµ]?s))")
 """Headings of times that end with their unit; after other names a letter may be an index, as N in ``F_N``."""
+_SIEMENS: Final = re.compile(r"[munp]S")
+_TIMES: Final = re.compile(r"t(ime)?\b|zeit|temps|x\b", re.IGNORECASE)
+"""Names of columns in which some oscilloscopes write S for a second."""
 _CONDUCTIVITY: Final = re.compile(r"(?P<name>.+?)(?: in |/)(?P<unit>[mnuµ]?S/c?m)")
 UNITS: Final = {
     "volt": "V", "volts": "V", "v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ampere": "A", "amperes": "A",
@@ -83,7 +86,8 @@ def name_and_unit(heading: str) -> tuple[str, str]:
         return found[1], "ohm"
     if (found := _BRACKETS.fullmatch(heading)) and _is_unit(*found.group(1, 2, 3)):
         name, _, unit = found.groups()
-        known = as_unit(unit)
+        siemens = _SIEMENS.fullmatch(unit) and not _TIMES.match(name)
+        known = unit if siemens else as_unit(unit)
         return name or heading, unit if known is None else known
     if heading.startswith("in ") and as_unit(heading[3:]):  # as Rohde & Schwarz write the time
         return "time", as_unit(heading[3:]) or ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -62,6 +62,17 @@ class Interval:
         """Lowest and highest number over the choices."""
         return min(self.choices.values()), max(self.choices.values())
 
+    def above(self, least: float) -> Interval:
+        """Return it without what is below the least value that is possible."""
+        if not self.lower < least:
+            return self
+        return replace(self, lower=least, method=f"{self.method}, cut at {least:g}")
+
+    @property
+    def is_bound(self) -> bool:
+        """Whether it states a lower bound alone, as `more_than` makes it."""
+        return math.isnan(self.value) and math.isfinite(self.lower)
+
     @property
     def digits(self) -> int:
         """Digits that show the interval."""
@@ -71,6 +82,8 @@ class Interval:
         self, unit: str, *, digits: int | None = None, write: Callable[..., str] | None = None
     ) -> tuple[str, str]:
         """Write the number, and both ends of its interval or nothing."""
+        if self.is_bound:
+            return f"more than {(write or _shown)(self.lower, unit, digits=3)}", ""
         shown = self.digits if digits is None else digits
         value, *ends = (
             (write or _shown)(each, unit, digits=shown) for each in (self.value, self.lower, self.upper)
@@ -81,7 +94,7 @@ class Interval:
         """Write the number with its interval and the method, or why there is none."""
         value, ends = self.texts(unit)
         if not ends:
-            return f"{value}, no interval: {why or self.method}"
+            return f"{value}{':' if self.is_bound else ', no interval:'} {why or self.method}"
         method = f" ({self.method})" if self.method else ""
         scatter = f", scatter {_shown(self.scatter, unit)}" if math.isfinite(self.scatter) else ""
         return f"{value}, 95 % interval {ends}{method}{scatter}"
@@ -103,6 +116,11 @@ def from_noise(value: float, standard_error: float, *, freedom: float = math.inf
         value=value, lower=value - half, upper=value + half, standard_error=standard_error,
         method="noise of one edge",
     )  # fmt: skip
+
+
+def more_than(value: float, why: str, *, count: int = 1) -> Interval:
+    """Make a number of which a lower bound is known alone."""
+    return Interval(value=math.nan, lower=value, upper=math.inf, method=why, count=count, open_above=True)
 
 
 def mean_of(each: Sequence[Interval], *, of: str = "edge") -> Interval:
@@ -210,7 +228,7 @@ class NumberRow:
     @property
     def sentence(self) -> str:
         """The number with its interval, the method, and what may be wrong with it."""
-        known = math.isfinite(self.number.value)
+        known = math.isfinite(self.number.value) or self.number.is_bound
         text = f"{self.name}: {self.number.in_words(self.unit) if known else f'none, {self.number.method}'}"
         return f"{text}; {self.note}" if self.note and known else text
 
@@ -250,6 +268,27 @@ def rough_noise(values: NDArray[Any]) -> float:
         return 0.0
     parts = 2 if np.iscomplexobj(values) else 1
     return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / np.sqrt(20 * parts))
+
+
+_STUCK: Final = 20
+"""Equal readings in a row that noise does not give."""
+
+
+def stuck(reading: Real) -> NDArray[np.bool_]:
+    """Find the samples of 20 or more equal readings in a row; none in a signal without noise, as a computed one."""
+    same, change = np.diff(reading) == 0, np.abs(np.diff(reading))
+    noisy = (
+        np.median(np.abs(np.diff(reading, 2))[~same[1:]]) > np.median(change[~same]) / 2
+        if not same.all()
+        else False
+    )
+    if not noisy or np.mean(same) > 0.5:
+        return np.zeros(reading.size, bool)
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
+    found = np.zeros(reading.size, bool)
+    for first, last in zip(ends[::2], ends[1::2], strict=True):
+        found[first : last + 1] = last - first + 1 >= _STUCK
+    return found
 
 
 def averages(values: Real, count: int) -> Real:

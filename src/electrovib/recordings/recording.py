@@ -261,7 +261,7 @@ _REPEATS = 10
 _MORE = 3
 """Factor by which the extreme reading occurs more often than any other in its half of the range."""
 _STEP = 1.5
-"""Distance of two readings, in steps of the converter, below which they are neighbours."""
+"""Width, in units of the distance of two readings, within which others are counted that could flicker as they do."""
 _NOISE = 0.5
 """Median difference of successive changes inside the range, in steps of the converter, below which there is no noise."""
 _BETWEEN = 0.1
@@ -309,12 +309,12 @@ def _repeated_end(levels: Real, counts: NDArray[np.intp]) -> int:
     near = np.flatnonzero(levels <= (levels[0] + levels[-1]) / 2)
     if counts[0] >= max(_REPEATS, _MORE * int(np.max(counts[near[1:]], initial=0))):
         return 1
-    step = np.diff(levels)
-    if levels.size < 3 or step[0] > _STEP * step.min():
+    if levels.size < 3 or near.size < 2 or counts[0] < max(_REPEATS / 2, _MORE * counts[2]):
         return 0
-    pairs = counts[near[2:]] + np.where(step[near[2:] - 1] <= _STEP * step.min(), counts[near[2:] - 1], 0)
-    flickers = counts[0] >= _MORE * counts[2]
-    return 2 if flickers and counts[:2].sum() >= max(_REPEATS, _MORE * int(np.max(pairs, initial=0))) else 0
+    ends = np.searchsorted(levels, levels[near[2:]] + _STEP * (levels[1] - levels[0]))
+    below = np.append(0, np.cumsum(counts))
+    others = below[ends] - below[near[2:]]
+    return 2 if counts[:2].sum() >= max(_REPEATS, _MORE * int(np.max(others, initial=0))) else 0
 
 
 Span = tuple[int, int]

@@ -95,7 +95,7 @@ def _of_times(found: MeasuredTimes) -> list[str]:
                 text += (
                     f" and less than {pretty_quantity(own.upper, 's', digits=3)} with the sensor taken out"
                 )
-            elif math.isfinite(own.value):
+            elif math.isfinite(own.lower):
                 text += f" and {_interval(own, 's')} with the sensor taken out"
             limit = pretty_quantity(each.sensor_limit, "s", digits=3)
             text += f"; an instantaneous change would show {limit} through this sensor"
@@ -106,7 +106,7 @@ def _of_times(found: MeasuredTimes) -> list[str]:
 
 def _interval(number: Interval, unit: str = "") -> str:
     value, ends = number.texts(unit, digits=3, write=pretty_quantity)
-    return f"{value} ({ends})" if ends else f"{value} (no interval)"
+    return f"{value} ({ends})" if ends else f"{value}{' (no interval)' * (not number.is_bound)}"
 
 
 def _criteria(found: DirectionTimes) -> Table:
@@ -204,7 +204,7 @@ def numbers_table(title: str, rows: Sequence[NumberRow], *, first: str = "") -> 
     for row in rows:
         unit, number = row.unit if row.unit != "1" else "", row.number
         value, ends = number.texts(unit, digits=4, write=pretty_quantity)
-        if not math.isfinite(number.value):
+        if not math.isfinite(number.value) and not number.is_bound:
             value = "none"
         known = math.isfinite(number.scatter)
         scatter = pretty_quantity(number.scatter, unit, digits=4) if known else "none"

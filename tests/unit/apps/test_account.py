@@ -28,9 +28,10 @@ def test_a_trace_states_what_was_read_and_what_was_not(several):
     assert account["read"][1] == {"name": "force"} | force
     assert [each["name"] for each in account["not_read"]] == list(FEW)
     assert "it has 7 rows, those that are read 40" in account["not_read"][5]["why"]
-    (said,) = [each for each in json.loads(found.attrs["validity"]) if each["name"] == "not read"]
+    (said,) = [each for each in json.loads(found.attrs["validity"]) if each["name"] == "rest of the file"]
     assert said["text"].startswith("not read: few0 (it has 2 rows")
     assert said["text"].endswith("; and 5 more")
+    assert said["text"] in found.attrs["history"]
     for suffix in (".nc", ".csv", ".mat"):
         ev.save(found, several.with_name(f"saved{suffix}"))
         again = ev.open_trace(several.with_name(f"saved{suffix}"))

@@ -345,3 +345,12 @@ def test_damaged_binary_files_are_refused(tmp_path, suffix, engine):
         with pytest.raises(DataFileError, match=f"a{suffix}: (is damaged or not|the file is)") as caught:
             read_columns(path, BY_NUMBER if suffix == ".npy" else WANTED)
         assert "\n" not in str(caught.value)
+
+
+def test_a_number_that_stands_for_no_reading_is_missing_in_columns_too(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t,u\n" + "".join(f"{at},{9.9e37 if at == 3 else at % 5}\n" for at in range(20)))
+    found = read_columns(path, {"voltage": ("u", "V")}, missing=True)["voltage"]
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(found)), [3])
+    with pytest.raises(DataFileError, match=r"line 5, column 'u': 9.9e\+37 stands for no reading"):
+        read_columns(path, {"voltage": ("u", "V")})

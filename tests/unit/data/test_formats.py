@@ -183,7 +183,7 @@ def test_spreadsheets_and_the_choice_of_a_sheet(tmp_path):
     book.save(tmp_path / "a.xlsx")
     found = read_recorded(tmp_path / "a.xlsx")
     assert (found.time, found.attributes["sheet"]) == ("time", "first")
-    assert found.attributes["omitted"] == "Sheet, second"
+    assert [each.name for each in found.not_read] == ["Sheet", "second"]
     np.testing.assert_allclose(found.channels[1].values, V, rtol=1e-15)
     second = read_recorded(tmp_path / "a.xlsx", part="second")
     np.testing.assert_allclose(second.channels[1].values, 2 * V, rtol=1e-15)
@@ -228,7 +228,7 @@ def test_waveforms_of_lecroy_and_of_tektronix(tmp_path, form):
     found = read_recorded(tmp_path / "a.wfm")
     np.testing.assert_allclose(found.channels[0].values, volts, rtol=1e-6)
     np.testing.assert_allclose(found.times(), times, atol=1e-9 if form == "lecroy" else 1e-12)
-    assert "omitted" not in found.attributes
+    assert not found.not_read
     assert form == "lecroy" or [(each.name, each.unit) for each in found.channels] == [("CH 1", "V")]
 
 
@@ -238,7 +238,7 @@ def test_a_waveform_of_tektronix_states_its_unit_its_frames_and_its_envelope(tmp
     found = read_recorded(tmp_path / "a.wfm")
     assert found.channels[0].unit == "A"
     assert found.channels[0].values.size == 3
-    assert found.attributes["omitted"] == "frames 2 to 3 of 3"
+    assert [each.name for each in found.not_read] == ["frames 2 to 3 of 3"]
     envelope, cut = tektronix_wfm([1, 2, 3], storage=1), tektronix_wfm([1, 2, 3])[:400]
     for raw, words in ((envelope, "envelope"), (cut, "Tektronix")):
         (tmp_path / "a.wfm").write_bytes(raw)
@@ -303,6 +303,12 @@ def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
         ("a.raw", b"t,u\n0,1\n1,2\n", {"reader": "txt"}, "there is no reader 'txt'. Did you mean 'text'"),
         ("a.raw", b":WFMPRE:BYT_NR 2;", {"delimiter": ";"}, "delimiter does not belong to Tektronix"),
         ("a.raw", b"RIFF\x10\x00\x00\x00WAVEfmt ", {}, "damaged or not a sound file"),
+        (
+            "a.pssession",
+            b"{}",
+            {},
+            "of a potentiostat or impedance analyser in its own form; export the spectrum there",
+        ),
         ("c.npy", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a NumPy file"),
         ("c.nc", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a netCDF file"),
         ("c.wav", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a sound file"),

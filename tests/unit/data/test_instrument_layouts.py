@@ -255,7 +255,7 @@ def test_a_table_or_an_array_of_a_file_of_several_is_chosen(tmp_path):
     for name, part, words in (
         ("a.dta", "ZCURV", r"no such table. Did you mean 'ZCURVE'\? It has OCVCURVE, ZCURVE"),
         ("a.csv", "ZCURVE", "does not consist of parts with names"),
-        ("a.mat", "trial", r"no such array. .*It has long \(50\), trial.force \(7\)"),
+        ("a.mat", "trail", r"no such array. .*It has long \(50\), trial.force \(7\)"),
     ):
         with pytest.raises(DataFileError, match=words):
             read_recorded(tmp_path / name, part=part)
@@ -271,7 +271,7 @@ STAMPS = {
 
 @pytest.mark.parametrize("name", STAMPS)
 def test_dates_and_times_of_day_become_seconds(name):
-    time, order = seconds_from_first("\n".join(STAMPS[name]) + "\n")
+    time, order = seconds_from_first(STAMPS[name])
     assert time == pytest.approx([0, 1.5, 86400.25 if name == "midnight" else 86401.0])
     assert order == ""
 
@@ -284,7 +284,7 @@ def test_an_open_order_of_day_and_month_is_stated_and_two_columns_are_one_time(t
     assert found.attributes["first_time"] == "03/01/2024 10:00:00"
     np.testing.assert_allclose(found.times(), [0, 86400, 2 * 86400])
     assert [each.name for each in found.channels] == ["time", "F"]
-    assert seconds_from_first("03.01.2024 10:00:00\n04.01.2024 10:00:00\n")[1] == "day.month"
+    assert seconds_from_first(["03.01.2024 10:00:00", "04.01.2024 10:00:00"])[1] == "day.month"
     lines = [f"03/01/2024,10:00:{second:02d}.500,{second}" for second in range(20)]
     (tmp_path / "a.csv").write_text("\n".join(["Date,Time,Force (N)", *lines]), encoding="utf-8")
     np.testing.assert_allclose(read_recorded(tmp_path / "a.csv").times(), np.arange(20))
@@ -325,7 +325,7 @@ def test_readings_that_are_none_are_missing_and_quoted_ones_are_numbers(tmp_path
         ("a.ts", second("# Hz Z RI") + "1 2 3\n" * 2, f"states {G.size} frequencies and holds 2"),
         ("a.ts", second("# Hz Z RI", "[Reference] -3") + "1 2 3\n" * 2, "states '-3' for .Reference., where"),
         ("a.s1p", "# Hz H RI R 50\n1 2 3\n2 2 3\n", "states the parameters H"),
-        ("a.s1p", "# Hz S RI R x\n1 2 3\n2 2 3\n", "with the reference 0 ohm"),
+        ("a.s1p", "# Hz S RI R x\n1 2 3\n2 2 3\n", "states 'X' for .Reference."),
         ("a.s1p", "# Hz S RI R 50\n1 2 a\n2 2 3\n", "not made of numbers"),
     ],
 )

@@ -112,6 +112,11 @@ def test_columns_may_be_stated(tmp_path):
         ("f,|Z|,phase", (abs(Z), np.angle(Z)), "degrees or radians"),
         ("f,|Z|", (abs(Z),), "neither modulus and phase"),
         ("f,Cp", (0 * GRID + C,), "nor Cp or Cs with D, Q, G, Rp or Rs"),
+        (
+            "f,Cp,D",
+            (0 * GRID + 1e3, 0 * GRID + 1),
+            r"farads are not likely; state its unit, such as 'Cp \[pF\]'",
+        ),
         ("f,Lp,Rp", (-1 / (W**2 * C), 0 * GRID + R), "'Lp' is an inductance"),
         ("f,Z' [kohm],Z''", (Z.real / 1e3, Z.imag), "one has a unit; state that of the other"),
         (

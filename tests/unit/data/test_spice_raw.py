@@ -109,12 +109,20 @@ def test_a_complex_vector_is_two_columns_and_each_plot_a_part(tmp_path):
     np.testing.assert_array_equal(read_recorded(tmp_path / "a.raw", part=others[2]).channels[1].values, VOLTS)
 
 
+FEWER = "does not hold the 4 points of 3 numbers that it states: it is cut off or damaged"
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (LTSPICE["single"][:-1], "states 4 points and holds 3: it is cut off"),
-        (LTSPICE["fast access"][:-1], "states 4 points and holds 3"),
-        (LTSPICE["ngspice of Windows"][:-50], "states 4 points and holds 3"),
+        (LTSPICE["single"][:-1], FEWER),
+        (LTSPICE["fast access"][:-1], FEWER),
+        (LTSPICE["single"].partition(b"y\0:\0\n\0")[0] + b"y\0:\0\n\0", FEWER),
+        (LTSPICE["ngspice"].replace(b"Points: 4", b"Points: " + b"9" * 30), "does not hold the 9{30} points"),
+        (LTSPICE["ngspice of Windows"][:-50], FEWER),
+        (header("DC", "real", SIGNALS[1:2], 0).encode() + b"Binary:\n", "no column of two or more"),
+        (LTSPICE["ngspice of Windows"].replace(b"\t7.5", b"\tx.5"), FEWER),
+        (words().encode() + b"7", FEWER),
         (LTSPICE["ngspice"].partition(b"Binary")[0], "header without values"),
         (LTSPICE["ngspice"] + b"Title: next", "header without values"),
         (
@@ -125,7 +133,6 @@ def test_a_complex_vector_is_two_columns_and_each_plot_a_part(tmp_path):
             LTSPICE["ngspice"].replace(b"Points: 4", b"Points: x"),
             "without the number of its variables and points",
         ),
-        (LTSPICE["ngspice of Windows"].replace(b"\t7.5", b"\tx.5"), "a value that is no number"),
         (
             header("Operating Point", "real", SIGNALS, 1).encode() + b"Binary:\n" + bytes(24),
             "no column of two or more",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import Clock
+from electrovib.data.recorded import ChannelClock
 from electrovib.data.registry import read_recorded
 from electrovib.data.text.stamps import seconds_from_first
 
@@ -41,6 +41,7 @@ def clock(seconds, form="{:02d}:{:02d}:{:09.6f}"):
         (["00:59.95", "01:00.00", "01:00.05"], [0, 0.05, 0.1], ""),
         (["59:59.9", "00:00.0", "59:59.9", "00:00.1"], [0, 0.1, 3600, 3600.2], ""),
         (["59:59", "1:00:00", "1:00:01"], [0, 1, 2], ""),
+        (["00:01", "00:02", "1:00:03"], [0, 1, 3602], ""),
         (["99:58", "99:59", "100:01"], [0, 1, 3], ""),
         (["0 days 23:59:59.9", "1 day, 0:00:00", "1 days 00:00:00.100"], [86399.9, 86400, 86400.1], ""),
         (["11:59:59.5 p.m.", "12:00:00.25 a.m.", "1:00:00 a.m."], [0, 0.75, 3600.5], ""),
@@ -54,7 +55,7 @@ def clock(seconds, form="{:02d}:{:02d}:{:09.6f}"):
     ],
 )  # fmt: skip
 def test_stamps_of_every_form_become_seconds(stamps, seconds, order):
-    found, assumed = seconds_from_first("\n".join(stamps))
+    found, assumed = seconds_from_first(stamps)
     np.testing.assert_allclose(found, seconds, rtol=1e-15)
     assert assumed == order
 
@@ -70,6 +71,15 @@ def test_whole_seconds_beside_a_column_of_milliseconds_are_one_time(read):
     seconds, parts = 36000 + N // 20, 50 * (N % 20)
     found = read(table("Time,ms,F [N]", [clock(each)[:8] for each in seconds], parts, V))
     np.testing.assert_allclose(found.times(), 0.05 * N, atol=1e-12)
+    for other in (950 - parts, 50 * N, parts - 950):
+        found = read(table("Time,ms,F [N]", [clock(each)[:8] for each in seconds], other, V))
+        np.testing.assert_array_equal(found.times(), N // 20)
+
+
+def test_an_open_order_of_the_date_is_said(read):
+    found = read(table("At,F [N]", [f"0{1 + at}/02/2024 10:00:00" for at in range(9)], N[:9]))
+    assert "read as day.month" in found.attributes["unsure"]
+    np.testing.assert_allclose(found.times(), 86400 * N[:9])
 
 
 @pytest.mark.parametrize(
@@ -85,6 +95,12 @@ def test_whole_seconds_beside_a_column_of_milliseconds_are_one_time(read):
 )  # fmt: skip
 def test_stamps_that_are_not_the_time_are_named(read, text, name, why):
     assert why in unread(read(text))[name]
+
+
+def test_stamps_are_the_time_beside_a_rising_column_without_a_heading(read):
+    found = read("\n".join(f"2026-11-28 {clock(at / 2)},{at},{v}" for at, v in zip(N, V, strict=True)))
+    np.testing.assert_allclose(found.times(), N / 2)
+    assert [each.name for each in found.channels] == ["time", "column 1", "column 2"]
 
 
 @pytest.mark.parametrize(("unit", "step"), [("hh:mm", 60), ("mm:ss", 1)])
@@ -145,10 +161,26 @@ def test_columns_behind_a_second_time_have_it_as_their_clock(read):
     shorter = [*map(str, 2.5 * N[:40]), *[""] * 20]
     found = read(table("Time_A (s),F (N),Time_B (ms),U (V),I (A)", 0.05 * N, V, shorter, V, V))
     assert found.time == "Time_A"
-    assert found.clocks == {"U": Clock(time="Time_B"), "I": Clock(time="Time_B")}
+    assert found.clocks == {"U": ChannelClock(time="Time_B"), "I": ChannelClock(time="Time_B")}
+    text = STATED.format(0.5) + table("Time A (s),F (N),Time B (s),U (V)", N // 2, V, N // 4, V)
+    assert (read(text).step, read(text).clocks) == (0.5, {"U": ChannelClock(time="Time B")})
     for other in (1000 * N + 250, 1000 * N):  # since another beginning, or the same times
         found = read(table("Time A (s),F (N),Time B (ms),U (V)", N, V, other, V))
         assert (found.time, found.clocks) == ("Time A", {})
+
+
+def test_each_signal_of_labview_may_have_its_own_times(read):
+    header = "Channels\t2\nX_Dimension\tTime\tTime\nX0\t0\t0\nDelta_X\t1E-2\t5E-3\n***End_of_Header***\n"
+    found = read(header + table("X_Value\tU\tX_Value\tF\tComment", N / 100, V, N / 200, V, sign="\t"))
+    assert (found.time, found.step) == ("X_Value", None)
+    assert found.clocks == {"F": ChannelClock(time="X_Value'")}
+
+
+def test_minutes_that_begin_anew_do_not_pass_the_full_hour(read):
+    clocks = [f"{at // 60:02d}:{at % 60:02d}.0" for at in (*range(0, 2700, 60), *range(0, 900, 60))]
+    found = read(table("Time,F [N]", clocks, V))
+    np.testing.assert_allclose(found.times(), 60 * np.arange(45))
+    assert "15 rows" in unread(found)["segment 2"]
 
 
 def test_pairs_without_headings(read):
@@ -163,7 +195,7 @@ def test_pairs_without_headings(read):
         "\n".join(f"{t:.8e} {u:.8e} {w:.8e} {u:.8e}" for t, u, w in zip(1e-3 * N, V, warped, strict=True))
         + "\n"
     )
-    assert found.clocks == {"column 3": Clock(time="column 2")}
+    assert found.clocks == {"column 3": ChannelClock(time="column 2")}
     ramp = read(
         "\n".join(f"{t:.8e} {u:.8e} {t * 7:.8e} {u:.8e}" for t, u in zip(1e-3 * N, V, strict=True)) + "\n"
     )
@@ -211,6 +243,16 @@ def test_tables_with_other_headings_in_one_text_are_parts(read, between):
     assert "30 rows" in unread(found)["table 2"]
     found = read(text, part="table 2")
     np.testing.assert_allclose(found.channels[2].values, 2 * V[:30])
+
+
+@pytest.mark.parametrize("sign", ["-", "- ", "\u2212"])
+def test_signs_and_readings_that_are_missing_do_not_divide_a_table(read, sign):
+    half = [f"nan,{at}" if at % 7 == 6 else f"{sign}{at}.5,{at}" for at in range(20)] + ["nan,20"]
+    found = read("\n".join(["u [V],n", *half]) + "\n")
+    assert (found.size, "table" in found.attributes) == (21, False)
+    found = read("\n".join(["u [V],n", *half, "u [V],n", *half[:9]]) + "\n")
+    assert (found.size, found.attributes["table"]) == (21, "table 1")
+    assert found.channels[1].values[-1] == 20
 
 
 @pytest.mark.parametrize("line", ["Paused", "Paused at 12:00", "# a comment"])

@@ -63,6 +63,11 @@ def test_clocks_are_imported_or_refused(tmp_path):
     found = ev.import_file(path, {"lateral_force": "F"})
     np.testing.assert_allclose(found["time"], 0.05 * n, atol=1e-12)
     assert "20 times each" in found.attrs["history"]
+    path = rows(tmp_path, "Time,F (N)", [f"10:{at // 100:02d}:{at // 20:02d}" for at in n], n)
+    with pytest.raises(InputError, match="no even step explains them"):
+        ev.import_file(path, {"lateral_force": "F"})
+    found = ev.import_file(path, {"lateral_force": "F"}, stamps="keep_increasing")
+    assert found["time"].size == 10
     path = rows(tmp_path, "Sample Interval,5e-5\nX [ms],U [V]", 2e-4 * n - 92, n)
     with pytest.raises(InputError, match=r"200 ns.*50 us.*time=.X \[ms\]"):
         ev.import_file(path, {"drive_voltage": "U"})

@@ -10,7 +10,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.data.recorded import Clock, DataColumn, NotRead, Recorded, recorded_of
+from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded, recorded_of
 from electrovib.data.registry import read_recorded
 from electrovib.physics.drive.sampled import Sampled
 from electrovib.recordings.importing import listing
@@ -37,7 +37,7 @@ def two_clocks(second=B, **changes):
         column(name[:-1].split(" [")[0], name[:-1].split(" [")[1], each) for name, each in columns.items()
     ]
     return Recorded(
-        **{"channels": tuple(channels), "time": "Time A", "clocks": {"Voltage": Clock(time="Time B")}}
+        **{"channels": tuple(channels), "time": "Time A", "clocks": {"Voltage": ChannelClock(time="Time B")}}
         | changes
     )
 
@@ -46,11 +46,11 @@ def test_a_column_takes_its_own_clock():
     recorded = two_clocks()
     np.testing.assert_allclose(sample_times(recorded, ["Force"]).time, A)
     np.testing.assert_allclose(sample_times(recorded, ["Voltage"]).time, 1e-3 * B)
-    even = two_clocks(time="", step=2.0, clocks={"Voltage": Clock(step=0.5, start=3.0)})
+    even = two_clocks(time="", step=2.0, clocks={"Voltage": ChannelClock(step=0.5, start=3.0)})
     np.testing.assert_allclose(sample_times(even, ["Force"]).time, 2.0 * np.arange(N))
     np.testing.assert_allclose(sample_times(even, ["Voltage"]).time, 3 + 0.5 * np.arange(N))
     with pytest.raises(InputError, match="neither times nor a time step"):
-        sample_times(two_clocks(clocks={"Voltage": Clock()}), ["Voltage"])
+        sample_times(two_clocks(clocks={"Voltage": ChannelClock()}), ["Voltage"])
 
 
 def test_columns_of_two_clocks_are_refused_with_both():
@@ -83,7 +83,7 @@ def test_two_columns_of_the_same_times_are_one_clock():
 
 def test_a_step_that_contradicts_the_times_is_refused_with_both():
     with pytest.raises(
-        InputError, match="'Time A' has steps of 50 ms, but the file states a time step of 51 ms"
+        InputError, match=r"'Time A \[s\]' has steps of 50 ms, but the file states a time step of 51 ms"
     ):
         sample_times(two_clocks(step=0.051), ["Force"])
     np.testing.assert_allclose(sample_times(two_clocks(step=0.0502), ["Force"]).time, A)
@@ -169,6 +169,8 @@ def test_what_is_proposed_for_two_clocks_works_and_is_right(waveforms):
     np.testing.assert_allclose(both.time, time[300:], atol=1e-9)
     np.testing.assert_allclose(both.drive_voltage, np.sin(both.time), atol=1e-12)
     np.testing.assert_allclose(both.lateral_force, np.cos(both.time), atol=1e-9)
+    accounts = [json.loads(both.attrs[name]) for name in ("columns_of_file", "second_columns_of_file")]
+    assert accounts[0] == accounts[1]
     np.testing.assert_allclose(ev.open_trace("trace_3.nc").time, 100 + time, atol=1e-9)
 
 
@@ -177,9 +179,13 @@ def test_a_channel_of_times_beside_waveforms(waveforms):
     times = {"unit_string": "s"}
     path = waveforms(Time=(0.01 * values, times), F=(values, waveform(0, 0.01, "N")))
     np.testing.assert_allclose(ev.import_file(path, {"lateral_force": "G/F"}).time, 0.01 * values)
+    assert not any("state which one is right" in line for line in list_columns(path))
     path = waveforms(Time=(0.01 * values, times), F=(values, waveform(0, 1.0, "N")))
+    assert any(
+        "the file also states a step of 1 s: state which one is right" in line for line in list_columns(path)
+    )
     with pytest.raises(
-        InputError, match="'G/Time' has steps of 10 ms, but the file states a time step of 1 s"
+        InputError, match=r"'G/Time \[s\]' has steps of 10 ms, but the file states a time step of 1 s"
     ):
         ev.import_file(path, {"lateral_force": "G/F"})
 
@@ -229,20 +235,17 @@ def test_a_record_of_changes_is_held_between_its_rows(table):
         (np.arange(6.0), [0.0, 1, 0, 1, 0, 1], True),
         (np.arange(6.0), [0.0, 80, 120, 80, 0, 120], False),
         (np.delete(np.arange(40.0), [7, 21]), np.delete(np.tile([0.0, 80, 120, 80], 10), [7, 21]), False),
+        (EDGES, [0.0, 80, 0, 120, 0, 150], True),
+        (EDGES, [0.0, 80, 0, 120, 0, 0], True),
         (EDGES, [0.0, 0, 120, 80, 0, 120], False),
         (EDGES, [0.1, 0.2, 0.35, 0.3, 0.4, 0.45], False),
         (EDGES[:3], [0.0, 1, 0], False),
     ],
     ids=[
-        "event log",
-        "even edges of one level",
-        "even levels",
-        "samples missing",
-        "repeats",
-        "readings",
+        "event log", "even edges of one level", "even levels", "samples missing", "many levels", "an end", "repeats", "readings",
         "too few",
     ],
-)
+)  # fmt: skip
 def test_only_changes_of_few_levels_are_held(table, time, values, is_held):
     found = ev.import_file(table("t [s],u [V]", time, np.asarray(values)), {"drive_voltage": "u"})
     assert ("only where a value changes" in found.attrs["history"]) is is_held
@@ -260,5 +263,6 @@ def test_a_listing_of_constructed_clocks_does_not_mix_them(monkeypatch, tmp_path
     assert first == 'to import it: --column lateral_force="Force" -o trace.nc'
     assert "column 'Time B' from 0 s to 4.975 s in steps of 25 ms" in second
     assert (
-        '--column drive_voltage="Voltage" --set with=trace.nc --set clock_shift="0 s" -o trace_2.nc' in second
+        '--column drive_voltage="Voltage" --set with="trace.nc" --set clock_shift="0 s" -o trace_2.nc'
+        in second
     )

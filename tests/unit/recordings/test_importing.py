@@ -12,8 +12,10 @@ from electrovib.core.errors import InputError
 from electrovib.data.recorded import missing_numbers
 from electrovib.recordings.importing import list_columns
 from electrovib.recordings.importing.reduction import (
+    ReductionSteps,
     average_periods,
     find_edges,
+    reduced,
     resampled,
     shifted,
 )
@@ -215,6 +217,11 @@ def test_an_impedance_is_a_trace_and_a_material(table):
     assert found.thickness == 2e-4
     with pytest.raises(InputError, match=r"area: .* '1 cm2'"):
         ev.import_material(path, thickness="200 um")
+    with pytest.raises(InputError, match=r"(?s)area: .*\nthickness: .* '200 um'"):
+        ev.import_material(path)
+    for stated in ({"area": "0 m2", "thickness": "1 mm"}, {"area": "1 cm2", "thickness": 0.0}):
+        with pytest.raises(InputError, match="expected more than 0, in m"):
+            ev.import_material(path, **stated)
     with pytest.raises(InputError, match="rows are those of no passive dielectric"):
         ev.import_material(path, area="1 cm2", thickness="200 um", series_resistance="1 Mohm")
 
@@ -261,6 +268,15 @@ def test_edges_and_averages_over_periods(table):
         average_periods(time, {"f": np.sin(2 * np.pi * (3 * time + time**2))}, "f")
 
 
+def test_the_spread_of_periods_is_stated():
+    time = np.arange(0, 4, 1e-3)
+    gate = np.searchsorted([0.5, 1.45, 2.55, 3.5], time, side="right") - np.searchsorted(
+        [1.0, 2.0, 3.0, 3.8], time, side="right"
+    )
+    _, _, words = reduced(time, {"drive_voltage": gate * 5.0}, ReductionSteps(average="drive_voltage"))
+    assert "3 periods of drive_voltage, 1 s on average with a standard deviation of 86.6 ms" in words[0]
+
+
 @pytest.mark.parametrize(("noise", "state"), [(1.0, "warning"), (0.3, "unknown"), (0.0, "unknown")])
 def test_a_rail_beside_a_long_zero_is_noticed(table, noise, state):
     """The zero before and after the contact is read more often than the rail, which was not noticed then."""
@@ -289,6 +305,7 @@ def test_what_is_constant_or_has_two_levels_is_no_rail():
     assert np.count_nonzero(at_rail(both)) > 2500
 
 
+FINE = np.where((T > 0.4) & (T < 0.9), -7.0 - (np.arange(T.size) % 2) * 1e-2, FORCE)
 FLICKER = np.where((T > 0.4) & (T < 0.9), -7.0 - (np.arange(T.size) % 3 == 0) * 1e-4, np.round(FORCE, 4))
 STUCK = np.where((T > 1) & (T < 1.2), 0.2345, FORCE)
 
@@ -297,6 +314,7 @@ STUCK = np.where((T > 1) & (T < 1.2), 0.2345, FORCE)
     ("values", "words"),
     [
         (FLICKER, "the sensor of Fz is at its rail, or in a dead band, for 24.95% of the samples"),
+        (FINE, "the sensor of Fz is at its rail, or in a dead band, for 24.95% of the samples"),
         (-FLICKER, "the sensor of Fz is at its rail, or in a dead band, for 24.95% of the samples"),
         (STUCK, "Fz stands still from sample 1001 to 1199 and has noise elsewhere"),
         (np.where((T > 1) & (T < 1.2), -0.4, FORCE), "at its rail, or in a dead band, for 9.95%"),
@@ -305,7 +323,17 @@ STUCK = np.where((T > 1) & (T < 1.2), 0.2345, FORCE)
         (np.where(T < 1, 0.0, np.sin(90 * T)), ""),  # of a generator
         (np.repeat(FORCE[::10], 10), ""),  # read ten times for each update
     ],
-    ids=["flickers", "flickers above", "stuck", "rail", "good", "coarse", "generator", "repeated"],
+    ids=[
+        "flickers",
+        "flickers among fine readings",
+        "flickers above",
+        "stuck",
+        "rail",
+        "good",
+        "coarse",
+        "generator",
+        "repeated",
+    ],
 )
 def test_faults_of_a_sensor_are_named_without_an_import_too(table, values, words):
     path = table("t [s],Fz [N]", T, values)
@@ -319,6 +347,12 @@ def test_faults_of_a_sensor_are_named_without_an_import_too(table, values, words
     ]
     texts = [each["text"] for each in warned if each["name"].startswith(("sensor", "stuck"))]
     assert len(texts) == bool(words)
+
+
+def test_two_readings_at_an_end_that_are_not_much_more_often_than_two_others_are_no_rail():
+    others = np.concatenate([[10.0], np.tile([30.0, 31.0], 75), np.arange(32.0, 200.0)])
+    for times, is_rail in ((200, False), (300, True)):
+        assert at_extreme(np.concatenate([np.tile([0.0, 1.0], times), others])).any() is np.bool_(is_rail)
 
 
 def test_a_rest_with_noise_of_a_few_steps_is_no_rail():

@@ -86,12 +86,15 @@ def test_one_edge_gives_a_shift_and_two_a_ratio_limited_by_the_samples():
 
 
 def test_the_intervals_are_those_of_a_line_through_the_edges():
-    off = 1e-3 * np.array([1, -1, -1, 1])  # orthogonal to a shift and to a ratio
-    found = match_edges(edges(np.arange(4) + off), edges(np.arange(4)), steps=(1e-9, 1e-9))
-    half = 4.30265273 * np.sqrt((off @ off) / 2)  # Student's t for two degrees of freedom
-    assert (found.shift, found.ratio) == (pytest.approx(0, abs=1e-12), pytest.approx(1))
-    assert found.shift_half_width == pytest.approx(half / 2)
-    assert found.ratio_half_width == pytest.approx(half / np.sqrt(5))
+    own = np.array([0.0, 1.0, 2.7, 4.1, 7.3])
+    late = own + 1e-3 * np.array([1, -2, 0.5, 1, -0.5])
+    found = match_edges(edges(late), edges(own), steps=(1e-9, 1e-9))
+    (ratio, _), squares, *_ = np.polyfit(own, late, 1, full=True)
+    half = 3.18244631 * np.sqrt(squares[0] / 3)  # Student's t for three degrees of freedom
+    assert found.ratio == pytest.approx(ratio, rel=1e-12)
+    assert found.shift == pytest.approx(late.mean() - ratio * own.mean())
+    assert found.shift_half_width == pytest.approx(half / np.sqrt(5))
+    assert found.ratio_half_width == pytest.approx(half / np.linalg.norm(own - own.mean()))
 
 
 def test_periodic_edges_are_refused_unless_a_shift_is_near():

@@ -99,6 +99,12 @@ def test_the_phase_of_a_bad_calibration_is_found(exact, degrees):
     assert found.inconsistent > 2 * found.misfit
 
 
+def test_the_misfit_is_the_noise_of_a_row():
+    turned = RC * np.exp(-0.05j)
+    found = [phase_offset(GRID, noisy(turned, seed=seed)).misfit for seed in range(20)]
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(3e-3 * np.sqrt(2), rel=0.06)
+
+
 @pytest.mark.parametrize(
     "exact",
     [

@@ -42,6 +42,11 @@ def test_a_voltage_series_is_fitted_with_the_voltages_of_its_recordings():
     drive = found.problem.prediction.prepared[2].base.drive
     assert drive.model_dump()["high"] == pytest.approx(150, rel=2e-3)
     assert found.scenario.drive.high == 300
+    judged = {each.name: each for each in found.diagnostics}
+    assert judged["electrowetting"].value == pytest.approx(
+        150, rel=0.01
+    )  # the highest that any recording has
+    assert judged["field emission"].state == judged["linear skin, stratum_corneum"].state == "ok"
 
 
 def test_a_declared_drive_keeps_its_formula_and_another_course_is_taken_from_the_samples():

@@ -30,6 +30,10 @@ HEADINGS = {
     "Time (s),DAQ.Fz (N),DAQ.Fx (N)": {"normal_force": 1, "lateral_force": 2},
     "Time (s),Load cell Fx (N),Load cell Fz (N)": {"lateral_force": 1, "normal_force": 2},
     "Time (s),Fz_1 (N),Fy (N),Fx (N)": {"normal_force": 1, "lateral_force": 3},
+    "Time (s),NormalForce (N),LateralForce (N)": {"normal_force": 1, "lateral_force": 2},
+    "Time (s),Force X (N),Force_Z (N)": {"lateral_force": 1, "normal_force": 2},
+    "Time (s),Y force (N),cellFz (N),ForceX (N)": {"normal_force": 2, "lateral_force": 3},
+    "time (s),force_N": {"lateral_force": 1},
     "Time (s),Fn1 (N),Ft (N)": {"normal_force": 1, "lateral_force": 2},
     "Time (s),COF,Friction coefficient,Fx (N)": {"lateral_force": 3},
     "Timestamp,Fnormal (N),Fx (N)": {"normal_force": 1, "lateral_force": 2},
@@ -129,3 +133,17 @@ def test_without_a_heading_only_what_does_not_rise_is_an_example_of_a_voltage(tm
         rows = "".join(f"{at},{second * at}\n" for at in range(20))
         (tmp_path / "a.csv").write_text(f"t (s),b\n{rows}")
         assert any(words in line for line in list_columns(tmp_path / "a.csv"))
+
+
+def test_what_was_typed_to_read_the_file_is_in_the_proposed_line(tmp_path, monkeypatch):
+    """Without it the line imports another sheet, or splits the rows in another way."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.csv").write_text("t (s);U $1 (V)\n" + "".join(f"{at};{at % 3}\n" for at in range(9)))
+    for options in (["--set", "delimiter=;"], ["--set", "reader=text", "--set", "decimal_comma=true"]):
+        listed = CliRunner().invoke(app, ["import", "a.csv", *options]).output
+        (line,) = [line for line in listed.splitlines() if line.startswith("to import it: ")]
+        typed = shlex.split(line.removeprefix("to import it: "))
+        assert set(options) - {"decimal_comma=true"} <= set(typed)
+        done = CliRunner().invoke(app, ["import", "a.csv", *typed, "--force"])
+        assert done.exit_code == 0, done.output
+        assert "column 'U $1' [V]" in done.output

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from typer.testing import CliRunner
 
 from electrovib.apps.cli import app
@@ -212,6 +213,46 @@ def test_noise_and_a_drive_that_is_switched_often_are_no_impacts():
     with pytest.raises(InputError, match="times its noise") as caught:
         measure_times(recorded(time, values))
     assert len(caught.value.problems) == 1
+
+
+def faint(ratio, *, seed=0, frequency=640.0, quality=20.0, bursts=4):
+    """Bursts of an oscillation whose amplitude is so many standard deviations of the noise."""
+    rng, time = np.random.default_rng(seed), np.arange(25_000) / 12.5e3
+    values = rng.standard_normal(time.size)
+    for number in range(bursts):
+        at, phase = (number + 0.5) * 2 / bursts + rng.uniform(0, 0.01), rng.uniform(-0.6, 0.6)
+        values += mode(time - at, frequency=frequency, quality=quality, amplitude=ratio, phase=phase)
+    return recorded(time, values)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "options"),
+    [
+        (4.0, {}),
+        pytest.param(6.0, {"seed": 1}, marks=pytest.mark.slow),
+        pytest.param(3.0, {"frequency": 250.0}, marks=pytest.mark.slow),
+        pytest.param(2.5, {"seed": 2, "bursts": 3}, marks=pytest.mark.slow),
+    ],
+)
+def test_bursts_that_no_sample_shows_are_found_in_their_band(ratio, options):
+    trace = faint(ratio, **options)
+    found = measure_rings(trace)
+    assert len(found.rings) == options.get("bursts", 4)
+    assert found.frequency.lower < options.get("frequency", 640.0) < found.frequency.upper
+    assert found.frequency.upper - found.frequency.lower < 0.1 * found.frequency.value
+    assert found.quality.value == pytest.approx(20.0, rel=0.4)
+
+
+def test_noise_alone_has_no_bursts_in_200_records_nor_has_a_change_that_does_not_swing():
+    time = np.arange(8000) / 10e3
+    alarms = 0
+    for seed in range(200):
+        white = np.random.default_rng(seed).standard_normal(time.size)
+        alarms += bool(find_impacts(time, lfilter([1], [1, -0.9 * (seed % 2)], white), faint=True))
+    assert alarms == 0
+    for change in (12.0 * (time > 0.4), 6 * np.exp(-np.maximum(time - 0.4, 0) / 0.02) * (time > 0.4)):
+        with pytest.raises(InputError, match=r"never leaves the noise|is no oscillation|at rest"):
+            measure_rings(recorded(time, white + change))
 
 
 def test_the_next_impact_ends_an_oscillation():

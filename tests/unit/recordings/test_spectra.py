@@ -9,7 +9,9 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.physics.material import ColeCole, ConstantPhase, Prony
+from electrovib.recordings.importing.own_material import SampleSpectrum
 from electrovib.recordings.spectra import fit_material
+from electrovib.recordings.spectra.fitted import fit_samples
 from electrovib.recordings.spectra.material import consistency
 
 GABRIEL = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance" / "gabriel_measured_skin_dry.txt"
@@ -149,3 +151,54 @@ def test_a_loss_that_vanishes_in_one_row_is_refused():
     data[3] = 100.0
     with pytest.raises(InputError, match="both above 0"):
         fit_material(grid, data)
+
+
+def conducting_more_at_the_end(grid):
+    """A table whose least conductivity no form of one term with its slope at high frequencies has."""
+    permittivity = 1300.0 * (grid / 100) ** -0.05
+    conductivity = 1.767e-4 * (1 + 0.02 * (100 / grid) ** 2 + (grid / 1e5) ** 1.6)
+    return permittivity - 1j * conductivity / (2 * np.pi * grid * eps0)
+
+
+def test_a_form_has_no_more_conductivity_than_the_rows():
+    data = conducting_more_at_the_end(GRID)
+    least = float((-data.imag * 2 * np.pi * GRID * eps0).min())
+    found = fit_material(GRID, data)
+    for each in found:
+        assert each.material.conductivity <= 1.002 * least, each.form
+    rng = np.random.default_rng(1)  # flat rows scatter about the conductivity
+    flat = np.full(31, 30.0 - 5e5j / GRID) * (1 + 0.01 * rng.normal(size=31))
+    fitted = fit_material(GRID, flat, forms=["Constant"])[0]
+    assert fitted.material.conductivity == pytest.approx(5e5 * 2 * np.pi * eps0, rel=0.005)
+
+
+@pytest.mark.parametrize("band", [(1.0, 1e9), (300.0, 1e9), (1.0, 2e4), (300.0, 2e4)])
+def test_an_outlier_is_one_in_every_band(band):
+    grid = np.geomspace(100, 1e5, 61)
+    data = noisy(TRUE, grid, noise=0.005)
+    data[20] = data[20].real * 1.1 + 1j * data[20].imag
+    part = (grid >= band[0]) & (grid <= band[1])
+    for forms in (["ColeCole, 1 term"], ["ConstantPhase"]):  # of which one misses the rows
+        best = fit_material(grid[part], data[part], forms=forms)[0]
+        assert grid[part][best.outliers].tolist() == [grid[20]]
+
+
+def sample(data, grid=GRID):
+    return SampleSpectrum(
+        frequency=grid, permittivity=data, thickness=None, diagnostics=(), history=("rows",), per_farad=0.0
+    )
+
+
+def test_no_interval_leaves_the_range_of_its_parameter():
+    wide = Prony(permittivity_high=2.0, terms=of_terms((500.0, 3e-8), (900.0, 2e-5)), conductivity=1e-4)
+    found = fit_samples({"rows": sample(noisy(wide, noise=0.03))}, form="cole-cole-2")
+    for each in found.parameters:
+        for end in (each.lower, each.upper):
+            assert not end < (1.0 if each.name == "permittivity_high" else 0.0)
+        assert np.isnan(each.lower) or each.lower <= each.value <= each.upper
+
+
+def test_a_form_that_misses_the_rows_names_one_that_does_not_or_a_band():
+    both = noisy(SUMS["Prony, 3 terms"][0], SUMS["Prony, 3 terms"][1], noise=0.002)
+    with pytest.raises(InputError, match=r"--form (cole-cole-3|prony-3)"):
+        fit_samples({"rows": sample(both, SUMS["Prony, 3 terms"][1])}, form="constant")

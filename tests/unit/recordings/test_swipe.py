@@ -362,6 +362,15 @@ def test_a_rail_that_may_be_a_constant_force_is_said():
     assert any(said in word for word in swiped(columns, normal=1.0).words)
 
 
+def test_a_sensor_that_is_stuck_within_its_range_is_said():
+    columns = made()
+    columns["lateral"] = columns["lateral"].copy()
+    columns["lateral"][7000:7400] = np.median(columns["lateral"][6500:7000])
+    said = "Warning: the lateral force repeats one reading for 11.1% of the window"
+    assert any(word.startswith(said) for word in swiped(columns).words)
+    assert not any("repeats one" in word for word in swiped(made()).words)
+
+
 def altered(**changes):
     columns = made()
     for name, change in changes.items():

@@ -21,7 +21,7 @@ from electrovib.core.errors import ElectrovibError, InputError, printable
 from electrovib.core.parsing import read_toml
 from electrovib.core.signals import SIGNALS
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits
-from electrovib.data.recorded import Clock, DataColumn, NotRead, Recorded
+from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded
 from electrovib.scenario import Scenario, read_scenario
 
 if TYPE_CHECKING:
@@ -267,7 +267,7 @@ def _unpacked(parts: Mapping[str, Any]) -> xarray.Dataset | Recorded:
             for number, (name, unit) in enumerate(described["channels"])
         )
         others = tuple(NotRead(**each) for each in described["not_read"])
-        clocks = {name: Clock(**each) for name, each in described["clocks"].items()}
+        clocks = {name: ChannelClock(**each) for name, each in described["clocks"].items()}
         return Recorded(**{**described, "channels": channels, "not_read": others, "clocks": clocks})
     import xarray
 

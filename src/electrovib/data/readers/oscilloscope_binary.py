@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import struct
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import CanRead, FileFormat, check_declared, recorded_of, text_of
+from electrovib.data.recorded import CanRead, FileFormat, NotRead, check_declared, recorded_of, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,15 +39,11 @@ def read_oscilloscope_binary(path: Path) -> Recorded:
     found = read_guarded(
         Reader(f"{__name__}:channels", (f"{_PACKAGE}.wfm", "numpy"), "a binary file of an oscilloscope"), path
     )
-    step, start, model, omitted = found.pop("about")
+    step, start, model, frames = found.pop("about")
     table = [(name, unit, values) for (_, name, unit), values in found.items()]
-    return recorded_of(
-        path,
-        table,
-        step=step,
-        start=start,
-        attributes={"model": model} | ({"omitted": omitted} if omitted else {}) | _unsure(path),
-    )
+    recorded = recorded_of(path, table, step=step, start=start, attributes={"model": model} | _unsure(path))
+    others = (NotRead(name=f"frames 2 to {frames} of {frames}", why="of a file the first frame is read"),)
+    return replace(recorded, not_read=recorded.not_read + others if frames > 1 else recorded.not_read)
 
 
 def _unsure(path: Path) -> dict[str, str]:
@@ -85,7 +82,7 @@ def _step(times: Real, stated: object) -> float:
 
 
 def channels(path: Path) -> Iterator[tuple[Any, Any]]:
-    """Yield time step, start and model, then number, name, unit and values of each channel; called in a guarded process."""
+    """Yield step, start, model and frames, then number, name, unit and values of each channel; called in a guarded process."""
     from RigolWFM import wfm
 
     unit, frames = _tektronix(path) or (None, 1)
@@ -98,8 +95,7 @@ def channels(path: Path) -> Iterator[tuple[Any, Any]]:
     step = _step(times, getattr(recorded[0], "seconds_per_point", None))
     if not np.isfinite(step) or step <= 0 or not np.isfinite(times[0]):
         raise ValueError("it states no time step")
-    omitted = f"frames 2 to {frames} of {frames}" if frames > 1 else ""
-    yield "about", [step, float(times[0]), text_of(getattr(found, "header_name", "")), omitted]
+    yield "about", [step, float(times[0]), text_of(getattr(found, "header_name", "")), frames]
     for at, channel in enumerate(recorded):
         named = str(getattr(channel.unit, "name", "")).lower()
         stated = _UNITS.get(named, "") if unit is None else unit

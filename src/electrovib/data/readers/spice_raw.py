@@ -81,19 +81,22 @@ def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[Column]]]:
         if not variables or keys.get("no. variables") != str(len(variables)) or not points.isdecimal():
             raise DataFileError("has a header without the number of its variables and points.", path=path)
         flags = keys.get("flags", "").lower().split()
-        single = re.search("LTspice|Linear Technology", header) and not {"double", "complex"} & {*flags}
-        shape = int(points), len(variables)
-        numbers = np.dtype("<c16" if "complex" in flags else "<f8")
-        if data[1] == b"Values":
-            vectors, at = _written_out(path, raw, data.end(), shape, numbers)
-        else:
-            types = [numbers] + [np.dtype("<f4") if single else numbers] * (len(variables) - 1)
-            vectors, at = _binary(path, raw, data.end(), int(points), types, by_column="fastaccess" in flags)
+        types = [np.dtype("<c16" if "complex" in flags else "<f8")] * len(variables)
+        if re.search("LTspice|Linear Technology", header) and not {"double", "complex"} & {*flags}:
+            types[1:] = [np.dtype("<f4")] * (len(types) - 1)
+        try:
+            if data[1] == b"Values":
+                vectors, at = _written_out(raw, data.end(), int(points), types)
+            else:
+                vectors, at = _binary(raw, data.end(), int(points), types, by_column="fastaccess" in flags)
+        except (ValueError, TypeError, OverflowError):
+            why = f"does not hold the {points} points of {len(types)} numbers that it states: it is cut off or damaged."
+            raise DataFileError(why, path=path) from None
         table = columns_of([(name, _UNITS.get(kind, "")) for name, kind in variables], vectors)
         names.append(plot := keys.get("plotname", "plot"))
         label = f"{plot} {names.count(plot)}" if names.count(plot) > 1 else plot
         first = table[0][2]
-        again = np.diff(first) < 0 if variables[0][1] in ("time", "frequency") else first[1:] == first[0]
+        again = np.diff(first) < 0 if variables[0][1] in ("time", "frequency") else first[1:] == first[:1]
         bounds = [0, *(np.flatnonzero(again) + 1), first.size]
         for number, (begin, end) in enumerate(itertools.pairwise(bounds), 1):
             run = f"{label}, run {number}" if len(bounds) > 2 else label
@@ -103,42 +106,26 @@ def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[Column]]]:
 
 
 def _written_out(
-    path: Path, raw: bytes, begin: int, shape: tuple[int, int], numbers: np.dtype[Any]
-) -> tuple[Sequence[NDArray[Any]], int]:
+    raw: bytes, begin: int, points: int, types: Sequence[np.dtype[Any]]
+) -> tuple[list[NDArray[Any]], int]:
     """Return the vectors of a plot in ASCII, where each point has its number before it, and where the next plot begins."""
     end = raw.find(b"Title:", begin) % (len(raw) + 1)
-    per = numbers.itemsize // 8
-    try:
-        found = np.array(raw[begin:end].replace(b",", b" ").split(), dtype=float)
-    except ValueError:
-        raise DataFileError("holds a value that is no number: it is damaged.", path=path) from None
-    width = 1 + per * shape[1]
-    _check_points(path, shape[0], found.size / width)
-    return list(np.ascontiguousarray(found.reshape(-1, width)[:, 1:]).view(numbers).T), end
+    width = 1 + len(types) * types[0].itemsize // 8
+    found = np.array(raw[begin:end].replace(b",", b" ").split(), dtype=float).reshape(points, width)
+    return list(np.ascontiguousarray(found[:, 1:]).view(types[0]).T), end
 
 
 def _binary(
-    path: Path, raw: bytes, begin: int, points: int, types: Sequence[np.dtype[Any]], *, by_column: bool
-) -> tuple[Sequence[NDArray[Any]], int]:
-    """Return the vectors of a plot, and where the next one begins."""
-    places = np.cumsum([0, *(each.itemsize for each in types)]).tolist()
-    end = begin + points * places[-1]
-    _check_points(path, points, min(points, (len(raw) - begin) / places[-1]))
-    if by_column:
-        return [
-            np.frombuffer(raw, each, points, begin + points * at)
-            for each, at in zip(types, places, strict=False)
-        ], end
-    row = np.dtype({"names": [str(at) for at in places[:-1]], "formats": types, "offsets": places[:-1]})
-    table = np.frombuffer(raw, row, points, begin)
-    return [table[str(at)] for at in places[:-1]], end
-
-
-def _check_points(path: Path, stated: int, held: float) -> None:
-    if held != stated:
-        raise DataFileError(
-            f"states {stated} points and holds {int(held)}: it is cut off or damaged.", path=path
+    raw: bytes, begin: int, points: int, types: Sequence[np.dtype[Any]], *, by_column: bool
+) -> tuple[list[NDArray[Any]], int]:
+    """Return the vectors of a plot, one after the other or point by point, and where the next one begins."""
+    *places, row = np.cumsum([0, *(each.itemsize for each in types)]).tolist()
+    return [
+        np.ndarray(
+            points, each, raw, begin + (points * at if by_column else at), each.itemsize if by_column else row
         )
+        for each, at in zip(types, places, strict=True)
+    ], begin + points * row
 
 
 FORMAT: Final = FileFormat(

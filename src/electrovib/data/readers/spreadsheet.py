@@ -13,7 +13,7 @@ from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.faults import DAMAGE, damaged, packed
 from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.text import read_laboratory_bytes
-from electrovib.data.recorded import FileFormat, begins
+from electrovib.data.recorded import OTHER_PART, FileFormat, NotRead, begins
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -58,10 +58,8 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
         except DataFileError as error:
             problem = problem or error
             continue
-        others = ", ".join(other for other in found if other != name)
-        return dataclasses.replace(
-            read, attributes={**read.attributes, **({"omitted": others} if others else {})}
-        )
+        others = (NotRead(name=other, why=OTHER_PART) for other in found if other != name)
+        return dataclasses.replace(read, not_read=(*read.not_read, *others))
     raise problem or DataFileError("holds no rows of numbers.", path=path)
 
 

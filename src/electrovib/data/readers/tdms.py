@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.recorded import Clock, FileFormat, NotRead, begins, check_declared, recorded_of, text_of
+from electrovib.data.recorded import (
+    ChannelClock,
+    FileFormat,
+    NotRead,
+    begins,
+    check_declared,
+    recorded_of,
+    text_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,13 +41,13 @@ def read_tdms(path: Path, *, part: str = "") -> Recorded:
     recorded = recorded_of(path, table, attributes=about, part=part)
     stated = {name: (step, start) for _, name, _, step, start in found}
     evenly = {
-        each.name: Clock(step=step, start=start)
+        each.name: ChannelClock(step=step, start=start)
         for each in recorded.channels
         for step, start in [stated[each.name]]
     }
     times = {recorded.time, *(each.time for each in recorded.clocks.values())}
     first = next(
-        (each for name, each in evenly.items() if each.step is not None and name not in times), Clock()
+        (each for name, each in evenly.items() if each.step is not None and name not in times), ChannelClock()
     )
     clocks = {name: each for name, each in evenly.items() if each != first and name not in times}
     return dataclasses.replace(

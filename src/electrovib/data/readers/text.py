@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,7 +12,8 @@ from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
 from electrovib.data.text.body import Body, body_of
 from electrovib.data.text.cells import Cells, Notation, numbers_of
-from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, find_layout, inspected
+from electrovib.data.text.hypotheses import find_layout
+from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, inspected
 from electrovib.data.text.parts import one_segment, one_table, repeated_table
 from electrovib.data.text.preamble import named_by_preamble, settings_of, with_clocks
 from electrovib.data.text.stamps import stamp_columns, with_stamps
@@ -34,12 +36,11 @@ def read_laboratory_text(
     *,
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
-    thousands: str | None = None,
     part: str = "",
 ) -> Recorded:
     """Read every column of numbers of a text file of an instrument, and the statements of its preamble.
 
-    An empty `delimiter` stands for blanks, an empty `thousands` for none. Of a file with several tables, as
+    An empty `delimiter` stands for blanks. Of a file with several tables, as
     Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
     raw, about, others = one_table(path, as_utf8(path, path.read_bytes()), part)
@@ -50,7 +51,6 @@ def read_laboratory_text(
         raw,
         delimiter=delimiter,
         decimal_comma=decimal_comma,
-        thousands=thousands,
         part="" if about else part,
     )
     return dataclasses.replace(
@@ -62,22 +62,33 @@ def read_laboratory_bytes(
     path: Path, raw: bytes, *, origin: str = "", part: str = "", **options: Any
 ) -> Recorded:
     """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
-    raw, about, others = repeated_table(path, raw, part)
-    layout, lines = _layout(path, raw, **options)
-    body = body_of(path, raw, layout)
+    about, others = dict[str, str](), tuple[NotRead, ...]()
+    read = None
+    with suppress(DataFileError):  # of a text with several tables, whose rows differ
+        read = _rows(path, raw, **options)
+    if part or read is None or not read[2].is_plain:
+        raw, about, others = repeated_table(path, raw, part)
+        read = read if read and not about else _rows(path, raw, **options)
+    layout, lines, body = read
     if len(body.table) < _UNEVEN:
         raise DataFileError("holds fewer than two rows of numbers.", path=path)
     stamped = stamp_columns(layout, lines)
     layout, numbers, not_read = _columns(path, layout, body, stamped)
-    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about | _left_out(layout)
+    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about
     found = _recorded(layout, numbers, settings)
     if stamped:
-        first, *more = (body.table[at].fillna("").astype(str).str.strip() for at in stamped)
+        first, *more = (body.table[at].fillna("").astype(str) for at in stamped)
         stamps = first.str.cat(more, sep=" ") if more else first
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
     found = one_segment(path, found, "" if about else part)
-    unread = (*found.not_read, *not_read, *body.left_out, *others)
+    unread = (*found.not_read, *not_read, *_left_out(layout), *body.left_out, *others)
     return dataclasses.replace(found, not_read=unread)
+
+
+def _rows(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str], Body]:
+    """Return the layout of a text, lines from which it was found, and its rows."""
+    layout, lines = _layout(path, raw, **options)
+    return layout, lines, body_of(path, raw, layout)
 
 
 def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
@@ -94,13 +105,11 @@ def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
     )
 
 
-def _left_out(layout: Layout) -> dict[str, str]:
-    """State the rows at the beginning that hold words in place of numbers."""
-    if not layout.left_out:
-        return {}
+def _left_out(layout: Layout) -> list[NotRead]:
+    """Name the rows at the beginning that hold words in place of numbers."""
     rows = "the first row" if layout.left_out == 1 else f"the first {layout.left_out} rows"
-    where = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
-    return {"left_out": f"{where}, with words in place of numbers"}
+    name = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
+    return [NotRead(name=name, why="words in place of numbers")] if layout.left_out else []
 
 
 def _called(layout: Layout, place: int) -> str:
@@ -132,7 +141,7 @@ def _columns(
         if cells.rows.size and _other(layout.notation).is_number(cells.word):
             raise DataFileError(
                 f"column '{name}' holds '{cells.word[:40]}' in line {body.line(int(cells.rows[0]))}, where others are read with"
-                f" {layout.stated}: decimals are written in two ways.",
+                f" {layout.stated}: decimals are written with both signs.",
                 path=path,
             )
         if why:
@@ -193,6 +202,6 @@ FORMAT: Final = FileFormat(
     can_read=_can_read,
     read=read_laboratory_text,
     columns=read_columns,
-    options=("delimiter", "decimal_comma", "thousands", "part"),
+    options=("delimiter", "decimal_comma", "part"),
     is_last=True,
 )

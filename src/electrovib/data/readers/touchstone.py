@@ -35,12 +35,19 @@ def read_touchstone(path: Path) -> Recorded:
     words = _KEYWORD.split(text)
     sections = {key.strip().lower(): body for key, body in zip(words[1::2], words[2::2], strict=True)}
     is_first = float(_stated(path, sections, "version", "1")) < 2
-    unit, kind, form, reference = _options(path, text)
-    reference = float(_stated(path, sections, "reference", str(reference)))
+    option_line = re.search(r"^\s*#(.*)", text, re.MULTILINE)
+    options = option_line[1].upper().split() if option_line else []
+    unit = next((word for word in options if word in _FREQUENCY), "GHZ")
+    kind = next((word for word in options if word in ("S", "Z", "Y", "G", "H")), "S")
+    form = next((word for word in options if word in ("MA", "DB", "RI")), "MA")
+    resistance = " ".join(options).partition(" R ")[2] or "50"
+    reference = float(_stated(path, sections, "reference", resistance))
     name = _SUFFIX.fullmatch(path.suffix.lower())
     ports = _stated(path, sections, "number of ports", name[1] if name else "1")
     body = text if is_first else sections.get("network data", "")
     rows = [line.split() for line in body.splitlines() if line.strip() and line.lstrip()[0] not in "#["]
+    if kind not in ("S", "Z", "Y"):
+        raise DataFileError(f"states the parameters {kind}; known are S, Z and Y.", path=path)
     if float(ports) != 1 or any(len(row) != 3 for row in rows) or len(rows) < 2:
         raise DataFileError(
             f"is no Touchstone file of a one-port: it states {ports} ports, or its rows do not have three numbers. Save the"
@@ -78,25 +85,6 @@ def _stated(path: Path, sections: dict[str, str], key: str, otherwise: str) -> s
     raise DataFileError(
         f"states '{found}' for [{key.title()}], where a number above 0 is expected.", path=path
     )
-
-
-def _options(path: Path, text: str) -> tuple[str, str, str, float]:
-    """Return unit of frequency, kind of parameters, form of complex numbers and reference resistance [ohm]."""
-    match = re.search(r"^\s*#(.*)", text, re.MULTILINE)
-    words = match[1].upper().split() if match else []
-    unit = next((word for word in words if word in _FREQUENCY), "GHZ")
-    kind = next((word for word in words if word in ("S", "Z", "Y", "G", "H")), "S")
-    form = next((word for word in words if word in ("MA", "DB", "RI")), "MA")
-    try:
-        reference = float(words[words.index("R") + 1]) if "R" in words else 50.0
-    except (ValueError, IndexError):
-        reference = 0.0
-    if kind not in ("S", "Z", "Y") or not 0 < reference < np.inf:
-        raise DataFileError(
-            f"states the parameters {kind} with the reference {reference:g} ohm; known are S, Z and Y.",
-            path=path,
-        )
-    return unit, kind, form, reference
 
 
 def _complex(first: Real, second: Real, form: str) -> Complex:

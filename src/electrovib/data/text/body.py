@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import NotRead
+from electrovib.data.text.hypotheses import STATISTICS
 from electrovib.data.text.layout import WIDE, end_of, is_comment, lines_of, place_of, split
 
 if TYPE_CHECKING:
@@ -20,12 +21,6 @@ if TYPE_CHECKING:
 
     from electrovib.data.text.layout import Layout
 
-STATISTICS: Final = re.compile(
-    r"(mean|max(imum)?|min(imum)?|average|avg|median|std\.?( ?dev\w*\.?)?|stdev\w*|standard deviation|sum|total|count|rms|"
-    r"variance|range|mittelwert|maximalwert|minimalwert|summe|standardabweichung|moyenne|p-?p|pk-?pk|n)\W*",
-    re.IGNORECASE,
-)
-"""Words that stand before a row of statistics."""
 _MOST_BEHIND: Final = 1000
 """Lines at the end of a text among which rows that are no samples are looked for."""
 _SHOWN: Final = 40
@@ -38,6 +33,11 @@ class Body:
     table: Any
     line: Callable[[int], int]
     left_out: tuple[NotRead, ...] = ()
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether there are numbers in all fields of all lines, so that no line divides the text into tables."""
+        return not self.left_out and all(each.kind in "fiu" for each in self.table.dtypes)
 
 
 def table_of(
@@ -61,7 +61,6 @@ def table_of(
             names=range(width),
             sep=delimiter or r"\s+",
             decimal=decimal,
-            skipinitialspace=True,
             encoding_errors="replace",
             **exact,
             **options,
@@ -81,7 +80,14 @@ def body_of(path: Path, raw: bytes, layout: Layout) -> Body:
         simple = sign < 0 or not re.search(rb"^[ \t]*#", memoryview(rows)[sign - 1 :], re.MULTILINE)
         table = None
         if simple and layout.delimiter != WIDE:
-            table = table_of(rows, start, delimiter=layout.delimiter, width=layout.width, decimal=decimal)
+            table = table_of(
+                rows,
+                start,
+                delimiter=layout.delimiter,
+                width=layout.width,
+                decimal=decimal,
+                skipinitialspace=rows.find(b'"', start) >= 0,  # which takes a quarter longer
+            )
     except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError):
         table = None
     if table is not None and _is_even(rows, start, layout, table):

@@ -1,4 +1,4 @@
-"""Layout of a text, one hypothesis about all its rows: delimiter, notation of numbers, headings, units, where the numbers are."""
+"""Layout of a text: delimiter, notation of numbers, headings, units, and where the numbers are; and its lines and fields."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import csv
 import dataclasses
 import itertools
 import re
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,14 +13,12 @@ from typing import Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import MOST_COLUMNS
-from electrovib.data.text.cells import ALIKE, MISSING, THOUSANDS, Notation
+from electrovib.data.text.cells import MISSING, Notation
 from electrovib.data.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit, unit_of_force
 
 WIDE: Final = "  "
 DELIMITERS: Final = ("\t", ";", ",", "|", "", WIDE)
 """Candidates; the empty text stands for blanks, two blanks for two or more."""
-_ALIKE: Final = 0.75
-"""Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
 _NO_TEXT: Final = 4096
 """First bytes among which a zero byte shows that a file is no text."""
 BEGINNING: Final = 200
@@ -33,14 +30,13 @@ _SETTING: Final = re.compile(
     r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
 )
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
-_SIGN: Final = re.compile(r"#+\s*|%+\s+(?=\S)")
+_SIGN: Final = re.compile(r"^#+\s*|^%+\s+(?=\S)")
 """Sign of a comment before the first heading."""
-_STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*")
-_STAMP: Final = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d", re.ASCII)
+_STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*|[^,;\t]+[,;\t]\s*[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?")
 _VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
 """Value of a setting, such as ``10.0kS/s`` or ``F=100Hz``."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
-_WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
+WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
 _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
 """First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
 
@@ -181,246 +177,6 @@ def split(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.split(delimiter)]
 
 
-def find_layout(
-    lines: Sequence[str],
-    *,
-    path: Path | None = None,
-    delimiter: str | None = None,
-    decimal_comma: bool | None = None,
-    thousands: str | None = None,
-) -> Layout | None:
-    """Find the layout that explains most of the lines of a text as rows of numbers; None if no line is one.
-
-    Of two that explain them equally well, with other numbers, none is taken: with a `path` both are shown in a
-    refusal.
-    """
-    text = "\n".join(lines)
-    scored: list[tuple[tuple[float, int], Layout]] = []
-    for separator in DELIMITERS if delimiter is None else (delimiter,):
-        if separator.strip(" ") and separator not in text:
-            continue
-        rows = [split(line, separator) for line in lines]
-        for comma, sign in _notations(text, separator, decimal_comma, thousands):
-            found = _under(lines, rows, separator, Notation(decimal="," if comma else ".", thousands=sign))
-            if found is not None:
-                scored.append(found)
-    if not scored:
-        return None
-    most = max(score for (score, _), _ in scored)
-    best = max(
-        (each for each in scored if each[0][0] == most), key=lambda each: _fit(each[1], each[0][1], lines)
-    )
-    others = [
-        layout
-        for (score, settings), layout in scored
-        if score == most and _fit(layout, settings, lines)[:1] == _fit(best[1], best[0][1], lines)[:1]
-    ]
-    if path is not None:
-        _refuse_doubt(path, lines, best[1], others)
-        _refuse_commas(path, lines, best[1])
-    return best[1]
-
-
-def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, bool, int, int]:
-    """Return what decides between layouts that explain the same rows: a heading for each field, no integers such as 05."""
-    heading = lines[layout.headings] if layout.headings < layout.first else ""
-    single = layout.decimal_comma and len(layout.columns) == 1
-    fields = sum(map(bool, split(heading, "," if single and not layout.delimiter else layout.delimiter)))
-    fits = not heading or len(layout.columns) <= fields <= layout.width
-    if layout.delimiter == "," and not heading:
-        fits = not any(re.search(r",0\d", line) for line in lines[layout.first :])
-    return fits, not single, sum(map(bool, layout.names)), settings
-
-
-def _notations(
-    text: str, delimiter: str, decimal_comma: bool | None, thousands: str | None
-) -> Iterator[tuple[bool, str]]:
-    """Iterate over the notations of numbers of which a text shows a sign."""
-    for comma in (False, True) if decimal_comma is None else (decimal_comma,):
-        shown = "," in text or re.search(r"\d\.\d{3}(?!\d)", text) or decimal_comma is not None
-        if comma and (not shown or (delimiter == "," and '"' not in text)):
-            continue
-        yield comma, thousands or ""
-        for sign in THOUSANDS if thousands is None else ():
-            if (sign == (delimiter or " ") and '"' not in text) or sign == (",." if comma else ".,")[0]:
-                continue
-            written = {" ": "[ \u00a0\u202f\u2009]", "'": "['\u2019]"}.get(sign, re.escape(sign))
-            if re.search(rf"\d{written}\d{{3}}(?!\d)", text):
-                yield comma, sign
-
-
-def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequence[Layout]) -> None:
-    """Refuse a text that two layouts explain with different numbers."""
-    example = next((line.strip()[:60] for line in lines[best.first :] if line.strip()), "")
-
-    def numbers(layout: Layout) -> list[float]:
-        cells = split(lines[best.first], layout.delimiter)
-        known = [cells[at] for at in layout.columns if at < len(cells)]
-        return [
-            (layout.notation.quantity(cell) or (layout.notation.number(cell) or 0.0,))[0] for cell in known
-        ]
-
-    own = numbers(best)
-    for other in others:
-        if other is not best and numbers(other) != own:
-            read = " or as ".join(
-                f"{', '.join(f'{each:.10g}' for each in numbers(layout))} ({layout.stated})"
-                for layout in (best, other)
-            )
-            raise DataFileError(
-                f"'{example}' can be read as {read}, and nothing in the file decides; state delimiter, decimal_comma or"
-                " thousands (--set decimal_comma=true, --set thousands=,).",
-                path=path,
-            )
-
-
-def _refuse_commas(path: Path, lines: Sequence[str], layout: Layout) -> None:
-    """Refuse a text in which commas divide both the columns and the decimals, so that each column has become two."""
-    above = next((line for line in reversed(lines[: layout.first]) if line.strip()), "")
-    names = [name for name in split(above, ",") if name and not layout.notation.is_number(name)]
-    body = "\n".join(lines[layout.first :])
-    if layout.delimiter == "," and 2 * len(names) == layout.width > 2 and not re.search(r"[.\"]", body):
-        raise DataFileError(
-            f"has {layout.width} fields in each row below {len(names)} headings: commas divide both the columns and the decimals;"
-            " write it with another delimiter.",
-            path=path,
-        )
-
-
-def _under(
-    lines: Sequence[str], rows: Sequence[list[str]], delimiter: str, notation: Notation
-) -> tuple[tuple[float, int], Layout] | None:
-    """Return the layout with this delimiter and notation, and a score of its fit to the numbers and to the preamble."""
-    filled = [at for at, row in enumerate(rows) if any(row) and not is_comment(row[0])]
-    if not filled:
-        return None
-    body = filled[len(filled) // 2 :] if len(filled) > 3 else filled[-1:]
-    width = Counter(len(rows[at]) for at in body).most_common(1)[0][0]
-    columns = _columns([rows[at] for at in body if len(rows[at]) == width], width, notation)
-    if not columns:
-        return None
-    alike = [at for at in filled if _is_alike(rows[at], columns, notation)]
-    if not alike:
-        return None
-    if notation.thousands and not _divides_thousands([rows[at] for at in alike], columns, notation):
-        return None
-    first = _first(rows, filled, alike, columns, notation)
-    columns = tuple(sorted({*columns, *_columns([rows[at] for at in alike if at >= first], width, notation)}))
-    kept = sum(at >= first for at in alike)
-    letters = [
-        (len(cell.replace(" ", "")), place in columns or bool(_STAMP.match(cell)))
-        for at in body
-        for place, cell in enumerate(rows[at])
-    ]
-    share = sum(size for size, is_column in letters if is_column) / max(sum(size for size, _ in letters), 1)
-    doubt = 0.5 if _splits_decimals(rows, body, delimiter) else 1.0
-    fit = sum(_is_alike(rows[at], columns, notation) for at in body) / len(body)
-    layout = with_headings(
-        lines,
-        rows,
-        Layout(
-            delimiter=delimiter,
-            decimal_comma=notation.decimal == ",",
-            thousands=notation.thousands,
-            first=first,
-            width=width,
-            columns=columns,
-        ),
-    )
-    if (
-        notation.decimal == ","
-        and len(columns) == 1
-        and "," in lines[layout.headings]
-        and layout.headings < first
-    ):
-        doubt = 0.5  # '1,2' below 'a,b' is rather two columns than one
-    settings = sum(delimiter not in ("", WIDE) and len(row) > 1 for row in layout.preamble)
-    return (round(kept * share * doubt * fit, 9), settings), layout
-
-
-def _divides_thousands(rows: Sequence[Sequence[str]], columns: Sequence[int], notation: Notation) -> bool:
-    """Return whether a sign may stand between thousands: no number of its column has four digits without it.
-
-    A point, which is so often that of decimals, has to be shown as such: by a decimal comma, or by integers below
-    1000 beside numbers that have it.
-    """
-    shown = notation.thousands != "."
-    for place in columns:
-        cells = [row[place] for row in rows if row[place]]
-        divided = [cell for cell in cells if notation.thousands in cell.translate(ALIKE)]
-        bare = [cell for cell in cells if re.match(r"\D*\d{4}", cell)]
-        if divided and bare:
-            return False
-        decimals = any(notation.decimal in cell for cell in cells)
-        shown = shown or decimals or 0 < len(divided) < len(cells)
-    return shown
-
-
-def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> tuple[int, ...]:
-    """Return the places where most filled fields of rows are numbers, or numbers with their unit."""
-    found = []
-    for place in range(width):
-        cells = [row[place] for row in rows if place < len(row) and row[place]]
-        numbers = sum(notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells)
-        if numbers > len(cells) / 2:
-            found.append(place)
-    return tuple(found)
-
-
-def _is_alike(row: Sequence[str], columns: Sequence[int], notation: Notation) -> bool:
-    """Return whether a line is a row of numbers in these columns, of which some may be missing."""
-    if len(row) <= columns[-1]:
-        return False
-    cells = [row[at] for at in columns if row[at]]
-    return bool(cells) and all(
-        notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells
-    )
-
-
-def _first(
-    rows: Sequence[Sequence[str]],
-    filled: Sequence[int],
-    alike: Sequence[int],
-    columns: tuple[int, ...],
-    notation: Notation,
-) -> int:
-    """Return the line of the first row of numbers: most of the lines behind it are such rows."""
-    first = alike[0]
-    for place, at in enumerate(alike):
-        behind = len(filled) - filled.index(at)
-        if len(alike) - place >= _ALIKE * behind:
-            first = at
-            break
-
-    def words(at: int, places: Sequence[int]) -> list[bool]:
-        cells = [rows[at][place] for place in places if place < len(rows[at])]
-        return [bool(cell) and not notation.is_number(cell) for cell in cells]
-
-    others = [place for place in range(max(columns)) if place not in columns]
-    clean = [
-        place
-        for place in others
-        if not any(words(at, [place])[:1] == [True] for at in alike[-len(alike) // 2 :])
-    ]
-    for at in filled:  # settings with one number each look like rows; a row of headings ends them
-        heading = words(at, columns)
-        if at <= first or len(heading) < len(columns) or not all(heading):
-            continue
-        before = [place for place in alike if first <= place < at]
-        after = [place for place in alike if place > at]
-        if after and all(any(words(place, clean)) for place in before):
-            first = after[0]
-    return first
-
-
-def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:
-    """Return whether the delimiter is rather another sign: a decimal one, as in '1,5;2,5', or one before blanks, as in '1, x'."""
-    cells = (cell for at in body for cell in rows[at])
-    if delimiter == ",":
-        return any(";" in cell or "\t" in cell for cell in cells)
-    return not delimiter and any(cell.endswith((",", ";")) or cell in ("+", "-") for cell in cells)
-
-
 def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layout) -> Layout:
     """Return a layout with the headings, units and preamble of the lines above the numbers."""
     first, columns, notation = layout.first, layout.columns, layout.notation
@@ -459,7 +215,7 @@ def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> 
         parts = _WIDE_GAP.split(row[0].strip()) if sum(map(bool, row)) == 1 else []
         return parts if len(parts) == width > 1 else [_SIGN.sub("", row[0]), *row[1:]]
     text = text.lstrip("#% ")
-    for parts in (_WIDE_GAP.split(text), _WORD_WITH_UNIT.findall(text), [text]):
+    for parts in (_WIDE_GAP.split(text), WORD_WITH_UNIT.findall(text), [text]):
         if len(parts) == width and not any(part.endswith((":", "=")) for part in parts):
             return [part.strip('"') for part in parts]
     return row
@@ -502,7 +258,7 @@ def _headings(rows: Sequence[list[str]], above: Sequence[int], layout: Layout) -
         words = [cell for cell in cells if cell and not notation.is_number(cell)]
         if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2 and not _units(words):
             continue  # such as 'End Comments' between headings and numbers
-        if not headings and any(_VALUE.fullmatch(cell) for cell in words[-1:]) and not _units(words):
+        if not headings and any(map(_VALUE.fullmatch, rows[at][1:])) and not _units(words):
             behind_settings = True  # such as 'Sampling rate,10.0kS/s' between headings and numbers
             continue
         if behind_settings and not any(name_and_unit(cell)[1] for cell in words):
@@ -554,7 +310,8 @@ def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     if filled and filled[0].endswith(("=", ":")):
         return True
     with_units = [cell for cell in filled if name_and_unit(cell)[1]]
-    if filled and _SETTING.match(filled[0]) and len(with_units) < len(filled):
+    valued = len(filled) > 1 and re.search(r"\d", "".join(filled[1:]))
+    if valued and _SETTING.match(filled[0]) and len(with_units) < len(filled):
         return True
     if len(filled) == 1 and _STATEMENT.fullmatch(filled[0]):
         return True

@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.recorded import NotRead, Recorded
+from electrovib.data.text.cells import Notation
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -39,13 +40,15 @@ _LOWEST: Final = 4
 """Lines right above the numbers among which headings are looked for."""
 _NEAR: Final = 0.05
 """Difference of the beginnings of two segments over the length of the first."""
+_END_OF_CELL: Final = re.compile(r"[\t;,\r\n]| {2}")
+_LONGEST_CELL: Final = 64
 _MOST_SIGNS: Final = 4
 _BEFORE_WORDS: Final = np.isin(np.arange(256), list(b' \t"#%[(*<_'))
 """Whether a word may stand behind a byte at the beginning of a line, at most `_MOST_SIGNS` of them."""
-_LETTERS: Final = np.array([chr(sign).isalpha() or sign > 127 for sign in range(256)])
+_LETTERS: Final = np.array([chr(sign).isalpha() if sign < 128 else sign != 0xE2 for sign in range(256)])
+"""Whether a byte begins a letter; dashes and other signs of UTF-8 begin with E2."""
 _LINE_FEED: Final = 10
-_NUMBER: Final = re.compile(rb'"?[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"?')
-_ROW: Final = re.compile(rb"^[ \t;,\"]*[+-]?[.,]?\d", re.MULTILINE)
+_ROW: Final = re.compile(rb"^[ \t;,\"(]*(?:[+-]|\xe2\x88\x92)? *[.,]?\d", re.MULTILINE)
 """Beginning of a row of numbers."""
 
 
@@ -134,6 +137,10 @@ def _of_headings(raw: bytes) -> dict[str, bytes]:
     lines = _lines_of_words(raw)
     blocks: list[tuple[int, int]] = []
     for start in lines:
+        if _has_number(
+            _END_OF_CELL.split(raw[start : start + _LONGEST_CELL].decode("latin-1"), maxsplit=1)[:1]
+        ):
+            continue  # a reading that is missing, such as nan
         end = raw.find(b"\n", start) + 1 or len(raw)
         if blocks and len(_ROW.findall(raw, blocks[-1][1], min(start, blocks[-1][1] + _LONGEST))) < _FEWEST:
             blocks[-1] = (blocks[-1][0], end)
@@ -153,6 +160,7 @@ def _lines_of_words(raw: bytes) -> list[int]:
     signs = np.frombuffer(raw, dtype=np.uint8)
     begins = np.concatenate([[0], np.flatnonzero(signs == _LINE_FEED) + 1])
     begins = begins[begins < signs.size]
+    begins = begins[(_BEFORE_WORDS | _LETTERS)[signs[begins]]]
     place = begins.copy()
     for _ in range(_MOST_SIGNS):
         place += _BEFORE_WORDS[signs[place]] & (place < signs.size - 1)
@@ -172,16 +180,17 @@ def _has_headings(raw: bytes, start: int, end: int) -> bool:
     return any(len(row) >= width and not _has_number(row) for row in (_fields(line, sign) for line in above))
 
 
-def _fields(line: bytes, sign: bytes | None) -> list[bytes]:
+def _fields(line: bytes, sign: bytes | None) -> list[str]:
     """Return the fields of a line without empty ones at its end."""
-    fields = [each.strip() for each in line.rstrip(b"\r").split(sign)]
+    fields = [each.strip(b' "\r').decode("latin-1") for each in line.split(sign)]
     while fields and not fields[-1]:
         fields.pop()
     return fields
 
 
-def _has_number(fields: Sequence[bytes]) -> bool:
-    return any(_NUMBER.fullmatch(each) for each in fields)
+def _has_number(fields: Sequence[str]) -> bool:
+    """Return whether one of the fields is a number, or stands for a reading that is missing."""
+    return any(each and Notation(decimal=sign).is_number(each) for each in fields for sign in ".,")
 
 
 def _of_gamry(raw: bytes) -> tuple[dict[str, bytes], dict[str, str]]:

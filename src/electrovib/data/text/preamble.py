@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import parse_quantity
-from electrovib.data.recorded import Clock, DataColumn, NotRead, Recorded
+from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded
 from electrovib.data.text.cells import Notation
 from electrovib.data.text.layout import Layout
 from electrovib.data.text.parts import segments_of
@@ -175,22 +175,22 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
         seconds = _seconds_of(first)
         if (np.diff(seconds) == 0).any():
             recorded = dataclasses.replace(recorded, time="", start=start or float(seconds[0]))
-            return without(
-                recorded, first, "it is rounded; the times follow from the step that the file states"
-            )
-        recorded = dataclasses.replace(recorded, step=None)
+            why = "it is rounded; the times follow from the step that the file states"
+            recorded = without(recorded, first, why)
+        else:
+            recorded = dataclasses.replace(recorded, step=None)
     return _with_further_times(recorded, times)
 
 
 def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Recorded:
     """Give the columns behind a further column of times, which differs from the first one, this time as their clock."""
-    first, clocks, own = times[0], dict[str, Clock](), ""
+    first, clocks, own = times[0], dict[str, ChannelClock](), ""
     same = {each.name for each in times[1:] if _are_equal(each, first)}
     for channel in recorded.channels:
         if any(channel is each for each in times):
             own = "" if channel is first or _keeps_pace(channel, first) else channel.name
         elif own:
-            clocks[channel.name] = Clock(time=own)
+            clocks[channel.name] = ChannelClock(time=own)
     recorded = dataclasses.replace(recorded, clocks=clocks)
     for each in times[1:]:
         if each.name in same:
@@ -264,7 +264,8 @@ def counts(values: Real) -> bool:
 
 def is_index(layout: Layout, first: DataColumn) -> bool:
     """Return whether the first column numbers the rows: by its heading, or it counts and it alone has no heading."""
-    if {first.name.lower().rstrip("."), first.unit.lower()} & _COUNTS:
+    unit = "" if first.unit == "N" else first.unit.lower()
+    if {first.name.lower().rstrip("."), unit} & _COUNTS and (np.diff(first.values) > 0).all():
         return True
     return counts(first.values) and not layout.names[0] and all(layout.names[1:])
 

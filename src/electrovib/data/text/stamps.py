@@ -14,6 +14,7 @@ import pandas as pd
 
 from electrovib.data.recorded import DataColumn, NotRead, Recorded, unique
 from electrovib.data.text.layout import Layout, split
+from electrovib.data.text.preamble import keeps_step
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,11 +38,12 @@ _FORMS: Final = {
     ),
 }
 _PLAIN: Final = (
+    (re.compile(r"^\s+|\s+$"), ""),
     (re.compile(r"(?<=\d),(?=\d+(?!\d|:|[-/.]\d))"), "."),
     (re.compile(r"(?<=:\d\d):(?=\d{3}(?!\d))"), "."),  # milliseconds behind a colon
     (re.compile(r"(?<=\d) ?[Aa]\.?[Mm]\b\.?"), " AM"),
     (re.compile(r"(?<=\d) ?[Pp]\.?[Mm]\b\.?"), " PM"),
-    (re.compile(r"(?<=\d) ?(UTC|GMT)\b"), "Z"),
+    (re.compile(r"(?<=\d) ?(?:UTC|GMT)\b"), "Z"),
 )
 """What is written otherwise, and how pandas reads it."""
 _LONGEST: Final = 48
@@ -79,63 +81,55 @@ def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
 
 def kind_of(cells: Sequence[str]) -> str:
     """Return what the fields of a column are: one of `_FORMS`; empty if they are none of them."""
-    filled = [cell for cell in pd.Series(cells, dtype=str).str.slice(0, _LONGEST + 1) if cell]
-    filled = _plain("\n".join(filled)).split("\n") if filled else []
+    filled = _plain(pd.Series([cell[: _LONGEST + 1] for cell in cells if cell], dtype=str))
     for kind, form in _FORMS.items():
-        if filled and np.mean([bool(form.fullmatch(cell)) for cell in filled]) >= _KNOWN:
+        if filled.size and filled.str.fullmatch(form).mean() >= _KNOWN:
             return kind
     return ""
 
 
-def _plain(text: str) -> str:
+def _plain(cells: pd.Series[str]) -> pd.Series[str]:
     """Write stamps as pandas reads them; what the first ones do not have is not looked for in the others."""
     for form, known in _PLAIN:
-        if form.search(text, 0, _INSPECTED * _LONGEST):
-            text = form.sub(known, text)
-    return text
+        if cells.iloc[:_INSPECTED].str.contains(form).any():
+            cells = cells.str.replace(form, known, regex=True)
+    return cells
 
 
-def with_stamps(recorded: Recorded, stamps: str | pd.Series[str], heading: str = "") -> Recorded:
-    """Return the content of a text with the channel ``time`` [s] of its stamps, one a line; else they are named as not read.
+def with_stamps(recorded: Recorded, stamps: pd.Series[str], heading: str = "") -> Recorded:
+    """Return the content of a text with the channel ``time`` [s] of its stamps, one a row; else they are named as not read.
 
     Where the file states another time step than the stamps have, both are in the record.
     """
-    text = stamps if isinstance(stamps, str) else "\n".join(stamps)
     time, order, why = np.empty(0), "", ""
     try:
-        time, order = seconds_from_first(text, heading)
+        time, order = seconds_from_first(stamps, heading)
     except ValueError as error:
         why = str(error)
-    known, shown = time[np.isfinite(time)], text[:_LONGEST].partition("\n")[0]
+    column = DataColumn(name=unique("time", recorded.channels), unit="s", values=time)
+    known, shown = time[np.isfinite(time)], stamps.iloc[0][:_LONGEST]
     if not why and known.size < 2:
         why = f"no date or time is recognised in '{shown}'"
     elif known.size and (known == known[0]).all():
         why = f"'{shown}' in all rows"
-    elif recorded.time:
+    elif recorded.time and not recorded.time.startswith("column "):  # without a heading it may be anything
         why = f"stamps; the times are those of column '{recorded.time}'"
-    elif recorded.step is not None and _agree(known, recorded.step):
+    elif recorded.step is not None and keeps_step(column, recorded.step):
         why = "stamps; the times follow from the step that the file states"
     if why:
         unread = NotRead(name=heading or "date and time", why=why)
         return dataclasses.replace(recorded, not_read=(*recorded.not_read, unread))
-    about = {"first_time": shown} | ({"date_order": order} if order else {})
+    about = {"first_time": shown}
+    if order:
+        about |= {"date_order": order, "unsure": f"the order of the dates such as '{shown}', read as {order}"}
     if (decimals := _decimals_of(recorded, time)) is not None:
-        time = time + decimals
-        time -= time[0]
-    name = unique("time", recorded.channels)
+        column = dataclasses.replace(column, values=time + decimals - decimals[0])
     return dataclasses.replace(
         recorded,
-        channels=(DataColumn(name=name, unit="s", values=time), *recorded.channels),
-        time=name,
+        channels=(column, *recorded.channels),
+        time=column.name,
         attributes={**recorded.attributes, **about},
     )
-
-
-def _agree(known: Real, step: float) -> bool:
-    """Return whether stamps increase by a time step [s] on average, within 1 % and their resolution."""
-    even, change = (known.size - 1) * step, np.diff(known)
-    resolution = float(np.min(change[change > 0], initial=np.inf))
-    return bool(abs(known[-1] - known[0] - even) <= 0.01 * even + 2 * resolution)
 
 
 def _decimals_of(recorded: Recorded, time: Real) -> Real | None:
@@ -153,14 +147,14 @@ def _decimals_of(recorded: Recorded, time: Real) -> Real | None:
     return None
 
 
-def seconds_from_first(text: str, heading: str = "") -> tuple[Real, str]:
-    """Return the times [s] after the first line that is a stamp, and the order of the date if it was assumed.
+def seconds_from_first(stamps: Sequence[str] | pd.Series[str], heading: str = "") -> tuple[Real, str]:
+    """Return the times [s] after the first field that is a stamp, and the order of the date if it was assumed.
 
-    A line without a stamp is NaN; a duration is counted from 0. A clock without a date that goes back by
+    A field without a stamp is NaN; a duration is counted from 0. A clock without a date that goes back by
     more than half a day has passed midnight, one of minutes and seconds the full hour. Stamps that can be read
     in two ways are a ValueError.
     """
-    cells = pd.Series(_plain(text.removesuffix("\n")).split("\n"), dtype=str)
+    cells = _plain(pd.Series(stamps, dtype=str))
     kind, order = kind_of(cells.iloc[:_INSPECTED]), ""
     if kind == "spans":
         found = _whole(pd.to_timedelta(cells, errors="coerce"))
@@ -171,7 +165,8 @@ def seconds_from_first(text: str, heading: str = "") -> tuple[Real, str]:
     known = np.flatnonzero(found != _NONE)
     if kind == "clock":
         turn = _DAY if cells.str.count(":").max() > 1 or not (found[known] < _HOUR).all() else _HOUR
-        found[known[1:]] += turn * np.cumsum(np.diff(found[known]) < -turn // 2)
+        far = turn // 2 if turn == _DAY else turn // 10 * 9
+        found[known[1:]] += turn * np.cumsum(np.diff(found[known]) < -far)
     first = found[known[0]] if known.size and kind != "spans" else 0
     return np.where(found != _NONE, (found - first) / _NANOSECONDS, np.nan), order
 

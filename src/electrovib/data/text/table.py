@@ -14,7 +14,15 @@ import numpy as np
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import DataColumn, choose
 from electrovib.data.text.body import table_of
-from electrovib.data.text.layout import as_utf8, check_width, find_layout, lines_of, place_of, split
+from electrovib.data.text.hypotheses import find_layout
+from electrovib.data.text.layout import (
+    WORD_WITH_UNIT,
+    as_utf8,
+    check_width,
+    lines_of,
+    place_of,
+    split,
+)
 from electrovib.data.unit_words import name_and_known_unit
 
 if TYPE_CHECKING:
@@ -24,7 +32,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 
-_WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
 _LONGEST_ROW: Final = 1_000_000
 _INSPECTED: Final = 12
 _NO_NUMBER: Final = ["", "nan", "NaN", "NAN", "-nan", "+nan"]
@@ -40,10 +47,6 @@ class TextTable:
     headings: tuple[str, ...]
     units: tuple[str, ...]
     width: int
-
-    def lines(self) -> Iterator[str]:
-        """Iterate over all lines, including comments."""
-        return lines_of(self.raw)
 
     def rows(self) -> Iterator[tuple[int, str]]:
         """Iterate over the rows of numbers, each with its line number in the file, starting at 1."""
@@ -61,7 +64,12 @@ class TextTable:
             return np.empty((0, len(indices)))
         start = place_of(self.raw, first[0] - 1)
         read = functools.partial(
-            table_of, delimiter=self.delimiter, width=self.width, keep_default_na=False, na_values=_NO_NUMBER
+            table_of,
+            delimiter=self.delimiter,
+            width=self.width,
+            skipinitialspace=True,
+            keep_default_na=False,
+            na_values=_NO_NUMBER,
         )
         table = None
         with suppress(ValueError, Warning):  # of pandas, which names no line
@@ -100,18 +108,18 @@ class TextTable:
         return ""
 
 
-def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
+def read_table(path: Path, names: Sequence[str] = ()) -> TextTable:
     """Split delimited text into lines, headings and units; there are no headings if the first row consists of numbers."""
     raw = as_utf8(path, path.read_bytes())
     first = [line for _, line in itertools.islice(_rows(path, raw), _INSPECTED)]
     if not first:
         raise DataFileError("holds no rows, only comments or blank lines.", path=path)
     check_width(path, first)
-    delimiter = _delimiter(first) if delimiter is None else delimiter
+    delimiter = _delimiter(first)
     second = split(first[1], delimiter) if len(first) > 1 else []
     top = split(first[0], delimiter)
     if not delimiter:
-        words = [first[0].strip()] if len(second) == 1 else _WORD_WITH_UNIT.findall(first[0])
+        words = [first[0].strip()] if len(second) == 1 else WORD_WITH_UNIT.findall(first[0])
         top = [word.strip('"') for word in words]
     headings, units, width = tuple(top), tuple[str, ...](), len(top)
     if any(map(_is_number, top)) and not _are_headings(top, names):
@@ -123,14 +131,7 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
         if any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second):
             units = tuple(cell[1:-1].strip() for cell in second)
         width = len(headings)
-    return TextTable(
-        path=path,
-        raw=raw,
-        delimiter=delimiter,
-        headings=headings,
-        units=units,
-        width=width,
-    )
+    return TextTable(path=path, raw=raw, delimiter=delimiter, headings=headings, units=units, width=width)
 
 
 def _delimiter(lines: Sequence[str]) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.recordings.fit.identifiability import Rounding, UndeterminedCombination, response
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
     from electrovib.core.arrays import Real
-    from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.calibration import CalibrationError
 
 
@@ -86,8 +87,21 @@ class ScenarioFit:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Diagnostics of the scenario with the estimated parameters."""
-        return validity(self.scenario)
+        """Of each diagnostic of the scenario with the estimated parameters, the worst in the settings of the recordings."""
+        worst: dict[tuple[str, int], Diagnostic] = {}
+        told = []
+        for each in self.problem.prediction.measured:
+            if each.changes in told:
+                continue
+            told.append(each.changes)
+            seen = Counter[str]()
+            for one in validity(self.scenario.replace(each.changes)):
+                seen[one.name] += 1
+                place = one.name, seen[one.name]
+                worst[place] = max(
+                    worst.get(place, one), one, key=lambda d: (STATES.index(d.state), d.value or 0.0)
+                )
+        return tuple(worst.values())
 
     @property
     def _counted(self) -> int:

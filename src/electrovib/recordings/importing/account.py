@@ -26,11 +26,17 @@ def account_of(recorded: Recorded) -> dict[str, list[dict[str, Any]]]:
 
 def _account(column: DataColumn) -> dict[str, Any]:
     """Return name, unit, type and number of rows of a column, and the first and the last of its numbers."""
-    known = np.flatnonzero(np.isfinite(column.values))
-    ends = [float(column.values[at]) for at in (known[0], known[-1])] if known.size else [None, None]
+    values, known = column.values, np.isfinite(column.values)
+    missing = values.size - int(np.count_nonzero(known))
+    ends = (
+        (int(np.argmax(known)), values.size - 1 - int(np.argmax(known[::-1])))
+        if missing < values.size
+        else ()
+    )
+    first, last = [float(values[at]) for at in ends] or (None, None)
     return {
-        "name": column.name, "unit": column.unit, "type": str(column.values.dtype), "rows": column.values.size,
-        "missing": column.values.size - known.size, "first": ends[0], "last": ends[1],
+        "name": column.name, "unit": column.unit, "type": str(values.dtype), "rows": values.size, "missing": missing,
+        "first": first, "last": last,
     }  # fmt: skip
 
 
@@ -52,7 +58,7 @@ def _line(column: DataColumn, recorded: Recorded) -> str:
     text = f"{column.name}  [{column.unit or 'unit not stated'}]  {about['rows']} rows of {about['type']}: "
     if about["first"] is None:
         return f"{text}no numbers"
-    text += f"{about['first']:.6g} first, {about['last']:.6g} last"
+    text += f"{about['first'] + 0.0:.6g} first, {about['last'] + 0.0:.6g} last"
     low, high = np.nanmin(column.values), np.nanmax(column.values)
     text += f", {low:.6g} to {high:.6g}" if {low, high} != {about["first"], about["last"]} else ""
     text += f", {about['missing']} missing" if about["missing"] else ""
@@ -67,14 +73,19 @@ def _line(column: DataColumn, recorded: Recorded) -> str:
     return f"{text}{', the time' if column.name == recorded.time else own}"
 
 
+def not_read_words(recorded: Recorded) -> list[str]:
+    """Return the sentence that names what is not read, the first of many things; none if everything is."""
+    others = recorded.not_read
+    if not others:
+        return []
+    read = f"read: {recorded.attributes['table']}; " if "table" in recorded.attributes else ""
+    named = "; ".join(f"{each.name} ({each.why})" for each in others[:_MOST_NOT_READ])
+    more = f"; and {len(others) - _MOST_NOT_READ} more" if len(others) > _MOST_NOT_READ else ""
+    return [f"{read}not read: {named}{more}"]
+
+
 def about_file(recorded: Recorded) -> list[Diagnostic]:
     """State which part of a file was read where it holds several, what was not read, and what its reader is not sure of."""
-    about, others, found = recorded.attributes, recorded.not_read, []
-    if "unsure" in about:
-        found.append(Diagnostic("reader", "unknown", f"not sure is {about['unsure']}"))
-    if others:
-        read = f"read: {about['table']}; " if "table" in about else ""
-        named = "; ".join(f"{each.name} ({each.why})" for each in others[:_MOST_NOT_READ])
-        more = f"; and {len(others) - _MOST_NOT_READ} more" if len(others) > _MOST_NOT_READ else ""
-        found.append(Diagnostic("not read", "unknown", f"{read}not read: {named}{more}"))
-    return found
+    about = recorded.attributes
+    unsure = [Diagnostic("reader", "unknown", f"not sure is {about['unsure']}")] if "unsure" in about else []
+    return unsure + [Diagnostic("rest of the file", "unknown", text) for text in not_read_words(recorded)]

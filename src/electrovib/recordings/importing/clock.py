@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -10,7 +12,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.data.recorded import Clock, column_of
+from electrovib.data.recorded import ChannelClock, column_of
 from electrovib.data.text.parts import segments_of
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.importing.clock_of_stamps import even_times
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.data.recorded import Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
 
 _GAP: Final = 1.5
@@ -33,6 +35,8 @@ _HELD: Final = (
 )
 _AGREE: Final = 0.01
 """Difference between the steps of times and a stated one, relative to it, that counts as rounding."""
+_STAMP: Final = re.compile(r"time[\s_]?stamp", re.IGNORECASE)
+"""Headings of times that may count any unit."""
 STAMPS: Final = ("refuse", "keep_increasing")
 """Treatments of time stamps that do not increase."""
 
@@ -67,7 +71,7 @@ def sample_times(
     if step is not None:
         return _even(recorded.size, seconds("step", step), 0.0, "as given")
     column = column_of(recorded, time, option="time") if time else None
-    clock = Clock(time=column.name) if column else _shared(recorded, columns)
+    clock = ChannelClock(time=column.name) if column else _shared(recorded, columns)
     if not clock.time and clock.step is not None:
         return _even(recorded.size, clock.step, clock.start, "as the file states")
     if not clock.time:
@@ -80,6 +84,11 @@ def sample_times(
     known = kind_and_factor(column.unit or "s")
     if known is None or known[0] != "s":
         raise InputError(f"time = {column.name}: '{column.unit}' is not a unit of time")
+    if needs_unit(column):
+        name = column.name
+        raise InputError(
+            f"time: the file states no unit for '{name}'; state it: time = '{name} [s]' if it is in s"
+        )
     steps = [f"time: column '{column.name}' [{column.unit or 's'}]"]
     text = f"the file states no unit for '{column.name}'; s were assumed"
     unsure = [] if column.unit else [Diagnostic("unit of time", "unknown", text)]
@@ -96,10 +105,22 @@ def sample_times(
     )
 
 
-def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[Clock, list[str]]:
+def has_times(recorded: Recorded) -> bool:
+    """Return whether the times of the samples follow from the file alone."""
+    with suppress(InputError):
+        return sample_times(recorded).time.size > 1
+    return False
+
+
+def needs_unit(column: DataColumn) -> bool:
+    """Return whether a column of times is a count in some unit that the file does not state."""
+    return not column.unit and bool(_STAMP.search(column.name))
+
+
+def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[ChannelClock, list[str]]:
     """Return each clock of the columns, with the columns that it is of; times that are equal are one clock."""
-    common = Clock(time=recorded.time, step=recorded.step, start=recorded.start)
-    found: dict[Clock, list[str]] = {}
+    common = ChannelClock(time=recorded.time, step=recorded.step, start=recorded.start)
+    found: dict[ChannelClock, list[str]] = {}
     for name in columns:
         own = recorded.clocks.get(name, common)
         alike = next((each for each in found if _is_equal(recorded, each, own)), own)
@@ -107,7 +128,7 @@ def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[Clock, list[st
     return found or {common: []}
 
 
-def _is_equal(recorded: Recorded, one: Clock, two: Clock) -> bool:
+def _is_equal(recorded: Recorded, one: ChannelClock, two: ChannelClock) -> bool:
     """Return whether two clocks are one, or two columns of the same times."""
     if one == two or not (one.time and two.time):
         return one == two
@@ -115,7 +136,7 @@ def _is_equal(recorded: Recorded, one: Clock, two: Clock) -> bool:
     return first.unit == second.unit and np.array_equal(first.values, second.values, equal_nan=True)
 
 
-def _shared(recorded: Recorded, columns: Sequence[str]) -> Clock:
+def _shared(recorded: Recorded, columns: Sequence[str]) -> ChannelClock:
     """Return the clock that the columns share, or refuse columns of several clocks."""
     first, *others = clocks = clocks_of(recorded, columns)
     if not others:
@@ -135,7 +156,7 @@ def _shared(recorded: Recorded, columns: Sequence[str]) -> Clock:
     )
 
 
-def _others(recorded: Recorded, columns: Sequence[str], stated: Clock) -> list[Diagnostic]:
+def _others(recorded: Recorded, columns: Sequence[str], stated: ChannelClock) -> list[Diagnostic]:
     """Say which columns have other times in the file than those that were stated."""
     found = []
     for clock, names in clocks_of(recorded, columns).items():
@@ -145,7 +166,7 @@ def _others(recorded: Recorded, columns: Sequence[str], stated: Clock) -> list[D
     return found
 
 
-def span_of(recorded: Recorded, clock: Clock) -> tuple[float, float, float] | None:
+def span_of(recorded: Recorded, clock: ChannelClock) -> tuple[float, float, float] | None:
     """Return the first and the last time of a clock, and its usual step [s]; None if it is not known."""
     if not clock.time:
         if clock.step is None:
@@ -157,7 +178,7 @@ def span_of(recorded: Recorded, clock: Clock) -> tuple[float, float, float] | No
     return (float(times[0]), float(times[-1]), float(np.median(np.diff(times)))) if times.size > 1 else None
 
 
-def overlap(recorded: Recorded, one: Clock, two: Clock) -> bool:
+def overlap(recorded: Recorded, one: ChannelClock, two: ChannelClock) -> bool:
     """Return whether the times of two clocks have a span in common."""
     spans = span_of(recorded, one), span_of(recorded, two)
     return None not in spans and max(each[0] for each in spans if each) < min(
@@ -165,7 +186,7 @@ def overlap(recorded: Recorded, one: Clock, two: Clock) -> bool:
     )
 
 
-def clock_words(recorded: Recorded, clock: Clock) -> str:
+def clock_words(recorded: Recorded, clock: ChannelClock) -> str:
     """Write start, end and step of a clock."""
     name = f"column '{clock.time}' " if clock.time else ""
     if (span := span_of(recorded, clock)) is None:
@@ -174,10 +195,20 @@ def clock_words(recorded: Recorded, clock: Clock) -> str:
     return f"{name}from {first} to {last} in steps of {every}"
 
 
+def contradicted(recorded: Recorded) -> bool:
+    """Return whether the file states times, and a step that is not theirs."""
+    span = span_of(recorded, ChannelClock(time=recorded.time)) if recorded.time else None
+    return span is not None and recorded.step is not None and not _agree(span[2], recorded.step)
+
+
+def _agree(usual: float, step: float) -> bool:
+    return abs(usual - step) <= _AGREE * step
+
+
 def _refuse_other_step(name: str, time: Real, step: float) -> None:
     """Refuse times that contradict the time step that the file states too."""
     usual = float(np.median(np.diff(time)))
-    if abs(usual - step) > _AGREE * step:
+    if not _agree(usual, step):
         own, stated = (format_quantity(each, "s", digits=6) for each in (usual, step))
         raise InputError(
             f"time: the column '{name}' has steps of {own}, but the file states a time step of {stated}; state which one is"
@@ -242,14 +273,14 @@ def _gaps(time: Real) -> tuple[Diagnostic, ...]:
     change = np.diff(time)
     usual = float(np.median(change))
     wide = change > _GAP * usual
-    lost = int(np.sum(np.round(change[wide] / usual) - 1)) if wide.any() else 0
+    lost = float(np.sum(np.round(change[wide] / usual) - 1))  # infinite where a damaged file overflows
     if not lost:
         return (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
     where = format_quantity(float(time[:-1][wide][0]), "s", digits=4)
     return (
         Diagnostic(
             "dropped samples", "warning",
-            f"about {lost} samples are missing in {int(wide.sum())} intervals longer than 1.5 times the median, the first"
-            f" after {where}", float(lost), 0.0, "1",
+            f"about {lost:.15g} samples are missing in {int(wide.sum())} intervals longer than 1.5 times the median, the first"
+            f" after {where}", lost, 0.0, "1",
         ),
     )  # fmt: skip

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 _FEWEST: Final = 4
 _MOST_LEVELS: Final = 16
+_SHARE: Final = 2 / 3
+"""Largest number of levels, in units of the number of rows; readings hardly repeat."""
 _INSPECTED: Final = 1000
 """Rows in which more levels than a record of changes has are looked for first."""
 _ALIKE: Final = 0.1
@@ -38,7 +40,10 @@ def is_held(time: Real, recorded: Recorded, clock: str) -> bool:
         return False
     rows = np.nan_to_num(np.array(columns), nan=np.inf)
     levels = max(np.unique(each).size for each in rows)
-    if levels > min(_MOST_LEVELS, (time.size + 1) // 2) or not (np.diff(rows, axis=1) != 0).any(axis=0).all():
+    changes = (np.diff(rows, axis=1) != 0).any(axis=0)
+    if (
+        levels > min(_MOST_LEVELS, _SHARE * time.size) or not changes[:-1].all()
+    ):  # the last row may be the end alone
         return False
     change = np.diff(time)
     usual = np.abs(change - np.median(change)) <= _ALIKE * np.median(change)

@@ -20,7 +20,7 @@ from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.calibration import SensorCalibration, calibrate
-from electrovib.recordings.importing.account import about_file, account_of
+from electrovib.recordings.importing.account import about_file, account_of, not_read_words
 from electrovib.recordings.importing.choice import calibrated_column, check_names
 from electrovib.recordings.importing.clock import SampleTimes, sample_times
 from electrovib.recordings.importing.held import held
@@ -110,7 +110,7 @@ def import_file(
     stated: dict[str, Any] = {
         name: value for name, value in (options | {"part": part}).items() if value is not None
     }
-    stated |= {"columns": dict(columns or {}), "time": time, "step": step}
+    stated |= {"columns": dict(columns or {}), "time": time, "step": step, "stamps": stamps}
     stated |= {"calibration": {name: str(each) for name, each in calibration.items()}} if calibration else {}
     origin = {
         "title": title or place.stem,
@@ -198,7 +198,8 @@ def _over_time(
     steps: ReductionSteps,
     origin: dict[str, str],
 ) -> xarray.Dataset:
-    history = [f"{origin['file']} read by reader '{origin['reader']}'", *clock.steps]
+    read = f"{origin['file']} read by reader '{origin['reader']}'"
+    history = [read, *not_read_words(recorded), *clock.steps]
     signals: dict[str, Real] = {}
     readings: dict[str, Real] = {}
     problems: list[str] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -11,9 +12,21 @@ from electrovib.core.units import format_quantity
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.importing.account import MOST_COLUMNS, account_lines
-from electrovib.recordings.importing.clock import clock_words, clocks_of, overlap, sample_times
+from electrovib.recordings.importing.clock import (
+    clock_words,
+    clocks_of,
+    contradicted,
+    needs_unit,
+    overlap,
+    sample_times,
+)
 from electrovib.recordings.importing.notices import about_sensors
-from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns, proposed_time, rises
+from electrovib.recordings.importing.proposal import (
+    ProposedColumn,
+    may_be_voltage,
+    proposed_columns,
+    proposed_time,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +60,8 @@ def list_columns(
     except InputError as error:
         if any(each.name.lower().startswith("freq") for each in recorded.channels):
             return [*lines, f"not yet a spectrum: {error.problems[0].reason}"]
-        return [*lines, *_example(recorded)]
+        typed = {"reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma, "part": part}
+        return [*lines, *_example(recorded, "".join(_set(name, value) for name, value in typed.items()))]
     return [
         *lines,
         f"a spectrum of {'impedance' if spectrum.impedance is not None else 'permittivity'}: {spectrum.read_as}",
@@ -67,89 +81,76 @@ def _heading(path: Path, recorded: Recorded, reader: str) -> str:
     return f"{path.name}: reader '{name}', {count} columns of {recorded.size} samples"
 
 
-def _example(recorded: Recorded) -> list[str]:
+def _example(recorded: Recorded, typed: str) -> list[str]:
     """State the clocks and the faults of the columns, and the options that import those whose heading or unit tells a signal."""
     time = None if recorded.time or recorded.step is not None else proposed_time(recorded)
     times = {recorded.time, time.name if time else "", *(each.time for each in recorded.clocks.values())}
     columns = [each for each in recorded.channels if each.name not in times]
-    unknown = [each for each in columns if not (each.unit or rises(each.values))]
     proposed = proposed_columns(recorded, columns) or tuple(
-        ProposedColumn(column=each.name, signal="drive_voltage", unit="V") for each in unknown[:1]
+        ProposedColumn(column=each.name, signal="drive_voltage", unit="V")
+        for each in [each for each in columns if may_be_voltage(each)][:1]
     )
-    together = next(
-        iter(
-            clocks_of(
-                recorded, [each.column for each in proposed] or [each.name for each in columns]
-            ).values()
-        )
-    )
-    lines = [_time(recorded, time), *_faults(recorded, columns, together)]
+    clocks = clocks_of(recorded, [each.column for each in proposed] or [each.name for each in columns])
+    words, stated = _time(recorded, time)
+    lines = [words, *_faults(recorded, columns, next(iter(clocks.values())))]
     if not proposed:
         why = "no heading and no unit tells a signal"
-        return [*lines, f"{why}; to import a column: --column SIGNAL=COLUMN -o trace.nc"]
-    stated = _stated_time(recorded, time)
-    return [*lines, *_imports(recorded, proposed, stated), *_remarks(proposed, stated)]
-
-
-def _imports(recorded: Recorded, proposed: Sequence[ProposedColumn], stated: str) -> list[str]:
-    """Return the options that import the columns of the first clock, then those that put the columns of others onto it."""
-    first, *others = clocks = clocks_of(recorded, [each.column for each in proposed])
+        return [*lines, f"{why}; to import a column: --column SIGNAL=COLUMN{typed} -o trace.nc"]
     options = {
-        clock: _options([each for each in proposed if each.column in names])
+        clock: _options([each for each in proposed if each.column in names]) + typed
         for clock, names in clocks.items()
     }
-    lines, earlier = [f"to import it: {options[first]}{stated} -o trace.nc"], "trace.nc"
+    first, *others = clocks
+    lines.append(f"to import it: {options[first]}{stated} -o trace.nc")
+    earlier = "trace.nc"
     for number, clock in enumerate(others, 2):
-        onto = f' --set with={earlier} --set clock_shift="0 s"'
-        together = overlap(recorded, first, clock)
-        how, target = (
-            "to put it onto the one before" if together else "to import it by itself",
-            f"trace_{number}.nc",
-        )
-        lines.append(
-            f"{', '.join(map(repr, clocks[clock]))}: another clock, {clock_words(recorded, clock)}; {how}:"
-            f" {options[clock]}{onto if together else ''} -o {target}"
-        )
-        earlier = target if together else earlier
-    return lines
+        named = f"{', '.join(map(repr, clocks[clock]))}: another clock, {clock_words(recorded, clock)}"
+        how, onto, target = "to import it by itself", "", f"trace_{number}.nc"
+        if overlap(recorded, first, clock):
+            how, onto = "to put it onto the one before", _set("with", earlier) + _set("clock_shift", "0 s")
+            earlier = target
+        lines.append(f"{named}; {how}: {options[clock]}{onto} -o {target}")
+    return lines + _remarks(proposed, stated)
 
 
 def _options(proposed: Sequence[ProposedColumn]) -> str:
-    options = [f'--column {each.signal}="{each.stated}"' for each in proposed]
-    return " ".join(
-        [*options, *(f'--set scale.{each.signal}="{each.scale}"' for each in proposed if each.scale)]
+    columns = (f"--column {each.signal}={_quoted(each.stated)}" for each in proposed)
+    return " ".join(columns) + "".join(_set(f"scale.{each.signal}", each.scale) for each in proposed)
+
+
+def _set(key: str, value: str | bool | None) -> str:
+    """Return an entry of the recipe as it is typed; nothing for one that is not given."""
+    return (
+        "" if value is None or (value == "" and key != "delimiter") else f" --set {key}={_quoted(str(value))}"
     )
 
 
-def _time(recorded: Recorded, proposed: DataColumn | None) -> str:
-    """State the clock of the file, or what is missing of it."""
-    if recorded.time:
-        unit = next(each.unit for each in recorded.channels if each.name == recorded.time)
-        unsure = f', for which the file states no unit: s are assumed; write --set time="{recorded.time} [ms]" if it is ms'
-        words = "" if unit else unsure
-        if recorded.step is not None:
-            words += f", but the file also states a step of {format_quantity(recorded.step, 's')}: state which one is right"
-        return f"time: column '{recorded.time}'{words}"
-    if recorded.step is not None:
-        return (
-            f"time: a step of {format_quantity(recorded.step, 's')}, first sample at"
-            f" {format_quantity(recorded.start, 's')}, as the file states"
-        )
-    if proposed is not None:
-        return f"time: not stated; '{proposed.name}' increases and may be it"
-    return 'time: not stated; add --set time="COLUMN [s]" or --set step="10 us"'
+def _quoted(text: str) -> str:
+    return shlex.quote(text) if set(text) & set('"$`\\!') else f'"{text}"'
 
 
-def _stated_time(recorded: Recorded, proposed: DataColumn | None) -> str:
-    """Return the option that states the time where the file does not, or not its unit."""
-    if recorded.step is not None and not recorded.time:
-        return ""
+def _time(recorded: Recorded, proposed: DataColumn | None) -> tuple[str, str]:
+    """State the clock of the file, or what is missing of it, and return the option that states it then."""
+    if not recorded.time and recorded.step is not None:
+        start, every = (format_quantity(each, "s") for each in (recorded.start, recorded.step))
+        return f"time: a step of {every}, first sample at {start}, as the file states", ""
     column = proposed or next((each for each in recorded.channels if each.name == recorded.time), None)
     if column is None:
-        return ' --set step="10 us"'
-    if recorded.time and column.unit and recorded.step is None:
-        return ""
-    return f' --set time="{column.name}' + ('"' if column.unit else ' [s]"')
+        return 'time: not stated; add --set time="COLUMN [s]" or --set step="10 us"', _set("step", "10 us")
+    option = _set("time", column.name if column.unit else f"{column.name} [s]")
+    if column is proposed:
+        return f"time: not stated; '{column.name}' increases and may be it", option
+    words = f"time: column '{column.name}'"
+    if recorded.step is not None and contradicted(recorded):
+        every = format_quantity(recorded.step, "s")
+        return f"{words}, but the file also states a step of {every}: state which one is right", option
+    if column.unit:
+        return words, ""
+    assumed = "it has to be stated" if needs_unit(column) else "s are assumed"
+    return (
+        f'{words}, for which the file states no unit: {assumed}; write --set time="{column.name} [ms]" if it is ms',
+        option,
+    )
 
 
 def _faults(recorded: Recorded, columns: Sequence[DataColumn], together: Sequence[str]) -> list[str]:

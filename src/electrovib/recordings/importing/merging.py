@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 
 
 _LONGEST: Final = 4000
+_OF_THE_SECOND: Final = dict.fromkeys(("file", "file_sha256", "reader", "options"), _LONGEST) | {
+    "columns_of_file": None
+}
+"""Attributes of the second Trace that are kept, and at most how many letters of them."""
 
 
 def merge_traces(
@@ -124,8 +128,8 @@ def _merged(first: xarray.Dataset, second: xarray.Dataset, relation: ClockRelati
     diagnostics = [each.to_dict() for each in (*before, *after, relation.diagnostic())]
     attributes = {str(name): value for name, value in first.attrs.items() if name != "format"}
     attributes |= {
-        f"second_{name}": str(second.attrs[name])[:_LONGEST]
-        for name in ("file", "file_sha256", "reader", "options")
+        f"second_{name}": str(second.attrs[name])[:most]
+        for name, most in _OF_THE_SECOND.items()
         if name in second.attrs
     }
     merged = make_trace(

@@ -35,8 +35,6 @@ _LONGER: Final = 5
 """Length of a run of equal readings, in units of the next longest one, from which on it is judged."""
 _TURNS: Final = 0.3
 """Share of changes with another sign than the one before, from which on a signal has noise; of white noise it is 2/3."""
-_BY_CHANCE: Final = 1e-6
-"""Expected number of such runs by noise, below which one is named."""
 _UNEVEN: Final = 4.0
 """Length of a record over that of as many median intervals, beyond which no spectrum is computed."""
 
@@ -107,8 +105,7 @@ def _stuck(name: str, values: Real) -> list[Diagnostic]:
     if moves.size < _FEWEST or np.mean(moves[1:] * moves[:-1] < 0) < _TURNS:
         return []
     allowed = _LONGER * int(others.max())
-    chance = values.size * (1 - others.size / others.sum()) ** (count - 1)
-    if count < max(allowed, _FEWEST // 2) or chance > _BY_CHANCE:
+    if count < max(allowed, _FEWEST // 2):
         return []
     at = int(edges[longest])
     text = f"{name} stands still from sample {at} to {at + count - 1} and has noise elsewhere: its sensor is stuck there, or the"

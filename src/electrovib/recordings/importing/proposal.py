@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 _WORDS: Final[Mapping[str, str]] = {
-    "normal_force": r".*\bf ?([nz] ?\d*|norm(al)?)\b.*"
+    "normal_force": r".*\b(f ?[nz]|(force|kraft) ?z|f ?norm(al)?) ?\d*\b.*|.*\bz (force|kraft)\b.*"
     r"|.*\b(normal|vertical|load(?! ?cell)|down ?force|last|normalkraft|press(ing)?|effort normal)\b.*",
     "lateral_force": r"f|.*\bf ?([txyrf] ?\d*|tan(gential)?)\b.*"
     r"|.*\b(lateral|tangential\w*|shear|friction|horizontal|reib\w*|querkraft|frottement)\b.*"
@@ -36,7 +36,8 @@ _WORDS: Final[Mapping[str, str]] = {
 """Signal to the pattern of its headings, in small letters, without separators; the first one that fits is taken."""
 _RATIO: Final = re.compile(r".*\b(cof|coeff?(icient)?|mu|µ|μ|ratio|reibwert|reib\w*zahl)\b.*")
 """Headings of a ratio of two forces, which is no force."""
-_UNSURE: Final = re.compile(r".*\bf ?y ?\d*\b.*")
+_UNSURE: Final = re.compile(r".*\b((f|force|kraft) ?y ?\d*|y (force|kraft))\b.*")
+"""Headings of a force along y, which is lateral or normal."""
 _TIME: Final = re.compile(r".*\b(time|time ?stamp|t|zeit|temps|x)\b.*")
 _COUNT: Final = re.compile(r".*\b(index|nr|no|number|points?|samples?|rows?|steps?|cycles?|segment|#|n)\b.*|")
 _BY_UNIT: Final[Mapping[str, str]] = {
@@ -92,6 +93,11 @@ def proposed_time(recorded: Recorded) -> DataColumn | None:
     return next((each for each in found if _TIME.fullmatch(_words(each.name))), found[0] if found else None)
 
 
+def may_be_voltage(column: DataColumn) -> bool:
+    """Return whether a column without a unit may be an example of a voltage: neither the time by its name, nor rising."""
+    return not (column.unit or _TIME.fullmatch(_words(column.name)) or rises(column.values))
+
+
 def rises(values: Real) -> bool:
     """Return whether each number exceeds the one before."""
     return values.size > 1 and bool((np.diff(values) > 0).all())
@@ -128,8 +134,8 @@ def _sign(signal: str, values: Real) -> str:
 
 
 def _words(name: str) -> str:
-    """Return a heading in small letters, with a blank for each separator."""
-    return re.sub(r"[\s_.:/\-]+", " ", name.lower()).strip()
+    """Return a heading in small letters, with a blank for each separator and before each capital behind a small letter."""
+    return re.sub(r"[\s_.:/\-]+|(?<=[a-z])(?=[A-Z])", " ", name).lower().strip()
 
 
 def _signal(name: str, kind: str) -> str:

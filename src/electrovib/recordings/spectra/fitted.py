@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import cmath
+import contextlib
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -16,15 +18,26 @@ from electrovib.core.units import format_quantity
 from electrovib.recordings.importing.own_material import layer_toml
 from electrovib.recordings.importing.parallel_part import CERTAIN, fit_parallel_part
 from electrovib.recordings.interval import NORMAL, EstimatedParameter
-from electrovib.recordings.spectra.material import consistency, fit_material, forms_of, shift_of, slopes_of
+from electrovib.recordings.spectra.material import (
+    FORMS,
+    OFFERED,
+    consistency,
+    fit_material,
+    forms_of,
+    free_parameters,
+    shift_of,
+    short_name,
+    slopes_of,
+)
 from electrovib.scenario.toml import model_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Complex, Real
+    from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
     from electrovib.recordings.importing.own_material import SampleSpectrum
     from electrovib.recordings.spectra.material import MaterialFit
 
@@ -113,7 +126,8 @@ def fit_samples(
         "none": fits[0].error,  # a material without loss is constant
         "unknown": math.nan,
     }[loss]
-    refuse_misfit(fits[0], consistent, allowed)
+    advice = functools.cache(functools.partial(described_by, frequency, permittivity, forms, loss))
+    refuse_misfit(fits[0], consistent, allowed, advice)
     deviations = None if error is None else error.deviations(
         fits[0], frequency, permittivity, noise=weights,
         per_farad=np.concatenate([np.full(each.frequency.size, each.per_farad) for each in samples.values()]),
@@ -127,7 +141,7 @@ def fit_samples(
         history=tuple(history_of(samples, fits, frequency, noise or {}, error)),
         diagnostics=(
             *(each for sample in samples.values() for each in sample.diagnostics),
-            *diagnostics_of(fits[0], consistent, noise or {}),
+            *diagnostics_of(fits[0], consistent, noise or {}, advice),
             *([loss_that_follows(fits, frequency, allowed)] if loss == "unknown" else ()),
         ),
     )
@@ -148,12 +162,15 @@ def _noise_of(samples: Mapping[str, SampleSpectrum], noise: Mapping[str, float])
 
 def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> Iterator[EstimatedParameter]:
     estimate = best.estimate
+    free = free_parameters(best.material, best.loss)
     units = {path: quantity.unit for path, _, quantity in best.material.parameters() if quantity is not None}
     for path, value in estimate.values.items():
         note = estimate.why_no_covariance
         if path in estimate.on_bound:
             note = f"the estimate lies on the {estimate.on_bound[path]} bound of the parameter"
-        lower, upper = (math.nan, math.nan) if note else estimate.interval(path)
+            if path == "conductivity" and estimate.on_bound[path] == "upper":
+                note = "the rows allow no more, and the form would take more: it does not describe the lowest frequencies"
+        lower, upper = (math.nan, math.nan) if note else _ends(estimate, path, free[path])
         systematic = math.nan if deviations is None else deviations[path]
         yield EstimatedParameter(
             name=path,
@@ -163,6 +180,7 @@ def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> It
             upper=upper,
             systematic=systematic,
             note=note,
+            low=free[path].lower,
         )
     if best.loss != "measured":
         note = {
@@ -172,6 +190,16 @@ def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> It
         yield EstimatedParameter(name="conductivity", unit=units["conductivity"], value=0.0, note=note)
 
 
+def _ends(estimate: LeastSquaresEstimate, path: str, free: FreeParameter) -> tuple[float, float]:
+    """Return the ends of a 95 % interval within the range, by a factor where the search is logarithmic."""
+    value, half = estimate.values[path], estimate.quantile(0.95) * estimate.standard_deviations[path]
+    if not free.logarithmic:
+        return max(value - half, free.lower), min(value + half, free.upper)
+    factor = math.exp(min(half / value, _WIDEST)) if value else math.inf
+    return max(value / factor, free.lower), min(value * factor, free.upper)
+
+
+_WIDEST: Final = 100.0
 INCONSISTENT: Final = 0.02
 """Deviation from the Kramers-Kronig relations, relative, beyond which a table is reported as inconsistent."""
 REFUSED_INCONSISTENT: Final = 0.1
@@ -189,7 +217,29 @@ def _misses(fit: MaterialFit, allowed: float) -> bool:
     return not fit.error <= max(REFUSED_MISFIT, allowed)
 
 
-def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
+def described_by(frequency: Real, permittivity: Complex, tried: Sequence[str], loss: str) -> str:
+    """Name a form that describes a spectrum to 5 %, the widest band in which one does, or say that there is none."""
+    places = np.log(frequency)
+    low, whole = float(places.min()), float(np.ptp(places))
+    attempts: list[tuple[float, float, Sequence[str]]] = [
+        (low, low + whole, [each for each in FORMS if each not in tried])
+    ]
+    for share in (0.75, 0.5, 0.25):
+        attempts += [(low, low + share * whole, OFFERED), (low + (1 - share) * whole, low + whole, OFFERED)]
+    for first, last, forms in attempts:
+        part = (places >= first - 1e-9) & (places <= last + 1e-9)
+        with contextlib.suppress(InputError):
+            for fit in fit_material(frequency[part], permittivity[part], forms=forms, loss=loss):
+                if fit.error <= MISFIT:
+                    ends = (format_quantity(math.exp(each), "Hz", digits=3) for each in (first, last))
+                    band = "" if part.all() else f" --band '{'..'.join(ends)}'"
+                    return f"--form {short_name(fit.form)}{band} describes it to {100 * fit.error:.2g} %"
+    return (
+        "no form describes it to 5 %, nor a quarter of its band: measure again, or take the rows as a table"
+    )
+
+
+def refuse_misfit(best: MaterialFit, consistent: float, allowed: float, advice: Callable[[], str]) -> None:
     """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it."""
     limit = max(REFUSED_INCONSISTENT, allowed)
     if consistent > limit:
@@ -202,7 +252,7 @@ def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
     if _misses(best, allowed):
         raise InputError(
             f"{best.form}, the best of the forms, misses the spectrum by {100 * best.error:.2g} % rms, more than"
-            f" {100 * REFUSED_MISFIT:g} %: take more terms with --form cole-cole-4, or a smaller --band"
+            f" {100 * REFUSED_MISFIT:g} %: {advice()}"
         )
 
 
@@ -240,7 +290,9 @@ def history_of(
         )
 
 
-def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, float]) -> Iterator[Diagnostic]:
+def diagnostics_of(
+    best: MaterialFit, consistent: float, noise: Mapping[str, float], advice: Callable[[], str]
+) -> Iterator[Diagnostic]:
     """Judge the Kramers-Kronig relations, a misfit above 5 %, and the conductivity at zero frequency."""
     limit = max(INCONSISTENT, 2 * max(noise.values(), default=0.0))
     state, text = "unknown", "without a measured loss the Kramers-Kronig relations are no test of the data"
@@ -255,7 +307,7 @@ def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, flo
     yield Diagnostic("Kramers-Kronig", state, text)
     if best.error > MISFIT:
         missed = f"{100 * best.error:.2g} % rms, more than {100 * MISFIT:g} %"
-        yield Diagnostic("misfit", "warning", f"the form misses the data by {missed}")
+        yield Diagnostic("misfit", "warning", f"the form misses the data by {missed}: {advice()}")
     if best.loss == "none":
         text = "the loss was stated to be 0, conduction included; it was not measured"
         yield Diagnostic("loss", "unknown", text)

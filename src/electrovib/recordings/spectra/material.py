@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import ElectrovibError, InputError, nearest, refuse
@@ -17,6 +18,7 @@ from electrovib.core.paths import with_numbers
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.physics.material import ColeCole, Constant, ConstantPhase, Debye, HavriliakNegami, Prony
 from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, FreeParameter, least_squares
+from electrovib.recordings.interval import rough_noise
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -133,6 +135,14 @@ OFFERED: Final = tuple(FORMS)[:6]
 GABRIEL: Final = "gabriel"
 
 
+def short_name(form: str) -> str:
+    """Return the name of a form at the command line, such as ``cole-cole-2``."""
+    name, _, terms = form.partition(", ")
+    return "-".join(
+        filter(None, [re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower(), terms.partition(" ")[0]])
+    )
+
+
 def forms_of(name: str) -> tuple[str, ...]:
     """Return the names among `FORMS` that a short name stands for, between which the criterion of Akaike decides.
 
@@ -141,11 +151,10 @@ def forms_of(name: str) -> tuple[str, ...]:
     """
     known: dict[str, tuple[str, ...]] = {"auto": OFFERED}
     for form in FORMS:
-        name_alone, _, terms = form.partition(", ")
-        kebab, terms = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name_alone).lower(), terms.partition(" ")[0]
-        known[kebab] = (*known.get(kebab, ()), form)
-        if terms:
-            known[f"{kebab}-{terms}"] = (form,)
+        short = short_name(form)
+        of_any = short.rstrip("-0123456789")
+        known[of_any] = (*known.get(of_any, ()), form)
+        known.setdefault(short, (form,))
     known[GABRIEL] = known["cole-cole-4"]
     if name not in known:
         raise InputError(f"form = '{name}': no form of dispersion.{nearest(name, known)}")
@@ -154,9 +163,10 @@ def forms_of(name: str) -> tuple[str, ...]:
 
 OUTLIER: Final = 5.0
 """Standard deviations from its neighbours beyond which a row is left out of the fit and named."""
-_LEAST_SCATTER: Final = 1e-3
-_BEYOND_MISFIT: Final = 2.0
-"""Times the root mean square of what the form misses, below which leaving a row out would change little."""
+_LEAST_OUTLIER: Final = 0.05
+"""Relative deviation below which leaving a row out would change little."""
+_NEAR: Final = 8
+"""Rows on each side by which an outlier is judged, so that those of a band are those of the whole table."""
 _MOST_ROUNDS: Final = 5
 _ROUGH: Final = 1e-4
 _CONVERGED: Final = 1e-9
@@ -203,10 +213,10 @@ def fit_material(
 
     `noise` is the relative standard deviation of each row, or in two rows that of permittivity and that of
     conductivity; without it all rows count alike. Residuals are differences of the logarithms of permittivity
-    and conductivity, so that all frequencies count alike. A row whose residual differs from the median of its
-    neighbours by more than 5 standard deviations of such differences, and by more than twice what the form
-    misses, is left out, and all forms are fitted again. The `loss` is ``measured``; ``none`` for a material
-    without loss, which is without dispersion too; or ``unknown``: the real part alone is fitted, which holds
+    and conductivity, so that all frequencies count alike. A row whose residual differs from the means of its
+    neighbours by more than 5 standard deviations of such differences nearby, and by more than 5 %, is left
+    out, and all forms are fitted again. The `loss` is ``measured``; ``none`` for a material without loss,
+    which is without dispersion too; or ``unknown``: the real part alone is fitted, which holds
     no conductivity at zero frequency.
     """
     spectrum = FittedSpectrum.of(frequency, permittivity, noise, loss)
@@ -268,12 +278,13 @@ def _outliers(fit: MaterialFit, spectrum: FittedSpectrum) -> NDArray[np.bool_]:
     """Rows that differ from their two neighbours on each side more than the form differs from the data."""
     order, plain = np.argsort(spectrum.frequency), replace(spectrum, weights=None)
     left = (plain.target - plain.rows(fit.material)).reshape(-1, order.size)[:, order]
-    padded = np.pad(left, ((0, 0), (2, 2)), mode="reflect")
-    beside = np.stack([padded[:, shift : shift + order.size] for shift in (0, 1, 3, 4)])
-    alone = left - np.median(beside, axis=0)
-    scatter = np.median(np.abs(alone), axis=1, keepdims=True) / 0.6745
-    missed = np.sqrt(np.mean(left**2, axis=1, keepdims=True))
-    far = np.abs(alone) > np.maximum(OUTLIER * np.maximum(scatter, _LEAST_SCATTER), _BEYOND_MISFIT * missed)
+    padded = np.pad(left, ((0, 0), (2, 2)), mode="reflect", reflect_type="odd")
+    beside = [padded[:, shift : shift + order.size] for shift in range(5)]
+    nearest = np.stack([left - (beside[1] + beside[3]) / 2, left - (beside[0] + beside[4]) / 2])
+    alone = np.min(np.abs(nearest), axis=0)  # from the pair of neighbours that holds no other outlier
+    around = np.pad(alone, ((0, 0), (_NEAR, _NEAR)), mode="reflect" if order.size > _NEAR else "wrap")
+    scatter = np.median(sliding_window_view(around, 2 * _NEAR + 1, axis=1), axis=2) / 0.6745
+    far = alone > np.maximum(OUTLIER * scatter, _LEAST_OUTLIER)
     found = np.zeros(order.size, bool)
     found[order] = far.any(axis=0)
     return found
@@ -330,6 +341,10 @@ def _best_of(form: str, spectrum: FittedSpectrum, outliers: NDArray[np.bool_]) -
 
 LOSSES: Final = ("measured", "none", "unknown")
 """What is known of the loss of a spectrum: it is among the data, it is 0, or the data say nothing of it."""
+_SMOOTHED: Final = 7
+"""Rows through which lines are fitted, whose least is the most that the conductivity may be."""
+_ABOVE_LEAST: Final = 1.3
+"""Standard deviations of a row by which it may lie above that, which may be low by its noise."""
 _HELD: Final = frozenset({"reference_frequency"})
 _LEAST_LOGARITHM: Final = 1e-18
 _STEP: Final = 1e-7
@@ -381,6 +396,19 @@ class FittedSpectrum:
             found = np.log(parts)
         return (found if self.weights is None else found * self.weights[: len(parts)]).ravel()
 
+    def free(self, start: Material) -> dict[str, FreeParameter]:
+        """Return the parameters that are searched, the conductivity of a form up to the least of the rows and its noise."""
+        free = free_parameters(start, self.loss)
+        if own := free.get("conductivity"):
+            from scipy.signal import savgol_filter
+
+            rows = np.log(-self.permittivity.imag * self.frequency)[np.argsort(self.frequency)]
+            noise = rough_noise(rows) if self.weights is None else 1 / float(self.weights[1].min())
+            smooth = savgol_filter(rows, _SMOOTHED, 1) if rows.size > _SMOOTHED else rows
+            most = 2 * math.pi * eps0 * math.exp(float(smooth.min()) + _ABOVE_LEAST * noise)
+            free["conductivity"] = replace(own, start=min(own.start, most), upper=min(most, own.upper))
+        return free
+
     @property
     def target(self) -> Real:
         """What is fitted, shape (n,) or, with the loss, (2 n,)."""
@@ -404,7 +432,7 @@ class FittedSpectrum:
 
         found = least_squares(
             residual,
-            free_parameters(start, self.loss),
+            self.free(start),
             derivatives=lambda values: slopes_of(start, values, self.loss, self.rows),
             noise_is_known=self.weights is not None,
             converged=converged,

@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.recordings.interval import Interval, NumberRow
+from electrovib.recordings.interval import Interval, NumberRow, stuck
 from electrovib.recordings.recording import at_extreme, omitted_rows, recording_of
 from electrovib.recordings.swipe.parts import (
     SHORTEST,
@@ -245,8 +245,14 @@ class _Swipe:
                     f" {recording.time[window[1] - 1]:.2f} s, so the force is beyond its range and cannot be determined."
                     f" Is {name}.column the right one? Otherwise record with a larger range."
                 )
-            still = at_extreme(getattr(recording, f"{name}_force"))[slice(*window)] & ~railed[slice(*window)]
-            if np.any(still):
+            force = getattr(recording, f"{name}_force")
+            still = at_extreme(force)[slice(*window)] & ~railed[slice(*window)]
+            if held := float(np.mean(stuck(force)[slice(*window)] & ~railed[slice(*window)])):
+                said.append(
+                    f"Warning: the {name} force repeats one reading for {held:.1%} of the window: its sensor or its record is"
+                    " stuck there, and values derived from it have an error of unknown size."
+                )
+            elif np.any(still):
                 said.append(
                     f"Warning: the {name} force is exactly its highest or lowest reading for {np.mean(still):.1%} of the window:"
                     " its sensor is at its rail there, or the force is constant within the resolution."

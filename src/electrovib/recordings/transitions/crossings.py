@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.interval import autocovariance, line, through
+from electrovib.recordings.interval import autocovariance, covariance, line, student, through
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -32,7 +32,8 @@ class Passages:
 
     `first` and `last` are the times at which the lower and the upper fraction of the change is reached; the
     `standard_error` of the time between them includes the uncertainty of both levels. `interpolated` says
-    that a passage lies between two samples alone, because too few lie near the level.
+    that a passage lies between two samples alone, because too few lie near the level; `lower` is the lower end of
+    the time if the level after is that of the record.
     """
 
     first: float
@@ -41,6 +42,7 @@ class Passages:
     standard_error: float
     freedom: float
     interpolated: bool
+    lower: float
 
 
 def passages(
@@ -88,13 +90,13 @@ def passages(
     # an error of the level before shifts the passage at fraction c by (1 - c), one of the level after by c, over the slope
     of_before = (1 - fractions[1]) / last.slope - (1 - fractions[0]) / first.slope
     of_after = fractions[1] / last.slope - fractions[0] / first.slope
-    of_levels = math.hypot(of_before * levels.before_error, of_after * levels.after_error) / abs(
-        levels.change
-    )
+    errors.append(of_before * levels.before_error / abs(levels.change))
+    taken = last.time - first.time
     return Passages(
-        first=first.time, last=last.time,
-        time=last.time - first.time, standard_error=math.hypot(*errors, of_levels), freedom=levels.freedom,
+        first=first.time, last=last.time, time=taken, freedom=levels.freedom,
+        standard_error=math.hypot(*errors, of_after * levels.after_error / abs(levels.change)),
         interpolated=first.interpolated or last.interpolated,
+        lower=max(taken - student(levels.freedom) * math.hypot(*errors), 0.0),
     )  # fmt: skip
 
 
@@ -221,7 +223,10 @@ def levels_of(time: Real, values: Real, *, edge: float, settled: float) -> EdgeL
             " transition; 8 on each side are needed: record longer, or give before and window"
         )
     first, first_error, slope, slope_error = line(time=time[before], values=values[before])
-    last, last_error, _, _ = line(time=time[after], values=values[after])
+    last, last_error, creep, creep_error = line(time=time[after], values=values[after])
+    if abs(creep) > 3 * creep_error:  # which is judged by itself: `creeps`
+        beside = values[after] - last - creep * (time[after] - time[after].mean())
+        last_error = _weighted_error(np.full(beside.size, 1 / beside.size), autocovariance(beside, fitted=2))
     left = values[before] - first
     alike = autocovariance(left, fitted=1)
     if not abs(last - first) > _CLEAR * math.hypot(first_error, last_error):
@@ -248,3 +253,26 @@ def _freedom(alike: Real) -> float:
     power, gain = float(alike[0] + both @ alike[1:3]), float(1 + both.sum()) ** 2
     spread = (2 + 8 * power / float(alike[0] + alike[1]) / gain) / len(alike)
     return max(2 / spread, 1.0)
+
+
+_CREEP: Final = 0.05
+"""Part of the change by which a signal that has settled changes at most while the time since the edge grows by a factor of e."""
+_REMAINING: Final = 0.1
+"""Largest part of the change that may be left at the end of a record."""
+_CERTAIN: Final = 2.0
+
+
+def creeps(since: Real, progress: Real) -> bool:
+    """Tell whether a progress, over times since an edge, goes on at the end by more than what is left if it settles.
+
+    By a parabola in the logarithm of the time over the last half, because a logarithm of time is what never settles: a slope s
+    and a power p of the time, by which the slope falls, leave s/p.
+    """
+    late = since > since[-1] / 2
+    place = np.log(since[late] / since[-1])
+    jacobian = np.vander(place, 3, increasing=True)
+    found = np.linalg.lstsq(jacobian, progress[late], rcond=None)[0]
+    alike = autocovariance(progress[late] - jacobian @ found, fitted=3)
+    error = math.sqrt(max(float(covariance(jacobian=jacobian, autocovariance=alike)[1, 1]), 0.0))
+    slope, falls = float(found[1]), -2 * float(found[2])
+    return slope - _CERTAIN * error > _CREEP and slope**2 > _REMAINING * falls

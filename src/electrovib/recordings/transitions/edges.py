@@ -15,9 +15,11 @@ from electrovib.core.signals import SIGNALS
 from electrovib.recordings.importing.reduction import find_edges
 from electrovib.recordings.interval import averages
 from electrovib.recordings.recording import closed
-from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, levels_of, passages
+from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, creeps, levels_of, passages
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import xarray
     from numpy.typing import NDArray
 
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 Direction = Literal["rising", "falling"]
 _LONG: Final = 30.0
 """Length of the section after an edge, in times between its levels as first found."""
+_AHEAD: Final = 0.75
+"""Part of the section before an edge that ends before it at the latest."""
 _MARGIN: Final = 0.05
 """Fraction of the distance to a neighbouring edge that is left out."""
 _BRIEF: Final = 4
@@ -50,7 +54,7 @@ class EdgeRecord:
     `reference_error` is the standard uncertainty of that time by the distance of its samples, `fractions` are
     those of the change, from its beginning on, between which times are measured. Forms are
     fitted to `fit_values`, averages of neighbouring samples, of which `fit_noise` is the standard deviation
-    before the edge.
+    before the edge. The signal `creeps` that has not settled at the end.
     """
 
     direction: Direction
@@ -64,6 +68,7 @@ class EdgeRecord:
     fit_time: Real
     fit_values: Real
     fit_noise: float
+    creeps: bool
 
 
 def switched_on(drive: Real) -> NDArray[np.bool_]:
@@ -130,7 +135,7 @@ def edge_record(
     earlier = references[number - 1] if number else float(time[0])
     later = references[number + 1] if number + 1 < len(references) else float(time[-1])
     ahead = (later - at) * (1 - _MARGIN)
-    behind = (at - earlier) * (0.5 - _MARGIN)
+    behind = (at - earlier) * ((0.5 if number else 1) - _MARGIN)  # no edge decays before the first
     ahead = min(ahead, window) if window is not None else ahead
     behind = min(behind, before) if before is not None else behind
     find = functools.partial(_found, time, values, at, levels=levels, driven=driven)
@@ -157,6 +162,7 @@ def edge_record(
         fit_time=fit_time,
         fit_values=fit_values,
         fit_noise=float(np.std(ahead_of_it)) if ahead_of_it.size >= _FEWEST_AVERAGES else level.noise,
+        creeps=creeps(fit_time - passed.first, (fit_values - level.before) / level.change),
     )
 
 
@@ -183,7 +189,7 @@ def _found(
         if driven:
             break
         start = passed.first - passed.time
-        level = levels_of(part, own, edge=max(start, -behind / 2), settled=0.75 * ahead)
+        level = levels_of(part, own, edge=max(start, -_AHEAD * behind), settled=0.75 * ahead)
     return here, level, passed
 
 
@@ -266,9 +272,13 @@ _STRUCK: Final = 3.0
 """Ratio of the rms of successive periods from which on there was another impact."""
 _SMALLEST: Final = 8.0
 """Smallest impact, in standard deviations of the noise."""
+_SMALLEST_FAINT: Final = 10.0
+"""The same in the band in which it stands out most; noise alone stays below."""
 _LEAST: Final = 0.05
 """Smallest impact, relative to the largest."""
 _BLOCKS: Final = 8000
+_PERIODS: Final = 6.0
+"""Periods of the lowest band in one of the parts of a record."""
 _LEVEL: Final = 0.1
 """Length over which the level is a moving median, relative to the record."""
 _STRETCHES: Final = 40
@@ -288,7 +298,8 @@ class Impact:
 
     `size` is the largest deviation from the level, at the time `at`. `begin`, `end` and `rest` are the
     samples of the first deviation, of the end of the oscillation and of the end of the rest after it.
-    `returns` says whether the signal swings about one level, the same before and after.
+    `returns` says whether the signal swings about one level, the same before and after. `seen` is the whole record
+    in the band in which a faint one was found; None of others.
     """
 
     at: float
@@ -297,6 +308,7 @@ class Impact:
     rest: int
     size: float
     returns: bool
+    seen: Real | None = None
 
 
 @dataclass(frozen=True)
@@ -308,18 +320,21 @@ class RingSpan:
     swings: bool
 
 
-def find_impacts(time: Real, values: Real) -> list[Impact]:
+def find_impacts(time: Real, values: Real, *, faint: bool = False) -> list[Impact]:
     """Find the impacts of a record; none if the signal does not leave its noise.
 
     The level is a moving median, so that a drift is none. The largest deviation from it is an impact, and its
     oscillation lasts until it has fallen into the noise or the next impact strikes; what is left is searched
-    again, down to a twentieth of that impact.
+    again, down to a twentieth of that impact. `faint` ones are searched in the band in which they stand out most.
     """
-    level = _level(values)
+    level, seen = _level(values), None
     deviation = values - level
-    parts = np.array_split(deviation, _STRETCHES)
-    noise = float(np.quantile([np.std(each) for each in parts], 0.25))
-    size = np.abs(deviation)
+    noise, size = _at_rest(deviation), np.abs(deviation)
+    if faint and 0 < size.max() < 2 * _SMALLEST * noise:  # a part of the impacts may be below the noise
+        band = max(_bands(time, deviation), key=lambda each: np.abs(each).max() / _at_rest(each))
+        if np.abs(band).max() > _SMALLEST_FAINT * _at_rest(band):
+            seen = deviation = band
+            noise, size = _at_rest(band), np.abs(band)
     least = max(_SMALLEST * noise, _LEAST * float(size.max()))
     free = np.ones(size.size, dtype=bool)
     found: list[Impact] = []
@@ -333,9 +348,26 @@ def find_impacts(time: Real, values: Real) -> list[Impact]:
     found.sort(key=lambda each: each.begin)
     following = [each.begin for each in found[1:]] + [time.size] * bool(found)
     return [
-        replace(each, rest=max(min(each.rest, later), each.end))
+        replace(each, rest=max(min(each.rest, later), each.end), seen=seen)
         for each, later in zip(found, following, strict=True)
     ]
+
+
+def _at_rest(deviation: Real) -> float:
+    """Return the standard deviation of a record where it is quiet, in a quarter of its parts."""
+    return float(np.quantile([np.std(each) for each in np.array_split(deviation, _STRETCHES)], 0.25))
+
+
+def _bands(time: Real, deviation: Real) -> Iterator[Real]:
+    """Filter a deviation to bands of a quarter of an octave, without delay; the part at rest holds periods of the lowest."""
+    from scipy.signal import butter, sosfiltfilt
+
+    yield deviation
+    rate = 1 / float(np.median(np.diff(time)))
+    lowest, half = _PERIODS * _STRETCHES * rate / time.size, 2**0.125
+    for centre in lowest * half ** np.arange(math.log(max(rate / 3 / lowest, 1.0), half)):
+        filtering = butter(2, [centre / half, centre * half], "bandpass", fs=rate, output="sos")
+        yield np.asarray(sosfiltfilt(filtering, deviation))
 
 
 def _level(values: Real) -> Real:

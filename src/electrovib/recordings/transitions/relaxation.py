@@ -254,6 +254,8 @@ def _rejected(form: RelaxationForm, estimate: LeastSquaresEstimate) -> str:
 def _between(problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresEstimate) -> Interval:
     """Compute the time between the levels with its interval: to first order, or from a profile where it may be 0."""
     value = form.time_between(estimate.values, problem.edge.fractions)
+    if form.endless:
+        return Interval(value=math.nan, method="it never settles")
     if form is INSTANTANEOUS:
         return Interval(value=0.0, method="an instantaneous change has no time to be estimated")
     if estimate.covariance is None:
@@ -274,6 +276,7 @@ class RelaxationForm:
     name: str
     exponentials: int
     stretched: bool = False
+    endless: bool = False
 
     @property
     def time_constants(self) -> tuple[str, ...]:
@@ -292,7 +295,9 @@ class RelaxationForm:
     def columns(self, time: Real, values: Mapping[str, float], sensor: Sensor | None) -> Real:
         """Compute what the amplitudes multiply, shape (n, k): relaxations from 1 to 0, and a column of ones."""
         since = time - values["start"]
-        if self.stretched:
+        if self.endless:
+            found = [-np.log1p(np.maximum(since, 0.0) / values["time_constant"])]
+        elif self.stretched:
             shape = {name: values[name] for name in ("time_constant", "stretching")}
             if sensor is None:
                 found = [stretched_exponential(since, **shape)]
@@ -309,8 +314,8 @@ class RelaxationForm:
 
     def time_between(self, values: Mapping[str, float], fractions: tuple[float, float]) -> float:
         """Compute the time between two fractions of the change of the force."""
-        if not self.exponentials:
-            return 0.0
+        if not self.exponentials or self.endless:
+            return math.inf if self.endless else 0.0
         if self.exponentials == 1:
             shape = {"time_constant": values["time_constant"], "stretching": values.get("stretching", 1.0)}
             return time_of_progress(fractions[1], **shape) - time_of_progress(fractions[0], **shape)
@@ -323,12 +328,14 @@ class RelaxationForm:
 INSTANTANEOUS: Final = RelaxationForm("instantaneous", 0)
 EXPONENTIAL: Final = RelaxationForm("exponential", 1)
 STRETCHED: Final = RelaxationForm("stretched exponential", 1, stretched=True)
+LOGARITHMIC: Final = RelaxationForm("logarithm of time", 1, endless=True)
+"""Never settles; a record that does not exclude it has no time between levels."""
 
 
 def forms(most: int, *, sensor: bool) -> tuple[RelaxationForm, ...]:
-    """List the forms that are compared, by their number of parameters; only a sensor gives an instantaneous change a form."""
+    """List the forms that are compared, by their number of parameters; an instantaneous change has one through a sensor alone."""
     sums = tuple(RelaxationForm(f"{count} exponentials", count) for count in range(2, most + 1))
-    return (*((INSTANTANEOUS,) if sensor else ()), EXPONENTIAL, STRETCHED, *sums)
+    return (INSTANTANEOUS if sensor else LOGARITHMIC, EXPONENTIAL, STRETCHED, *sums)
 
 
 def _exponential(since: Real, fall: float) -> Real:
@@ -382,7 +389,8 @@ class EdgeProblem:
         passages = self.edge.passages
         low = max(float(self.edge.fit_time[2]), passages.first - 3 * self.rough - 2 * self.step)
         found = {"start": FreeParameter(start=passages.first, lower=low, upper=passages.last)}
-        fall = FreeParameter(start=self.rough, lower=self.step / 10, upper=2 * self.window, logarithmic=True)
+        least = self.step / (1e6 if form.endless else 10)
+        fall = FreeParameter(start=self.rough, lower=least, upper=2 * self.window, logarithmic=True)
         found |= {name: fall.starting_at(self.rough) for name in form.time_constants}
         if form.stretched:
             low, high = _STRETCHINGS
@@ -438,7 +446,8 @@ def starts(
         ratios = list(itertools.combinations((0.05, 0.15, 0.4, 1.0, 2.0, 5.0, 12.0), form.exponentials))
         begins = begins[-2:]
     else:
-        ratios = [(ratio,) for ratio in (0.03, 0.2, 0.6, 1.0)] if form.exponentials else [()]
+        first = (1e-7, 1e-5, 1e-3, 1e-2, 0.1, 1.0) if form.endless else (0.03, 0.2, 0.6, 1.0)
+        ratios = [(ratio,) for ratio in first] if form.exponentials else [()]
     grid = [
         {
             "start": begin,

@@ -50,6 +50,10 @@ _LAST: Final = 1.5
 """Periods of oscillation above the noise that the last section contains at least."""
 _PER_PERIOD: Final = 20
 """Averages of neighbouring samples, in a period, to which forms are fitted."""
+_TURNS: Final = 1.5
+"""Quality factor above which a faint oscillation is known from a change that a filter makes swing."""
+_IN_BAND: Final = 0.4
+"""Largest distance of its frequency from that of the band, relative."""
 _AT_LEAST: Final = 500
 """Averages of a section, where it has so many samples."""
 
@@ -157,7 +161,7 @@ def measure_rings(
 
 
 def _impacts(chosen: Columns) -> list[Impact]:
-    found = find_impacts(chosen.time, chosen.values)
+    found = find_impacts(chosen.time, chosen.values, faint=True)
     if not found:
         raise InputError(
             f"the signal {chosen.signal} never leaves the noise around its level, so that there is no oscillation"
@@ -172,9 +176,12 @@ def _measured(
     at, own = impact.at, slice(impact.begin, impact.rest)
     since, values = chosen.time[own] - at, chosen.values[own]
     quarter = since > 0.75 * since[-1]
-    level, noise = float(np.mean(values[quarter])), float(np.std(values[quarter]))
-    begin = _turning_point(since, values - level) if released else (start or 0.0)
-    span = end_of_ring(since, values - level, noise, begin)
+    if np.count_nonzero(quarter) < 4:
+        raise InputError(f"the oscillation after {at:.6g} s has no section at rest after it")
+    seen = values if impact.seen is None else impact.seen[own]
+    seen = seen - float(np.mean(seen[quarter]))
+    begin = _turning_point(since, seen) if released else (start or 0.0)
+    span = end_of_ring(since, seen, float(np.std(seen[quarter])), begin)
     end = span.end if window is None else window
     step = float(np.median(np.diff(since)))
     count = max(1, int(min(span.period / _PER_PERIOD, (end - begin) / _AT_LEAST) / step))
@@ -191,6 +198,14 @@ def _measured(
     fitted, criteria, best = _fitted(since[part] - begin, values[part], rest)
     if not math.isfinite(fitted[best].bic):
         raise InputError(f"the record after {at:.6g} s holds no damped oscillation: {fitted[ONE].rejected}")
+    of = fitted[best].parameters()
+    if impact.seen is not None and not (
+        of["quality"].lower > _TURNS and abs(of["frequency"].value * span.period - 1) < _IN_BAND
+    ):
+        raise InputError(
+            f"what stands out of the noise after {at:.6g} s, of about {1 / span.period:.3g} Hz, is no oscillation with a"
+            f" frequency and a quality factor above {_TURNS:g}"
+        )
     level_change = fitted[best].level_change(since - begin)
     left = float(np.std(fitted[best].model - values[part]))
     return MeasuredRing(

@@ -13,7 +13,9 @@ import numpy as np
 
 from electrovib.core.errors import InputError, refuse
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
-from electrovib.recordings.interval import Interval, NumberRow, from_noise, mean_of
+from electrovib.recordings.interval import NORMAL, Interval, NumberRow, from_noise, mean_of, more_than, stuck
+from electrovib.recordings.recording import at_rail
+from electrovib.recordings.transitions.crossings import passages
 from electrovib.recordings.transitions.edges import EdgeRecord, columns_of, edge_record, reference_times
 from electrovib.recordings.transitions.relaxation import (
     EXPONENTIAL,
@@ -123,22 +125,42 @@ def measure_times(
                 found.append(EdgeTimes(given=given, record=each, fitted=fitted))
         except InputError as error:
             skipped += [f"The edge at {at:.6g} s was not measured: {problem}." for problem in error.problems]
+    railed = float(np.mean(at_rail(chosen.values) | stuck(chosen.values)))
     if not found:
-        raise InputError(in_few(skipped) or f"edges = {edges}: the signal {chosen.signal} has no such edge")
+        skipped += [_repeated(railed)] if railed else []
+        raise InputError(
+            in_few(skipped[::-1]) or f"edges = {edges}: the signal {chosen.signal} has no such edge"
+        )
     rising, falling = (
-        tuple(each for each in found if each.record.direction == direction)
-        for direction in ("rising", "falling")
+        [each for each in found if each.record.direction == direction] for direction in ("rising", "falling")
     )
+    for some in (rising, falling):
+        if settled := [each for each in some if not each.record.creeps]:
+            skipped += [
+                f"The edge at {each.record.reference:.6g} s was not measured: its record ends before it has settled."
+                for each in some
+                if each.record.creeps
+            ]
+            some[:] = settled
+    directions = [
+        DirectionTimes(given=given, edges=tuple(some)) if some else None for some in (rising, falling)
+    ]
+    refuse([text for each in directions if each is not None for text in each.impossible])
     return MeasuredTimes(
         signal=chosen.signal,
         unit=chosen.unit,
         levels=(float(levels[0]), float(levels[1])),
-        rising=DirectionTimes(given=given, edges=rising) if rising else None,
-        falling=DirectionTimes(given=given, edges=falling) if falling else None,
+        rising=directions[0],
+        falling=directions[1],
         sensor="estimated" if given.estimated else ("declared" if given.sensor else "none"),
         driven=given.driven,
         skipped=tuple(skipped),
+        at_rail=railed,
     )
+
+
+def _repeated(share: float) -> str:
+    return f"{share:.1%} of the samples repeat the end of the range of the sensor, or one reading: it is at a rail or stuck"
 
 
 def _check(levels: tuple[float, float], exponentials: int, edges: str, **spans: float | None) -> None:
@@ -182,6 +204,28 @@ class EdgeTimes:
         """Time between the levels as recorded."""
         passed = self.record.passages
         return from_noise(passed.time, passed.standard_error, freedom=passed.freedom)
+
+    def longer(self, form: str) -> float:
+        """Return how much longer the time is if the signal ends at the level of a form; infinite beyond the record."""
+        fitted, levels = self.fitted[form], self.record.levels
+        estimate, passed = fitted.estimate, self.record.passages
+        if fitted.form.endless or "upper" in {
+            estimate.on_bound.get(each) for each in fitted.form.time_constants
+        }:
+            return math.inf
+        unsure = NORMAL * np.nan_to_num(estimate.standard_deviations["after"])
+        after = estimate.values["after"] + math.copysign(unsure, levels.change)
+        if (after - levels.after) * levels.change <= 0:
+            return 0.0
+        at = replace(levels, after=after)
+        begin = passed.first - passed.time
+        try:
+            found = passages(
+                self.record.time, self.record.values, at, fractions=self.record.fractions, edge=begin
+            )
+        except InputError:
+            return math.inf
+        return max(found.time - passed.time, 0.0)
 
     def parameters(self, form: str) -> dict[str, Interval]:
         """Return the parameters of a fitted form, each with its interval, by the names of `DirectionTimes`."""
@@ -258,14 +302,44 @@ class DirectionTimes:
         """Largest rms residual over the noise before the edge."""
         return max(each.fitted[self.form].misfit for each in self.edges)
 
+    @functools.cached_property
+    def close(self) -> list[str]:
+        """Forms that the record does not exclude, the chosen one among them."""
+        return [name for name, above in self.criteria.items() if above < _SUPPORT + self.criteria[self.form]]
+
+    @functools.cached_property
+    def _longer(self) -> float:
+        """By how much the time is longer if the signal ends at the level of a form; infinite if it may not have settled."""
+        if any(each.record.creeps for each in self.edges):
+            return math.inf
+        simplest = self.close.index(self.form)
+        held = [
+            name
+            for at, name in enumerate(self.close)
+            if at <= simplest or self.criteria[name] < self.criteria[self.form]
+        ]
+        return float(np.mean([max(map(each.longer, held)) for each in self.edges]))
+
     @property
+    def settled(self) -> bool:
+        """Whether the record shows that the signal has settled after its edges, so that the times have values."""
+        return math.isfinite(self._longer)
+
+    @functools.cached_property
     def recorded(self) -> Interval:
-        """Time between the levels as recorded, as a mean over the edges."""
-        return mean_of([each.recorded for each in self.edges])
+        """Time between the levels as recorded, as a mean over the edges; a bound if the signal has not settled."""
+        if not self.settled:
+            shortest = float(np.mean([each.record.passages.lower for each in self.edges]))
+            return more_than(shortest, "the record ends before the signal has settled", count=len(self.edges))
+        mean = mean_of([each.recorded for each in self.edges])
+        return replace(mean, upper=mean.upper + self._longer)
 
     @functools.cached_property
     def without_sensor(self) -> Interval:
         """That of the fitted force, the sensor taken out; without a sensor, of the fitted signal."""
+        if not self.settled:
+            least = self.recorded.lower - np.nan_to_num(self.sensor_limit)
+            return replace(self.recorded, lower=max(least, 0.0))
         if self.form != INSTANTANEOUS.name:
             return self._with_sensor_error(mean_of([each.fitted[self.form].between for each in self.edges]))
         uppers = [each.fitted[EXPONENTIAL.name].between.upper for each in self.edges]
@@ -313,7 +387,33 @@ class DirectionTimes:
 
     def _parameters(self, form: str) -> dict[str, Interval]:
         per_edge = [each.parameters(form) for each in self.edges]
-        return {name: mean_of([each[name] for each in per_edge]) for name in per_edge[0]}
+        known = [name for name in per_edge[0] if self.settled or name == "delay"]
+        found = {name: mean_of([each[name] for each in per_edge]) for name in known}
+        return {name: each if name == "delay" else each.above(0.0) for name, each in found.items()}
+
+    @property
+    def impossible(self) -> list[str]:
+        """Why these are no edges of this drive and this sensor: they begin before their cause, or are faster than the sensor."""
+        first, said = self.edges[0], []
+        delay = self.parameters.get("delay")
+        if delay is not None and delay.upper < -float(np.median(np.diff(first.record.time))):
+            said.append(
+                f"by: the {self.direction} edges begin {-delay.value * 1e3:.3g} ms before the drive switches"
+                f" ({-delay.upper * 1e3:.3g} ms at least): no change comes before its cause. Bring the clocks of both signals"
+                " together when they are imported, name the signal that drives it, or omit it"
+            )
+        longest = 1.1 * (
+            self.recorded.upper if self.settled else max(e.record.passages.time for e in self.edges)
+        )
+        sensor = first.fitted[self.form].sensor
+        if sensor is not None and self.sensor_limit > longest:
+            said.append(
+                f"sensor: an instantaneous change would show {self.sensor_limit * 1e3:.3g} ms through a sensor of"
+                f" {sensor.frequency:.3g} Hz and quality factor {sensor.quality:.3g}, but the {self.direction} edges take"
+                f" {self.edges[0].record.passages.time * 1e3:.3g} ms: they do not show this sensor. Declare the"
+                " one that was used, or none"
+            )
+        return said
 
     @property
     def sensor_limit(self) -> float:
@@ -337,27 +437,28 @@ class DirectionTimes:
         """What limits the times, warnings first."""
         which = self.direction.capitalize()
         warnings = {
+            "the record ends before the signal has settled, or it never settles: the times are longer than stated, and no fitted"
+            " form is worth more than another. Record longer, or give a longer window.": not self.settled,
             "the record does not determine a time between the levels: its interval reaches 0. Choose the window after an edge so"
             " that the signal reaches both levels, or measure the other edges alone.": not self.recorded.lower
-            > 0,
+            > 0
+            and self.settled,
             "the record has no noise before an edge, as a computed one, so no error of the fitted form"
             f" ({self.form}) is known; the intervals state none.": math.isinf(self.misfit),
             f"the best form ({self.form}) leaves a residual of {self.misfit:.2g} times the noise before the edge, so the time"
-            " from the fit has an error beyond its interval.": MISFIT < self.misfit < math.inf,
+            " from the fit has an error beyond its interval.": self.settled
+            and MISFIT < self.misfit < math.inf,
             "the signal drifts before an edge; both levels are taken as constant, which shifts the times.": self.drifts,
             "fewer than five samples lie near a level, so that the time as recorded is interpolated between two samples and may"
             " be wrong by up to a sampling interval.": self.interpolated,
         }
         said = [f"Warning: {which} edges: {text}" for text, holds in warnings.items() if holds]
         said += self._about_sensor(which)
-        close = [
-            name
-            for name, above in self.criteria.items()
-            if name != self.form and above < _SUPPORT + self.criteria[self.form]
-        ]
-        if close:
+        if len(self.close) > 1:
             ranked = ", ".join(
-                f"{name} (AICc {self.criteria[name] - self.criteria[self.form]:+.1f})" for name in close
+                f"{name} (AICc {self.criteria[name] - self.criteria[self.form]:+.1f})"
+                for name in self.close
+                if name != self.form
             )
             said.append(f"{which} edges: the record does not exclude other forms than {self.form}: {ranked}.")
         if len(self.edges) == 1:
@@ -404,7 +505,8 @@ class MeasuredTimes:
 
     `levels` are fractions of the range between the levels before and after an edge, counted from the lower
     one. `sensor` was ``none``, ``declared`` or ``estimated``; `driven` says whether the edges are those of a
-    drive. `skipped` says which edges were not evaluated, and why.
+    drive. `skipped` says which edges were not evaluated, and why; `at_rail` is the part of the samples that repeat the end of
+    the range of the sensor, or one reading.
     """
 
     signal: str
@@ -415,6 +517,7 @@ class MeasuredTimes:
     sensor: str
     driven: bool
     skipped: tuple[str, ...]
+    at_rail: float = 0.0
 
     @property
     def directions(self) -> tuple[DirectionTimes, ...]:
@@ -424,7 +527,13 @@ class MeasuredTimes:
     @property
     def words(self) -> tuple[str, ...]:
         """All sentences."""
-        return (*(text for each in self.directions for text in each.words), *in_few(self.skipped))
+        said = [text for each in self.directions for text in each.words]
+        if self.at_rail and any(math.isfinite(each.misfit) for each in self.directions):
+            said.insert(
+                0,
+                f"Warning: {_repeated(self.at_rail)}, and times that depend on them have an error of unknown size.",
+            )
+        return (*said, *in_few(self.skipped))
 
 
 def time_rows(found: MeasuredTimes) -> list[NumberRow]:

@@ -14,6 +14,7 @@ from electrovib.apps.explorer.example import Example, example
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.plots import fit_words
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.recordings.importing.clock import has_times
 from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns
 
 if TYPE_CHECKING:
@@ -140,7 +141,7 @@ class RecordingPanel:
                 scale.classes("w-72 max-w-full")
                 rows.append((each.name, signal, unit, scale))
             step = ui.input("time between samples, for instance 0.1 ms").classes("w-80 max-w-full")
-            step.set_visibility(not recorded.time and recorded.step is None)
+            step.set_visibility(not has_times(recorded))
             ui.button("Compare", on_click=lambda: self._import(rows, str(step.value))).props("no-caps")
 
     def _as_read(self, signal: str) -> str:
