@@ -10,7 +10,6 @@ import re
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import pandas as pd
 
 from electrovib.data.recorded import DataColumn, NotRead, Recorded, unique
 from electrovib.data.text.layout import Layout, split
@@ -19,6 +18,8 @@ from electrovib.data.text.preamble import keeps_step
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any, TypeAlias
+
+    import pandas as pd
 
     from electrovib.core.arrays import Real
 
@@ -81,6 +82,8 @@ def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
 
 def kind_of(cells: Sequence[str]) -> str:
     """Return what the fields of a column are: one of `_FORMS`; empty if they are none of them."""
+    import pandas as pd
+
     filled = _plain(pd.Series([cell[: _LONGEST + 1] for cell in cells if cell], dtype=str))
     for kind, form in _FORMS.items():
         if filled.size and filled.str.fullmatch(form).mean() >= _KNOWN:
@@ -151,9 +154,11 @@ def seconds_from_first(stamps: Sequence[str] | pd.Series[str], heading: str = ""
     """Return the times [s] after the first field that is a stamp, and the order of the date if it was assumed.
 
     A field without a stamp is NaN; a duration is counted from 0. A clock without a date that goes back by
-    more than half a day has passed midnight, one of minutes and seconds the full hour. Stamps that can be read
-    in two ways are a ValueError.
+    more than half a day has passed midnight, one of minutes and seconds the full hour. Stamps that have
+    two readings are a ValueError.
     """
+    import pandas as pd
+
     cells = _plain(pd.Series(stamps, dtype=str))
     kind, order = kind_of(cells.iloc[:_INSPECTED]), ""
     if kind == "spans":
@@ -178,6 +183,8 @@ def _whole(stamps: pd.Series[Any]) -> Whole:
 
 def _with_hours(cells: pd.Series[str], heading: str) -> pd.Series[str]:
     """Return clocks as h:mm:ss; those of two numbers are minutes and seconds, or hours and minutes."""
+    import pandas as pd
+
     short = cells.str.count(":") == 1
     cells = cells.str.replace(r" ?(Z|[+-]\d{2}:?\d{2})$", "", regex=True)
     if not short.any():
@@ -213,6 +220,8 @@ def _moments(cells: pd.Series[str]) -> tuple[Whole, str]:
 
 def _in_order(cells: pd.Series[str], order: str) -> Whole:
     """Read dates and times whose date has this order, unless its form shows another one."""
+    import pandas as pd
+
     found = np.full(cells.size, _NONE)
     left = np.arange(cells.size)
     for _ in range(_MOST_FORMATS):  # programs write 10:00:00 between 09:59:59.5 and 10:00:00.5

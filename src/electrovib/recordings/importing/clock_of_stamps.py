@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
@@ -56,6 +55,8 @@ def even_times(stamps: Real) -> EvenTimes:
     inner = rows[1:-1]
     step = least / round(float(np.median(inner)))
     if most > least * (1 + _ROUNDING) or room(step) <= allowed:
+        from scipy.optimize import minimize_scalar
+
         about = float(values[-1] - values[1]) / float(first[-1] - first[1])
         near = 2 * resolution / stamps.size
         found = minimize_scalar(
