@@ -77,7 +77,7 @@ def said(monkeypatch, capsys, tmp_path):
     """Return what a command line ends with, and what it says; an exception that is none of a user is a traceback."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "record.csv").write_text(
-        "time [s],a [V]\n0,0\n1e-3,1\n2e-3,0\n3e-3,1\n4e-3,0\n", encoding="utf-8"
+        "time [s],a [V]\n0,0\n1e-3,1\n2e-3,1\n3e-3,0\n4e-3,0\n", encoding="utf-8"
     )
 
     def call(words):

@@ -242,10 +242,9 @@ def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
             whole = [recorded.channels[int(name)]]
         if not whole:
             listed = ", ".join(f"'{each}'" for each in list(by_name)[:20])
-            is_there = any(name in text for text in recorded.attributes.values())
+            left = next((f" Not read: {each.why}." for each in recorded.not_read if each.name == name), "")
             raise InputError(
-                f"{option} = {stated}: the file has no such column.{suggestion(name, by_name)} It has {listed}."
-                + (" A column with empty cells or words is not read." if is_there else "")
+                f"{option} = {stated}: the file has no such column.{suggestion(name, by_name)} It has {listed}.{left}"
             )
         name = whole[0].name
     found = by_name[name]

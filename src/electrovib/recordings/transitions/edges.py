@@ -189,7 +189,8 @@ def _found(
         if driven:
             break
         start = passed.first - passed.time
-        level = levels_of(part, own, edge=max(start, -_AHEAD * behind), settled=0.75 * ahead)
+        enough = min(float(part[:9][-1]), -behind / 2)  # a level needs 8 samples, also in a coarse record
+        level = levels_of(part, own, edge=max(start, -_AHEAD * behind, enough), settled=0.75 * ahead)
     return here, level, passed
 
 
