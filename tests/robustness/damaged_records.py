@@ -165,7 +165,7 @@ def _tdms(file):
 def whole_files():
     """Return name of a file to its bytes, of all formats whose packages are installed."""
     content = {"record": np.array([T, V]).T, "trial": {"force": V}, "note": "x"}
-    preamble = "Model,MSO4104\nSample Interval,4e-06\nRecord Length,40\n\nTIME,CH1\n"
+    preamble = "Model,MSO4104\nSample Interval,1e-04\nRecord Length,40\n\nTIME,CH1\n"
     found = {
         "preamble.csv": (preamble + _rows(",", T, V)).encode(),
         "commas.txt": ("t [s];f [N]\n" + _rows(";", T, V).replace(".", ",")).encode(),
