@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.recordings.interval import Interval, NumberRow
     from electrovib.recordings.transitions import MeasuredRing, MeasuredRings, MeasuredTimes
-    from electrovib.recordings.transitions.times import DirectionTimes
+    from electrovib.recordings.transitions.directions import DirectionTimes
 
 
 REFERENCES: Final = (
