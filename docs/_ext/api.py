@@ -89,6 +89,8 @@ def root() -> Any:
 def of_call(name: str, thing: Any) -> Entry:
     """Describe what is called by its parameters."""
     parts, by_name = [], False
+    if inspect.isclass(thing) and issubclass(thing, Model):
+        thing.model_rebuild()  # its signature is known once it is built, which is deferred
     for each in inspect.signature(thing).parameters.values():
         if each.kind is each.KEYWORD_ONLY and not by_name:
             parts.append("*")
