@@ -281,3 +281,25 @@ def test_words_between_rows_are_no_other_table(read, line):
         + "\n".join(f"{t},{v}" for t, v in zip(N[30:], V[30:], strict=True))
     )
     assert "table" not in found.attributes
+
+
+def test_a_clock_of_whole_seconds_has_its_decimals_in_the_column_of_milliseconds(read):
+    stamps = [f"10:00:{at // 20:02d}" for at in N]
+    found = read(table("Time,Millisecond,Force (N)", stamps, 50 * (N % 20), V))
+    assert found.time == "time"
+    assert found.times() == pytest.approx(0.05 * N)
+    assert found.size == N.size
+
+
+def test_a_rising_column_in_a_unit_of_time_is_that_of_the_columns_behind_it(read):
+    found = read(table("t1 (ms),Force,t2 (s),Voltage", 10 * N, V, 0.005 * N, 2 * V))
+    assert (found.time, found.clocks) == ("t1", {"Voltage": ChannelClock(time="t2")})
+
+
+@pytest.mark.parametrize("heading", ["# U [mV],I [nA]", "Segment {}\nTime,U,I"])
+def test_no_segment_is_joined_to_another_or_lost(read, heading):
+    cells = (2.5 + V, V) if "#" in heading else ([f"{t} s" for t in N], [f"{u} mV" for u in V], V)
+    one = table("", *cells)
+    found = read("".join(heading.format(part) + one for part in (1, 2)))
+    assert found.size == N.size
+    assert [why.partition(";")[0] for why in unread(found).values()] == ["another part of 60 rows"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import itertools
 import re
@@ -28,16 +29,22 @@ _SHOWN: Final = 40
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """The rows of a text: a table of pandas with numbered columns, the line of a row from 1, and what is left out."""
+    """The rows of a text: a table of pandas with numbered columns, the line of a row from 1, and what is left out.
+
+    `commented` rows have comments among them.
+    """
 
     table: Any
     line: Callable[[int], int]
     left_out: tuple[NotRead, ...] = ()
+    commented: bool = False
 
     @property
     def is_plain(self) -> bool:
         """Whether there are numbers in all fields of all lines, so that no line divides the text into tables."""
-        return not self.left_out and all(each.kind in "fiu" for each in self.table.dtypes)
+        return (
+            not self.left_out and not self.commented and all(each.kind in "fiu" for each in self.table.dtypes)
+        )
 
 
 def table_of(
@@ -98,7 +105,7 @@ def body_of(path: Path, raw: bytes, layout: Layout) -> Body:
             return next(itertools.islice(filled, row, None))
 
         return Body(table=table, line=line, left_out=behind)
-    return _uneven(path, rows, start, layout, behind)
+    return dataclasses.replace(_uneven(path, rows, start, layout, behind), commented=not simple)
 
 
 def _is_even(raw: bytes, start: int, layout: Layout, table: Any) -> bool:

@@ -190,7 +190,12 @@ def _fields(line: bytes, sign: bytes | None) -> list[str]:
 
 def _has_number(fields: Sequence[str]) -> bool:
     """Return whether one of the fields is a number, or stands for a reading that is missing."""
-    return any(each and Notation(decimal=sign).is_number(each) for each in fields for sign in ".,")
+    notations = [Notation(decimal=sign) for sign in ".,"]
+    return any(
+        each and (notation.is_number(each) or notation.quantity(each) is not None)
+        for each in fields
+        for notation in notations
+    )
 
 
 def _of_gamry(raw: bytes) -> tuple[dict[str, bytes], dict[str, str]]:

@@ -291,7 +291,10 @@ def is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:
     if known is not None and known[0] == "s":
         named = named or channel.name.lower().startswith("timestamp")  # without a unit it is asked for
         rises = _rises(channel, in_segments=True) and np.ptp(_seconds_of(channel)) > 0
-        return (first and named) or bool((first or named) and rises)
+        further = named or bool(
+            (np.diff(_seconds_of(channel)) > 0).all()
+        )  # times of other columns, whatever they are called
+        return (first and named) or bool((first or further) and rises)
     if channel.unit or not _rises(channel, in_segments=named) or np.ptp(_seconds_of(channel)) == 0:
         return False
     if first and step is not None and keeps_step(channel, step):

@@ -111,11 +111,14 @@ def with_stamps(recorded: Recorded, stamps: pd.Series[str], heading: str = "") -
         why = str(error)
     column = DataColumn(name=unique("time", recorded.channels), unit="s", values=time)
     known, shown = time[np.isfinite(time)], stamps.iloc[0][:_LONGEST]
+    decimals = _decimals_of(recorded, time) if known.size == len(recorded.channels[0].values) else None
     if not why and known.size < 2:
         why = f"no date or time is recognised in '{shown}'"
     elif known.size and (known == known[0]).all():
         why = f"'{shown}' in all rows"
-    elif recorded.time and not recorded.time.startswith("column "):  # without a heading it may be anything
+    elif (
+        decimals is None and recorded.time and not recorded.time.startswith("column ")
+    ):  # without a heading it may be anything
         why = f"stamps; the times are those of column '{recorded.time}'"
     elif recorded.step is not None and keeps_step(column, recorded.step):
         why = "stamps; the times follow from the step that the file states"
@@ -125,7 +128,7 @@ def with_stamps(recorded: Recorded, stamps: pd.Series[str], heading: str = "") -
     about = {"first_time": shown}
     if order:
         about |= {"date_order": order, "unsure": f"the order of the dates such as '{shown}', read as {order}"}
-    if (decimals := _decimals_of(recorded, time)) is not None:
+    if decimals is not None:
         column = dataclasses.replace(column, values=time + decimals - decimals[0])
     return dataclasses.replace(
         recorded,
