@@ -54,6 +54,15 @@ READ = {
         {"I": ("uA", [74.5, -57.25])},
     ),
     "settings above one column": ("Model,DX-120\nRange CH1,10 V\n1.5\n-2.5\n", {"column 0": ("", [1.5, -2.5])}),
+    "settings behind headings": (
+        "Time(s),Load (N),t0 = -0.5, tInc = 5e-03,\n0,1,,\n0.005,2,,\n0.010,4,,\n",
+        {"Load": ("N", [1, 2, 4])},
+    ),
+    "settings beside the first of many rows": (
+        "Record Length,99,Points,0.0,1.0\nSource,CH1,,0.1,2.0\nScale,5,,0.2,3.0\n"
+        + "".join(f",,,{at / 10},{at + 1}\n" for at in range(3, 99)),
+        {"CH1": ("", [*range(1, 100)])},
+    ),
     "a heading like a setting": ("Probe position,Speed\n0.5 um,1\n1.5 um,2\n", {"Probe position": ("um", [0.5, 1.5])}),
     "newtons are no numbers of rows": ("Sampling rate=100 Hz\nLoad [N],u [V]\n4,1\n1,2\n3,3\n", {"Load": ("N", [4, 1, 3])}),
     "units behind strokes": ("Time / s,Speed / mm/s\n0,1\n1,2\n", {"Time": ("s", [0, 1]), "Speed": ("mm/s", [1, 2])}),

@@ -20,6 +20,8 @@ STATISTICS: Final = re.compile(
 """Words that stand before a row of statistics."""
 _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
+_SHORTEST: Final = 0.1
+"""Smallest share of the rows in which a column of a shorter record holds numbers."""
 _FEW: Final = 4
 """Rows from which on a column has more than one number."""
 
@@ -152,7 +154,13 @@ def _under(
     if notation.thousands and not _divides_thousands([rows[at] for at in alike], columns, notation):
         return None
     first = _first(rows, filled, alike, columns, notation)
-    columns = tuple(sorted({*columns, *_columns([rows[at] for at in alike if at >= first], width, notation)}))
+    numbers = [rows[at] for at in alike if at >= first]
+    shorter = [
+        place
+        for place in _columns(numbers, width, notation)
+        if sum(bool(row[place : place + 1] and row[place]) for row in numbers) >= _SHORTEST * len(numbers)
+    ]  # settings beside the first rows are no column
+    columns = tuple(sorted({*columns, *shorter}))
     kept = sum(at >= first for at in alike)
     letters = [
         (len(cell.replace(" ", "")), place in columns) for at in body for place, cell in enumerate(rows[at])

@@ -258,7 +258,8 @@ def _headings(rows: Sequence[list[str]], above: Sequence[int], layout: Layout) -
         words = [cell for cell in cells if cell and not notation.is_number(cell)]
         if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2 and not _units(words):
             continue  # such as 'End Comments' between headings and numbers
-        if not headings and any(map(_VALUE.fullmatch, rows[at][1:])) and not _units(words):
+        values = rows[at][1 : max(columns[-1] + 1, 2)]  # settings may stand behind all headings
+        if not headings and any(map(_VALUE.fullmatch, values)) and not _units(words):
             behind_settings = True  # such as 'Sampling rate,10.0kS/s' between headings and numbers
             continue
         if behind_settings and not any(name_and_unit(cell)[1] for cell in words):

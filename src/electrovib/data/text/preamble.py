@@ -52,6 +52,8 @@ _TIMES: Final = re.compile(
     r"(elapsed |trigger )?time(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
     re.IGNORECASE,
 )
+_BY_CHANCE: Final = 8
+"""Changes that may all be upward in a column that is no time."""
 _SINCE: Final = re.compile(r"(\w+) since \d", re.IGNORECASE)
 FREQUENCY: Final = re.compile(r"freq|hz|hertz|omega", re.IGNORECASE)
 
@@ -291,9 +293,8 @@ def is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:
     if known is not None and known[0] == "s":
         named = named or channel.name.lower().startswith("timestamp")  # without a unit it is asked for
         rises = _rises(channel, in_segments=True) and np.ptp(_seconds_of(channel)) > 0
-        further = named or bool(
-            (np.diff(_seconds_of(channel)) > 0).all()
-        )  # times of other columns, whatever they are called
+        changes = np.diff(_seconds_of(channel))  # times of other columns may have any heading
+        further = named or (changes.size > _BY_CHANCE and bool((changes > 0).all()))
         return (first and named) or bool((first or further) and rises)
     if channel.unit or not _rises(channel, in_segments=named) or np.ptp(_seconds_of(channel)) == 0:
         return False
