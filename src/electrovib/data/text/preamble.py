@@ -162,6 +162,8 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
         times = _pairs(layout, channels) or [
             each for at, each in enumerate(channels[numbers_rows:]) if is_time(each, step, first=not at)
         ]
+        known = {each.name for each in times}
+        times += [each for each in channels if known and each.name not in known and _is_further_time(each)]
     else:
         times = []
     if step is not None and (numbers_rows or (counts(channels[0].values) and not channels[0].unit)):
@@ -182,6 +184,13 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
         else:
             recorded = dataclasses.replace(recorded, step=None)
     return _with_further_times(recorded, times)
+
+
+def _is_further_time(channel: DataColumn) -> bool:
+    """Return whether a column behind one of times is such a one too, by its unit and its rise, whatever its heading is."""
+    known, changes = kind_and_factor(channel.unit), np.diff(_seconds_of(channel))
+    in_time = bool(channel.unit) and known is not None and known[0] == "s"
+    return in_time and changes.size > _BY_CHANCE and bool((changes > 0).all())
 
 
 def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Recorded:
@@ -293,9 +302,7 @@ def is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:
     if known is not None and known[0] == "s":
         named = named or channel.name.lower().startswith("timestamp")  # without a unit it is asked for
         rises = _rises(channel, in_segments=True) and np.ptp(_seconds_of(channel)) > 0
-        changes = np.diff(_seconds_of(channel))  # times of other columns may have any heading
-        further = named or (changes.size > _BY_CHANCE and bool((changes > 0).all()))
-        return (first and named) or bool((first or further) and rises)
+        return (first and named) or bool((first or named) and rises)
     if channel.unit or not _rises(channel, in_segments=named) or np.ptp(_seconds_of(channel)) == 0:
         return False
     if first and step is not None and keeps_step(channel, step):
