@@ -11,6 +11,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.recorded import missing_numbers
 from electrovib.recordings.importing import list_columns
+from electrovib.recordings.importing.notices import about_samples
 from electrovib.recordings.importing.reduction import (
     ReductionSteps,
     average_periods,
@@ -400,3 +401,15 @@ def test_large_numbers_among_others_that_are_large_are_readings():
     large = np.array([1e36, 9.9e37, 2e38, 1e39])
     assert missing_numbers(large)[1] == {9.9e37: 1}
     assert missing_numbers(1e3 * large)[1] == {}
+
+
+def test_a_long_record_is_judged_for_aliasing_in_its_middle():
+    count = 2**20 + 2**17
+    time = 1e-5 * np.arange(count)
+    noisy = np.where(np.abs(np.arange(count) - count / 2) > 2**19, 1.0, 1e-6)
+    values = np.sin(2 * np.pi * 5 * time) + noisy * np.random.default_rng(0).standard_normal(count)
+    states = {each.name: each.state for each in about_samples(time, {"force": values})}
+    assert states["aliasing of force"] == "ok"
+    part = slice(0, 2**16)
+    states = {each.name: each.state for each in about_samples(time[part], {"force": values[part]})}
+    assert states["aliasing of force"] == "unknown"

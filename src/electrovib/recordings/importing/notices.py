@@ -35,6 +35,8 @@ _LONGER: Final = 5
 """Length of a run of equal readings, in units of the next longest one, from which on it is judged."""
 _TURNS: Final = 0.3
 """Share of changes with another sign than the one before, from which on a signal has noise; of white noise it is 2/3."""
+_JUDGED: Final = 2**20
+"""Most samples of which a spectrum is computed."""
 _UNEVEN: Final = 4.0
 """Length of a record over that of as many median intervals, beyond which no spectrum is computed."""
 
@@ -157,8 +159,9 @@ def _is_noisy(change: Real) -> bool:
 
 
 def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
-    """Judge by the spectrum whether a signal may have components above half the sampling rate."""
-    title = f"aliasing of {name}"
+    """Judge by the spectrum whether a signal may have components above half the sampling rate, of a long record in its middle."""
+    title, first = f"aliasing of {name}", max(values.size - _JUDGED, 0) // 2
+    time, values = time[first : first + _JUDGED], values[first : first + _JUDGED]
     step = float(np.median(np.diff(time)))
     if not 0 < time[-1] - time[0] <= _UNEVEN * step * time.size:
         return Diagnostic(title, "unknown", f"the samples of {name} are too uneven in time for a spectrum")
