@@ -277,12 +277,14 @@ def _contradicted(loss: str) -> str:
 def _outliers(fit: MaterialFit, spectrum: FittedSpectrum) -> NDArray[np.bool_]:
     """Rows that differ from their two neighbours on each side more than the form differs from the data."""
     order, plain = np.argsort(spectrum.frequency), replace(spectrum, weights=None)
+    if order.size <= _NEAR:  # too few neighbours to tell a row from the form that they have
+        return np.zeros(order.size, bool)
     left = (plain.target - plain.rows(fit.material)).reshape(-1, order.size)[:, order]
     padded = np.pad(left, ((0, 0), (2, 2)), mode="reflect", reflect_type="odd")
     beside = [padded[:, shift : shift + order.size] for shift in range(5)]
     nearest = np.stack([left - (beside[1] + beside[3]) / 2, left - (beside[0] + beside[4]) / 2])
     alone = np.min(np.abs(nearest), axis=0)  # from the pair of neighbours that holds no other outlier
-    around = np.pad(alone, ((0, 0), (_NEAR, _NEAR)), mode="reflect" if order.size > _NEAR else "wrap")
+    around = np.pad(alone, ((0, 0), (_NEAR, _NEAR)), mode="reflect")
     scatter = np.median(sliding_window_view(around, 2 * _NEAR + 1, axis=1), axis=2) / 0.6745
     far = alone > np.maximum(OUTLIER * scatter, _LEAST_OUTLIER)
     found = np.zeros(order.size, bool)
@@ -345,6 +347,8 @@ _SMOOTHED: Final = 7
 """Rows through which lines are fitted, whose least is the most that the conductivity may be."""
 _ABOVE_LEAST: Final = 1.3
 """Standard deviations of a row by which it may lie above that, which may be low by its noise."""
+_EXACT: Final = 1e-3
+"""The same relative to the least where the rows have no noise, so that a bound does not decide between forms."""
 _HELD: Final = frozenset({"reference_frequency"})
 _LEAST_LOGARITHM: Final = 1e-18
 _STEP: Final = 1e-7
@@ -405,7 +409,8 @@ class FittedSpectrum:
             rows = np.log(-self.permittivity.imag * self.frequency)[np.argsort(self.frequency)]
             noise = rough_noise(rows) if self.weights is None else 1 / float(self.weights[1].min())
             smooth = savgol_filter(rows, _SMOOTHED, 1) if rows.size > _SMOOTHED else rows
-            most = 2 * math.pi * eps0 * math.exp(float(smooth.min()) + _ABOVE_LEAST * noise)
+            above = max(_ABOVE_LEAST * noise, _EXACT)
+            most = 2 * math.pi * eps0 * math.exp(float(smooth.min()) + above)
             free["conductivity"] = replace(own, start=min(own.start, most), upper=min(most, own.upper))
         return free
 
