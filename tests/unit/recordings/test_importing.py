@@ -422,12 +422,16 @@ def test_a_rail_and_a_stuck_sensor_are_found_anywhere_in_a_long_record(first):
     assert judged(still)["stuck Fz"].value == 1000
 
 
-def test_bandwidth_of_a_long_record_is_judged_where_the_signal_moves_most_and_says_so():
+@pytest.mark.parametrize(("first", "said"), [(0, 0), (LONG - LONG // 4, 65536)])
+def test_bandwidth_of_a_long_record_is_judged_where_the_signal_moves_most_and_says_so(first, said):
     quiet = 1e-3 * LONG_NOISE
-    quiet[LONG // 4 : LONG // 2] += np.sin(2 * np.pi * 0.3 * np.arange(LONG // 4))
+    quiet[first : first + LONG // 4] += np.sin(2 * np.pi * 0.3 * np.arange(LONG // 4))
     text = judged(quiet)["aliasing of Fz"].text
     assert "has 3.3 samples a period" in text
-    assert text.endswith("; judged on 131072 of 196608 samples, from sample 0 on")
+    assert text.endswith(f"; judged on 131072 of 196608 samples, from sample {said} on")
+
+
+def test_repetition_in_a_long_record_is_judged_in_its_middle_and_says_so():
     repeated = judged(np.repeat(LONG_NOISE[: LONG // 2], 2))["repeated samples"]
     assert (repeated.state, repeated.value) == ("warning", pytest.approx(0.5, abs=1e-4))
     assert repeated.text.endswith("; judged on 131072 of 196608 samples, from sample 32768 on")

@@ -82,9 +82,10 @@ def _liveliest(values: Real) -> slice:
     """Return the rows of a long record in which a signal has its largest range; all rows of a short one."""
     if values.size <= _MOST:
         return slice(0, values.size)
-    parts = values[: values.size // _MOST * _MOST].reshape(-1, _MOST)
-    spans = np.fmax.reduce(parts, axis=1) - np.fmin.reduce(parts, axis=1)
-    first = _MOST * int(np.argmax(np.nan_to_num(spans, nan=-1.0)))
+    begins = [*range(0, values.size - _MOST, _MOST), values.size - _MOST]
+    parts = [values[first : first + _MOST] for first in begins]
+    spans = [float(np.fmax.reduce(part) - np.fmin.reduce(part)) for part in parts]
+    first = begins[int(np.argmax(np.nan_to_num(spans, nan=-1.0)))]
     return slice(first, first + _MOST)
 
 
