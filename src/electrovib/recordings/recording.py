@@ -278,6 +278,8 @@ def at_rail(reading: Real) -> NDArray[np.bool_]:
     too.
     """
     found = at_extreme(reading)
+    if not found.any():
+        return found
     inside = (reading != reading.min()) & (reading != reading.max()) & ~found
     change = np.diff(reading)
     together = inside[2:] & inside[1:-1] & inside[:-2]
@@ -291,6 +293,9 @@ def at_extreme(reading: Real) -> NDArray[np.bool_]:
 
     Two readings that are one step of the converter apart count as one, which flickers.
     """
+    extremes = [reading.min(), reading.max()] if len(reading) else [np.nan]
+    if all(np.isfinite(end) and 2 * np.count_nonzero(reading == end) < _REPEATS for end in extremes):
+        return np.zeros(len(reading), dtype=np.bool_)  # as neither end repeats often enough
     levels, counts = np.unique(reading, return_counts=True)
     found = np.zeros(len(reading), dtype=np.bool_)
     for upwards in (True, False):

@@ -403,13 +403,58 @@ def test_large_numbers_among_others_that_are_large_are_readings():
     assert missing_numbers(1e3 * large)[1] == {}
 
 
-def test_a_long_record_is_judged_for_aliasing_in_its_middle():
-    count = 2**20 + 2**17
-    time = 1e-5 * np.arange(count)
-    noisy = np.where(np.abs(np.arange(count) - count / 2) > 2**19, 1.0, 1e-6)
-    values = np.sin(2 * np.pi * 5 * time) + noisy * np.random.default_rng(0).standard_normal(count)
-    states = {each.name: each.state for each in about_samples(time, {"force": values})}
-    assert states["aliasing of force"] == "ok"
-    part = slice(0, 2**16)
-    states = {each.name: each.state for each in about_samples(time[part], {"force": values[part]})}
-    assert states["aliasing of force"] != "ok"
+LONG = 2**17 + 2**16
+LONG_NOISE = np.random.default_rng(5).normal(size=LONG)
+"""A record that is longer than the samples by which repetition and bandwidth are judged."""
+
+
+def judged(values, time=None):
+    time = np.arange(values.size) * 1e-4 if time is None else time
+    return {each.name: each for each in about_samples(time, {"Fz": values})}
+
+
+@pytest.mark.parametrize("first", [0, LONG // 2, LONG - 2000])
+def test_a_rail_and_a_stuck_sensor_are_found_anywhere_in_a_long_record(first):
+    rail, still = LONG_NOISE.copy(), LONG_NOISE.copy()
+    rail[first : first + 1000] = 6.0
+    still[first : first + 1000] = 0.25
+    assert judged(rail)["sensor range of Fz"].value == pytest.approx(1000 / LONG, rel=1e-12)
+    assert judged(still)["stuck Fz"].value == 1000
+
+
+@pytest.mark.parametrize(("first", "said"), [(0, 0), (LONG - LONG // 4, 65536)])
+def test_bandwidth_of_a_long_record_is_judged_where_the_signal_moves_most_and_says_so(first, said):
+    quiet = 1e-3 * LONG_NOISE
+    quiet[first : first + LONG // 4] += np.sin(2 * np.pi * 0.3 * np.arange(LONG // 4))
+    text = judged(quiet)["aliasing of Fz"].text
+    assert "has 3.3 samples a period" in text
+    assert text.endswith(f"; judged on 131072 of 196608 samples, from sample {said} on")
+
+
+def test_repetition_in_a_long_record_is_judged_in_its_middle_and_says_so():
+    repeated = judged(np.repeat(LONG_NOISE[: LONG // 2], 2))["repeated samples"]
+    assert (repeated.state, repeated.value) == ("warning", pytest.approx(0.5, abs=1e-4))
+    assert repeated.text.endswith("; judged on 131072 of 196608 samples, from sample 32768 on")
+    assert not any("judged on" in each.text for each in judged(LONG_NOISE[: 2**17]).values())
+
+
+def test_a_long_record_that_is_missing_where_it_would_be_judged_is_judged_on_the_rest():
+    values = np.full(LONG, np.nan)
+    values[-2000:] = LONG_NOISE[-2000:]
+    assert judged(values)["aliasing of Fz"].text.startswith("0.2")
+
+
+@pytest.mark.parametrize("size", [1e-250, 1e250])
+def test_numbers_whose_squares_are_no_numbers_are_judged_as_others_are(size):
+    values, scale = LONG_NOISE[:4000], 2.0 ** np.round(np.log2(size))
+    assert {name: each.text for name, each in judged(scale * values).items()} == {
+        name: each.text for name, each in judged(values).items()
+    }
+
+
+@pytest.mark.parametrize("repeats", [4, 5])
+def test_an_end_that_flickers_repeats_from_five_samples_on_beside_five_a_step_away(repeats):
+    values = np.concatenate([np.repeat([8.0, 7.99], repeats), np.linspace(-7.9, 7.9, 400)])
+    found = (values > 7.95) & (repeats > 4)
+    np.testing.assert_array_equal(at_extreme(values), found)
+    np.testing.assert_array_equal(at_extreme(-values), found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -35,10 +36,14 @@ _LONGER: Final = 5
 """Length of a run of equal readings, in units of the next longest one, from which on it is judged."""
 _TURNS: Final = 0.3
 """Share of changes with another sign than the one before, from which on a signal has noise; of white noise it is 2/3."""
-_JUDGED: Final = 2**20
-"""Most samples of which a spectrum is computed."""
 _UNEVEN: Final = 4.0
 """Length of a record over that of as many median intervals, beyond which no spectrum is computed."""
+_MOST: Final = 2**17
+"""Most samples from which repetition and bandwidth are judged; of a longer record, consecutive ones."""
+_EIGHT_EQUAL: Final = 255
+"""Byte of eight pairs of equal successive readings; a run of ``_FEWEST / 2`` equal readings always holds such a byte."""
+_PLAIN: Final = 200
+"""Magnitude of the power of two up to which no square of a number overflows or vanishes."""
 
 
 def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnostic]:
@@ -62,10 +67,41 @@ def about_samples(time: Real, readings: Mapping[str, Real], *, held: bool = Fals
     readings = {name: _scaled(values) for name, values in readings.items()}
     found += about_sensors(readings)
     for name, values in readings.items():
-        finite = np.isfinite(values)
-        if np.count_nonzero(finite) >= _FEWEST:
-            found.append(_aliasing(name, time[finite], values[finite]))
-    return found + _repeated(readings)
+        for rows in (_liveliest(values), slice(0, values.size)):
+            finite = np.isfinite(values[rows])
+            if np.count_nonzero(finite) >= _FEWEST:
+                said = _aliasing(name, time[rows][finite], values[rows][finite])
+                found.append(_judged_on(said, rows, values.size))
+                break
+    middle = _middle(time.size)
+    repeated = _repeated({name: values[middle] for name, values in readings.items()})
+    return found + [_judged_on(each, middle, time.size) for each in repeated]
+
+
+def _liveliest(values: Real) -> slice:
+    """Return the rows of a long record in which a signal has its largest range; all rows of a short one."""
+    if values.size <= _MOST:
+        return slice(0, values.size)
+    begins = [*range(0, values.size - _MOST, _MOST), values.size - _MOST]
+    parts = [values[first : first + _MOST] for first in begins]
+    spans = [float(np.fmax.reduce(part) - np.fmin.reduce(part)) for part in parts]
+    first = begins[int(np.argmax(np.nan_to_num(spans, nan=-1.0)))]
+    return slice(first, first + _MOST)
+
+
+def _middle(count: int) -> slice:
+    """Return the rows in the middle of a long record; all rows of a short one."""
+    first = max(0, count - _MOST) // 2
+    return slice(first, first + min(count, _MOST))
+
+
+def _judged_on(said: Diagnostic, rows: slice, count: int) -> Diagnostic:
+    """Say of a diagnostic on which samples it was judged, if not on all."""
+    judged = rows.stop - rows.start
+    if judged == count:
+        return said
+    text = f"{said.text}; judged on {judged} of {count} samples, from sample {rows.start} on"
+    return replace(said, text=text)
 
 
 def about_sensors(readings: Mapping[str, Real]) -> list[Diagnostic]:
@@ -81,6 +117,10 @@ def about_sensors(readings: Mapping[str, Real]) -> list[Diagnostic]:
 
 def _scaled(values: Real) -> Real:
     """Divide by the power of two of the largest magnitude, so that no square overflows; infinities become NaN."""
+    if values.dtype == np.float64 and values.size:
+        ends = np.abs([np.fmax.reduce(values), np.fmin.reduce(values)])
+        if ends.max() < 2.0**_PLAIN and ends.max() > 2.0**-_PLAIN:
+            return values
     finite = np.where(np.isfinite(values), values, np.nan)
     largest = float(np.nanmax(np.abs(finite), initial=0.0))
     return np.asarray(np.ldexp(finite, -int(np.frexp(largest)[1])))
@@ -99,6 +139,9 @@ def _range(name: str, values: Real) -> Diagnostic:
 
 def _stuck(name: str, values: Real) -> list[Diagnostic]:
     """Name the longest run of one reading where it is far longer than the noise and the other runs explain."""
+    equal = np.packbits(values[1:] == values[:-1])
+    if not (equal == _EIGHT_EQUAL).any():  # as any run has that is long enough to be judged
+        return []
     change = np.diff(values)
     edges = np.flatnonzero(np.concatenate([[True], change != 0, [True]]))
     lengths = np.diff(edges)
@@ -159,9 +202,8 @@ def _is_noisy(change: Real) -> bool:
 
 
 def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
-    """Judge by the spectrum whether a signal may have components above half the sampling rate, of a long record in its middle."""
-    title, first = f"aliasing of {name}", max(values.size - _JUDGED, 0) // 2
-    time, values = time[first : first + _JUDGED], values[first : first + _JUDGED]
+    """Judge by the spectrum whether a signal may have components above half the sampling rate."""
+    title = f"aliasing of {name}"
     step = float(np.median(np.diff(time)))
     if not 0 < time[-1] - time[0] <= _UNEVEN * step * time.size:
         return Diagnostic(title, "unknown", f"the samples of {name} are too uneven in time for a spectrum")
