@@ -14,20 +14,24 @@ from random_tables import Table, Written, write
 FEW, MANY, PIECES = 300, 20_000, 20
 PLAIN_READ, ALL_READ = 0.99, 0.9
 """Smallest shares of the tables that are read in every column: of those that leave nothing to guess, and of all."""
-WRONG = 0.007
-"""Largest share of wrong ones in a piece. None should be; 45 of 20,000 are: tables of 2 to 12 rows below settings of the
-instrument, rows of statistics between segments, and integers with one thousands sign that could be a decimal one."""
+STILL_WRONG = {
+    77, 1845, 3039, 3086, 3216, 3621, 4020, 4022, 5039, 6497, 6681, 6827, 7022, 7454, 7542, 8032, 8437, 8644, 8700,
+    9150, 9537, 10789, 11312, 11660, 12546, 12827, 13319, 13485, 13676, 14026, 14827, 15038, 15053, 15075, 15751,
+    15814, 16990, 17411, 19107, 19229, 19786,
+}  # fmt: skip
+"""Seeds of tables that are not yet right: most of 2 to 12 rows below settings of the instrument, some with rows of statistics
+between segments, and integers whose one thousands sign could be a decimal one. No other may be wrong."""
 
 
 def check(seeds, path):
     """Judge tables; the message shows the plainest one that fails in the way of the first wrong one."""
     every, plain, wrong = counted(seeds, path)
-    if len(wrong) > WRONG * len(seeds):
-        seed = wrong[0][0]
+    if new := [seed for seed, _ in wrong if seed not in STILL_WRONG]:
+        seed = new[0]
         dialect, found = shrunken(judged(seed, path)[1], seed, path)
         text = write(dialect, seed).raw
         pytest.fail(
-            f"{len(wrong)} of {len(seeds)} are wrong; seed {seed}: {found.why}; {differences(dialect)}\n{text!r}"
+            f"{len(new)} of {len(seeds)} are newly wrong; seed {seed}: {found.why}; {differences(dialect)}\n{text!r}"
         )
     assert not plain["wrong"], plain
     assert every["equal"] >= ALL_READ * len(seeds), every

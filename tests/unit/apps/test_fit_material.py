@@ -278,6 +278,7 @@ def test_a_form_that_misses_few_rows_is_omitted_in_spite_of_its_criterion(tmp_pa
     header = "frequency (Hz),permittivity,resistivity (ohm m)"
     found = ev.fit_material(rows(tmp_path / "few.csv", header, frequency, permittivity, resistivity))
     assert "omitted in spite of a lower AICc" in " ".join(found.history)
+    assert "left out" not in " ".join(found.history)
     loss = 1 / (2 * np.pi * frequency * eps0 * resistivity)
     np.testing.assert_allclose(-found.material.complex_permittivity(frequency).imag, loss, rtol=0.4)
 

@@ -69,6 +69,10 @@ READ = {
     "rows of units with gaps": ("a=1\nb=2\nt\tU\tV\n\t[V]\t[m]\n10:00:00.5\t1\t2\n10:00:01.0\t3\t4\n", {"U": ("V", [1, 3])}),
     "one column": ("# Force [mN]\n1,5\n-2,25\n3,125\n", {"Force": ("mN", [1.5, -2.25, 3.125])}),
     "a decimal comma shown by its zeros": ("1,05\n1,15\n2,00\n", {"column 0": ("", [1.05, 1.15, 2])}),
+    "a first row without its number": (
+        "Time,F [N]\n2026-03-29T00:00:59.0,\n2026-03-29T00:00:59.5,1.5\n2026-03-29T00:01:00.0,2.5\n2026-03-29T00:01:00.5,\n",
+        {"F": ("N", [NAN, 1.5, 2.5, NAN])},
+    ),
     "a column with gaps": ("t,E,F\n0,,1\n1,5,\n2,,3\n3,7,4\n", {"E": ("", [NAN, 5, NAN, 7]), "F": ("", [1, NAN, 3, 4])}),
     "excel has no number": ("F [N]\n#N/A\n1.5\n2\n#DIV/0!\n", {"F": ("N", [NAN, 1.5, 2, NAN])}),
     "trailing delimiters in the rows alone": ("t [s]\tF [N]\n0\t1\t\n1\t2\t\n", {"t": ("s", [0, 1]), "F": ("N", [1, 2])}),

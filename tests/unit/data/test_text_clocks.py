@@ -298,7 +298,7 @@ def test_a_rising_column_in_a_unit_of_time_is_that_of_the_columns_behind_it(read
 
 @pytest.mark.parametrize("heading", ["# U [mV],I [nA]", "Segment {}\nTime,U,I"])
 def test_no_segment_is_joined_to_another_or_lost(read, heading):
-    cells = (2.5 + V, V) if "#" in heading else ([f"{t} s" for t in N], [f"{u} mV" for u in V], V)
+    cells = (2.5 + V, V) if "#" in heading else ([f"{t} s" for t in N], *[[f"{each} mV" for each in V]] * 2)
     one = table("", *cells)
     found = read("".join(heading.format(part) + one for part in (1, 2)))
     assert found.size == N.size

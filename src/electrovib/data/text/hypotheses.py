@@ -148,7 +148,11 @@ def _under(
     columns = _columns([rows[at] for at in body if len(rows[at]) == width], width, notation)
     if not columns:
         return None
-    alike = [at for at in filled if _is_alike(rows[at], columns, notation)]
+    alike = [
+        at
+        for at in filled
+        if _is_alike(rows[at], columns, notation) or _is_stamp_alone(rows[at], columns, width)
+    ]
     if not alike:
         return None
     if notation.thousands and not _divides_thousands([rows[at] for at in alike], columns, notation):
@@ -230,6 +234,17 @@ def _is_alike(row: Sequence[str], columns: Sequence[int], notation: Notation) ->
     cells = [row[at] for at in columns if row[at]]
     return bool(cells) and all(
         notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells
+    )
+
+
+def _is_stamp_alone(row: Sequence[str], columns: Sequence[int], width: int) -> bool:
+    """Return whether a line is a row whose numbers are all missing beside its date or time."""
+    others = [cell for cell in row if cell]
+    return (
+        len(row) == width
+        and bool(others)
+        and all(cell[0].isdigit() for cell in others)
+        and not any(row[at] for at in columns)
     )
 
 

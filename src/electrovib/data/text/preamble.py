@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import parse_quantity
-from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded
+from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded, is_unit_of_time
 from electrovib.data.text.cells import Notation
 from electrovib.data.text.layout import Layout
 from electrovib.data.text.parts import segments_of
@@ -188,9 +188,8 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
 
 def _is_further_time(channel: DataColumn) -> bool:
     """Return whether a column behind one of times is such a one too, by its unit and its rise, whatever its heading is."""
-    known, changes = kind_and_factor(channel.unit), np.diff(_seconds_of(channel))
-    in_time = bool(channel.unit) and known is not None and known[0] == "s"
-    return in_time and changes.size > _BY_CHANCE and bool((changes > 0).all())
+    changes = np.diff(_seconds_of(channel))
+    return is_unit_of_time(channel.unit) and changes.size > _BY_CHANCE and bool((changes > 0).all())
 
 
 def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Recorded:

@@ -277,8 +277,6 @@ def _contradicted(loss: str) -> str:
 def _outliers(fit: MaterialFit, spectrum: FittedSpectrum) -> NDArray[np.bool_]:
     """Rows that differ from their two neighbours on each side more than the form differs from the data."""
     order, plain = np.argsort(spectrum.frequency), replace(spectrum, weights=None)
-    if order.size <= _NEAR:  # too few neighbours to tell a row from the form that they have
-        return np.zeros(order.size, bool)
     left = (plain.target - plain.rows(fit.material)).reshape(-1, order.size)[:, order]
     padded = np.pad(left, ((0, 0), (2, 2)), mode="reflect", reflect_type="odd")
     beside = [padded[:, shift : shift + order.size] for shift in range(5)]
