@@ -7,6 +7,7 @@ import html
 import importlib
 import pickle
 import pkgutil
+import tempfile
 from dataclasses import FrozenInstanceError, fields, is_dataclass
 
 import numpy as np
@@ -19,6 +20,10 @@ from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.core.unchangeable import FrozenDict
 from electrovib.data.marks import Form, is_ours
+from electrovib.physics.material import Debye
+from electrovib.recordings.importing.own_material import SampleSpectrum
+from electrovib.recordings.spectra.fitted import fit_samples
+from electrovib.solve.equilibrium import equilibrium
 from electrovib.studies.texture import TextureDrive
 from electrovib.view.documents import parts
 from electrovib.view.files import check_answer
@@ -62,6 +67,30 @@ def swipe():
     return ev.reduce_swipes(make_trace(signals, {"time": time}, {}))
 
 
+PRESSED = {
+    "contact.surface": {"model": "LinearSpring", "stiffness": "1 GPa/m", "free_gap": "10 um"},
+    "stack.gap.material.conductivity": 0.0,
+}
+
+
+def skin():
+    """Permittivity of a material of Debye with 1 % of noise."""
+    frequency = np.geomspace(10.0, 1e5, 25)
+    noise = 1 + 0.01 * np.random.default_rng(4).normal(size=frequency.size)
+    permittivity = Debye(
+        permittivity_high=100.0, strength=900.0, relaxation_time=1e-4, conductivity=1e-6
+    ).complex_permittivity(frequency)
+    return SampleSpectrum(
+        frequency=frequency, permittivity=permittivity * noise, thickness=1e-4, history=(), diagnostics=()
+    )
+
+
+def exported():
+    """A sine with ramps, joined by straight lines."""
+    with tempfile.TemporaryDirectory() as folder:
+        return ev.export_waveform(SINE, f"{folder}/a.csv", set=LIMITS, edge="line", ramp=1e-3)
+
+
 ANSWERS = {
     "Comparison": lambda: ev.compare(SINE, models=["MaxwellStressInGap", "MaxwellStressInInsulator"]),
     "MaterialComparison": lambda: ev.compare_materials(SINE, materials=["silica"]),
@@ -95,6 +124,13 @@ ANSWERS = {
     "SeparateAnswer": lambda: SeparateAnswer(found=ev.fit_separately(SINE, [spectrum()], free=[GAP])),
     "TimesAnswer": lambda: TimesAnswer(found=ev.measure_times(edges(), signal="lateral_force_measured")),
     "SwipesAnswer": lambda: SwipesAnswer(swipes=swipe()),
+    "BenchPlan": lambda: ev.plan_bench("vezzoli_2014/fig6"),
+    "Balance": lambda: equilibrium(ev.load("vezzoli_2014/fig6_gap", changes=PRESSED)),
+    "PowerLawFit": lambda: ev.fit_power_law(
+        [1, 2, 3, 4, 5, 6], [1, 4, 9, 15, 25, 37], session=list("aaabbb")
+    ),
+    "FittedMaterial": lambda: fit_samples({"skin": skin()}, form="debye"),
+    "WrittenWaveform": exported,
 }
 """Name of a class to an answer of it, or of a class below it."""
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from electrovib.core.errors import InputError, gathered, nearest, refuse
 from electrovib.core.units import number_in
-from electrovib.data.atomic import check_writable, output_path, write_text
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.marks import Form
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
@@ -24,6 +23,7 @@ from electrovib.recordings.spectra.fitted import (
 )
 from electrovib.recordings.spectra.material import forms_of
 from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.view.files import check_answer, save_answer
 
 if TYPE_CHECKING:
     from electrovib.recordings.importing.own_material import SampleSpectrum
@@ -85,7 +85,8 @@ def fit_material(
     layer : str
         Name of the layer.
     output : str or Path, optional
-        TOML file to write.
+        What to write: ``.toml``, the material or the scenario with it; ``.html``, a figure, a table; without a suffix a folder
+        with all.
     force : bool
         Whether a file that this package did not write may be replaced.
 
@@ -122,9 +123,11 @@ def fit_material(
             )  # fmt: skip
             name = path.name if path.name not in samples else str(path)
             samples[name] = sample if band is None else _within(sample, band)
-    target = None if output is None else output_path(output)
+    inputs = [*names, *([] if reference is None else [Path(reference[0])])]
     with gathered(problems):
-        _check(target, [*names, *([] if reference is None else [Path(reference[0])])], base, force=force)
+        if output is not None:
+            files_of_it = {} if base is None else {"material.toml": Form.SCENARIO}
+            check_answer(FittedMaterial, output, more=files_of_it, inputs=inputs, force=force)
     if not names:
         problems.append("files: name at least one spectrum")
     refuse(problems)
@@ -133,7 +136,10 @@ def fit_material(
         for file, each in (noise or {}).items()
     }
     found = fit_samples(samples, form=form, noise=noises, error=error, loss=loss)
-    return _written(found, target, base, layer, force=force)
+    found = dataclasses.replace(found, into=base, layer=layer)
+    if output is not None:
+        save_answer(found, output, force=force)
+    return found
 
 
 def _with_layer(scenario: Scenario, layer: str) -> Scenario:
@@ -205,28 +211,3 @@ def _known(value: str | float) -> tuple[float, float]:
     if share.strip().endswith("%"):
         return resistance, number_in("1", "reference", share.strip().removesuffix("%")) / 100
     return resistance, number_in("ohm", "reference", share) / resistance
-
-
-def _check(target: Path | None, inputs: Sequence[Path], base: Scenario | None, *, force: bool) -> None:
-    if target is None:
-        return
-    if target.suffix.lower() != ".toml":
-        raise InputError(f"a material is written as .toml, not as '{target.suffix}'", path=target)
-    check_writable({target: Form.SCENARIO if base is not None else None}, inputs=inputs, force=force)
-
-
-def _written(
-    found: FittedMaterial, target: Path | None, base: Scenario | None, layer: str, *, force: bool
-) -> FittedMaterial:
-    """Write the material alone, or the scenario with it, where that is asked for; return it."""
-    if target is None:
-        return found
-    form = None if base is None else Form.SCENARIO
-    if base is None:
-        text = found.to_toml(layer)
-    else:
-        changed = base.replace(found.changes(layer))
-        changed = changed.model_copy(update={"sources": changed.sources | found.sources(layer)})
-        text = f"# {unsigned(Form.SCENARIO)}\n{changed.to_toml()}"
-    write_text(target, text, form, force=force)
-    return found

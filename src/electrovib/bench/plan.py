@@ -9,9 +9,9 @@ import numpy as np
 
 from electrovib.bench.instruments import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
-from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.answer import Answer, Curve, Document, Panel
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.unchangeable import Unchangeable
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario.grids import AtRest
@@ -32,8 +32,8 @@ _WITHIN = 4
 """Times in each point of the generator at which the resampling error is evaluated."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class BenchPlan(Unchangeable):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class BenchPlan(Answer):
     """A run on a bench, before anything is sent.
 
     Parameters
@@ -108,13 +108,42 @@ class BenchPlan(Unchangeable):
         return found
 
     def _extremes(self) -> tuple[float, float]:
-        largest = GENERATORS[self.settings.generator.driver].largest_code
-        scale = self.amplitude * self.settings.amplifier.gain / (2 * largest)
-        ends = (float(self.codes.min()) * scale, float(self.codes.max()) * scale)
+        played = self._played()
+        ends = (float(played.min()), float(played.max()))
         return min(*ends, -0.2 * self.peak), max(*ends, 0.2 * self.peak)
 
-    def lines(self) -> list[str]:
-        """Return the plan in words, one line for each statement."""
+    @property
+    def document(self) -> Document:
+        """The plan, a sentence for each statement, and the burst as the generator plays it."""
+        return Document(
+            title=f"Bench plan: {self.scenario.titled() or 'a scenario'}",
+            sentences=self._statements(),
+            diagnostics=self.diagnostics,
+            figures=[self._burst()],
+        )
+
+    def _burst(self) -> Panel:
+        """Draw the levels of the generator over the voltage that was asked for."""
+        edges = np.linspace(0.0, self.duration, self.codes.size + 1)
+        levels = np.repeat(self._played(), 2)
+        return Panel(
+            id="burst",
+            title="The full burst at the plate",
+            caption="The points of the generator, each held until the next, and the drive.",
+            x=("time", "s"),
+            y=("voltage", "V"),
+            curves=(
+                Curve(label="points of the generator", x=np.repeat(edges, 2)[1:-1], y=levels),
+                Curve(label="drive", x=edges, y=self.voltage(edges), kind="dashed"),
+            ),
+        )
+
+    def _played(self) -> NDArray[np.float64]:
+        """Return the voltage of the plate [V] for each point of the generator."""
+        largest = GENERATORS[self.settings.generator.driver].largest_code
+        return self.codes * np.float64(self.amplitude * self.settings.amplifier.gain / (2 * largest))
+
+    def _statements(self) -> list[str]:
         settings, limits = self.settings, self.limits
         limiter = settings.current_limiter
         held = ", ".join(
@@ -145,7 +174,6 @@ class BenchPlan(Unchangeable):
             "current read back: "
             + ("yes" if settings.oscilloscope.current is not None else "no, no input is declared for it"),
             *checks.not_shown(self.check.rows),
-            *warning_lines(self.diagnostics),
         ]
 
     @property

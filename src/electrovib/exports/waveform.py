@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Curve, Document, Panel
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
-from electrovib.core.unchangeable import Unchangeable
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, output_path, writing
 from electrovib.exports.waveform_formats import FORMATS, INSTRUMENTS, Encoded, Scaling, WaveformFormat
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.studies import check as checks
+from electrovib.studies.check.result import shown
 from electrovib.studies.waveform import LARGEST_ERROR, MOST_POINTS, refuse_unless_zero_at_both_ends, waveform
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
     from electrovib.studies.waveform import Waveform
 
 
-@dataclass(frozen=True, kw_only=True)
-class WrittenWaveform(Unchangeable):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class WrittenWaveform(Answer):
     """A waveform that was written, with its error, its scale and its check.
 
     - `path`: the file.
@@ -47,6 +48,31 @@ class WrittenWaveform(Unchangeable):
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Diagnostics of the scenario under these samples, beyond those that the check states; the file states them too."""
         return self.check.diagnostics
+
+    @property
+    def document(self) -> Document:
+        """Its notes, the limits that it was compared with, and its samples."""
+        held = [
+            f"{row.quantity} {shown(row.value, row.unit)}, limit {shown(row.limit, row.unit)}: {row.source}"
+            for row in self.check.rows
+            if row.limit is not None
+        ]
+        wave = self.waveform
+        times, voltages = wave.times, wave.voltages
+        if wave.held:
+            times = np.append(np.repeat(times, 2)[1:], times[-1] + 1 / wave.rate)
+            voltages = np.repeat(voltages, 2)
+        figure = Panel(
+            id="waveform", title="The waveform", caption=f"The samples as the file holds them, {wave.between}.",
+            x=("time", "s"), y=("voltage", "V"), curves=(Curve(label=self.path.name, x=times, y=voltages),),
+        )  # fmt: skip
+        return Document(
+            title=f"Waveform {self.path.name}",
+            sentences=[*self.notes, *held],
+            diagnostics=self.diagnostics,
+            figures=[figure],
+            remarks=[f"written: {self.path}"],
+        )
 
 
 def export_waveform(

@@ -98,7 +98,7 @@ def test_the_scenario_with_the_material_states_its_source(file, tmp_path):
 def test_the_command_writes_the_material_or_the_scenario_with_it(file, here, said, refused):
     asked = f"fit {file} --form cole-cole-1 --band '100 Hz..50 kHz' --noise 'skin.csv=1 %'"
     out = said(f"{asked} --gain-error impedance=2% -o my_skin.toml")
-    for words in ("terms.0.strength: ", "systematic error of the instrument +- ", "written"):
+    for words in ("terms.0.strength ", "systematic error of the", "instrument +- ", "written"):
         assert words in out
     text = (here / "my_skin.toml").read_text()
     assert "statistical 95 % interval" in text
@@ -414,10 +414,10 @@ def test_what_no_material_can_be_or_what_is_not_said_is_refused(file, tmp_path, 
     ):
         with pytest.raises(InputError, match=words):
             ev.fit_material(files, **given)
-    wrong = {"form": "cole", "layer": "skin", "into": "vezzoli_2014/fig6", "output": "a.txt"}
+    wrong = {"form": "cole", "layer": "skin", "into": "vezzoli_2014/fig6", "output": "a.gif"}
     with pytest.raises(InputError) as caught:  # all mistakes at once
         ev.fit_material([file, tmp_path / "none.csv"], **wrong)
-    for each in ("none.csv", "form = 'cole'", "layer = 'skin'", "a.txt"):
+    for each in ("none.csv", "form = 'cole'", "layer = 'skin'", "a.gif"):
         assert each in " ".join(caught.value.problems)
     out = said(f"fit {eps} --loss unknown --form cole-cole-1")
     assert "to the permittivity alone" in out

@@ -160,14 +160,15 @@ def test_each_file_is_a_session_and_units_are_converted(here, said, refused):
     points("a.csv", [1.9])
     points("b.csv", [2.1], unit="N")
     lines = said(f"fit a.csv b.csv {COLUMNS}").splitlines()
-    a, b = (float(line.rpartition(" ")[2]) for line in lines[1:3])
-    assert [line.split(":")[0].strip() for line in lines[1:3]] == ["a.csv", "b.csv"]
+    rows = [line.split() for line in lines if line.startswith(("a.csv", "b.csv"))]
+    a, b = (float(row[-1]) for row in rows)
+    assert [row[0] for row in rows] == ["a.csv", "b.csv"]
     assert a == pytest.approx(1e-6, rel=0.2)  # 1e-3 mN
     assert b == pytest.approx(1e-3, rel=0.2)
     assert any("1 degree of freedom" in line for line in lines)
     for wrong, words in (
         ("--column x=volts --column y=force", "the file has no such column"),
         (f"{COLUMNS} --column session=dya", "Did you mean 'day'"),
-        (f"{COLUMNS} -o law.txt", "written as .csv"),
+        (f"{COLUMNS} -o law.gif", "written as .html, .csv"),
     ):
         assert words in refused(f"fit a.csv {wrong}")

@@ -9,7 +9,7 @@ import typer
 
 from electrovib.apps.cli.grouped import Command, Commands
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import complain, say, show
+from electrovib.apps.cli.terminal import complain, say, show, show_answer
 from electrovib.apps.exit_codes import INTERRUPTED, Told
 
 _TERMINATED: Final = 143
@@ -38,7 +38,7 @@ def run(given: Arguments) -> None:
 
     given.read_set()
     plan = plan_bench(given["scenario"], bench=given.get("bench"), set=given["set"])
-    say(*plan.lines())
+    show_answer(plan)
     if not {"simulate", "arm"} & given.keys():
         say("nothing was sent: give --simulate for a simulated set-up, or --arm for the real one")
         return

@@ -10,7 +10,7 @@ import typer
 
 from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
 from electrovib.apps.cli.options import Arguments, pair_of, takes
-from electrovib.apps.cli.terminal import say, warned
+from electrovib.apps.cli.terminal import say, show_answer, warned
 from electrovib.apps.exit_codes import MISFIT
 from electrovib.core.errors import InputError
 
@@ -18,10 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
     from electrovib.recordings.calibration import CalibrationError
-    from electrovib.recordings.fit.power_law import PowerLawFit
     from electrovib.recordings.fit.sessions import SeparateFits
     from electrovib.recordings.interval import EstimatedParameter
-    from electrovib.recordings.spectra.fitted import FittedMaterial
     from electrovib.view.fitted import FitResult
 
 
@@ -188,31 +186,29 @@ def _fit_material(scenario: str | None, files: list[str], given: Arguments) -> N
         if not dots:
             raise InputError(f"--band {given['band']}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
         wanted["band"] = low, high
-    found = fit_material(files, into=scenario, **wanted)
-    _end(material_summary(found), wanted.get("output"), misfit=False)
+    show_answer(fit_material(files, into=scenario, **wanted))
+    _end([], wanted.get("output"), misfit=False)
 
 
 def _fit_power_law(files: Sequence[str], entries: dict[str, Any], output: str | None, *, force: bool) -> None:
     """Fit a power law to tables of points, and write its sessions as a table."""
-    from electrovib.data.atomic import check_writable, output_path, write_text
-    from electrovib.data.marks import Form
-    from electrovib.recordings.fit.power_law import fit_power_law, power_law_csv, read_points
+    from electrovib.recordings.fit.power_law import PowerLawFit, fit_power_law, read_points
+    from electrovib.view.files import check_answer, save_answer
 
     columns = entries.pop("columns")
     if not {"x", "y"} <= columns.keys() <= {"x", "y", "session"}:
         raise InputError(
             "a power law takes x=COLUMN and y=COLUMN, and may take session=COLUMN", path="--column"
         )
-    target = None if output is None else output_path(output)
-    if target is not None:
-        if target.suffix.lower() != ".csv":
-            raise InputError(f"the table is written as .csv, not as '{target.suffix}'", path=target)
-        check_writable({target: Form.TABLE}, inputs=[Path(each) for each in files], force=force)
+    inputs = [Path(each) for each in files]
+    if output is not None:
+        check_answer(PowerLawFit, output, inputs=inputs, force=force)
     along, values, sessions = read_points(files, **{"session": ""} | columns, **entries)
     law = fit_power_law(along, values, session=sessions)
-    if target is not None:
-        write_text(target, power_law_csv(law), Form.TABLE, force=force)
-    _end(law_summary(law), output, misfit=False)
+    if output is not None:
+        save_answer(law, output, force=force)
+    show_answer(law)
+    _end([], output, misfit=False)
 
 
 def _end(lines: Sequence[str], output: str | None, *, misfit: bool) -> None:
@@ -398,31 +394,3 @@ def _spread(value: float, signal: str, *, relative: bool) -> str:
     from electrovib.core.units import format_quantity
 
     return f"{100 * value:.3g} %" if relative else format_quantity(value, SIGNALS[signal].unit, digits=3)
-
-
-def material_summary(found: FittedMaterial) -> list[str]:
-    """Report how the material was fitted, each parameter with both uncertainties, and the diagnostics."""
-    from electrovib.core.units import format_quantity
-    from electrovib.recordings.spectra.fitted import both_uncertainties
-
-    return [
-        *found.history,
-        *(
-            f"{each.name}: {format_quantity(each.value, each.unit, digits=4)}, {both_uncertainties(each)}"
-            for each in found.parameters
-        ),
-        *(f"{each.state}: {each.text}" for each in found.diagnostics),
-    ]
-
-
-def law_summary(law: PowerLawFit) -> list[str]:
-    """Report the exponent with its interval, and that of each session."""
-    return [
-        f"exponent {law.exponent:.4g}, 95 % interval {law.lower:.4g} to {law.upper:.4g}",
-        *(
-            f"  {name}: exponent {each.exponent:.4g}, standard error {each.standard_error:.2g}"
-            f" (ln y scatters by {each.scatter:.2g}), y at x = 1 in SI {each.factor:.4g}"
-            for name, each in law.sessions.items()
-        ),
-        law.sentence,
-    ]

@@ -16,7 +16,6 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
 
 if TYPE_CHECKING:
-    from electrovib.exports.waveform import WrittenWaveform
     from electrovib.studies.check import CheckResult
 
 _EXTREMES: Final = {"maximum": "maximise", "minimum": "minimise"}
@@ -213,7 +212,7 @@ def _render_texture(given: Arguments) -> None:
     if "instrument" not in samples and not file.lower().endswith(".wav"):
         samples["rate"] = found.rate
     written = export_waveform(found.scenario, file, limits=given.get("limits"), **samples)
-    say(*waveform_lines(written))
+    show_answer(written)
 
 
 @takes(
@@ -318,19 +317,7 @@ def export(given: Arguments) -> None:
             given[name] = number_in(unit, given.flags[name], given[name])
     with tracked("sampling and checking"):
         found = export_waveform(**given | edge_of(given), path=path)
-    say(*warned(found), *waveform_lines(found))
-
-
-def waveform_lines(found: WrittenWaveform) -> list[str]:
-    """Return the notes of a waveform, its check and its file as lines."""
-    from electrovib.studies.check.result import shown
-
-    held = [
-        f"{row.quantity} {shown(row.value, row.unit)}, limit {shown(row.limit, row.unit)}: {row.source}"
-        for row in found.check.rows
-        if row.limit is not None
-    ]
-    return [*found.notes, *held, f"written: {found.path}"]
+    show_answer(found)
 
 
 def edge_of(given: Arguments) -> dict[str, float | str]:

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import chosen, say, warned
+from electrovib.apps.cli.terminal import chosen, say, show_answer, warned
 
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.solve.equilibrium import Balance, Equilibrium
 
 _ROUNDING: Final = 1e-12
 """Share of the largest force below which the smallest one is printed as 0."""
@@ -113,7 +112,8 @@ def _print_states(given: Arguments) -> None:
     held = number_in("V", "--voltage", given["voltage"]) if "voltage" in given else None
     with tracked("finding equilibria"):
         balance = equilibrium(found, voltage=held)
-    say(*states_summary(balance), *chosen(found, given["scenario"]))
+    show_answer(balance)
+    say(*chosen(found, given["scenario"]))
 
 
 def summary(
@@ -195,37 +195,3 @@ def _files(trace: Any, output: str | None) -> list[str]:
     if output is None or Path(output).suffix.lower() != ".csv":
         return [output] if output else []
     return [str(path) for path in csv_files(trace.sizes, Path(output))]
-
-
-def states_summary(found: Balance) -> list[str]:
-    """Describe the states in a few lines."""
-    from electrovib.core.diagnostics import warning_lines
-    from electrovib.core.units import format_quantity
-
-    def shown(value: float, unit: str) -> str:
-        return format_quantity(value, unit, digits=4)
-
-    lines = [
-        f"{shown(found.voltage, 'V')} held across {', '.join(found.blocking)} and the gap: electrical thickness"
-        f" {shown(found.electrical_thickness, 'm')}, load {shown(found.pressure, 'Pa')} on {shown(found.area, 'm2')}"
-    ]
-    for state, force, area in zip(found.states, found.force, found.areas, strict=True):
-        grown = f" on {shown(area, 'm2')}" if area != found.area else ""
-        lines.append(
-            f"gap {shown(state.gap, 'm')}: attraction {shown(force, 'N')}{grown}, {_kind(state)}"
-            f" (residual {state.residual:.1e} Pa)"
-        )
-    if len(found.stable) > 1:
-        lines.append(
-            "two stable states: which of them is reached depends on the previous gap, so the force has a hysteresis"
-        )
-    if found.beyond:
-        lines.append(
-            "a flatter state, with more than half of the area in contact, is not described by this surface topography"
-        )
-    return lines + warning_lines(found.diagnostics)
-
-
-def _kind(state: Equilibrium) -> str:
-    words = "stable" if state.stable else "a fold, where a branch ends" if state.fold else "unstable"
-    return f"{words}, pressed on the plate" if state.touching else words

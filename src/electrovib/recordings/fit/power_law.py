@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.errors import InputError, gathered
-from electrovib.data.marks import csv_text
+from electrovib.data.marks import Form, csv_text
 from electrovib.data.recorded import column_of
 from electrovib.data.registry import read_recorded
 from electrovib.data.unit_words import kind_and_factor
@@ -30,26 +31,97 @@ _FEWEST: Final = 3
 
 @dataclass(frozen=True, kw_only=True)
 class SessionLaw:
-    """The law of one session, with `factor` at x = 1 and the standard deviation `scatter` of ln y about the law."""
+    """The law of one session through the points `x`, `y`, shape (n,), in SI.
 
+    `factor` is y at x = 1, and `scatter` the standard deviation of ln y about the law.
+    """
+
+    x: Real
+    y: Real
     exponent: float
     standard_error: float
     factor: float
     scatter: float
-    degrees_of_freedom: int
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Points less the two numbers of the law."""
+        return self.x.size - 2
+
+    def curves(self, name: str, look: int) -> list[Curve]:
+        """The points and the law of a session, for a figure."""
+        line = np.geomspace(self.x.min(), self.x.max(), 50)
+        return [
+            Curve(label=name, x=self.x, y=self.y, kind="points", look=look),
+            Curve(
+                label=f"{name}: exponent {self.exponent:.3g}",
+                x=line,
+                y=self.factor * line**self.exponent,
+                look=look,
+            ),
+        ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class PowerLawFit(Interval):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PowerLawFit(Answer, Interval):
     """A power law y = c_s x^(n + d_s) whose factor and exponent differ between sessions s.
 
     `exponent` is n, the mean of the population of sessions; `between` is the spread of the exponent between
     sessions beyond the noise of each, None with one session.
     """
 
+    FILES: ClassVar = {"power_law.csv": Form.TABLE}
     sessions: dict[str, SessionLaw]
     between: RandomEffects | None
     exponent = property(lambda self: self.value)
+
+    @property
+    def document(self) -> Document:
+        """The exponent with its interval, a row for each session, and points with laws."""
+        rows = [
+            (
+                name,
+                *(
+                    f"{value:.4g}"
+                    for value in (each.exponent, each.standard_error, each.scatter, each.factor)
+                ),
+            )
+            for name, each in self.sessions.items()
+        ]
+        figure = Panel(
+            id="power_law", title="Points and laws", caption="Each session with its own factor and exponent.",
+            x=("x", ""), y=("y", ""), log_x=True, log_y=True,
+            curves=tuple(
+                curve
+                for look, (name, each) in enumerate(self.sessions.items())
+                for curve in each.curves(name, look)
+            ),
+        )  # fmt: skip
+        headings = ("session", "exponent", "standard error", "scatter of ln y", "y at x = 1, SI")
+        return Document(
+            title="A power law",
+            sentences=[
+                f"exponent {self.exponent:.4g}, 95 % interval {self.lower:.4g} to {self.upper:.4g}",
+                self.sentence,
+            ],
+            numbers=[Table("", headings, tuple(rows))],
+            figures=[figure],
+        )
+
+    def content(self, name: str) -> str:
+        """Write the law as CSV, in SI: a row for each session, then the mean over sessions with its interval."""
+        del name
+        columns = ("exponent", "standard_error", "factor", "scatter", "degrees_of_freedom")
+        rows: list[list[object]] = [
+            [name, *(getattr(each, column) for column in columns), *[""] * 5]
+            for name, each in self.sessions.items()
+        ]
+        found = self.between
+        between = [""] * 3 if found is None else [found.between.value, *found.between.ends]
+        mean = "the session" if found is None else "mean of the sessions"
+        rows.append([mean, self.exponent, self.standard_error, *[""] * 3, self.lower, self.upper, *between])
+        headings = ("session", *columns, "lower", "upper", "between", "between_lower", "between_upper")
+        return csv_text(headings, rows, remarks=[self.sentence])
 
     @property
     def sentence(self) -> str:
@@ -107,7 +179,7 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
     """
     voltage, force = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     groups = _groups(voltage, force, session)
-    laws = {name: _law(np.log(voltage[rows]), np.log(force[rows])) for name, rows in groups.items()}
+    laws = {name: _law(voltage[rows], force[rows]) for name, rows in groups.items()}
     numbers = [(each.exponent, each.standard_error, each.degrees_of_freedom) for each in laws.values()]
     if len(laws) == 1:
         value, error, freedom = numbers[0]
@@ -119,15 +191,16 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
 
 def _law(x: Real, y: Real) -> SessionLaw:
     """Straight line through the logarithms of one session by least squares."""
-    (slope, intercept), covariance = np.polyfit(x, y, 1, cov=True)
-    left, freedom = y - slope * x - intercept, x.size - 2
+    along, values = np.log(x), np.log(y)
+    (slope, intercept), covariance = np.polyfit(along, values, 1, cov=True)
+    left = values - slope * along - intercept
     return SessionLaw(
+        x=x, y=y,
         exponent=float(slope),
         standard_error=math.sqrt(covariance[0, 0]),
         factor=math.exp(intercept),
-        scatter=math.sqrt(float(left @ left) / freedom),
-        degrees_of_freedom=freedom,
-    )
+        scatter=math.sqrt(float(left @ left) / (x.size - 2)),
+    )  # fmt: skip
 
 
 def _groups(x: Real, y: Real, session: Sequence[str] | None) -> dict[str, NDArray[np.intp]]:
@@ -195,18 +268,3 @@ def _in_si(column: DataColumn) -> Real:
     if known is None:
         raise InputError(f"column '{column.name}': the unit '{column.unit}' is not known")
     return np.asarray(column.values * known[1])
-
-
-def power_law_csv(law: PowerLawFit) -> str:
-    """Write a power law as CSV, in SI: a row for each session, then the mean over sessions with its interval."""
-    columns = ("exponent", "standard_error", "factor", "scatter", "degrees_of_freedom")
-    rows: list[list[object]] = [
-        [name, *(getattr(each, column) for column in columns), *[""] * 5]
-        for name, each in law.sessions.items()
-    ]
-    found = law.between
-    between = [""] * 3 if found is None else [found.between.value, *found.between.ends]
-    mean = "the session" if found is None else "mean of the sessions"
-    rows.append([mean, law.exponent, law.standard_error, *[""] * 3, law.lower, law.upper, *between])
-    headings = ("session", *columns, "lower", "upper", "between", "between_lower", "between_upper")
-    return csv_text(headings, rows, remarks=[law.sentence])

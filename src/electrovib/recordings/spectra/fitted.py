@@ -8,13 +8,16 @@ import dataclasses
 import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Curve, Document, Panel, Table
+from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest, refuse
 from electrovib.core.units import format_quantity
+from electrovib.data.marks import Form, unsigned
 from electrovib.recordings.importing.own_material import layer_toml
 from electrovib.recordings.importing.parallel_part import CERTAIN, fit_parallel_part
 from electrovib.recordings.interval import NORMAL, EstimatedParameter
@@ -40,6 +43,11 @@ if TYPE_CHECKING:
     from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
     from electrovib.recordings.importing.own_material import SampleSpectrum
     from electrovib.recordings.spectra.material import MaterialFit
+    from electrovib.scenario import Scenario
+
+
+_DRAWN: Final = 200
+"""Frequencies of the curve of a form."""
 
 
 def both_uncertainties(parameter: EstimatedParameter) -> str:
@@ -52,16 +60,91 @@ def both_uncertainties(parameter: EstimatedParameter) -> str:
     return f"{text}; systematic error of the instrument +- {half} (95 %)"
 
 
-@dataclass(frozen=True, kw_only=True)
-class FittedMaterial:
-    """A dispersion fitted to measured spectra, the chosen form first, with the thickness that is common to all samples."""
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FittedMaterial(Answer):
+    """A dispersion fitted to measured spectra, the chosen form first, with the thickness that is common to all samples.
 
+    Its file ``material.toml`` is the `layer` alone, or the scenario `into` with it.
+    """
+
+    FILES: ClassVar = {"material.toml": None}
+    samples: Mapping[str, SampleSpectrum]
     fits: tuple[MaterialFit, ...]
     origin: str
     parameters: tuple[EstimatedParameter, ...]
     thickness: float | None
     history: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
+    into: Scenario | None = None
+    layer: str = "stratum_corneum"
+
+    @property
+    def files(self) -> Mapping[str, str | None]:
+        """The scenario with the material, which is replaced if it was written by the package, or the material."""
+        return self.FILES if self.into is None else {"material.toml": Form.SCENARIO}
+
+    def content(self, name: str) -> str:
+        """Write the material as TOML, or the scenario with it."""
+        del name
+        if self.into is None:
+            return self.to_toml(self.layer)
+        changed = self.into.replace(self.changes(self.layer))
+        changed = changed.model_copy(update={"sources": changed.sources | self.sources(self.layer)})
+        return f"# {unsigned(Form.SCENARIO)}\n{changed.to_toml()}"
+
+    @property
+    def document(self) -> Document:
+        """How it was fitted, each parameter with both uncertainties, and the form over the measured rows."""
+        rows = [
+            (each.name, format_quantity(each.value, each.unit, digits=4), both_uncertainties(each))
+            for each in self.parameters
+        ]
+        return Document(
+            title=f"Material fitted to {self.origin}: {self.form}",
+            sentences=self.history,
+            numbers=[Table("", ("parameter", "value", "uncertainty"), tuple(rows))],
+            diagnostics=self.diagnostics,
+            figures=self._panels(),
+        )
+
+    def _panels(self) -> list[Panel]:
+        """Draw permittivity and, where it was measured, conductivity."""
+
+        def conductivity(frequency: Real, permittivity: Complex) -> Real:
+            return np.asarray(-permittivity.imag * 2 * math.pi * frequency * eps0)
+
+        parts: list[tuple[str, str, Callable[[Real, Complex], Real]]] = [
+            ("relative permittivity", "", lambda _, permittivity: permittivity.real)
+        ]
+        if self.fits[0].loss == "measured":
+            parts.append(("conductivity", "S/m", conductivity))
+        every = np.concatenate([each.frequency for each in self.samples.values()])
+        grid = np.geomspace(every.min(), every.max(), _DRAWN)
+        fitted = self.material.complex_permittivity(grid)
+        return [
+            Panel(
+                id=title.split()[-1],
+                title=title.capitalize(),
+                caption=f"Measured rows and {self.form}.",
+                x=("frequency", "Hz"),
+                y=(title, unit),
+                log_x=True,
+                log_y=True,
+                curves=(
+                    *(
+                        Curve(
+                            label=name,
+                            x=each.frequency,
+                            y=of(each.frequency, each.permittivity),
+                            kind="points",
+                        )
+                        for name, each in self.samples.items()
+                    ),
+                    Curve(label=self.form, x=grid, y=of(grid, fitted), look=len(self.samples)),
+                ),
+            )
+            for title, unit, of in parts
+        ]
 
     @property
     def material(self) -> Any:
@@ -134,6 +217,7 @@ def fit_samples(
     )  # fmt: skip
     depths = {each.thickness for each in samples.values()}
     return FittedMaterial(
+        samples=samples,
         fits=fits,
         origin=", ".join(samples),
         parameters=tuple(_parameters(fits[0], deviations)),

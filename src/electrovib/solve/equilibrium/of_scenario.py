@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
 from electrovib.physics.contact.attraction import Attraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import limit_diagnostics
@@ -30,8 +32,8 @@ if TYPE_CHECKING:
     from electrovib.physics.contact import Attraction, Contact, Surface
 
 
-@dataclass(frozen=True, kw_only=True)
-class Balance:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Balance(Answer):
     """All equilibria of a finger under a constant voltage, and the quantities from which they were computed.
 
     Parameters
@@ -74,6 +76,58 @@ class Balance:
     def stable(self) -> tuple[Equilibrium, ...]:
         """The states that are stable against a small displacement; with two of them there is a hysteresis."""
         return tuple(state for state in self.states if state.stable)
+
+    @property
+    def document(self) -> Document:
+        """What is held, how many states there are, and a row for each."""
+        voltage, thickness, pressure, area = (
+            _shown(value, unit)
+            for value, unit in (
+                (self.voltage, "V"),
+                (self.electrical_thickness, "m"),
+                (self.pressure, "Pa"),
+                (self.area, "m2"),
+            )
+        )
+        remarks = []
+        if len(self.stable) > 1:
+            remarks.append(
+                "two stable states: which of them is reached depends on the previous gap, so the force has a hysteresis"
+            )
+        if self.beyond:
+            remarks.append(
+                "a flatter state, with more than half of the area in contact, is not described by this surface topography"
+            )
+        rows = [
+            (
+                _shown(state.gap, "m"),
+                _shown(force, "N"),
+                _shown(area, "m2"),
+                _kind(state),
+                f"{state.residual:.1e} Pa",
+            )
+            for state, force, area in zip(self.states, self.force, self.areas, strict=True)
+        ]
+        return Document(
+            title="Equilibria under a constant voltage",
+            sentences=[
+                f"{voltage} held across {', '.join(self.blocking)} and the gap: electrical thickness {thickness}, load {pressure}"
+                f" on {area}",
+                *remarks,
+            ],
+            numbers=[Table("", ("gap", "attraction", "area", "state", "residual"), tuple(rows))],
+            diagnostics=self.diagnostics,
+        )
+
+
+def _shown(value: float, unit: str) -> str:
+    return format_quantity(value, unit, digits=4)
+
+
+def _kind(state: Equilibrium) -> str:
+    """Say whether a state is stable, and whether the finger is pressed on the plate."""
+    words = "stable" if state.stable else "a fold, where a branch ends" if state.fold else "unstable"
+    return f"{words}, pressed on the plate" if state.touching else words
 
 
 def equilibrium(
