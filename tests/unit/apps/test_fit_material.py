@@ -98,7 +98,7 @@ def test_the_scenario_with_the_material_states_its_source(file, tmp_path):
 def test_the_command_writes_the_material_or_the_scenario_with_it(file, here, said, refused):
     asked = f"fit {file} --form cole-cole-1 --band '100 Hz..50 kHz' --noise 'skin.csv=1 %'"
     out = said(f"{asked} --gain-error impedance=2% -o my_skin.toml")
-    for words in ("terms.0.strength ", "systematic error of the", "instrument +- ", "written"):
+    for words in ("terms.0.strength ", "error of the instrument (95 %)", " +- ", "written"):
         assert words in out
     text = (here / "my_skin.toml").read_text()
     assert "statistical 95 % interval" in text

@@ -169,6 +169,6 @@ def test_each_file_is_a_session_and_units_are_converted(here, said, refused):
     for wrong, words in (
         ("--column x=volts --column y=force", "the file has no such column"),
         (f"{COLUMNS} --column session=dya", "Did you mean 'day'"),
-        (f"{COLUMNS} -o law.gif", "written as .html, .csv"),
+        (f"{COLUMNS} -o law.gif", "written as .html, .pdf"),
     ):
         assert words in refused(f"fit a.csv {wrong}")

@@ -54,10 +54,14 @@ def both_uncertainties(parameter: EstimatedParameter) -> str:
     """Write the statistical interval of a parameter, and the systematic error of the instrument."""
     _, ends = parameter.texts(parameter.unit, digits=4)
     text = f"statistical 95 % interval {ends}" if ends else f"no statistical interval: {parameter.note}"
+    return f"{text}; systematic error of the instrument {systematic_error(parameter)}"
+
+
+def systematic_error(parameter: EstimatedParameter) -> str:
+    """Write the error that the instrument makes in a parameter, in 95 % of all cases at most."""
     if math.isnan(parameter.systematic):
-        return f"{text}; systematic error of the instrument not stated"
-    half = format_quantity(NORMAL * parameter.systematic, parameter.unit, digits=2)
-    return f"{text}; systematic error of the instrument +- {half} (95 %)"
+        return "not stated"
+    return f"+- {format_quantity(NORMAL * parameter.systematic, parameter.unit, digits=2)}"
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -96,13 +100,20 @@ class FittedMaterial(Answer):
     def document(self) -> Document:
         """How it was fitted, each parameter with both uncertainties, and the form over the measured rows."""
         rows = [
-            (each.name, format_quantity(each.value, each.unit, digits=4), both_uncertainties(each))
+            (
+                each.name,
+                format_quantity(each.value, each.unit, digits=4),
+                systematic_error(each),
+                ends or f"none: {each.note}",
+            )
             for each in self.parameters
+            for _, ends in [each.texts(each.unit, digits=4)]
         ]
+        headings = ("parameter", "value", "error of the instrument (95 %)", "statistical 95 % interval")
         return Document(
             title=f"Material fitted to {self.origin}: {self.form}",
             sentences=self.history,
-            numbers=[Table("", ("parameter", "value", "uncertainty"), tuple(rows))],
+            numbers=[Table("", headings, tuple(rows))],
             diagnostics=self.diagnostics,
             figures=self._panels(),
         )
