@@ -211,7 +211,7 @@ def serve(request: Mapping[str, Any]) -> None:
     os.dup2(2, 1)  # output printed by a library must not mix with the answers
     module, _, name = request["function"].partition(":")
     function = getattr(importlib.import_module(module), name)
-    for needed in (*request["needs"], "electrovib.data.registry"):
+    for needed in request["needs"]:
         importlib.import_module(needed)
     _limit(memory=request["memory"], processor_time=request["processor_time"])
     answers.writelines(_answers(function, request))

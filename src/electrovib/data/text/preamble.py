@@ -188,8 +188,10 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
 
 def _is_further_time(channel: DataColumn) -> bool:
     """Return whether a column behind one of times is such a one too, by its unit and its rise, whatever its heading is."""
+    if not is_unit_of_time(channel.unit):
+        return False
     changes = np.diff(_seconds_of(channel))
-    return is_unit_of_time(channel.unit) and changes.size > _BY_CHANCE and bool((changes > 0).all())
+    return changes.size > _BY_CHANCE and bool((changes > 0).all())
 
 
 def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Recorded:

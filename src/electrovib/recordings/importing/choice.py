@@ -83,7 +83,15 @@ def calibrated_column(
     steps = [f"{signal}: column '{column.name}'" + (f" [{unit}]" if unit else "")]
     before, after = _offset(offset, known[0], target, signal, scaled=bool(words))
     with np.errstate(all="ignore"):  # what overflows is reported as missing
-        values = (np.asarray(column.values, dtype=float) * known[1] - before) * factor[0] - after
+        values = np.asarray(column.values, dtype=float)
+        for operation, number in (
+            (np.multiply, known[1]),
+            (np.subtract, before),
+            (np.multiply, factor[0]),
+            (np.subtract, after),
+        ):
+            if number != (operation is np.multiply):  # a copy of a long column takes as long as its check
+                values = operation(values, number)
     steps += [f"{signal}: {offset} subtracted before the scale"] if before else []
     steps += [f"{signal}: multiplied by {words}"] if words else []
     steps += [f"{signal}: {offset} subtracted"] if after else []

@@ -54,6 +54,10 @@ class SampleTimes:
     diagnostics: tuple[Diagnostic, ...]
     held: bool = False
 
+    def kept(self, values: Real) -> Real:
+        """Return the values, shape (n,), of the samples that are kept."""
+        return values if self.rows.size == values.size else values[self.rows]
+
 
 def sample_times(
     recorded: Recorded,

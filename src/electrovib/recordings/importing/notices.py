@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -64,18 +66,24 @@ def about_samples(time: Real, readings: Mapping[str, Real], *, held: bool = Fals
             found.append(Diagnostic(f"missing samples of {name}", "warning", text, float(lost), 0.0, "1"))
     if held:
         return found
-    readings = {name: _scaled(values) for name, values in readings.items()}
-    found += about_sensors(readings)
-    for name, values in readings.items():
-        for rows in (_liveliest(values), slice(0, values.size)):
-            finite = np.isfinite(values[rows])
-            if np.count_nonzero(finite) >= _FEWEST:
-                said = _aliasing(name, time[rows][finite], values[rows][finite])
-                found.append(_judged_on(said, rows, values.size))
-                break
+    with ThreadPoolExecutor() as pool:  # numpy computes those of several signals beside each other
+        readings = dict(zip(readings, pool.map(_scaled, readings.values()), strict=True))
+        sensors = pool.map(_about_sensor, readings, readings.values())
+        bands = pool.map(functools.partial(_about_band, time), readings, readings.values())
+        found += [each for said in (*sensors, *bands) for each in said]
     middle = _middle(time.size)
     repeated = _repeated({name: values[middle] for name, values in readings.items()})
     return found + [_judged_on(each, middle, time.size) for each in repeated]
+
+
+def _about_band(time: Real, name: str, values: Real) -> list[Diagnostic]:
+    """Judge the bandwidth of a signal where it is liveliest, or as a whole if few of the samples there are numbers."""
+    for rows in (_liveliest(values), slice(0, values.size)):
+        finite = np.isfinite(values[rows])
+        if np.count_nonzero(finite) >= _FEWEST:
+            said = _aliasing(name, time[rows][finite], values[rows][finite])
+            return [_judged_on(said, rows, values.size)]
+    return []
 
 
 def _liveliest(values: Real) -> slice:
@@ -106,13 +114,15 @@ def _judged_on(said: Diagnostic, rows: slice, count: int) -> Diagnostic:
 
 def about_sensors(readings: Mapping[str, Real]) -> list[Diagnostic]:
     """Judge whether sensors are at the end of their range, or stand still where noise would move them."""
-    found = []
-    for name, values in readings.items():
-        known = values[np.isfinite(values)]
-        if known.size >= _FEWEST:
-            found.append(said := _range(name, known))
-            found += _stuck(name, known) if said.state == "ok" else []
-    return found
+    return [each for name, values in readings.items() for each in _about_sensor(name, values)]
+
+
+def _about_sensor(name: str, values: Real) -> list[Diagnostic]:
+    known = values if np.isfinite(values).all() else values[np.isfinite(values)]
+    if known.size < _FEWEST:
+        return []
+    said = _range(name, known)
+    return [said, *(_stuck(name, known) if said.state == "ok" else [])]
 
 
 def _scaled(values: Real) -> Real:
@@ -203,12 +213,15 @@ def _is_noisy(change: Real) -> bool:
 
 def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
     """Judge by the spectrum whether a signal may have components above half the sampling rate."""
+    from scipy.fft import prev_fast_len
+
     title = f"aliasing of {name}"
     step = float(np.median(np.diff(time)))
     if not 0 < time[-1] - time[0] <= _UNEVEN * step * time.size:
         return Diagnostic(title, "unknown", f"the samples of {name} are too uneven in time for a spectrum")
     nyquist = format_quantity(0.5 / step, "Hz", digits=3)
     even = np.interp(np.arange(time[0], time[-1], step), time, values)
+    even = even[: prev_fast_len(even.size, real=True)]
     even = (even - even.mean()) * np.hanning(even.size)
     power = np.abs(np.fft.rfft(even)) ** 2
     total = float(power[1:].sum())
