@@ -147,6 +147,8 @@ _NO_READING: Final = (9.9e37, 9.91e37, 199.999e99)
 _FAR_BELOW: Final = 1e30
 _ROUNDING: Final = 1e-6
 """Relative error of these magnitudes in single precision."""
+_FILLS: Final = (1e20, 1e30, 1e36, 9.96920996838687e36)
+"""Numbers that programs of netCDF and of grids write where there is none, among others that are far below."""
 _NINES: Final = (-999.0, -9999.0, -99999.0, -999.25, -999.9, -999.99)
 """Numbers that stand for no reading where they repeat far below the others."""
 
@@ -164,6 +166,14 @@ def missing_numbers(values: Real) -> tuple[np.ndarray[Any, np.dtype[np.bool_]], 
         gone = (size >= _NO_READING[0] * (1 - _ROUNDING)) & (size <= _NO_READING[-1] * (1 + _ROUNDING))
         if gone.all() or size[~gone].max() > _FAR_BELOW:
             gone &= np.any([np.isclose(size, each, rtol=_ROUNDING) for each in _NO_READING], axis=0)
+    for fill in _FILLS if high >= min(_FILLS) else ():
+        at = np.isclose(values, fill, rtol=_ROUNDING)
+        rest = np.abs(values[np.isfinite(values) & ~gone & ~at])
+        if (
+            0 < np.count_nonzero(at) < values.size
+            and rest.max(initial=0.0) < fill * _FAR_BELOW / _NO_READING[0]
+        ):
+            gone |= at
     for nines in _NINES if low <= max(_NINES) else ():
         at = values == nines
         rest = values[np.isfinite(values) & ~gone & ~at]

@@ -11,7 +11,7 @@ from electrovib.core.units import KINDS, parse_quantity
 
 _ANGLE: Final = re.compile(r"rad|deg|°|turn|rev|rpm|cycle")
 _LONGEST_HEADING: Final = 200
-_BRACKETS: Final = re.compile(r"(.*?)(\s*[\[(])\s*([^\])]*?)\s*[\])]\s*")
+_BRACKETS: Final = re.compile(r"(.*?)(\s*[\[({<])\s*([^\])}>]*?)\s*[\])}>]\s*")
 _OF_A_NODE: Final = {"v": "V", "i": "A"}
 """Names before brackets directly behind them that hold a node of a circuit, if not their own unit: ``V(a)``, ``I(R1)``."""
 _LIKE_A_UNIT: Final = re.compile(

@@ -36,7 +36,7 @@ def test_a_heading_stays_one_above_rows_without_numbers(tmp_path, first, kept, u
     ]  # fmt: skip
     assert found.time == "Time" or first.startswith("OVLD")
     np.testing.assert_allclose(found.channels[1].values[-60:], V, atol=1e-5)
-    assert any(each.why == "words in place of numbers" for each in found.not_read) is not kept
+    assert any(each.why.startswith("words in place of numbers") for each in found.not_read) is not kept
     assert found.size == 60 + (first.count("\n") if kept else 0)
 
 

@@ -27,8 +27,12 @@ if TYPE_CHECKING:
 
 
 _UNEVEN: Final = 2
+_SETTINGS: Final = 0.1
+"""Share of the rows below which the numbers of a further column are settings beside the first rows."""
 _NO_TABLE_ABOVE: Final = 3
 """Most lines above the rows of numbers that cannot hold another table: headings and two rows, and headings again."""
+_MOST_IN_TURN: Final = 20
+"""Most quantities of which a text has a row each in turn."""
 _LONG_PREAMBLE: Final = 20_000
 """Lines of the beginning that are looked at where the first ones hold no numbers."""
 
@@ -76,14 +80,21 @@ def read_laboratory_bytes(
         raise DataFileError("holds fewer than two rows of numbers.", path=path)
     stamped = stamp_columns(layout, lines)
     layout, numbers, not_read = _columns(path, layout, body, stamped)
+    first = next(iter(numbers.values()))
+    for place in set(body.table.columns) - {*numbers, *stamped} if (np.diff(first) == 0).any() else ():
+        _refuse_turns(path, _called(layout, place), body.table[place])
     settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about
     found = _recorded(layout, numbers, settings)
     if stamped:
-        first, *more = (body.table[at].fillna("").astype(str) for at in stamped)
-        stamps = first.str.cat(more, sep=" ") if more else first
+        one, *more = (body.table[at].fillna("").astype(str) for at in stamped)
+        stamps = one.str.cat(more, sep=" ") if more else one
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
     found = one_segment(path, found, "" if about else part)
-    unread = (*found.not_read, *not_read, *_left_out(layout), *body.left_out, *others)
+    surplus = [NotRead(name=name, why="no row has a field below it") for name in layout.surplus]
+    surplus += [
+        NotRead(name=f"'{line}'", why="a row of statistics above the samples") for line in layout.statistics
+    ]
+    unread = (*found.not_read, *not_read, *surplus, *_left_out(layout), *body.left_out, *others)
     return dataclasses.replace(found, not_read=unread)
 
 
@@ -110,8 +121,11 @@ def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
 def _left_out(layout: Layout) -> list[NotRead]:
     """Name the rows at the beginning that hold words in place of numbers."""
     rows = "the first row" if layout.left_out == 1 else f"the first {layout.left_out} rows"
+    if not layout.left_out:
+        return []
     name = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
-    return [NotRead(name=name, why="words in place of numbers")] if layout.left_out else []
+    said = next((cell for row in layout.faulty for cell in row if not layout.notation.is_number(cell)), "")
+    return [NotRead(name=name, why=f"words in place of numbers, the first '{said[:40]}'")]
 
 
 def _called(layout: Layout, place: int) -> str:
@@ -159,12 +173,32 @@ def _columns(
             )
     if doubted and (doubted_first or len(numbers) < _UNEVEN):
         sign = "point" if layout.decimal_comma else "comma"
-        raise DataFileError(f"{doubted}; if decimals are written with a {sign}, state it.", path=path)
+        raise DataFileError(
+            f"{doubted}; if another table begins there, write each into a file of its own; if decimals are written with a"
+            f" {sign}, state it.",
+            path=path,
+        )
     if not numbers:
         raise DataFileError("holds no column of numbers.", path=path)
     layout = layout.with_columns(tuple(numbers))
     own = tuple(units[place] or unit for place, unit in zip(numbers, layout.units, strict=True))
     return dataclasses.replace(layout, units=own), numbers, not_read
+
+
+def _refuse_turns(path: Path, name: str, words: Any) -> None:
+    """Refuse rows that are of several quantities in turn, as a column of words tells."""
+    kinds = [str(each) for each in dict.fromkeys(words[: 2 * _MOST_IN_TURN])]
+    count, size = len(kinds), len(words)
+    if (
+        1 < count <= _MOST_IN_TURN
+        and 3 * count <= size
+        and (words.astype(str) == np.resize(kinds, size)).all()
+    ):
+        raise DataFileError(
+            f"the rows are those of {', '.join(map(repr, kinds))} in turn, as column '{name}' tells; write a column for each, all"
+            " of a row at one time.",
+            path=path,
+        )
 
 
 def _other(notation: Notation) -> Notation:
@@ -181,7 +215,11 @@ def _why_not(layout: Layout, place: int, cells: Cells, body: Body) -> str:
         return f"words in {cells.rows.size} of {size} rows, {where}"
     if not known and place not in layout.columns:
         return "empty"
-    return f"a number in {known} of {size} rows" if known < _UNEVEN and place not in layout.columns else ""
+    return (
+        f"a number in {known} of {size} rows"
+        if known < max(_UNEVEN, _SETTINGS * size) and place not in layout.columns
+        else ""
+    )
 
 
 def _recorded(layout: Layout, numbers: Mapping[int, Real], settings: dict[str, str]) -> Recorded:

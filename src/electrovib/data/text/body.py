@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import NotRead
-from electrovib.data.text.hypotheses import STATISTICS
-from electrovib.data.text.layout import WIDE, end_of, is_comment, lines_of, place_of, split
+from electrovib.data.text.layout import STATISTICS, WIDE, end_of, is_comment, lines_of, place_of, split
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -19,10 +19,10 @@ MISSING: Final = frozenset({
     "", "nan", "-nan", "n/a", "#n/a", "na", "null", "none", "inf", "-inf", "+inf", "∞", "-∞", "+∞", "ol", "-ol", "+ol",
     "1.#qnan", "-1.#ind", "1.#inf", "-1.#inf", "clipping", "overflow", "overload", "ovld", "-ovld", "+ovld", "ovfl", "over",
     "+over", "-over", "ovrflw", "overrange", "underrange", "under", "o.l", "o.l.", "#value!", "#div/0!", "#num!", "#ref!",
-    "#name?", "<na>", "infinity", "-infinity", "burnout",
+    "#name?", "<na>", "infinity", "-infinity", "burnout", "over range", "under range", "out of range", "\\n",
 })  # fmt: skip
 """Fields, in small letters, that state no number: empty, out of the range of the instrument, or no reading."""
-_SIGNS_ALONE: Final = re.compile(r"\*+|-{2,}|\+{2,}|[_.?]{2,}")
+_SIGNS_ALONE: Final = re.compile(r"\*+|-{2,}|\+{2,}|[_.]{2,}|\?+")
 ALIKE: Final = str.maketrans({
     "\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'",
 })  # fmt: skip

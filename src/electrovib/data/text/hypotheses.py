@@ -10,18 +10,22 @@ from typing import Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.text.cells import ALIKE, THOUSANDS, Notation
-from electrovib.data.text.layout import DELIMITERS, WIDE, Layout, is_comment, split, with_headings
-
-STATISTICS: Final = re.compile(
-    r"(mean|max(imum)?|min(imum)?|average|avg|median|std\.?( ?dev\w*\.?)?|stdev\w*|standard deviation|sum|total|count|rms|"
-    r"variance|range|mittelwert|maximalwert|minimalwert|summe|standardabweichung|moyenne|p-?p|pk-?pk|n)\W*",
-    re.IGNORECASE,
+from electrovib.data.text.layout import (
+    DELIMITERS,
+    WIDE,
+    Layout,
+    is_comment,
+    is_statistic,
+    split,
+    with_headings,
 )
-"""Words that stand before a row of statistics."""
+
 _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
 _SHORTEST: Final = 0.1
 """Smallest share of the rows in which a column of a shorter record holds numbers."""
+_FEWEST_ROWS: Final = 2
+"""Most rows of numbers before such a line that are settings."""
 _FEW: Final = 4
 """Rows from which on a column has more than one number."""
 
@@ -62,6 +66,7 @@ def find_layout(
     if path is not None:
         _refuse_doubt(path, lines, best[1], others)
         _refuse_commas(path, lines, best[1])
+        _refuse_other_notation(path, lines, best[1])
     return best[1]
 
 
@@ -132,6 +137,19 @@ def _refuse_commas(path: Path, lines: Sequence[str], layout: Layout) -> None:
         )
 
 
+def _refuse_other_notation(path: Path, lines: Sequence[str], layout: Layout) -> None:
+    """Refuse rows of numbers right above the others that are written with the other decimal sign."""
+    point = layout.decimal_comma
+    other = Notation(decimal="." if point else ",")
+    above = [split(line, layout.delimiter) for line in lines[max(layout.first - 3, 0) : layout.first]]
+    if len(above) == 3 and all(len(row) == layout.width and all(map(other.is_number, row)) for row in above):
+        raise DataFileError(
+            f"the rows up to line {layout.first} are numbers with a decimal {'point' if point else 'comma'}, those below with a"
+            f" decimal {'comma' if point else 'point'}; write all with one of them.",
+            path=path,
+        )
+
+
 def _under(
     lines: Sequence[str], rows: Sequence[list[str]], delimiter: str, notation: Notation
 ) -> tuple[tuple[float, int], Layout] | None:
@@ -139,7 +157,7 @@ def _under(
     filled = [
         at
         for at, row in enumerate(rows)
-        if any(row) and not is_comment(row[0]) and not _is_statistic(row, notation)
+        if any(row) and not is_comment(row[0]) and not is_statistic(row, notation)
     ]
     if not filled:
         return None
@@ -189,12 +207,6 @@ def _under(
         doubt = 0.5  # '1,2' below 'a,b' is rather two columns than one
     settings = sum(delimiter not in ("", WIDE) and len(row) > 1 for row in layout.preamble)
     return (round(kept * share * doubt * fit, 9), settings), layout
-
-
-def _is_statistic(row: Sequence[str], notation: Notation) -> bool:
-    """Return whether a row states a statistic of the samples, such as ``Mean,1.5,2.5``."""
-    filled = [cell for cell in row if cell]
-    return bool(STATISTICS.fullmatch(filled[0])) and any(map(notation.is_number, filled[1:]))
 
 
 def _divides_thousands(rows: Sequence[Sequence[str]], columns: Sequence[int], notation: Notation) -> bool:
@@ -273,6 +285,16 @@ def _first(
         for place in others
         if not any(words(at, [place])[:1] == [True] for at in alike[-len(alike) // 2 :])
     ]
+    for at in filled:  # settings with a number for each column, such as a step below 'dt:'
+        if (
+            first < at
+            and len(filled_of := [cell for cell in rows[at] if cell]) == 1
+            and filled_of[0].endswith(":")
+        ):
+            before = [place for place in alike if first <= place < at]
+            after = [place for place in alike if place > at]
+            if after and len(before) <= _FEWEST_ROWS:
+                first = after[0]
     for at in filled:  # settings with one number each look like rows; a row of headings ends them
         heading = words(at, columns)
         if at <= first or len(heading) < len(columns) or not all(heading):

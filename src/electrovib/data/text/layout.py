@@ -30,11 +30,27 @@ _SETTING: Final = re.compile(
     r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
 )
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
+STATISTICS: Final = re.compile(
+    r"(mean|max(imum)?|min(imum)?|average|avg|median|std\.?( ?dev\w*\.?)?|stdev\w*|standard deviation|sum|total|count|rms|"
+    r"variance|range|mittelwert|maximalwert|minimalwert|summe|standardabweichung|moyenne|p-?p|pk-?pk|n)\W*",
+    re.IGNORECASE,
+)
+"""Words that stand before a row of statistics."""
 _SIGN: Final = re.compile(r"^#+\s*|^%+\s+(?=\S)")
 """Sign of a comment before the first heading."""
 _STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*|[^,;\t]+[,;\t]\s*[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?")
 _VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
 """Value of a setting, such as ``10.0kS/s`` or ``F=100Hz``."""
+_TWO_LINES: Final = re.compile(rb'(?:\A|(?<=[,;\t\n]))"[^"\n]{0,80}\n[^"\n]{0,80}"(?=[,;\t\n])')
+"""Heading in quotation marks that goes on in the next line."""
+_NO_NAME: Final = re.compile(r"[+-]?[\d.]")
+_QUOTED: Final = re.compile(r'"([^"]*)"|([^\s"]+)')
+_RULE: Final = re.compile(r"[#%\s]*[-=_*+|~]{3,}[-=_*+|~\s]*|BEGIN")
+"""Line that divides headings from numbers."""
+_OF_ONE_COLUMN: Final = re.compile(
+    r"[#%\s]*(?:column|col|channel|field)\s*(\d+)\s*[:=]\s*(\S.*?)\s*", re.IGNORECASE
+)
+"""Heading of one of the columns, which stand one below the other."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
 WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
 _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
@@ -53,7 +69,10 @@ def as_utf8(path: Path, raw: bytes) -> bytes:
         except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
             raw = raw.decode("latin-1").encode()
         raw = raw.removeprefix("\ufeff".encode())
-    return raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in raw else raw
+    raw = raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in raw else raw
+    if not _TWO_LINES.search(raw, 0, _NO_TEXT):
+        return raw
+    return _TWO_LINES.sub(lambda found: found[0].replace(b"\n", b" "), raw[:_NO_TEXT]) + raw[_NO_TEXT:]
 
 
 def is_comment(line: str) -> bool:
@@ -122,7 +141,9 @@ class Layout:
     - `titles`, `title_units`: those of all fields.
     - `preamble`: fields of the lines before the numbers, and the fields beside the numbers that hold text.
     - `headings`: line of the first row of headings; that of the first row of numbers if there is none.
-    - `left_out`: number of rows right above `first` that hold words in place of numbers.
+    - `left_out`, `faulty`: number of rows right above `first` that hold words in place of numbers, and their fields.
+    - `statistics`: lines of statistics above the numbers.
+    - `surplus`: headings behind the last field of the rows.
     """
 
     delimiter: str
@@ -138,6 +159,9 @@ class Layout:
     preamble: tuple[tuple[str, ...], ...] = ()
     headings: int = 0
     left_out: int = 0
+    statistics: tuple[str, ...] = ()
+    faulty: tuple[tuple[str, ...], ...] = ()
+    surplus: tuple[str, ...] = ()
 
     @property
     def notation(self) -> Notation:
@@ -164,6 +188,8 @@ class Layout:
 def split(line: str, delimiter: str) -> list[str]:
     """Split a line into its fields, without blanks and quotation marks around them."""
     if not delimiter:
+        if line.count('"') > 2:  # headings of several words
+            return [word or quoted for quoted, word in _QUOTED.findall(line)]
         return [cell[1:-1] if cell[:1] == cell[-1:] == '"' else cell for cell in line.split()]
     if delimiter == WIDE:
         return _WIDE_GAP.split(line.strip())
@@ -185,14 +211,21 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
         row[1:] if at < first and row and row[0] in _COMMENT and len(row) > width else row
         for at, row in enumerate(rows)
     ]
-    above = [at for at in range(first) if any(rows[at])]
+    above = [at for at in range(first) if any(rows[at]) and not _RULE.fullmatch(lines[at])]
+    statistics = [at for at in above if is_statistic(rows[at], notation)]
+    above = [at for at in above if at not in statistics] if statistics != above else above
     for at in above[-3:]:  # headings of several words, of which blanks alone would make several headings
         rows[at] = _of_several_words(lines[at], rows[at], width, layout.delimiter)
+        rows[at] = _of_all_columns(
+            rows[at], width, counted=["".join(row[:1]) for row in rows[first : first + 2] if row and row[-1]]
+        )
     left_out = _faulty(rows, above, columns, notation)
     headings = _headings(rows, above[: len(above) - left_out], layout)
     if not headings and left_out:
         left_out, headings = 0, _headings(rows, above, layout)
     names, units = _named(rows, headings, range(max(width, layout.width)))
+    if not headings:
+        names, units = _one_below_the_other(lines[:first], names, units)
     numbers = frozenset(columns)
     beside = [tuple(cell for at, cell in enumerate(row) if at not in numbers) for row in rows[first:]]
     preamble = [tuple(rows[at]) for at in above[: len(above) - left_out]]
@@ -201,9 +234,48 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
         titles=tuple(names),
         title_units=tuple(units),
         preamble=(*preamble, *(row for row in beside if any(row))),
-        headings=headings[0] if headings else first,
+        headings=min(headings, default=first),
         left_out=left_out,
+        statistics=tuple(lines[at] for at in statistics) if statistics != above else (),
+        faulty=tuple(tuple(rows[at]) for at in above[len(above) - left_out :]),
+        surplus=tuple(
+            cell for cell in (rows[headings[0]][max(width, layout.width) :] if headings else ()) if cell
+        ),
     ).with_columns(columns)
+
+
+def _of_all_columns(row: list[str], width: int, *, counted: Sequence[str]) -> list[str]:
+    """Return headings of which one holds the delimiter, or which leave out that of the numbers of the rows, in their places."""
+    named = [cell for cell in row if cell]
+    if len(named) == width - 1 == len(row) and counted in (["0", "1"], ["1", "2"]):
+        return ["", *row]
+    if len(named) > width and sum(bool(name_and_unit(cell)[1]) for cell in named) == width:
+        joined, found = list[str](), list[str]()
+        for cell in named:
+            joined.append(cell)
+            if name_and_unit(cell)[1]:
+                found.append(", ".join(joined))
+                joined = []
+        return found if not joined else row
+    return row
+
+
+def _one_below_the_other(
+    lines: Sequence[str], names: list[str], units: list[str]
+) -> tuple[list[str], list[str]]:
+    """Return the names and units of lines such as ``# Column 1: Time (ms)``, if there is one for each column."""
+    stated = [found.groups() for line in lines if (found := _OF_ONE_COLUMN.fullmatch(line))]
+    numbers = [int(number) for number, _ in stated]
+    if len(stated) != len(names) or numbers != list(range(numbers[0], numbers[0] + len(names))):
+        return names, units
+    parts = [name_and_unit(heading) for _, heading in stated]
+    return [name for name, _ in parts], [unit_of_force(name, unit) for name, unit in parts]
+
+
+def is_statistic(row: Sequence[str], notation: Notation) -> bool:
+    """Return whether a row states a statistic of the samples, such as ``Mean,1.5,2.5``."""
+    filled = [cell for cell in row if cell]
+    return bool(filled and STATISTICS.fullmatch(filled[0])) and any(map(notation.is_number, filled[1:]))
 
 
 def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> list[str]:
@@ -214,7 +286,7 @@ def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> 
             return split(text.lstrip("#% "), delimiter)
         parts = _WIDE_GAP.split(row[0].strip()) if sum(map(bool, row)) == 1 else []
         return parts if len(parts) == width > 1 else [_SIGN.sub("", row[0]), *row[1:]]
-    text = text.lstrip("#% ")
+    text = re.sub(r"^WAVES\S*\s+", "", text.lstrip("#% "))
     for parts in (_WIDE_GAP.split(text), WORD_WITH_UNIT.findall(text), [text]):
         if len(parts) == width and not any(part.endswith((":", "=")) for part in parts):
             return [part.strip('"') for part in parts]
@@ -242,16 +314,35 @@ def _faulty(
     return count
 
 
+def _names_and_units(rows: Sequence[list[str]], above: Sequence[int], columns: tuple[int, ...]) -> list[int]:
+    """Return the row of names and the row of units right above or below it; what stands below both is a comment."""
+    for one, other in itertools.pairwise(above[-5:]):
+        first, second = (
+            [rows[at][place] for place in columns if place < len(rows[at]) and rows[at][place]]
+            for at in (one, other)
+        )
+        for names, units, order in ((first, second, [one, other]), (second, first, [other, one])):
+            if (
+                len(columns) / 2 < len(units) <= len(names)
+                and _units(units)
+                and not any(as_unit(name) or _NO_NAME.match(name) for name in names)
+            ):
+                return order
+    return []
+
+
 def _headings(rows: Sequence[list[str]], above: Sequence[int], layout: Layout) -> list[int]:
     """Return the rows of headings and units, which are among the lowest of the lines above the numbers."""
     columns, notation = layout.columns, layout.notation
+    if found := _names_and_units(rows, above, columns):
+        return found
     headings: list[int] = []
     lower: list[str] = []
     behind_settings = False
     for at in reversed(above[-4:]):
         if layout.delimiter in ("", WIDE) and (
             len(rows[at]) != layout.width
-            or any(re.search("[:=]", cell) or notation.is_number(cell) for cell in rows[at])
+            or any(re.search("[:=]", cell) or (cell and notation.is_number(cell)) for cell in rows[at])
         ):
             break
         cells = [rows[at][place] if place < len(rows[at]) else "" for place in columns]
@@ -317,5 +408,7 @@ def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     if len(filled) == 1 and _STATEMENT.fullmatch(filled[0]):
         return True
     if all(as_unit(cell.strip("[]()")) is not None for cell in filled):
+        return False
+    if with_units == filled and len(filled) > 1:
         return False
     return 2 * len(filled) < len(columns) or (len(filled) == 2 and len(columns) > 2 and bool(row[0]))

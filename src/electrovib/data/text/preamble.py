@@ -14,7 +14,7 @@ from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded
 from electrovib.data.text.cells import Notation
 from electrovib.data.text.layout import Layout
 from electrovib.data.text.parts import segments_of
-from electrovib.data.unit_words import as_unit, kind_and_factor
+from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -65,14 +65,16 @@ def settings_of(layout: Layout) -> dict[str, str]:
         filled = [cell.strip().lstrip("#").strip() for cell in row if cell.strip()]
         if len(filled) == 1 and (sign := next((sign for sign in ":=" if sign in filled[0]), "")):
             filled = [part.strip() for part in filled[0].split(sign, 1)]
-        if len(filled) >= 2 and not _looks_like_number(filled[0]):
+        if len(filled) >= 2 and not filled[0][:1].isdigit() and not _looks_like_number(filled[0]):
             found.setdefault(
                 filled[0].rstrip(" :=")[:_LONGEST_SETTING], ", ".join(filled[1:])[:_LONGEST_SETTING]
             )
     for above, below in itertools.pairwise(layout.preamble):
         pairs = zip(above, below, strict=False)
         found |= {
-            name: value for name, value in pairs if name.lower() in _TIMING and _looks_like_number(value)
+            name.rstrip(": "): value
+            for name, value in pairs
+            if _key_of(name) in _TIMING and value[:1].strip() and _looks_like_number(value)
         }
     return found
 
@@ -174,6 +176,8 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
     if not times:
         return recorded
     first = times[0]
+    if not first.unit and _states_a_time(layout):
+        return recorded  # whose unit is asked for: some heading was not understood
     recorded = dataclasses.replace(recorded, time=first.name)
     if step is not None and keeps_step(first, step):
         seconds = _seconds_of(first)
@@ -184,6 +188,15 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
         else:
             recorded = dataclasses.replace(recorded, step=None)
     return _with_further_times(recorded, times)
+
+
+def _states_a_time(layout: Layout) -> bool:
+    """Return whether a field above the numbers names a unit of time other than the second."""
+    cells = [cell for row in layout.preamble for cell in row]
+    units = {
+        as_unit(cell.strip("[]()")) or name_and_unit(cell)[1] for cell in cells if not cell[:1].isdigit()
+    }
+    return any(unit != "s" and is_unit_of_time(unit) for unit in units)
 
 
 def _is_further_time(channel: DataColumn) -> bool:

@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 
 _GAP: Final = 1.5
 """Interval, in units of the median interval, from which on samples are missing."""
+_MOST_GAPS: Final = 0.2
+"""Share of intervals above `_GAP` from which on a record is not evenly sampled."""
+_OFF: Final = 0.15
+"""Distance from a whole number of median intervals beyond which an interval is no gap of an even record."""
 _NO_STAMPS: Final = "the file has no time stamps, so dropped samples cannot be noticed"
 _HELD: Final = (
     "the file has a row only where a value changes; each value is held until just before the next row"
@@ -277,6 +281,15 @@ def _gaps(time: Real) -> tuple[Diagnostic, ...]:
     change = np.diff(time)
     usual = float(np.median(change))
     wide = change > _GAP * usual
+    times = change[wide] / usual
+    if wide.any() and (np.mean(wide) > _MOST_GAPS or np.mean(np.abs(times - np.round(times)) > _OFF) > 0.5):
+        ends = " to ".join(
+            format_quantity(float(each), "s", digits=3) for each in (change.min(), change.max())
+        )
+        text = (
+            f"the samples are not evenly spaced (intervals of {ends}), so dropped samples cannot be noticed"
+        )
+        return (Diagnostic("dropped samples", "unknown", text),)
     lost = float(np.sum(np.round(change[wide] / usual) - 1))  # infinite where a damaged file overflows
     if not lost:
         return (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
