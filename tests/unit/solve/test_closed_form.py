@@ -29,6 +29,7 @@ ROOTS = {"drive", "stack", "contact", "friction", "circuit", "load", "motion", "
 LATERAL = {"model": "LateralSensor", "natural_frequency": "400 Hz", "damping_ratio": 0.1}
 NORMAL = LATERAL | {"model": "PiezoSensor", "damping_ratio": 0.02, "time_constant": "10 s"}
 PULSE = {"model": "Trapezium", "high": "100 V", "rise": "100 us", "hold": "4 ms", "fall": "100 us"}
+STEP = {"model": "Step", "level": "80 V"}
 SQUARE = {"model": "Square", "low": "-50 V", "high": "70 V"}
 GIVEN = {
     "drive": PULSE,
@@ -120,7 +121,7 @@ def test_a_shipped_scenario_gives_the_signals_of_the_same_by_itself(paper, name)
     "changes",
     [
         {},
-        {"drive": {"model": "Step", "level": "80 V"}},
+        {"drive": STEP},
         {"drive": SQUARE | {"frequency": "300 Hz"}},
         {"drive": PULSE | {"rise": "0 s", "delay": "1 ms"}},
         {"circuit.return_path.resistance": "0 ohm"},
@@ -159,9 +160,13 @@ def test_a_slow_mode_behind_a_steep_edge_is_no_difference_of_large_numbers(edge,
     agree(differences(scenario, [point], NAMES, np.linspace(0, 10e-3, 31)))
 
 
-@pytest.mark.parametrize(("conductivity", "is_closed"), [(2e-9, True), (1.6e-9, True), (8e-10, False)])
-def test_the_closed_form_is_used_up_to_its_limit(conductivity, is_closed):
-    scenario, times = chain().replace({GAP: conductivity}), np.linspace(0, 10e-3, 3)
+@pytest.mark.parametrize(
+    ("drive", "conductivity", "is_closed"),
+    [(PULSE, 1.6e-9, True), (PULSE, 8e-10, False), (STEP, 1.6e-11, True), (STEP, 8e-12, False)],
+)
+def test_the_closed_form_is_used_up_to_its_limit(drive, conductivity, is_closed):
+    """Modes of 13 and 7/s under a slope of 1e6 V/s; of 0.14 and 0.07/s in 10 ms."""
+    scenario, times = chain(drive=drive).replace({GAP: conductivity}), np.linspace(0, 10e-3, 3)
     found = closed_form.attraction_in_pieces(scenario, Expanded(scenario, times).section, end=10e-3)
     assert (found is not None) == is_closed
 

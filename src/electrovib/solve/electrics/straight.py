@@ -53,7 +53,7 @@ _DECAYED: Final = 80.0
 _SEVERAL: Final = 100
 """Mean number of times in each piece from which one exponential of each mode is faster than each time by itself."""
 _STEEP: Final = 1e3
-"""Ratio of slope over rate to the drive, above which a mode or its square would be a small difference of large numbers."""
+"""Ratio of slope over rate to the drive, and of a time constant to the time, above which a mode is a small difference."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,8 @@ class SharedModes:
         if len(time) < _SEVERAL * len(begins):
             return list(self._in_pieces(states, time, index, elapsed, periods))
         result = [np.empty(len(time)) for _ in self.gains]
-        weights, gentle = self.in_exponentials(states, index[begins], periods[begins])
+        where, when = index[begins], periods[begins]
+        weights, gentle = self.in_exponentials(states, where, when, longest=float(np.max(elapsed)))
         for place, (first, last) in enumerate(zip(begins, [*begins[1:], len(time)], strict=True)):
             where, period = index[first], periods[first]
             if last - first < _LONG and gentle[place]:
@@ -130,12 +131,12 @@ class SharedModes:
         return states
 
     def in_exponentials(
-        self, states: BreakStates, index: Indices, periods: Indices
+        self, states: BreakStates, index: Indices, periods: Indices, *, longest: float
     ) -> tuple[Real, NDArray[np.bool_]]:
-        """Return slope, level and weights of the exponentials in some pieces, and which of these are not steep.
+        """Return slope, level and weights of the exponentials in some pieces, and which pieces these represent to rounding.
 
-        Returns `weights` (outputs, pieces, 2 + modes). With a drive v + v' s every mode is v + v' s + lag, and the lag
-        (lag_0 + v'/r) exp(-r s) - v'/r.
+        `longest` is the longest time since the begin of a piece [s]. Returns `weights` (outputs, pieces, 2 + modes).
+        With a drive v + v' s every mode is v + v' s + lag, and the lag (lag_0 + v'/r) exp(-r s) - v'/r.
         """
         part = states.part
         level, slopes = part.after[index], part.slope_of(index)
@@ -146,6 +147,7 @@ class SharedModes:
         moved, started = follows * slopes, follows * level - self.gains @ bends.T
         parts = [moved[..., None], started[..., None], self.gains[:, None] * lags]
         gentle = np.max(np.abs(bends), axis=1, initial=0.0) <= _STEEP * np.max(np.abs(part.after))
+        gentle &= np.min(self.rates, initial=np.inf) * longest >= 1 / _STEEP
         return np.concatenate(parts, axis=2), gentle
 
     def _in_pieces(
