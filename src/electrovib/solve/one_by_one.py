@@ -56,7 +56,7 @@ class ParametricScenario:
         self.base = scenario if len(self._plain) == len(self.free) else scenario.replace(begin)
         self.begin = begin
         self._recent = self.base
-        self._last: Expanded | None = None
+        self._made: Expanded | None = None
         self._kept: OrderedDict[tuple[float, ...], Expanded] = OrderedDict()
 
     def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
@@ -119,16 +119,16 @@ class ParametricScenario:
 
     def _expanded(self, member: Scenario, values: dict[str, float], band: Real) -> Expanded:
         """Return the modes of a scenario, with the response of the stack that was kept for the same electrical values."""
-        if self._last is not None and not np.array_equal(self._last.times, band):
+        if self._made is not None and not np.array_equal(self._made.times, band):
             self._kept.clear()
         point = self.begin | values
         key = tuple(point[path] for path in self.free if path.split(".")[0] not in _MECHANICAL)
         found = self._kept.pop(key, None)
         if found is None:
-            found = Expanded(member, band, before=self._last)
+            found = Expanded(member, band, before=self._made)
         elif found.scenario is not member:
             found = found.before(member)
-        self._kept[key] = self._last = found
+        self._kept[key] = self._made = found
         if len(self._kept) > _KEPT:
             self._kept.popitem(last=False)
         return found
