@@ -189,6 +189,18 @@ def test_a_law_of_two_amplitudes_has_no_product_of_both(monkeypatch):
     Prepared(chain(), free=free).signals(points[0], names=names, time=times)
 
 
+def test_a_law_of_the_current_follows_the_slope_of_the_drive(monkeypatch):
+    """Without resistance the current has a part that is proportional to the rate of change of the drive."""
+    scenario = chain(**{"circuit.return_path.resistance": 0.0, "circuit.source_resistance": 0.0})
+    law = type(scenario.force)
+    monkeypatch.setattr(law, "amplitudes", lambda _, section: {"flow": section.current_density})
+    monkeypatch.setattr(law, "pressure", lambda _, flow: 1e4 * flow**2)
+    point, times = {"friction.coefficient": 0.5}, np.linspace(0, 10e-3, 41)
+    agree(differences(scenario, [point], ("electrostatic_force", READING), times))
+    monkeypatch.setattr(mechanical, "respond_mechanically", None)  # nothing is stepped
+    Prepared(scenario, free=list(point)).signals(point, names=[READING], time=times)
+
+
 def test_over_another_band_the_materials_are_reduced_again():
     skin = papers()["palmar_1995"].skins()["dry_men"].material.to_dict()
     scenario = ev.load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material": skin})

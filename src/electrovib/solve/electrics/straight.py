@@ -50,6 +50,8 @@ _FORGOTTEN: Final = 745.0
 """Time constants after which an exponential underflows to 0."""
 _DECAYED: Final = 80.0
 """Time constants after which an exponential counts as 0: 2e-35 of it remains."""
+_FEW_PIECES: Final = 64
+"""Largest number of pieces that are evaluated one after the other by one exponential of each mode."""
 _SEVERAL: Final = 100
 """Mean number of times in each piece from which one exponential of each mode is faster than each time by itself."""
 _STEEP: Final = 1e3
@@ -83,11 +85,14 @@ class SharedModes:
         periods = part.count_periods(time)
         begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
         states = self._at_breaks(part, state, index[begins])
-        if len(time) < _SEVERAL * len(begins):
+        weights, gentle = np.zeros(0), np.zeros(len(begins), bool)
+        few = len(begins) <= _FEW_PIECES and len(self.rates) <= _MODES_AT_ONCE
+        if few and len(time) >= _SEVERAL * len(begins):
+            where, when = index[begins], periods[begins]
+            weights, gentle = self.in_exponentials(states, where, when, longest=float(np.max(elapsed)))
+        if not np.any(gentle) and len(time) < _LONG * len(begins):
             return list(self._in_pieces(states, time, index, elapsed, periods))
         result = [np.empty(len(time)) for _ in self.gains]
-        where, when = index[begins], periods[begins]
-        weights, gentle = self.in_exponentials(states, where, when, longest=float(np.max(elapsed)))
         for place, (first, last) in enumerate(zip(begins, [*begins[1:], len(time)], strict=True)):
             where, period = index[first], periods[first]
             if last - first < _LONG and gentle[place]:
