@@ -149,6 +149,22 @@ def test_the_closed_form_gives_the_signals_of_small_steps(changes, monkeypatch):
     Prepared(scenario, free=free).signals(points[0], names=NAMES, time=times)
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"friction": {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}},
+        {"load.time_profile": {"model": "Press", "rise": "3 ms"}},
+        {"contact": {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.6}},
+        {"drive": SQUARE | {"frequency": "300 Hz"}, "time.initial_state": {"model": "PeriodicState"}},
+    ],
+    ids=["friction", "load", "area", "settled"],
+)
+def test_what_is_no_quadratic_form_of_straight_pieces_is_followed_in_steps(changes):
+    scenario, names = chain(**changes), ("electrostatic_force", "skin_speed", READING)
+    point = {"stack.gap.thickness": 2.5e-6}
+    agree(differences(scenario, [point], names, np.linspace(0, 3e-3, 7)))
+
+
 GAP = "stack.gap.material.conductivity"
 
 
