@@ -236,6 +236,7 @@ def test_the_last_points_are_kept_and_friction_needs_no_other_electrics(monkeypa
     prepared = Prepared(scenario, free=["friction.coefficient", "contact.area"])
     names = ("electrostatic_force", "lateral_force")
     first = prepared.signals({}, names=names, time=times)
+    prepared.signals({"contact.area": 2e-4}, names=names, time=times)  # a search returns from here
     monkeypatch.setattr(expanded, "solve", lambda *_, **__: pytest.fail("solved again"))
     doubled = {"friction.coefficient": 2 * prepared.begin["friction.coefficient"]}
     again = prepared.signals(doubled, names=names, time=times)
