@@ -217,6 +217,15 @@ def test_a_law_of_the_current_follows_the_slope_of_the_drive(monkeypatch):
     Prepared(scenario, free=list(point)).signals(point, names=[READING], time=times)
 
 
+def test_a_signal_alone_is_that_among_all():
+    scenario, times = chain(), np.linspace(0, 10e-3, 11)
+    known = Expanded(scenario, times).at(times).signals
+    assert {"field", "displacement", "interface_field", "drive_voltage", "current"} <= known.keys()
+    for name, (_, row) in known.items():
+        found = Prepared(scenario, free=["contact.area"]).signals({}, names=[name], time=times)[name]
+        np.testing.assert_allclose(found, row, rtol=0, atol=1e-12 * np.max(np.abs(row)))
+
+
 def test_over_another_band_the_materials_are_reduced_again():
     skin = papers()["palmar_1995"].skins()["dry_men"].material.to_dict()
     scenario = ev.load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material": skin})
