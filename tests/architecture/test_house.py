@@ -20,7 +20,7 @@ from electrovib.solve.choice import SOLVERS
 FLAT = 8
 LONG_FUNCTION, SHARE = 25, 0.9
 LONGEST_FUNCTION = 60
-ROOMS = "electrics mechanics nonlinear diagnostics equilibrium closed_form choice.py effort.py"
+ROOMS = "electrics mechanics nonlinear diagnostics equilibrium choice.py effort.py"
 FAMILIES = "friction contact finger.py time_profile.py rig.py"
 
 

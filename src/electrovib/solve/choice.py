@@ -21,10 +21,10 @@ from electrovib.solve.electrics.solution import (
     RENEWAL,
     TRANSIENT,
     Question,
-    amplitudes,
     fields,
     linear_quantities,
     name_interface,
+    some_quantities,
 )
 from electrovib.solve.electrics.transient import (
     answer_linear,
@@ -42,7 +42,7 @@ from electrovib.solve.electrics.without_modes import (
 from electrovib.solve.stack.harmonics import refuse_unrepeated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
@@ -136,15 +136,26 @@ def refuse_unsolved(scenario: Scenario) -> None:
     solver.refuse(scenario)
 
 
-def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone: bool = False) -> Solution:
-    """Compute fields and attraction over time.
+def solve(
+    scenario: Scenario, section: ModalSection, times: Real, *, asked: Collection[str] | None = None
+) -> Solution:
+    """Compute the attraction over time, and of voltages, currents and fields those that are asked for, or all.
 
     `times` (n,) [s].
     """
     solver = chosen(scenario)
     alone = solver.method.each_alone and scenario.circuit.amplifier is None
-    wanted = amplitudes if force_alone and alone else linear_quantities
-    found = _asked(solver, scenario, section, times, wanted)
+    wanted = linear_quantities
+    if asked is not None and alone:
+        wanted = functools.partial(some_quantities, asked=asked)
+    found = _asked(
+        solver,
+        scenario,
+        section,
+        times,
+        wanted,
+        with_drive=asked is None or not alone or "drive_voltage" in asked,
+    )
     pull = total_pull(scenario, found.amplitudes()) if found.pull is None else found.pull
     return replace(found, force=attraction(scenario, pull, times))
 
@@ -160,6 +171,8 @@ def _asked(
     section: ModalSection,
     times: Real,
     wanted: Callable[[Scenario, ModalSection], dict[Key, Transfer]],
+    *,
+    with_drive: bool = True,
 ) -> Solution:
     """Return the solution of a solver, with drive and interface added."""
     solver.refuse(scenario)
@@ -168,7 +181,7 @@ def _asked(
     )
     solution = solver.solve(question)
     found = dict(solution.found)
-    if "drive_voltage" not in found:
+    if with_drive and "drive_voltage" not in found:
         found |= of_drive(question, found)
     name_interface(scenario, found)
     return replace(solution, found=found)

@@ -6,7 +6,7 @@ import copy
 import functools
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from electrovib.solve.diagnostics.memory import FORCE as OF_FORCE
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.over_frequency import capacitance
 from electrovib.solve.electrics.solution import ACROSS
+from electrovib.solve.mechanics.closed_form import attraction_in_pieces
 from electrovib.solve.mechanics.mechanical import Mechanics, mechanical, refuse_unsolved_mechanics
 from electrovib.solve.stack.expand import band_of_run, modes, phasors
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.electrics.solution import Solution
+    from electrovib.solve.mechanics.closed_form import ExponentialSum
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection
 
@@ -75,6 +77,18 @@ class Record:
     errors: tuple[Real, Mapping[Key, Judged]] | None = None
 
 
+class Last(NamedTuple):
+    """Times of an electrical response, the electrical signals that were asked for, None for all, and the response."""
+
+    times: Real
+    asked: frozenset[str] | None
+    solution: Solution
+
+    def holds(self, asked: frozenset[str] | None) -> bool:
+        """Return whether it has the signals that are asked for."""
+        return self.asked is None or (asked is not None and asked <= self.asked)
+
+
 class Expanded:
     """A scenario with its stack in relaxation modes, which can be evaluated at any times.
 
@@ -96,8 +110,10 @@ class Expanded:
         The stack as relaxation modes.
     reduction_error : float
         Largest relative error of a bound permittivity reduced to Debye terms [1].
-    last : (ndarray, Solution) or None
-        Times of the last electrical response, and that response.
+    last : Last or None
+        The last electrical response.
+    closed : (float, ExponentialSum or None) or None
+        Last time of the attraction in closed form [s], and that form; None in its place where there is none.
 
     Raises
     ------
@@ -120,12 +136,13 @@ class Expanded:
             refuse_large(scenario, times)
         self.scenario: Scenario = scenario
         self.times: Real = scenario.time.times(scenario.drive) if times is None else times
-        self.last: tuple[Real, Solution] | None = None
+        self.last: Last | None = None
+        self.closed: tuple[float, ExponentialSum | None] | None = None
         if before is not None and before.has_stack_of(scenario, self.times):
             self.section: ModalSection = before.section
             self.reduction_error: float = before.reduction_error
             if _share(scenario, before.scenario, OF_ATTRACTION):
-                self.last = before.last
+                self.last, self.closed = before.last, before.closed
         else:
             self.section, self.reduction_error = modes(scenario, self.times)
 
@@ -142,11 +159,18 @@ class Expanded:
             and (not self.reduction_error or band_of_run(scenario, times) == self._band)
         )
 
+    def before(self, scenario: Scenario) -> Expanded:
+        """Return the same response of the stack before the friction, finger and rig of another scenario, equal in all else."""
+        refuse_unsolved_mechanics(scenario, end=last_time(scenario, self.times))
+        found = copy.copy(self)
+        found.scenario = scenario
+        return found
+
     def under(self, scenario: Scenario, times: Real) -> Expanded:
         """Return the same stack under the drive of another scenario, which differs in nothing else; `times` as for a new one."""
         _ = self.over_frequency  # with which every copy begins
         found = copy.copy(self)
-        found.scenario, found.times, found.last = scenario, times, None
+        found.scenario, found.times, found.last, found.closed = scenario, times, None, None
         return found
 
     @functools.cached_property
@@ -169,11 +193,11 @@ class Expanded:
         if closely:
             solution, peaks = solved(scenario, section, times)
         else:
-            solution = self._solution(times, force_alone=asked is not None and asked <= FORCE)
+            solution = self._solution(times, asked and asked & OF_ELECTRICS - FORCE)
         moved = Mechanics()
         if asked is None or not asked <= OF_ELECTRICS:
-            between = functools.partial(solve, scenario, section, force_alone=True)
-            moved = mechanical(scenario, times, solution, between)
+            between = functools.partial(solve, scenario, section, asked=())
+            moved = mechanical(scenario, times, solution, between, closed=self._closed, wanted=asked)
         read = capacitance(scenario, times) if asked is None or "capacitance" in asked else {}
         return Record(
             times=times,
@@ -184,15 +208,17 @@ class Expanded:
             peaks=peaks,
         )
 
-    def _solution(self, times: Real, *, force_alone: bool) -> Solution:
+    def _solution(self, times: Real, asked: frozenset[str] | None) -> Solution:
         """Return the electrical response; the previous one where nothing that it depends on has changed."""
-        if self.last is not None and np.array_equal(self.last[0], times):
-            held = self.last[1]
-            if force_alone or "stack_voltage" in held.found:
-                return held
-        solution = solve(self.scenario, self.section, times, force_alone=force_alone)
-        self.last = (times, solution)
-        return solution
+        if self.last is None or not (self.last.holds(asked) and np.array_equal(self.last.times, times)):
+            self.last = Last(times, asked, solve(self.scenario, self.section, times, asked=asked))
+        return self.last.solution
+
+    def _closed(self, end: float) -> ExponentialSum | None:
+        """Return the attraction up to a time in closed form; the previous one where nothing that it depends on has changed."""
+        if self.closed is None or self.closed[0] != end:
+            self.closed = end, attraction_in_pieces(self.scenario, self.section, end=end)
+        return self.closed[1]
 
     def judge(
         self, record: Record, squared: Callable[[Expanded, PeakRecord], Mapping[str, float]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,10 +11,10 @@ import numpy as np
 from electrovib.core.errors import InputError, gathered, refuse
 from electrovib.core.model import Model
 from electrovib.core.paths import quantity_at, value_at, with_numbers
-from electrovib.core.signals import SIGNALS
+from electrovib.core.signals import SIGNALS, without
 from electrovib.core.tables import is_stored_as_given, stored_changes
-from electrovib.solve.closed_form import Repeated
-from electrovib.solve.electrics.over_frequency import over_frequency
+from electrovib.solve.electrics.over_frequency import capacitance, over_frequency
+from electrovib.solve.expanded import Expanded
 from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
 
 KERNEL: Final = "one scenario at a time"
 """Kernel that is stated where no kernel over fingers is used."""
+_MECHANICAL: Final = frozenset({"friction", "finger", "rig"})
+"""Parts of a scenario on which no electrical quantity depends."""
+_KEPT: Final = 3
+"""Number of electrical responses that are kept: a search returns to the point at which it computed derivatives."""
 
 
 class ParametricScenario:
@@ -51,7 +56,8 @@ class ParametricScenario:
         self.base = scenario if len(self._plain) == len(self.free) else scenario.replace(begin)
         self.begin = begin
         self._recent = self.base
-        self._repeated: Repeated | None = None
+        self._made: Expanded | None = None
+        self._kept: OrderedDict[tuple[float, ...], Expanded] = OrderedDict()
 
     def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
         """Return the scenario for given values of the free parameters."""
@@ -81,15 +87,51 @@ class ParametricScenario:
         `time` (n,) [s] are the output times, by default those of the scenario; `band` (m,) [s] those of a run over whose band
         the materials are reduced.
         """
-        if time is None:
-            member = self.scenario(values)
-            times = member.time.times(member.drive)
-        else:
-            times = np.asarray(time, dtype=float)
-        if self._repeated is None or not self._repeated.is_for(names, times, band):
-            last = None if self._repeated is None else self._repeated.last
-            self._repeated = Repeated(self, names, times, band=band, last=last)
-        return {"time": times} | self._repeated.signals(self._columns(values))
+        member = self.scenario(values)
+        times = member.time.times(member.drive) if time is None else np.asarray(time, dtype=float)
+        found: dict[str, tuple[Any, Any]] = {}
+        if "capacitance" in names:
+            found |= capacitance(member, times)
+        if others := {*names} - {"capacitance"}:
+            expanded = self._expanded(member, self._columns(values), times if band is None else band)
+            found |= expanded.at(times, wanted=others).signals
+        if missing := [name for name in names if name not in found]:
+            raise InputError(without(missing[0], found))
+        return {"time": times} | {name: np.asarray(found[name][1]) for name in names}
+
+    def of_many(
+        self, draws: Mapping[str, Real], *, names: Sequence[str], time: Real | None, band: Real | None = None
+    ) -> dict[str, Any]:
+        """Compute signals for many values of the free parameters (cases,), one after the other, over frequency without times."""
+        columns, rows = {path: values.tolist() for path, values in draws.items()}, []
+        for case, values in enumerate(zip(*columns.values(), strict=True)):
+            point = dict(zip(columns, values, strict=True))
+            try:
+                if time is None:
+                    member = self.scenario(point)
+                    found = over_frequency(member, phasors(member, member.frequency.frequencies()))
+                    rows.append({name: found[name][1] for name in names})
+                else:
+                    rows.append(self.signals(point, names=names, time=time, band=band))
+            except InputError as error:
+                raise of_finger(error, case, point) from error
+        return {name: np.stack([row[name] for row in rows]) for name in names}
+
+    def _expanded(self, member: Scenario, values: dict[str, float], band: Real) -> Expanded:
+        """Return the modes of a scenario, with the response of the stack that was kept for the same electrical values."""
+        if self._made is not None and not np.array_equal(self._made.times, band):
+            self._kept.clear()
+        point = self.begin | values
+        key = tuple(point[path] for path in self.free if path.split(".")[0] not in _MECHANICAL)
+        found = self._kept.pop(key, None)
+        if found is None:
+            found = Expanded(member, band, before=self._made)
+        elif found.scenario is not member:
+            found = found.before(member)
+        self._kept[key] = self._made = found
+        if len(self._kept) > _KEPT:
+            self._kept.popitem(last=False)
+        return found
 
     def _by_stored_path(self, point: Mapping[str, float]) -> dict[str, float]:
         """Return values by the paths of the parameters that the models store."""
@@ -108,55 +150,6 @@ class ParametricScenario:
                 f"values: {len(given)} given, {len(self.free)} expected, one for each of {', '.join(self.free)}"
             )
         return dict(zip(self.free, given, strict=True))
-
-
-class OneByOne:
-    """Fingers of any scenario, each solved by itself.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the values that are the same for all fingers.
-    free : sequence of str
-        Dotted paths of the parameters that differ between fingers.
-    names : sequence of str
-        Signals, all over time or all over frequency.
-    time : ndarray, shape (n,), optional
-        Output times [s]; None for signals over frequency.
-    band : ndarray, shape (m,), optional
-        Times over whose band materials are reduced [s]; by default the output times.
-    """
-
-    def __init__(
-        self,
-        scenario: Scenario,
-        free: Sequence[str],
-        names: Sequence[str],
-        time: Real | None,
-        band: Real | None = None,
-    ) -> None:
-        self.names, self.time, self.band = tuple(names), time, band
-        self.prepared = ParametricScenario(scenario, free)
-
-    def signals(self, draws: Mapping[str, Real]) -> dict[str, Any]:
-        """Return the signals of fingers."""
-        columns = {path: values.tolist() for path, values in draws.items()}
-        rows: list[dict[str, Any]] = []
-        for finger in range(len(next(iter(columns.values())))):
-            point = {path: values[finger] for path, values in columns.items()}
-            try:
-                rows.append(self._of(point))
-            except InputError as error:
-                raise of_finger(error, finger, point) from error
-        return {name: np.stack([row[name] for row in rows]) for name in self.names}
-
-    def _of(self, point: Mapping[str, float]) -> dict[str, Any]:
-        """Return the signals of one finger."""
-        if self.time is not None:
-            return self.prepared.signals(point, names=self.names, time=self.time, band=self.band)
-        member = self.prepared.scenario(point)
-        found = over_frequency(member, phasors(member, member.frequency.frequencies()))
-        return {name: found[name][1] for name in self.names}
 
 
 def of_finger(error: InputError, finger: int, point: Mapping[str, float]) -> InputError:

@@ -24,7 +24,7 @@ from electrovib.solve.mechanics.filters import (
     relaxing,
     second_order,
 )
-from electrovib.solve.mechanics.response import respond_mechanically
+from electrovib.solve.mechanics.response import respond, respond_mechanically
 from electrovib.solve.mechanics.rig import finger_filters, measured
 
 SENSOR = 1e-10
@@ -304,21 +304,32 @@ def digitised(**changes):
     return Digitiser(**(content | changes))
 
 
+def both(*forces, **options):
+    """Return the responses of sensors to forces: numbers, or functions of time."""
+
+    def under(force):
+        if callable(force):
+            return lambda sensor, moments: respond(force, sensor, moments, **options)
+        return lambda sensor, moments: (np.full(len(moments), force * sensor.at_rest()), 0.0)
+
+    return [under(force) for force in forces]
+
+
 def test_rig_without_digitiser_is_its_filters():
-    found = measured(RIG, EVEN, squared, squared, shortest=1 / 240)
+    found = measured(RIG, EVEN, *both(squared, squared, shortest=1 / 240))
     assert set(found.signals) == {"normal_force_measured", "lateral_force_measured"}
     assert found.diagnostics == []
     assert 0 < found.error <= 1e-6
     for name, stages in OF_RIG:
         exact = answer(of_stages(stages), EVEN)
         assert np.abs(found.signals[f"{name}_force_measured"] - exact).max() <= 1e-6 * np.abs(exact).max()
-    constant = measured(RIG, EVEN, 0.3, squared, shortest=1 / 240).signals["normal_force_measured"]
+    constant = measured(RIG, EVEN, *both(0.3, squared)).signals["normal_force_measured"]
     assert constant == pytest.approx(0.3 * of_stages(RIG.normal_stages()).at_rest(), abs=1e-15)
 
 
 def test_readings_are_held_rounded_and_clipped():
     rig = Tribometer(**SENSORS, digitiser=digitised(sampling_rate=1e3, bits=8, lateral_range=0.1))
-    found = measured(rig, EVEN, squared, squared)
+    found = measured(rig, EVEN, *both(squared, squared))
     moments = np.arange(51) * 1e-3
     exact = answer(of_stages(rig.normal_stages()), moments)
     expected = np.round(exact * 64) / 64
@@ -345,8 +356,7 @@ def test_noise_is_as_declared_and_repeats():
         measured(
             Tribometer(**sensors, digitiser=digitised(seed=seed)),
             times,
-            0.2,
-            lambda time: np.full(len(time), 0.2),
+            *both(0.2, 0.2),
         ).signals
         for seed in (7, 7, 8)
     )
@@ -373,7 +383,7 @@ FAST = Tribometer(**SENSORS, digitiser=digitised(sampling_rate=1e9))
             "Choose a shorter time.duration, fewer",
         ),
         (lambda: respond_mechanically(lambda time: time + np.nan, FILTERS, EVEN), "is nan"),
-        (lambda: measured(FAST, EVEN, squared, squared), "Lower the rate"),
+        (lambda: measured(FAST, EVEN, *both(squared, squared)), "Lower the rate"),
     ],
 )
 def test_what_cannot_be_followed_is_refused(call, message):

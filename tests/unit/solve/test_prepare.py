@@ -13,7 +13,7 @@ from electrovib.papers import palmar_1995
 from electrovib.scenario.space import read_space
 from electrovib.solve import expanded
 from electrovib.solve import prepare as preparing
-from electrovib.solve.one_by_one import OneByOne
+from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population import population
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared, prepare
@@ -343,7 +343,7 @@ def test_a_finger_has_the_signals_of_prepare_whatever_the_others(scenario):
     time, given = np.linspace(0.0, 0.02, 40), around(ev.load(scenario), 3, FREE)
     given[SKIN][2] = given[SKIN][1]
     found = population(scenario, FREE, NAMES, time).signals(given)
-    whole = OneByOne(ev.load(scenario), FREE, NAMES, time).signals(given)
+    whole = ParametricScenario(ev.load(scenario), FREE).of_many(given, names=NAMES, time=time)
     for finger in range(3):
         point = {path: values[finger] for path, values in given.items()}
         expected = prepare(scenario, free=FREE).signals(point, names=NAMES, time=time)
@@ -408,6 +408,7 @@ def test_what_does_not_exist_and_wrong_times_are_refused(free, names, time, word
 def test_wrong_draws_are_refused(given, words):
     with pytest.raises(InputError, match=words):
         population(SCENARIO, FREE).signals(given)
-    engine = OneByOne(ev.load(SCENARIO), FREE, (FORCE,), np.array([0.0, 1e-3]))
+    engine = ParametricScenario(ev.load(SCENARIO), FREE)
+    draws = {SKIN: np.array([1e-4, 1.0]), COEFFICIENT: np.array([0.5, 0.5])}
     with pytest.raises(InputError, match=r"finger 1 of the call: stack.stratum_corneum.thickness = 1,"):
-        engine.signals({SKIN: np.array([1e-4, 1.0]), COEFFICIENT: np.array([0.5, 0.5])})
+        engine.of_many(draws, names=[FORCE], time=np.array([0.0, 1e-3]))

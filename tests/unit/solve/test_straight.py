@@ -1,4 +1,4 @@
-"""A jump at the last of very many even output times: the value after it, as at few times and by hand."""
+"""Modes under straight pieces at very many times: as at few times and by hand, with a jump at the last of them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.parts import Linear
 from electrovib.solve.electrics.straight import MANY_SAMPLES, SharedModes
 
 LOW, HIGH, PERIOD = -50.0, 100.0, 1e-2
@@ -38,3 +39,19 @@ def test_the_current_after_the_jump_is_the_step_over_the_series_resistance():
     assert current[-1] == pytest.approx((HIGH - LOW) / resistance, rel=1e-6)
     assert abs(current[-2]) < 1e-6 * current[-1]
     assert trace.drive_voltage.values[-2:].tolist() == [LOW, HIGH]
+
+
+@pytest.mark.parametrize("state", [np.zeros(3), None], ids=["rest", "periodic"])
+@pytest.mark.parametrize("edge", [0.3, 1e-3, 1e-5], ids=str)
+@pytest.mark.parametrize("rates", [[3.0, 2e3, 5e6], [1e-9, 2e3, 4e4]], ids=str)
+def test_one_exponential_of_each_mode_is_each_time_by_itself(rates, edge, state):
+    """To rounding, for fast and for slow modes, for gentle and for steep pieces, of the modes and of their lags."""
+    bent = np.array([0.0, edge * PERIOD, PERIOD])
+    part = Linear(bent, np.array([0.0, HIGH, LOW]), np.array([LOW, HIGH, LOW]), PERIOD)
+    modes = SharedModes(np.array(rates), GAINS, DIRECT, np.array([False, True]))
+    many = np.sort(np.random.default_rng(1).uniform(0, 3 * PERIOD, 9001))
+    whole = np.array(modes.straight(part, many, state))
+    for first in (0, 4000, 8990):
+        few = np.array(modes.straight(part, many[first : first + 11], state))
+        scale = np.abs(whole).max(axis=1, keepdims=True)
+        assert np.max(np.abs(whole[:, first : first + 11] - few) / scale) < 1e-12

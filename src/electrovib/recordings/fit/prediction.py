@@ -15,7 +15,6 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
-from electrovib.solve.closed_form import Repeated
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.mechanics.lateral import INDEPENDENT, proportional_to_friction
 from electrovib.solve.one_by_one import ParametricScenario
@@ -77,7 +76,6 @@ class Prediction:
             ParametricScenario(scenario.replace(each.changes) if each.changes else scenario, free)
             for each in measured
         )
-        self._repeated = tuple(over_time(*each) for each in zip(self.prepared, self.columns, strict=True))
         self.unknowns = tuple(self._unknowns(free, varying))
         if len({each.name for each in self.unknowns}) < len(self.unknowns):
             raise InputError("two recordings have the same name: give each its own")
@@ -191,9 +189,8 @@ class Prediction:
         found: dict[int, NDArray[Any]] = {}
         for axis in dict.fromkeys(each.axis for each in columns):
             there, stamps, names = along(columns, axis)
-            repeated = self._repeated[at]
-            if axis == "time" and repeated is not None:
-                rows = repeated.signals(dict(point))
+            if axis == "time":
+                rows: Mapping[str, NDArray[Any]] = prepared.signals(dict(point), names=names, time=stamps)
             else:
                 rows = signals_over_frequency(prepared.scenario(dict(point)), stamps, names)
             for number in there:
@@ -265,14 +262,6 @@ def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list
     same = all(each is stamps[0] or np.array_equal(each, stamps[0]) for each in stamps[1:])
     names = list(dict.fromkeys(columns[number].signal for number in there))
     return there, stamps[0] if same else np.unique(np.concatenate(stamps)), names
-
-
-def over_time(prepared: ParametricScenario, columns: Sequence[Observed]) -> Repeated | None:
-    """Prepare the signals of a recording over time; None where none is over time."""
-    if all(each.axis != "time" for each in columns):
-        return None
-    _, stamps, names = along(columns, "time")
-    return Repeated(prepared, names, stamps)
 
 
 def signals_over_frequency(

@@ -15,7 +15,7 @@ from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, Ke
 from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Collection, Mapping
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
@@ -184,6 +184,20 @@ def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:
     if effective is not None:
         found["effective_voltage"] = effective
     return found | amplitudes(scenario, section)
+
+
+def some_quantities(scenario: Scenario, section: Any, *, asked: Collection[str]) -> dict[Key, Any]:
+    """Return the arguments of the law's pressure, and what the signals that are asked for need."""
+    if not asked:
+        return amplitudes(scenario, section)
+    kinds = [kind for name, kind in (("field", FieldOf), ("displacement", DisplacementOf)) if name in asked]
+    face = FieldOf(scenario.stack.gap_name or INTERFACE) if "interface_field" in asked else None
+    found = linear_quantities(scenario, section)
+    return {
+        key: each
+        for key, each in found.items()
+        if key in asked or key == face or isinstance(key, (AmplitudeOf, *kinds))
+    }
 
 
 def amplitudes(scenario: Scenario, section: Any) -> dict[Key, Any]:

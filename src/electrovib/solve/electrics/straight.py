@@ -33,6 +33,8 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 """Largest deviation of an evenly spaced grid, over its last time."""
 _MODES_AT_ONCE: Final = 64
 """Modes computed together, so that thousands of them need no matrix of thousands squared."""
+_FEWEST_BREAKS: Final = 16
+"""Largest number of breaks at which the states are computed in a plain loop."""
 _FEW_BREAKS: Final = 1000
 """Largest number of breaks at which the states at all of them are computed, whichever are asked for."""
 GRADED_DEGREE: Final = 10
@@ -46,6 +48,14 @@ _HELD: Final = 1 << 16
 """Largest number of modes times output times in memory."""
 _FORGOTTEN: Final = 745.0
 """Time constants after which an exponential underflows to 0."""
+_DECAYED: Final = 80.0
+"""Time constants after which an exponential counts as 0: 2e-35 of it remains."""
+_FEW_PIECES: Final = 64
+"""Largest number of pieces that are evaluated one after the other by one exponential of each mode."""
+_SEVERAL: Final = 100
+"""Mean number of times in each piece from which one exponential of each mode is faster than each time by itself."""
+_STEEP: Final = 1e3
+"""Ratio of slope over rate to the drive, and of a time constant to the time, above which a mode is a small difference."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +83,24 @@ class SharedModes:
             return self._recursion(part, time, marched, state)
         index, elapsed = part.locate(time)
         periods = part.count_periods(time)
-        states = self._at_breaks(part, state, index)
         begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
-        if len(time) < _LONG * len(begins):
+        states = self._at_breaks(part, state, index[begins])
+        weights, gentle = np.zeros(0), np.zeros(len(begins), bool)
+        few = len(begins) <= _FEW_PIECES and len(self.rates) <= _MODES_AT_ONCE
+        if few and len(time) >= _SEVERAL * len(begins):
+            where, when = index[begins], periods[begins]
+            weights, gentle = self.in_exponentials(states, where, when, longest=float(np.max(elapsed)))
+        if not np.any(gentle) and len(time) < _LONG * len(begins):
             return list(self._in_pieces(states, time, index, elapsed, periods))
         result = [np.empty(len(time)) for _ in self.gains]
-        for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
+        for place, (first, last) in enumerate(zip(begins, [*begins[1:], len(time)], strict=True)):
             where, period = index[first], periods[first]
+            if last - first < _LONG and gentle[place]:
+                decays = exponentials(self.rates, elapsed[first:last])
+                sums = weights[:, place, 1:] @ decays + weights[:, place, :1] * elapsed[first:last]
+                for row, each in zip(result, sums, strict=True):
+                    row[first:last] = each
+                continue
             start = float(part.times[where] + period * (part.period or 0.0))
 
             def evaluate(
@@ -113,6 +134,26 @@ class SharedModes:
         if states.places is None:
             self.known[id(part)] = states
         return states
+
+    def in_exponentials(
+        self, states: BreakStates, index: Indices, periods: Indices, *, longest: float
+    ) -> tuple[Real, NDArray[np.bool_]]:
+        """Return slope, level and weights of the exponentials in some pieces, and which pieces these represent to rounding.
+
+        `longest` is the longest time since the begin of a piece [s]. Returns `weights` (outputs, pieces, 2 + modes).
+        With a drive v + v' s every mode is v + v' s + lag, and the lag (lag_0 + v'/r) exp(-r s) - v'/r.
+        """
+        part = states.part
+        level, slopes = part.after[index], part.slope_of(index)
+        begins = part.times[index] + periods * (part.period or 0.0)
+        bends = slopes[:, None] / self.rates
+        lags = states.lags(np.eye(len(self.rates)), begins).T + bends
+        follows = (self.direct + np.where(self.lag, 0.0, self.gains.sum(axis=1)))[:, None]
+        moved, started = follows * slopes, follows * level - self.gains @ bends.T
+        parts = [moved[..., None], started[..., None], self.gains[:, None] * lags]
+        gentle = np.max(np.abs(bends), axis=1, initial=0.0) <= _STEEP * np.max(np.abs(part.after))
+        gentle &= np.min(self.rates, initial=np.inf) * longest >= 1 / _STEEP
+        return np.concatenate(parts, axis=2), gentle
 
     def _in_pieces(
         self, states: BreakStates, time: Real, index: Indices, elapsed: Real, periods: Indices
@@ -198,6 +239,8 @@ class BreakStates:
         places = np.arange(len(part.times)) if self.places is None else self.places
         if part.is_step or not len(rates):
             return np.repeat(state[:, None], len(places), axis=1)
+        if len(part.times) <= _FEWEST_BREAKS:
+            return self._one_by_one(state)
         steps = part.lengths if part.step is None else part.step
         states = np.empty((len(rates), len(places)))
         for first in range(0, len(rates), _MODES_AT_ONCE):
@@ -206,6 +249,15 @@ class BreakStates:
                 -rates[some], part.after[:-1], part.before[1:], steps, state[some], places
             )
         return states
+
+    def _one_by_one(self, state: Real) -> Real:
+        """Return the states at all breaks, from each to the next, shape (modes, breaks)."""
+        part, states = self.part, [state]
+        decays, firsts, lasts = hold_weights(-np.outer(part.lengths, self.rates))
+        pushes = firsts * part.after[:-1, None] + lasts * part.before[1:, None]
+        for decay, push in zip(decays, pushes, strict=True):
+            states.append(decay * states[-1] + push)
+        return np.array(states).T
 
     def at(self, index: Indices, periods: Indices) -> Real:
         """Return the states at breaks of a period, some periods after the first.
@@ -259,6 +311,15 @@ class BreakStates:
             lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
             result[:, piece] = gains @ lag
         return result
+
+
+def exponentials(rates: Real, since: Real) -> Real:
+    """Return 1 and exp(-rate s) of modes at increasing times s [s], shape (1 + modes, n), 0 where it is below rounding."""
+    found = np.zeros((1 + len(rates), len(since)))
+    found[0] = 1.0
+    for row, rate, last in zip(found[1:], rates, np.searchsorted(since, _DECAYED / rates), strict=True):
+        np.exp(-rate * since[:last], out=row[:last])
+    return found
 
 
 def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:

@@ -167,6 +167,8 @@ def cascade(*filters: Filter) -> Filter:
 
 
 def _product(one: Filter, other: Filter) -> Filter:
+    if not len(one.poles):
+        return other if one.direct == 1 else one.direct * other
     near = np.minimum(
         np.abs(one.poles[:, None] - other.poles), np.abs(one.poles[:, None] - np.conj(other.poles))
     )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.friction import BristleFriction
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
 from electrovib.solve.mechanics.between import Between
-from electrovib.solve.mechanics.filters import Filter, cascade, of_stages
+from electrovib.solve.mechanics.filters import Filter, cascade
 from electrovib.solve.mechanics.lateral import (
     COUNTS,
     along_the_motion,
@@ -23,16 +24,19 @@ from electrovib.solve.mechanics.lateral import (
     resting,
     shortest_time,
 )
-from electrovib.solve.mechanics.response import FORGOTTEN, MOST, respond_mechanically
+from electrovib.solve.mechanics.response import FORGOTTEN, MOST, respond, respond_mechanically
 from electrovib.solve.mechanics.rig import Measured, finger_filters, measured, refuse_readings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.mechanics.closed_form import ExponentialSum
     from electrovib.solve.mechanics.skin import Slide
 
+READINGS: Final = frozenset({"normal_force_measured", "lateral_force_measured"})
+"""Signals of the sensors of a rig."""
 MOST_PERIODS = 3000
 """Largest number of periods of the drive that are computed to reach the periodic state."""
 
@@ -61,11 +65,17 @@ class Mechanics:
 
 
 def mechanical(
-    scenario: Scenario, times: Real, answer: Solution, at: Callable[[Real], Solution]
+    scenario: Scenario,
+    times: Real,
+    answer: Solution,
+    at: Callable[[Real], Solution],
+    *,
+    closed: Callable[[float], ExponentialSum | None] | None = None,
+    wanted: Collection[str] | None = None,
 ) -> Mechanics:
-    """Compute load, contact, friction, skin and readings over time.
+    """Compute load, contact, friction, skin and readings over time, or at least the signals that are wanted.
 
-    `times` (n,) [s].
+    `times` (n,) [s]; `at` solves for the attraction at other times, and `closed` returns it in closed form up to a time.
 
     Where the finger slides, the friction is that of load and attraction together. Off the plate it is 0. At rest it is
     not determined, NaN, unless the spring of a skin or the bristles of the friction law determine it; behind a memory it
@@ -73,13 +83,12 @@ def mechanical(
     touches: the attraction is balanced by the contact pressure that it causes. Off the plate the hand balances the
     attraction: there is no contact pressure, and the sensor reads the attraction.
     """
-    chain = FrictionChain(scenario, times, answer, at)
+    chain = FrictionChain(scenario, times, answer, at, closed)
     moved = Mechanics()
     moved.add(_given(chain))
-    error = _friction(chain, moved)
-    if scenario.rig is not None:
-        chain.prepare()
-        readings = chain.measured()
+    error = _friction(chain, moved, wanted)
+    if scenario.rig is not None and (wanted is None or READINGS.intersection(wanted)):
+        readings = chain.measured(wanted)
         moved.add(readings.signals)
         moved.diagnostics += readings.diagnostics
         error = max(error, readings.error)
@@ -144,7 +153,7 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
     return rows
 
 
-def _friction(chain: FrictionChain, moved: Mechanics) -> float:
+def _friction(chain: FrictionChain, moved: Mechanics, asked: Collection[str] | None) -> float:
     """Compute friction and skin by the method that the friction needs, and return the relative error [1]."""
     friction = chain.scenario.friction
     if friction.deflects:
@@ -156,9 +165,11 @@ def _friction(chain: FrictionChain, moved: Mechanics) -> float:
         lateral = chain.steady(chain.times, chain.answer.attraction)
         moved.add({"lateral_force": chain.known(lateral)})
         del wanted["lateral_force"]
+    if asked is not None:
+        wanted = {name: each for name, each in wanted.items() if name in asked}
     if not wanted:
         return 0.0
-    rows, error = chain.follow(wanted)
+    rows, error = chain.follow(wanted, chain.times)
     if "lateral_force" in rows:
         rows["lateral_force"] = chain.known(rows["lateral_force"], wanted["lateral_force"])
     moved.add(rows)
@@ -169,14 +180,24 @@ class FrictionChain:
     """Friction, skin and sensors of a scenario: linear behind the steady friction, or a skin that sticks and slips."""
 
     def __init__(
-        self, scenario: Scenario, times: Real, answer: Solution, at: Callable[[Real], Solution]
+        self,
+        scenario: Scenario,
+        times: Real,
+        answer: Solution,
+        at: Callable[[Real], Solution],
+        closed: Callable[[float], ExponentialSum | None] | None = None,
     ) -> None:
-        self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
+        self.scenario, self.times, self.answer, self.at, self.closed = scenario, times, answer, at, closed
         self.settled = scenario.time.settled
         self.bend = self.run_in = 0.0
         self.lateral_at: Callable[[Real], Real] | None = None
         self.rests = () if scenario.friction.deflects else resting(scenario.motion)
         self.prepared = answer.method.by_modes
+
+    @functools.cached_property
+    def memory(self) -> Filter:
+        """Filter from the steady friction to the friction."""
+        return friction_filter(self.scenario)
 
     def steady(self, times: Real, force: Real) -> Real:
         """Return the friction under load and attraction if the finger slides and the law has no memory.
@@ -223,8 +244,8 @@ class FrictionChain:
 
     def filters(self) -> dict[str, Filter]:
         """Return the filters from the steady friction to the friction and to the skin, by signal."""
-        found = {"lateral_force": friction_filter(self.scenario)}
-        return found | {name: cascade(found["lateral_force"], each) for name, each in self.skin().items()}
+        found = {name: cascade(self.memory, each) for name, each in self.skin().items()}
+        return {"lateral_force": self.memory} | found
 
     def skin(self) -> dict[str, Filter]:
         """Return the filters from the friction to the skin, by signal."""
@@ -319,13 +340,30 @@ class FrictionChain:
             **body,
         )
 
-    def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
-        """Return the outputs of filters of the steady friction, and their relative error."""
+    def exactly(self, filter_: Filter, times: Real) -> Real | None:
+        """Return the output of a filter of the steady friction in closed form (n,); None where there is none."""
+        scenario, end = self.scenario, float(self.times[-1])
+        straight = scenario.friction.without_memory().is_linear and scenario.motion.distance is None
+        if self.closed is None or not (straight and scenario.load.time_profile.is_constant):
+            return None
+        attraction = self.closed(end)
+        if attraction is None:
+            return None
+        start, unit = self.steady(np.zeros(2), np.array([0.0, 1.0])).tolist()
+        given = attraction.line(slope=unit - start, start=start)
+        return given.filtered(filter_, attraction.groups(times), level=start)
+
+    def follow(self, wanted: dict[str, Filter], times: Real) -> tuple[dict[str, Real], float]:
+        """Return the outputs of filters of the steady friction at some times [s], and their relative error."""
+        exact = {name: self.exactly(each, times) for name, each in wanted.items()}
+        known = {name: row for name, row in exact.items() if row is not None}
+        if len(known) == len(wanted):
+            return known, 0.0
         self.prepare()
         began = self._before(min(_slowest(each) for each in wanted.values()))
-        asked = np.append(-began, self.times) if began else self.times
+        asked = np.append(-began, times) if began else times
         rows, error = respond_mechanically(self._force, wanted, asked, **self._options())
-        return {name: row[len(row) - len(self.times) :] for name, row in rows.items()}, error
+        return {name: row[len(row) - len(times) :] for name, row in rows.items()}, error
 
     def _force(self, times: Real) -> Real:
         """Return the steady friction at any times [s], before time 0 that of the load alone [N]."""
@@ -392,24 +430,32 @@ class FrictionChain:
             return load
         return np.where(self.scenario.motion.touches(times), load, load - self.attraction(times))
 
-    def measured(self) -> Measured:
-        """Return the readings of load and friction by the sensors of the rig."""
-        rig, scenario = self.scenario.rig, self.scenario
+    def measured(self, wanted: Collection[str] | None) -> Measured:
+        """Return the readings of load and friction by the sensors of the rig, at least those that are wanted."""
+        rig, scenario, friction = self.scenario.rig, self.scenario, Filter.through()
         assert rig is not None
-
-        normal: Any = self._normal
-        if scenario.motion.distance is None and scenario.load.time_profile.is_constant:
-            normal = float(scenario.load.forces(0.0))
-        sensor = of_stages(rig.lateral_stages())
-        options = self._options()
         if self.lateral_at is None:
-            friction = friction_filter(scenario)
-            before = self._before(min(_slowest(sensor), _slowest(friction)))
-            options |= {"friction": friction, "before": before}
-            sensor = cascade(friction, sensor)
-        if self.rests:
-            options["unknown"] = lambda times: self.unknown(sensor, times)
-        return measured(rig, self.times, normal, self.lateral_at or self._force, **options)
+            friction = self.memory
+
+        def lateral(sensor: Filter, moments: Real) -> tuple[Real, float]:
+            if self.lateral_at is not None:
+                return respond(self.lateral_at, sensor, moments, **self._options())
+            rows, error = self.follow({"lateral": cascade(friction, sensor)}, moments)
+            return rows["lateral"], error
+
+        def normal(sensor: Filter, moments: Real) -> tuple[Real, float]:
+            if scenario.motion.distance is None and scenario.load.time_profile.is_constant:
+                return np.full(len(moments), sensor.at_rest() * float(scenario.load.forces(0.0))), 0.0
+            self.prepare()
+            return respond(self._normal, sensor, moments, **self._options())
+
+        def unknown(sensor: Filter, moments: Real) -> Any:
+            return self.unknown(cascade(friction, sensor), moments)
+
+        both = rig.digitiser is not None or wanted is None or "normal_force_measured" in wanted
+        return measured(
+            rig, self.times, normal if both else None, lateral, unknown=unknown if self.rests else None
+        )
 
 
 def _slowest(filter_: Filter) -> float:

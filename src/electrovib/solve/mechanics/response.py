@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -192,6 +192,14 @@ def respond_mechanically(
         for name, row in rows.items():
             found[name][group] = row[int(early) :]
     return found, max((size.moved / (size.largest or 1.0) for size in sizes.values()), default=0.0)
+
+
+def respond(
+    force_at: Callable[[Real], Real], filter_: Filter, times: ArrayLike, **options: Any
+) -> tuple[Real, float]:
+    """Return the output of one filter under a force, and its error, as `respond_mechanically` does for several."""
+    rows, error = respond_mechanically(force_at, {"output": filter_}, times, **options)
+    return rows["output"], error
 
 
 @dataclass

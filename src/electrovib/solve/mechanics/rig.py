@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.solve.mechanics.filters import cascade, of_stages
-from electrovib.solve.mechanics.response import MOST, increasing, respond_mechanically
+from electrovib.solve.mechanics.filters import of_stages
+from electrovib.solve.mechanics.response import MOST, increasing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from electrovib.physics.finger import Finger
     from electrovib.physics.rig import Digitiser, Rig
     from electrovib.solve.mechanics.filters import Filter
+
+    Response: TypeAlias = Callable[[Filter, Real], tuple[Real, float]]
 
 
 def finger_filters(finger: Finger) -> dict[str, Filter]:
@@ -53,39 +55,25 @@ class Measured:
 def measured(
     rig: Rig,
     times: ArrayLike,
-    normal_force: Callable[[Real], Real] | float,
-    lateral_force: Callable[[Real], Real],
+    normal: Response | None,
+    lateral: Response,
     *,
     most: int = MOST,
-    corners: ArrayLike = (),
-    shortest: float = math.inf,
-    friction: Filter | None = None,
-    before: float = 0.0,
-    unknown: Callable[[Real], NDArray[np.bool_]] | None = None,
+    unknown: Callable[[Filter, Real], NDArray[np.bool_]] | None = None,
 ) -> Measured:
     """Compute the readings of a rig: forces through its sensors, digitised with its noise.
 
-    `times` (n,) [s].
+    `times` (n,) [s]; `normal` and `lateral` return the output of a sensor under that force at some times, and its error.
     """
     stamps = increasing(times)
     moments = stamps if rig.digitiser is None else _moments(rig.digitiser, stamps, most)
-    sensor = of_stages(rig.lateral_stages())
-    channels = {
-        "normal": (normal_force, of_stages(rig.normal_stages()), 0.0),
-        "lateral": (lateral_force, sensor if friction is None else cascade(friction, sensor), before),
-    }
-    found, worst = {}, 0.0
-    for name, (force, filter_, early) in channels.items():
-        if callable(force):
-            asked = np.append(moments[0] - early, moments) if early else moments
-            outputs, error = respond_mechanically(
-                force, {name: filter_}, asked, most=most, corners=corners, shortest=shortest
-            )
-            found[name], worst = outputs[name][len(asked) - len(moments) :], max(worst, error)
-        else:
-            found[name] = np.full(len(moments), filter_.at_rest() * force)
+    found, worst, sensor = {}, 0.0, of_stages(rig.lateral_stages())
+    if normal is not None:
+        found["normal"], worst = normal(of_stages(rig.normal_stages()), moments)
+    found["lateral"], error = lateral(sensor, moments)
     if unknown is not None:
-        found["lateral"] = np.where(unknown(moments), np.nan, found["lateral"])
+        found["lateral"] = np.where(unknown(sensor, moments), np.nan, found["lateral"])
+    worst = max(worst, error)
     signals, diagnostics = found, list[Diagnostic]()
     if rig.digitiser is not None:
         signals, diagnostics = _digitised(rig, rig.digitiser, found)

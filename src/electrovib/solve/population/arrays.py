@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.one_by_one import OneByOne
+    from electrovib.solve.one_by_one import ParametricScenario
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
 
@@ -84,12 +84,14 @@ class Arrays:
     ----------
     scenario : Scenario
         Experiment with the values that all fingers share.
-    free : tuple of str
-        Dotted paths of the parameters that differ between fingers.
+    prepared : ParametricScenario
+        The scenario as a function of the parameters that differ between fingers; two are compared with those one by one.
     names : tuple of str
         Signals, all over time or all over frequency.
-    alone : OneByOne
-        The same fingers one by one, with which two are compared.
+    time : ndarray, shape (n,), or None
+        Output times [s]; None for signals over frequency.
+    band : ndarray, shape (m,), or None
+        Times over whose band materials are reduced [s]; by default the output times.
 
     Raises
     ------
@@ -98,12 +100,18 @@ class Arrays:
     """
 
     def __init__(
-        self, scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...], alone: OneByOne
+        self,
+        scenario: Scenario,
+        prepared: ParametricScenario,
+        names: tuple[str, ...],
+        time: Real | None,
+        band: Real | None,
     ) -> None:
+        free = prepared.free
         _refuse(scenario, free, names)
-        self.scenario, self.free, self.names, self.alone = scenario, free, names, alone
+        self.scenario, self.free, self.names, self.prepared = scenario, free, names, prepared
         self._lock = Lock()  # one scenario at a time is prepared for fingers that are solved one by one
-        self.time = alone.time
+        self.time, self._band = time, band
         self.frequency = scenario.frequency.frequencies()
         self._quantities = {path: quantity_at(scenario, path) for path in free}
         of_drive = tuple(path for path in free if path.startswith("drive."))
@@ -116,8 +124,8 @@ class Arrays:
             self._largest = self._largest_per_parameter()
         of_law = {"electrostatic_force", "lateral_force", "effective_voltage"}
         self._has_modes = bool((OF_FIELDS | of_law if scenario.force.causal else OF_FIELDS) & {*names})
-        band = (self.time if alone.band is None else alone.band) if self._has_modes else None
-        self._reduced = {} if band is None else shared_reductions(scenario, free, band)
+        over = self.time if band is None else band
+        self._reduced = {} if over is None or not self._has_modes else shared_reductions(scenario, free, over)
         if self._reduced and self.drive is None:
             raise NotInArraysError(
                 "the band over which materials are reduced follows from the drive of each finger"
@@ -145,6 +153,10 @@ class Arrays:
                 found[name][fingers] = each
         return {name: found[name] for name in self.names}
 
+    def _alone(self, draws: Mapping[str, Real]) -> dict[str, Any]:
+        """Return the signals of fingers, each computed by itself."""
+        return self.prepared.of_many(draws, names=self.names, time=self.time, band=self._band)
+
     def parts(self, draws: Mapping[str, Real]) -> Iterator[tuple[Any, dict[str, Any]]]:
         """Yield the indices and the signals of some fingers after the other."""
         check_values(self.scenario, self._quantities, draws)
@@ -158,7 +170,7 @@ class Arrays:
                         left = left[size:]
                 except NotInArraysError:  # fingers with fewer modes among others
                     with self._lock:
-                        rows = self.alone.signals({path: values[left] for path, values in draws.items()})
+                        rows = self._alone({path: values[left] for path, values in draws.items()})
                     yield _range(left), rows
 
     def _parts(self, draws: Mapping[str, Real], rows: int) -> Iterator[tuple[dict[str, Any], int]]:
@@ -216,7 +228,7 @@ class Arrays:
         mine = {path: values.tolist() for path, values in draws.items() if path.startswith("drive.")}
         for finger, values in enumerate(zip(*mine.values(), strict=True)):
             with self._lock:
-                drive = self.alone.prepared.scenario(dict(zip(mine, values, strict=True))).drive
+                drive = self.prepared.scenario(dict(zip(mine, values, strict=True))).drive
             if settled:
                 refuse_unrepeated(drive)
             own = excitation(drive, self.time, settled=settled)
@@ -308,7 +320,7 @@ class Arrays:
         """Refuse arrays whose fingers differ from the same fingers one by one."""
         draws = self._two()
         try:
-            expected = self.alone.signals(draws)
+            expected = self._alone(draws)
         except ElectrovibError as error:
             raise NotInArraysError(
                 f"not all values next to those of the scenario are allowed: {error}"
@@ -329,7 +341,7 @@ class Arrays:
     def _two(self) -> dict[str, Real]:
         """Return the values of the scenario, and values next to them within the ranges."""
         found = {}
-        for path, value in self.alone.prepared.begin.items():
+        for path, value in self.prepared.begin.items():
             if not isinstance(value, float):
                 raise NotInArraysError(f"{path} has no value in the scenario")
             quantity = self._quantities[path]

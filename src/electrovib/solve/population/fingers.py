@@ -11,7 +11,7 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
-from electrovib.solve.one_by_one import KERNEL, OneByOne, over_which
+from electrovib.solve.one_by_one import KERNEL, ParametricScenario, over_which
 from electrovib.solve.population.arrays import Arrays
 from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.stack.transfer import NotInArraysError
@@ -107,11 +107,11 @@ class Population:
             self.frequency = scenario.frequency.frequencies()
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
-        self._alone = OneByOne(scenario, self.free, self.names, self.time, band)
+        self.prepared, self._band = ParametricScenario(scenario, self.free), band
         self.method, self.kernel = TOGETHER, kernel_name()
         self._together: Arrays | None = None
         try:
-            self._together = Arrays(scenario, self.free, self.names, self._alone)
+            self._together = Arrays(scenario, self.prepared, self.names, self.time, band)
         except NotInArraysError as reason:
             self.method, self.kernel = f"one by one: {reason}", KERNEL
 
@@ -122,15 +122,20 @@ class Population:
 
     def signals(self, draws: Mapping[str, ArrayLike]) -> dict[str, Any]:
         """Compute the signals of fingers."""
-        return (self._together or self._alone).signals(self.columns(draws))
+        columns = self.columns(draws)
+        return self._alone(columns) if self._together is None else self._together.signals(columns)
 
     def parts(self, draws: Mapping[str, ArrayLike]) -> Iterator[tuple[Any, dict[str, Any]]]:
         """Yield the indices and the signals of some fingers after the other; several threads may do so at once."""
         columns = self.columns(draws)
         if self._together is None:
-            yield slice(None), self._alone.signals(columns)
+            yield slice(None), self._alone(columns)
         else:
             yield from self._together.parts(columns)
+
+    def _alone(self, columns: Mapping[str, Real]) -> dict[str, Any]:
+        """Return the signals of fingers, each computed by itself."""
+        return self.prepared.of_many(columns, names=self.names, time=self.time, band=self._band)
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger."""
@@ -146,7 +151,7 @@ class Population:
                 f"draws: one value for each finger is needed in every array, and at least one finger; {counts or 'none given'}"
             )
         count = shapes.pop()
-        begin = self._alone.prepared.begin
+        begin = self.prepared.begin
         return {path: given[path] if path in given else np.full(count, begin[path]) for path in self.free}
 
 

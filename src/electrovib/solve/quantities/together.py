@@ -234,7 +234,7 @@ class _Cases:
         scenario = self.scenario
         found = {name: row.ravel() for name, row in self._respond(self.transfers, self.times).items()}
         name_interface(scenario, found)
-        alone = solve(scenario, self.section, self.times[0, :1], force_alone=True)
+        alone = solve(scenario, self.section, self.times[0, :1], asked=())
         solution = Solution(found=found, method=alone.method, reason=alone.reason)
         return replace(solution, force=attraction(scenario, total_pull(scenario, solution.amplitudes())))
 

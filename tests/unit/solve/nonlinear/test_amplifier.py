@@ -14,6 +14,7 @@ import electrovib as ev
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.circuit import SeriesElement
+from electrovib.solve.electrics import amplifier as amplifier_module
 from electrovib.solve.electrics.amplifier import LimitedMarch, LimitedPlate, LimitLooks
 from electrovib.solve.electrics.amplifier import amplified_response as behind_limits
 from electrovib.solve.electrics.slewing import Network, overlap
@@ -349,3 +350,20 @@ def test_regimes_that_contradict_each_other_end_with_an_error(monkeypatch, limit
     with pytest.raises(ElectrovibError, match="the amplifier changed more than 16 times at"):
         amplified_response(finger("body").wanted, drive("trapezium"), times, amplifier=amplifier)
     assert len(calls) < 100
+
+
+@pytest.mark.parametrize("gain", [3.0, -3.0])
+@pytest.mark.parametrize("element", ["bare", "body"])
+def test_a_current_within_the_hysteresis_changes_nothing_at_either_limit(
+    element, gain, finger, drive, monkeypatch
+):
+    """Both currents exceed their limits by less than a fifth: at a corner without resistance, between corners with one."""
+    monkeypatch.setattr(amplifier_module, "HYSTERESIS", 0.2)
+    wanted, one, times = finger(element).wanted, drive("trapezium"), np.linspace(0, END, 601)
+    free = linear_response(wanted, one, times, amplifier=Amplifier(gain=gain)).found["amplifier_current"]
+    for share in (1.17, 1.3):
+        limits = {"source_current": free.max() / share, "sink_current": -free.min() / share}
+        found = behind_limits(wanted, one, times, amplifier=Amplifier(gain=gain, **limits))
+        seen = found.found["amplifier_current"]
+        for limit in (limits["source_current"], -limits["sink_current"]):
+            assert (limit in seen) == (share > 1.2)

@@ -7,7 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.solve.one_by_one import OneByOne
+from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population import population
 
 OVER_TIME = ("electrostatic_force", "lateral_force", "normal_force", "drive_voltage", "stack_voltage")
@@ -50,7 +50,7 @@ def difference(scenario, free, names=OVER_TIME, count=3, seed=1, draws=None, tim
     many = population(member, free, names, time)
     given = draw(member, free, count, seed) if draws is None else draws
     found = many.signals(given)
-    expected = OneByOne(member, free, names, many.time).signals(many.columns(given))
+    expected = ParametricScenario(member, free).of_many(many.columns(given), names=names, time=many.time)
     worst = dict.fromkeys(names, 0.0)
     for name in names:
         np.testing.assert_array_equal(np.isnan(found[name]), np.isnan(expected[name]))

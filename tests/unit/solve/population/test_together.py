@@ -1,5 +1,6 @@
 """Fingers in arrays are the same fingers as one by one, and no finger depends on the others."""
 
+import functools
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
-from electrovib.solve.one_by_one import OneByOne
+from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population import arrays, population
 from electrovib.solve.population.columns import check_values, shared_reductions, with_columns
 from electrovib.solve.stack.transfer import NotInArraysError
@@ -189,9 +190,12 @@ def agreement(fingers, member, free, count, time, seed=1):
     except InputError:
         given_ = fingers.draw(member, free, count, seed)
         many = population(member, free, fingers.OVER_TIME, time)
-        for way in (OneByOne(member, free, fingers.OVER_TIME, time), many):
+        alone = functools.partial(
+            ParametricScenario(member, free).of_many, names=fingers.OVER_TIME, time=time
+        )
+        for way in (alone, many.signals):
             with pytest.raises(InputError, match=r"interface_field|has a mean|does not repeat"):
-                way.signals(many.columns(given_))
+                way(many.columns(given_))
         return 0.0
 
 
@@ -329,7 +333,7 @@ def test_fingers_of_another_form_are_those_of_one_by_one(monkeypatch, fingers):
     with (
         monkeypatch.context() as patch
     ):  # fingers with the same numbers of 0 have the same modes: none is alone
-        patch.setattr(OneByOne, "signals", None)
+        patch.setattr(ParametricScenario, "of_many", None)
         assert np.all(np.isfinite(many.signals(draws)["electrostatic_force"]))
     fingers.assert_together(
         member, free[:2], OVER_FREQUENCY[:1], draws={path: draws[path] for path in free[:2]}

@@ -1,4 +1,4 @@
-"""Signals at many points with the same output times: those of the validated path, in closed form where there is one."""
+"""Signals at many points with the same output times: those of a scenario by itself, and of its mechanics in small steps."""
 
 import numpy as np
 import pytest
@@ -10,15 +10,17 @@ from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at
 from electrovib.physics.drive.parts import Linear
 from electrovib.physics.force import ForceLaw
-from electrovib.solve import closed_form
-from electrovib.solve.closed_form import Repeated
+from electrovib.solve import expanded
 from electrovib.solve.electrics.straight import SharedModes, periodic_state
 from electrovib.solve.expanded import Expanded
+from electrovib.solve.mechanics import closed_form, mechanical
 from electrovib.solve.prepare import Prepared
 
 ELECTRICS, MECHANICS = 1e-9, 1e-6
-"""Largest difference over the largest value: of the closed form, and of the validated mechanics, which states it."""
-BEHIND = closed_form.SKIN | {closed_form.READING}
+"""Largest difference over the largest value: of electrical signals, and of the mechanics in steps, which states it."""
+READING = "lateral_force_measured"
+BEHIND = {"lateral_force", "skin_displacement", "skin_speed", READING}
+OFFERED = BEHIND | {"current", "stack_voltage", "effective_voltage", "electrostatic_force"}
 find_members(ForceLaw)  # imports all physics and papers
 SHIPPED = [
     (paper, name) for paper, module in papers().items() for name in getattr(module, "scenarios", dict)()
@@ -27,6 +29,7 @@ ROOTS = {"drive", "stack", "contact", "friction", "circuit", "load", "motion", "
 LATERAL = {"model": "LateralSensor", "natural_frequency": "400 Hz", "damping_ratio": 0.1}
 NORMAL = LATERAL | {"model": "PiezoSensor", "damping_ratio": 0.02, "time_constant": "10 s"}
 PULSE = {"model": "Trapezium", "high": "100 V", "rise": "100 us", "hold": "4 ms", "fall": "100 us"}
+STEP = {"model": "Step", "level": "80 V"}
 SQUARE = {"model": "Square", "low": "-50 V", "high": "70 V"}
 GIVEN = {
     "drive": PULSE,
@@ -41,7 +44,7 @@ CREEP = {"model": "Creep", "steady": {"model": "Coulomb", "coefficient": 0.5}, "
 FREE = ("friction.coefficient", "contact.area", "stack.stratum_corneum.thickness")
 FREE += ("rig.lateral.natural_frequency", "finger.mass")
 NAMES = ("electrostatic_force", "current", "stack_voltage", "lateral_force", "skin_speed")
-NAMES += (closed_form.READING,)
+NAMES += (READING,)
 
 
 def chain(**changes):
@@ -49,27 +52,29 @@ def chain(**changes):
     return ev.load("bau_2010/sine").replace(GIVEN | changes)
 
 
-def validated(scenario, point, names, times):
-    """Return signals of a scenario that is built and validated from the beginning, or the kind of error."""
-    try:
-        made = Prepared(scenario, free=list(point)).scenario(point)
-        found = Expanded(made, times).at(times).signals
-    except ElectrovibError as error:
-        return type(error)
+def by_itself(scenario, point, names, times):
+    """Return signals of a scenario that is built from the beginning, its mechanics in steps, or the kind of error."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(expanded, "attraction_in_pieces", lambda *_, **__: None)
+        try:
+            made = Prepared(scenario, free=list(point)).scenario(point)
+            found = Expanded(made, times).at(times).signals
+        except ElectrovibError as error:
+            return type(error)
     return {name: found[name][1] for name in names}
 
 
 def differences(scenario, points, names, times):
-    """Return the largest difference of both paths over the largest value of each signal."""
-    repeated = Repeated(Prepared(scenario, free=list(points[0])), names, times)
+    """Return the largest difference of both ways over the largest value of each signal."""
+    prepared = Prepared(scenario, free=list(points[0]))
     largest = dict.fromkeys(names, 0.0)
     for point in points:
-        expected = validated(scenario, point, names, times)
+        expected = by_itself(scenario, point, names, times)
         if isinstance(expected, type):
             with pytest.raises(expected):
-                repeated.signals(point)
+                prepared.signals(point, names=names, time=times)
             continue
-        found = repeated.signals(point)
+        found = prepared.signals(point, names=names, time=times)
         for name in names:
             np.testing.assert_array_equal(np.isnan(found[name]), np.isnan(expected[name]))
             scale = np.nanmax(np.abs(expected[name]), initial=0.0) or 1.0
@@ -100,7 +105,7 @@ def agree(off):
     ("paper", "name"),
     [pytest.param(*each, marks=pytest.mark.slow if each[1] == "fig2_tremor" else ()) for each in SHIPPED],
 )
-def test_a_shipped_scenario_gives_the_signals_of_the_validated_path(paper, name):
+def test_a_shipped_scenario_gives_the_signals_of_the_same_by_itself(paper, name):
     scenario = papers()[paper].scenarios()[name]
     rng = np.random.default_rng(len(name))
     offered = [path for path, value, _ in scenario.parameters() if value and path.split(".")[0] in ROOTS]
@@ -108,7 +113,7 @@ def test_a_shipped_scenario_gives_the_signals_of_the_validated_path(paper, name)
     end = scenario.time.duration or scenario.drive.duration
     times = np.unique(np.append(0.0, rng.uniform(0, end, 12)))
     known = Expanded(scenario, times).at(times).signals
-    names = sorted(closed_form.OFFERED & known.keys())
+    names = sorted(OFFERED & known.keys())
     agree(differences(scenario, points_of(scenario, paths, seed=1, count=1)[:1], names, times))
 
 
@@ -116,7 +121,7 @@ def test_a_shipped_scenario_gives_the_signals_of_the_validated_path(paper, name)
     "changes",
     [
         {},
-        {"drive": {"model": "Step", "level": "80 V"}},
+        {"drive": STEP},
         {"drive": SQUARE | {"frequency": "300 Hz"}},
         {"drive": PULSE | {"rise": "0 s", "delay": "1 ms"}},
         {"circuit.return_path.resistance": "0 ohm"},
@@ -133,16 +138,53 @@ def test_a_shipped_scenario_gives_the_signals_of_the_validated_path(paper, name)
     ],
     ids=str,
 )
-def test_the_closed_form_gives_the_signals_of_the_validated_path(changes, monkeypatch):
+def test_the_closed_form_gives_the_signals_of_small_steps(changes, monkeypatch):
     scenario = chain(**changes)
-    assert closed_form.offers(scenario, NAMES)
     times = np.unique(np.append(np.linspace(0, 10e-3, 31), [100e-6, 4.1e-3, 4.2e-3]))
     free = [path for path in FREE if path in {name for name, *_ in scenario.parameters()}]
     points = points_of(scenario, free, seed=2)
     expected = differences(scenario, points, NAMES, times)
-    monkeypatch.setattr(Expanded, "at", None)  # nothing else is called
-    Repeated(Prepared(scenario, free=free), NAMES, times).signals(points[0])
     agree(expected)
+    monkeypatch.setattr(mechanical, "respond_mechanically", None)  # nothing is stepped
+    Prepared(scenario, free=free).signals(points[0], names=NAMES, time=times)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"friction": {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}},
+        {"load.time_profile": {"model": "Press", "rise": "3 ms"}},
+        {"contact": {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.6}},
+        {"drive": SQUARE | {"frequency": "300 Hz"}, "time.initial_state": {"model": "PeriodicState"}},
+    ],
+    ids=["friction", "load", "area", "settled"],
+)
+def test_what_is_no_quadratic_form_of_straight_pieces_is_followed_in_steps(changes):
+    scenario, names = chain(**changes), ("electrostatic_force", "skin_speed", READING)
+    point = {"stack.gap.thickness": 2.5e-6}
+    agree(differences(scenario, [point], names, np.linspace(0, 3e-3, 7)))
+
+
+GAP = "stack.gap.material.conductivity"
+
+
+@pytest.mark.parametrize("edge", [100e-6, 1e-6, 1e-8])
+@pytest.mark.parametrize("conductivity", [2e-9, 1e-10, 2e-12])
+def test_a_slow_mode_behind_a_steep_edge_is_no_difference_of_large_numbers(edge, conductivity):
+    scenario = chain().replace({"drive.rise": edge, "drive.fall": edge, GAP: conductivity})
+    point = {"friction.coefficient": value_at(scenario, "friction.coefficient")}
+    agree(differences(scenario, [point], NAMES, np.linspace(0, 10e-3, 31)))
+
+
+@pytest.mark.parametrize(
+    ("drive", "conductivity", "is_closed"),
+    [(PULSE, 1.6e-9, True), (PULSE, 8e-10, False), (STEP, 1.6e-11, True), (STEP, 8e-12, False)],
+)
+def test_the_closed_form_is_used_up_to_its_limit(drive, conductivity, is_closed):
+    """Modes of 13 and 7/s under a slope of 1e6 V/s; of 0.14 and 0.07/s in 10 ms."""
+    scenario, times = chain(drive=drive).replace({GAP: conductivity}), np.linspace(0, 10e-3, 3)
+    found = closed_form.attraction_in_pieces(scenario, Expanded(scenario, times).section, end=10e-3)
+    assert (found is not None) == is_closed
 
 
 def test_a_law_of_two_amplitudes_has_no_product_of_both(monkeypatch):
@@ -153,15 +195,35 @@ def test_a_law_of_two_amplitudes_has_no_product_of_both(monkeypatch):
         law, "pressure", lambda _, **E: eps0 / 2 * sum(both[name] * each**2 for name, each in E.items())
     )
     names, free, times = (
-        ("electrostatic_force", closed_form.READING),
+        ("electrostatic_force", READING),
         ("contact.area", "stack.gap.thickness"),
         np.linspace(0, 10e-3, 9),
     )
     points = points_of(chain(), free, seed=3)
-    expected = differences(chain(), points, names, times)
-    monkeypatch.setattr(Expanded, "at", None)  # nothing else is called
-    Repeated(Prepared(chain(), free=free), names, times).signals(points[0])
-    agree(expected)
+    agree(differences(chain(), points, names, times))
+    monkeypatch.setattr(mechanical, "respond_mechanically", None)  # nothing is stepped
+    Prepared(chain(), free=free).signals(points[0], names=names, time=times)
+
+
+def test_a_law_of_the_current_follows_the_slope_of_the_drive(monkeypatch):
+    """Without resistance the current has a part that is proportional to the rate of change of the drive."""
+    scenario = chain(**{"circuit.return_path.resistance": 0.0, "circuit.source_resistance": 0.0})
+    law = type(scenario.force)
+    monkeypatch.setattr(law, "amplitudes", lambda _, section: {"flow": section.current_density})
+    monkeypatch.setattr(law, "pressure", lambda _, flow: 1e4 * flow**2)
+    point, times = {"friction.coefficient": 0.5}, np.linspace(0, 10e-3, 41)
+    agree(differences(scenario, [point], ("electrostatic_force", READING), times))
+    monkeypatch.setattr(mechanical, "respond_mechanically", None)  # nothing is stepped
+    Prepared(scenario, free=list(point)).signals(point, names=[READING], time=times)
+
+
+def test_a_signal_alone_is_that_among_all():
+    scenario, times = chain(), np.linspace(0, 10e-3, 11)
+    known = Expanded(scenario, times).at(times).signals
+    assert {"field", "displacement", "interface_field", "drive_voltage", "current"} <= known.keys()
+    for name, (_, row) in known.items():
+        found = Prepared(scenario, free=["contact.area"]).signals({}, names=[name], time=times)[name]
+        np.testing.assert_allclose(found, row, rtol=0, atol=1e-12 * np.max(np.abs(row)))
 
 
 def test_over_another_band_the_materials_are_reduced_again():
@@ -183,7 +245,8 @@ def test_the_last_points_are_kept_and_friction_needs_no_other_electrics(monkeypa
     prepared = Prepared(scenario, free=["friction.coefficient", "contact.area"])
     names = ("electrostatic_force", "lateral_force")
     first = prepared.signals({}, names=names, time=times)
-    monkeypatch.setattr(closed_form.ClosedElectrics, "of", None)  # nothing electrical is computed again
+    prepared.signals({"contact.area": 2e-4}, names=names, time=times)  # a search returns from here
+    monkeypatch.setattr(expanded, "solve", lambda *_, **__: pytest.fail("solved again"))
     doubled = {"friction.coefficient": 2 * prepared.begin["friction.coefficient"]}
     again = prepared.signals(doubled, names=names, time=times)
     np.testing.assert_array_equal(again["electrostatic_force"], first["electrostatic_force"])
@@ -192,10 +255,10 @@ def test_the_last_points_are_kept_and_friction_needs_no_other_electrics(monkeypa
 
 def test_a_drive_of_many_pieces_is_not_evaluated_piece_by_piece(monkeypatch):
     fast = chain(drive=SQUARE | {"frequency": "5 kHz"})
-    monkeypatch.setattr(closed_form.Pieces, "of", None)
+    monkeypatch.setattr(closed_form, "Response", None)
     assert fast.drive.count_corners(10e-3) > closed_form.MOST_PIECES
-    found = Prepared(fast, free=["contact.area"]).signals({}, time=np.linspace(0, 10e-3, 11))
-    assert np.all(np.isfinite(found["electrostatic_force"]))
+    found = Prepared(fast, free=["contact.area"]).signals({}, time=np.linspace(0, 10e-3, 11), names=[READING])
+    assert np.all(np.isfinite(found[READING]))
 
 
 def straight(part, rates, gains, times, state, *, lag=False):
