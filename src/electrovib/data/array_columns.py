@@ -56,7 +56,10 @@ def table_of_arrays(
     columns: list[tuple[str, str, Real]] = []
     not_read: list[NotRead] = []
     origins: dict[str, Any] = {}
+    stated, turned = dict(attributes or {}), []
     for whole in arrays:
+        if _has_a_row_for_each_signal(whole[2]):
+            turned.append(f"{whole[0]}[0] is the first row of {whole[0]}")
         for name, unit, values in _columns_of(*whole, _MOST_COLUMNS):
             found = values if isinstance(values, str) else in_numbers(values, unit, origins)
             if isinstance(found, str):
@@ -65,7 +68,8 @@ def table_of_arrays(
                 columns.append((name, *found))
     inside = [each for each in columns if each[0].startswith((f"{part}.", f"{part}/", f"{part}["))]
     meant = columns if not inside or part in [name for name, *_ in columns] else inside
-    stated = dict(attributes or {})
+    if turned:
+        stated["arrangement"] = f"a row per signal: {', '.join(turned)}"
     if origins:
         stated["first_time"] = ", ".join(map(str, origins.values()))
     try:
@@ -170,7 +174,7 @@ def _columns_of(name: str, unit: str, values: NDArray[Any] | str, most: int) -> 
     elif values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
         yield name, unit, values.ravel()
     else:
-        turned = values.T if values.shape[1] > _MOST_COLUMNS >= values.shape[0] else values
+        turned = values.T if _has_a_row_for_each_signal(values) else values
         shape = " x ".join(map(str, values.shape))
         if turned.ndim > 2:
             yield name, unit, f"has {values.ndim} dimensions ({shape})"
@@ -179,6 +183,15 @@ def _columns_of(name: str, unit: str, values: NDArray[Any] | str, most: int) -> 
         else:
             for at in range(turned.shape[1]):
                 yield f"{name}[{at}]", unit, turned[:, at]
+
+
+def _has_a_row_for_each_signal(values: NDArray[Any] | str) -> bool:
+    """Return whether an array is so wide that its columns cannot be signals."""
+    return (
+        not isinstance(values, str)
+        and values.ndim == 2
+        and values.shape[1] > _MOST_COLUMNS >= values.shape[0] > 1
+    )
 
 
 def _clocks(recorded: Recorded, stated: Mapping[str, str]) -> dict[str, ChannelClock]:

@@ -204,6 +204,11 @@ def _by_pairs(
         first, second = (_in_si(each, unit) for each, unit in zip(columns, units, strict=True))
         if pair[1] == "resistivity" and (second <= 0).any():
             raise InputError(f"column '{columns[1].name}': a resistivity has to be above 0")
+        if pair == ("real", "imaginary") and not np.nan_to_num(second).any():
+            raise InputError(
+                f"columns: '{columns[1].name}' is 0 in every row, so {words} are a magnitude or one trace of two, no impedance:"
+                " choose another table with part (--set part=TABLE), or save R-X or |Z| and its phase in one table"
+            )
         with np.errstate(all="ignore"):  # rows that are not finite are omitted later
             each = np.asarray(pairs[pair](angular_frequency, first, second))
         values[words] = np.where(np.isfinite(each) & (each != 0), each, np.nan)

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from electrovib.data.recorded import DataColumn, Recorded
 
 _NUMERIC: Final = re.compile("double|single|logical|u?int(?:8|16|32|64)")
+_VERSION_4: Final = re.compile(rb"[\0-\x34]\0\0\0|\0\0[\x03-\x04].", re.DOTALL)
+"""First number of a file of version 4: its order of bytes, and the type of its first array, in four decimal digits."""
 _HEADER: Final = 128
 _DEEPEST: Final = 6
 _MOST: Final = 5000
@@ -72,9 +74,10 @@ def _read(path: Path, **arguments: Any) -> dict[str, Any]:
     is_hdf5 = _is_hdf5(path)
     with path.open("rb") as file:
         head = file.read(_HEADER)
-    if not is_hdf5 and not (head.startswith(b"MATLAB 5.0") and head[126:] in (b"IM", b"MI")):
+    is_version5 = head.startswith(b"MATLAB 5.0") and head[126:] in (b"IM", b"MI")
+    if not (is_hdf5 or is_version5 or _VERSION_4.match(head)):
         raise DataFileError(
-            "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7.", path=path
+            "is not a MATLAB file of version 4, 5 or 7.3; in MATLAB save it with -v7.", path=path
         )
     needs = ("h5py",) if is_hdf5 else ("scipy.io",)
     return read_guarded(Reader(f"{__name__}:contents", needs, "a MATLAB file"), path, **arguments)
@@ -131,7 +134,13 @@ def _of_version5(path: Path) -> Iterator[tuple[str, _Entry]]:
     import scipy.io
 
     warnings.simplefilter("ignore")  # of what SciPy finds in a damaged file; this process reads no other
-    for name, file in scipy.io.matlab.varmats_from_mat(io.BytesIO(path.read_bytes())):
+    raw = path.read_bytes()
+    if _VERSION_4.match(raw):
+        for name, value in scipy.io.loadmat(io.BytesIO(raw)).items():
+            if not name.startswith("__"):
+                yield from _in_value(name, value)
+        return
+    for name, file in scipy.io.matlab.varmats_from_mat(io.BytesIO(raw)):
         if name:
             value = scipy.io.loadmat(file)[name]
             of_object = isinstance(value, scipy.io.matlab.MatlabOpaque)
@@ -173,7 +182,7 @@ def _in_value(place: str, value: Any) -> Iterator[tuple[str, _Entry]]:
 def _elements(place: str, value: NDArray[Any]) -> Iterator[tuple[str, Any]]:
     flat = value.reshape(-1, order="F")
     if value.dtype.kind == "O":
-        yield from ((f"{place}{{{at}}}", each) for at, each in enumerate(flat))
+        yield from ((f"{place}{{{at}}}", each) for at, each in enumerate(flat, 1))
     elif value.size == 1:
         yield from ((f"{place}.{field}", flat[0][field]) for field in value.dtype.names or ())
     else:
@@ -214,7 +223,7 @@ def _in_member(path: Path, entry: h5py.Dataset | h5py.Group, place: str) -> Iter
         yield place, _Entry(kind or "field of an array of structs", shape, has_parts=True)
         struct, _, field = place.rpartition(".")
         for at, reference in enumerate(entry[()].ravel()[:_MOST] if place.count("{") < _DEEPEST else ()):
-            name = f"{place}{{{at}}}" if kind else f"{struct}[{at}].{field}"
+            name = f"{place}{{{at + 1}}}" if kind else f"{struct}[{at}].{field}"
             yield from _in_member(path, entry.file[reference], name)
     elif kind == "char":
         yield (

@@ -106,7 +106,7 @@ def read_numpy(path: Path, *, part: str = "") -> Recorded:
     elif array.ndim in (1, 2):
         whole = array if array.ndim == 2 else array[:, None]
         if whole.shape[1] > whole.shape[0] and whole.shape[0] <= _MOST_ROWS:
-            whole, attributes = whole.T, {"arrangement": "a row per signal"}
+            whole, attributes = whole.T, {"arrangement": "a row per signal: column 0 is the first row"}
         if whole.shape[1] > MOST_COLUMNS:
             raise DataFileError(
                 f"holds {whole.shape[1]} columns; at most {MOST_COLUMNS} are read.", path=path

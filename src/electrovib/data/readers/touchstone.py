@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import re
 from typing import TYPE_CHECKING, Final
 
@@ -40,7 +41,7 @@ def read_touchstone(path: Path) -> Recorded:
     unit = next((word for word in options if word in _FREQUENCY), "GHZ")
     kind = next((word for word in options if word in ("S", "Z", "Y", "G", "H")), "S")
     form = next((word for word in options if word in ("MA", "DB", "RI")), "MA")
-    resistance = " ".join(options).partition(" R ")[2] or "50"
+    resistance = next((after for word, after in itertools.pairwise([*options, ""]) if word == "R"), "50")
     reference = float(_stated(path, sections, "reference", resistance))
     name = _SUFFIX.fullmatch(path.suffix.lower())
     ports = _stated(path, sections, "number of ports", name[1] if name else "1")
