@@ -141,13 +141,12 @@ def in_numbers(values: NDArray[Any] | str, unit: str, origins: dict[str, Any]) -
     if kind in "mM":
         own = np.datetime_data(values.dtype)[0]
         unit = own if own in _UNITS_OF_TIME else "s"
-        missing = np.isnat(values)
-        values = values.astype(f"{kind}8[{unit}]")
+        times, missing = values.astype(f"{kind}8[{unit}]"), np.isnat(values)
         if missing.all():
             return "holds no time"
         if kind == "M":
-            values = values - origins.setdefault("date", values[~missing][0]).astype(values.dtype)
-        numbers = values.astype(np.int64).astype(float)
+            times = times - origins.setdefault("date", times[~missing][0]).astype(times.dtype)
+        numbers = times.astype(np.int64).astype(float)
         numbers[missing] = np.nan
         return unit, numbers
     if kind not in "fiub":

@@ -86,15 +86,12 @@ class DataColumn:
         if expected is None or own is None:
             unknown = self.unit if expected else asked
             known = ", ".join(kind for kind in KINDS if kind != "1")
-            raise DataFileError(
-                f"{self.called}: '{unknown}' is not a known unit; known, also with prefixes: {known}.",
-                path=path,
-            )
+            why = f"{self.called}: '{unknown}' is not a known unit; known, also with prefixes: {known}."
+            raise DataFileError(why, path=path)
         if own[0] != expected[0]:
             kind = KINDS[expected[0]][0]
-            raise DataFileError(
-                f"{self.called} is in '{self.unit}', but {kind} is needed, such as '{asked}'.", path=path
-            )
+            why = f"{self.called} is in '{self.unit}', but {kind} is needed, such as '{asked}'."
+            raise DataFileError(why, path=path)
         return own[1]
 
 
@@ -262,6 +259,7 @@ def recorded_of(
     start: float = 0.0,
     attributes: Mapping[str, str] | None = None,
     part: str = "",
+    not_read: Iterable[NotRead] = (),
 ) -> Recorded:
     """Return columns as the content of a file; of columns of several lengths those like `part`, or that hold most numbers."""
     by_length: dict[int, list[tuple[str, str, Real]]] = defaultdict(list)
@@ -300,7 +298,7 @@ def recorded_of(
         step=step,
         start=start,
         attributes=attributes or {},
-        not_read=others,
+        not_read=(*others, *not_read),
     )
 
 

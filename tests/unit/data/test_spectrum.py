@@ -162,7 +162,7 @@ def test_a_trace_of_zeros_is_no_imaginary_part():
     table = recorded_of(
         Path("a.txt"), [("Frequency", "Hz", grid), ("Real", "", 1e6 / grid), ("Imag", "", 0 * grid)]
     )
-    with pytest.raises(InputError, match="'Imag' is 0 in every row.*choose another table with part"):
+    with pytest.raises(InputError, match=r"'Imag' is 0 in every row.*choose another table with part"):
         spectrum_of(table)
 
 

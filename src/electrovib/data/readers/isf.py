@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from typing import TYPE_CHECKING, Final
 
@@ -59,9 +58,9 @@ def read_isf(path: Path) -> Recorded:
         pairs, step = np.sort(values.reshape(-1, 2)), 2 * step
         table = {f"{name} minimum": pairs[:, 0], f"{name} maximum": pairs[:, 1]}
     columns = [(label, unit, samples) for label, samples in table.items()]
-    found = recorded_of(path, columns, step=step, start=start, attributes=keys)
     more = NotRead(name=f"{len(rest)} bytes behind the curve", why="of a file the first curve is read")
-    return dataclasses.replace(found, not_read=(more,) if rest.strip(b";\r\n") else ())
+    others = [more] if rest.strip(b";\r\n") else []
+    return recorded_of(path, columns, step=step, start=start, attributes=keys, not_read=others)
 
 
 class NoNumberError(ValueError):

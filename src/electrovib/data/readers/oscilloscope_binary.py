@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -43,9 +42,9 @@ def read_oscilloscope_binary(path: Path) -> Recorded:
     )
     step, start, model, frames = found.pop("about")
     table = [(name, unit, values) for (_, name, unit), values in found.items()]
-    recorded = recorded_of(path, table, step=step, start=start, attributes={"model": model} | _unsure(path))
-    others = (NotRead(name=f"frames 2 to {frames} of {frames}", why="of a file the first frame is read"),)
-    return replace(recorded, not_read=recorded.not_read + others if frames > 1 else recorded.not_read)
+    later = NotRead(name=f"frames 2 to {frames} of {frames}", why="of a file the first frame is read")
+    about, others = {"model": model} | _unsure(path), [later] if frames > 1 else []
+    return recorded_of(path, table, step=step, start=start, attributes=about, not_read=others)
 
 
 def _unsure(path: Path) -> dict[str, str]:

@@ -34,11 +34,11 @@ def read_tdms(path: Path, *, part: str = "") -> Recorded:
     The times of waveforms count from the earliest start among all channels of the file.
     """
     found = read_guarded(Reader(f"{__name__}:channels", (_PACKAGE, "numpy"), "an NI TDMS file"), path)
-    others = tuple(NotRead(name=name, why=why) for name, why in found.pop("not read", []))
+    others = [NotRead(name=name, why=why) for name, why in found.pop("not read", [])]
     origin = found.pop("first time", "")
     table = [(name, unit, values) for (_, name, unit, *_), values in found.items()]
     about = {"first_time": origin} if origin else {}
-    recorded = recorded_of(path, table, attributes=about, part=part)
+    recorded = recorded_of(path, table, attributes=about, part=part, not_read=others)
     stated = {name: ChannelClock(step=step, start=start) for _, name, _, step, start in found}
     evenly = {each.name: stated[each.name] for each in recorded.channels if each.name != recorded.time}
     first = next((each for each in evenly.values() if each.step is not None), ChannelClock())
@@ -48,7 +48,6 @@ def read_tdms(path: Path, *, part: str = "") -> Recorded:
         step=first.step,
         start=first.start,
         clocks={} if recorded.time else clocks,
-        not_read=(*recorded.not_read, *others),
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import re
 from typing import TYPE_CHECKING, Final
@@ -68,11 +67,9 @@ def read_touchstone(path: Path) -> Recorded:
     columns = [
         ("frequency", "Hz", frequency * _FREQUENCY[unit]), ("Z'", "ohm", impedance.real), ("Z''", "ohm", impedance.imag),
     ]  # fmt: skip
-    found = recorded_of(
-        path, columns, attributes={"parameters": f"{kind} {form}, reference {reference:g} ohm"}
-    )
+    about = {"parameters": f"{kind} {form}, reference {reference:g} ohm"}
     noise = [NotRead(name=key, why="only network data are read") for key in sections if key == "noise data"]
-    return dataclasses.replace(found, not_read=tuple(noise))
+    return recorded_of(path, columns, attributes=about, not_read=noise)
 
 
 def _stated(path: Path, sections: dict[str, str], key: str, otherwise: str) -> str:
