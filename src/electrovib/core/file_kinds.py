@@ -24,6 +24,15 @@ _SOUND: Final = (
 _CDF_5: Final = "netCDF in the form CDF-5, which is not read; convert it with 'nccopy -k nc4 {} NEW.nc'"
 _SPREADSHEET: Final = "a spreadsheet in a format that is not read; save it as .csv or .xlsx"
 _IMPEDANCE: Final = "a file of a potentiostat or impedance analyser in its own form; export the spectrum there as .csv or .txt"
+_WEB: Final = "a page of the web (HTML); save the table that it shows as .csv"
+_DATABASE: Final = "a database (SQLite); write the table in it to a .csv"
+_PARQUET: Final = "a table in the format Parquet, which is not read; write it as .csv, such as with pandas"
+_PICKLE: Final = "a pickle of Python, which may run any program and is not read; save the numbers with numpy.save or as .csv"
+_MDF: Final = (
+    "measurement data in the format MDF (.mf4), which is not read; export the channels as .csv or .mat"
+)
+_XML: Final = "a file of XML, such as TDM of DIAdem, which is not read; save the table there as .csv or .tdms"
+_JSON: Final = "JSON, which holds no table of its own; write the arrays in it as .csv or .npz"
 _TABLE: Final = "a table of numbers; 'electrovib import {}' reads it"
 _TABLES: Final = ".csv .txt .dat .tsv .xlsx .xlsm .tdms .wav .isf .h5 .hdf5 .mat .nc"
 _WORDS: Final = {
@@ -33,7 +42,13 @@ _WORDS: Final = {
     _IMPEDANCE: ".idf .ids .isw .dfr .i2b .pssession .mpr",
     _SPREADSHEET: ".xls .xlsb .ods .numbers .gsheet",
     _SOUND: ".aif .aiff .aifc .flac .w64 .ogg .opus .mp3 .m4a .caf .au",
-    "a page of the web; save the data that it shows as .csv": ".html .htm",
+    _WEB: ".html .htm",
+    _DATABASE: ".sqlite .sqlite3 .db",
+    _PARQUET: ".parquet .feather .arrow",
+    _PICKLE: ".pkl .pickle",
+    _MDF: ".mf4 .mdf",
+    _XML: ".tdm .xml",
+    _JSON: ".json",
     "a study store; 'electrovib report {}' shows it": ".zarr",
     "Python; models of your own are named before the command: 'electrovib --models {} ...'": ".py",
     "a file of electrovib; a scenario is simulated by 'electrovib run {}'": ".toml",
@@ -43,6 +58,7 @@ _BEGINNINGS: Final = {
     b"\xd0\xcf\x11\xe0": _SPREADSHEET, b"PK\x03\x04": _ARCHIVE, b"\x1f\x8b": _ARCHIVE, b"Rar!": _ARCHIVE,
     b"7z\xbc\xaf": _ARCHIVE, b"%PDF": _DOCUMENT, b"\x89PNG": _PICTURE, b"\xff\xd8\xff": _PICTURE, b"GIF8": _PICTURE,
     b"fLaC": _SOUND, b"riff\x2e\x91": _SOUND, b"OggS": _SOUND, b"caff": _SOUND, b".snd": _SOUND, b"CDF\x05": _CDF_5,
+    b"SQLite format 3": _DATABASE, b"PAR1": _PARQUET, b"MDF ": _MDF, b"<?xml": _XML,
 }  # fmt: skip
 
 
@@ -58,9 +74,11 @@ def foreign(path: Path, head: bytes = b"") -> str:
     begun = next((words for start, words in _BEGINNINGS.items() if head.startswith(start)), "")
     if head[:4] == b"FORM" and head[8:11] == b"AIF":
         begun = _SOUND
+    if head.lstrip(b"\xef\xbb\xbf \t\r\n")[:20].lower().startswith((b"<!doctype html", b"<html", b"<table")):
+        begun = _WEB
     if (head.startswith(b"PK") and b".npy" in head) or b"xl/" in head or b"[Content_Types]" in head:
         begun = ""
-    words = _BY_SUFFIX.get(path.suffix.lower(), begun)
+    words = begun if begun == _WEB else _BY_SUFFIX.get(path.suffix.lower(), begun)
     is_text = path.suffix.lower() == ".xls" and head and not begun  # as instruments call a table with tabs
     return f"is {words.replace('{}', str(path))}" if words and not is_text else ""
 

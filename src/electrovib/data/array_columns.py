@@ -13,6 +13,7 @@ from electrovib.data.recorded import (
     ChannelClock,
     DataColumn,
     NotRead,
+    called,
     is_named_time,
     recorded_of,
 )
@@ -56,16 +57,20 @@ def table_of_arrays(
     columns: list[tuple[str, str, Real]] = []
     not_read: list[NotRead] = []
     origins: dict[str, Any] = {}
+    stated, turned = dict(attributes or {}), []
     for whole in arrays:
+        if _has_a_row_for_each_signal(whole[2]):
+            turned.append(f"{whole[0]}[0] is the first row of {whole[0]}")
         for name, unit, values in _columns_of(*whole, _MOST_COLUMNS):
-            found = values if isinstance(values, str) else in_numbers(values, unit, origins)
+            found = in_numbers(values, unit, origins)
             if isinstance(found, str):
                 not_read.append(NotRead(name=name, why=found))
             else:
                 columns.append((name, *found))
     inside = [each for each in columns if each[0].startswith((f"{part}.", f"{part}/", f"{part}["))]
     meant = columns if not inside or part in [name for name, *_ in columns] else inside
-    stated = dict(attributes or {})
+    if turned:
+        stated["arrangement"] = f"a row per signal: {', '.join(turned)}"
     if origins:
         stated["first_time"] = ", ".join(map(str, origins.values()))
     try:
@@ -87,19 +92,20 @@ def table_of_arrays(
 
 
 def chosen_columns(
-    path: Path, arrays: Iterable[_Column], columns: Sequence[str | int]
+    path: Path, arrays: Iterable[_Column], columns: Sequence[str | int], *, are_numbered: bool = False
 ) -> dict[str | int, DataColumn]:
-    """Return columns of named arrays by name, with a unit behind it if the file has none, or of a single array by number."""
+    """Return columns by name, with a unit behind it if the file has none, or by number if they are those of one array."""
     there = list(arrays)
     table = [each for whole in there for each in _columns_of(*whole, MOST_COLUMNS)]
-    numbered = table if sum(not isinstance(values, str) for *_, values in there) == 1 else []
+    is_one = are_numbered or sum(not isinstance(values, str) for *_, values in there) == 1
+    numbered = table if is_one else []
     origins: dict[str, Any] = {}
     found: dict[str | int, DataColumn] = {}
     for column in columns:
         (name, unit, values), stated = _chosen(path, table, numbered, column)
-        read = values if isinstance(values, str) else in_numbers(values, unit, origins)
+        read = in_numbers(values, unit, origins)
         if isinstance(read, str):
-            raise DataFileError(f"column '{name}' {read}.", path=path)
+            raise DataFileError(f"{called(name)} {read}.", path=path)
         found[column] = DataColumn(name=name, unit=stated or read[0], values=read[1])
     return found
 
@@ -114,9 +120,8 @@ def _chosen(
         numbers = [each for each in numbered if not isinstance(each[2], str)]
         if not 0 <= column < len(numbers):
             how = f"they are numbered 0 to {len(numbers) - 1}" if numbers else "ask by name"
-            raise DataFileError(
-                f"there is no column {column}; {how}. It has: {listed or 'nothing'}.", path=path
-            )
+            why = f"there is no column {column}; {how}. It has: {listed or 'nothing'}."
+            raise DataFileError(why, path=path)
         return numbers[column], ""
     name, unit = (column, "") if column in names else name_and_known_unit(column)
     if unit.isdigit() or name not in names:
@@ -128,32 +133,30 @@ def _chosen(
     return table[names.index(name)], unit
 
 
-def in_numbers(values: NDArray[Any], unit: str, origins: dict[str, Any]) -> tuple[str, Real] | str:
+def in_numbers(values: NDArray[Any] | str, unit: str, origins: dict[str, Any]) -> tuple[str, Real] | str:
     """Return unit and numbers of a row, or why it is none; times are counted from the first, kept in `origins`."""
+    if isinstance(values, str):
+        return values
     kind = values.dtype.kind
     if kind in "mM":
         own = np.datetime_data(values.dtype)[0]
         unit = own if own in _UNITS_OF_TIME else "s"
-        values, missing = values.astype(f"{kind}8[{unit}]"), np.isnat(values)
+        times, missing = values.astype(f"{kind}8[{unit}]"), np.isnat(values)
         if missing.all():
             return "holds no time"
         if kind == "M":
-            values = values - origins.setdefault("date", values[~missing][0]).astype(values.dtype)
-        numbers = values.astype(np.int64).astype(float)
+            times = times - origins.setdefault("date", times[~missing][0]).astype(times.dtype)
+        numbers = times.astype(np.int64).astype(float)
         numbers[missing] = np.nan
         return unit, numbers
     if kind not in "fiub":
         return f"holds {_NO_NUMBERS[kind]}"
-    if kind in "iu" and values.itemsize == 8 and values.size and _largest(values) > _EXACT:
+    if kind in "iu" and values.itemsize == 8 and max(int(values.max()), -int(values.min())) > _EXACT:
         if (values[1:] < values[:-1]).any():
             return f"holds whole numbers beyond {_EXACT}, which floats do not keep apart"
         values = values - origins.setdefault(f"in {unit}", values[0])
     with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
         return unit, np.asarray(values, dtype=float)
-
-
-def _largest(values: NDArray[Any]) -> int:
-    return max(abs(int(values.min())), abs(int(values.max())))
 
 
 def _columns_of(name: str, unit: str, values: NDArray[Any] | str, most: int) -> Iterator[_Column]:
@@ -170,7 +173,7 @@ def _columns_of(name: str, unit: str, values: NDArray[Any] | str, most: int) -> 
     elif values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
         yield name, unit, values.ravel()
     else:
-        turned = values.T if values.shape[1] > _MOST_COLUMNS >= values.shape[0] else values
+        turned = values.T if _has_a_row_for_each_signal(values) else values
         shape = " x ".join(map(str, values.shape))
         if turned.ndim > 2:
             yield name, unit, f"has {values.ndim} dimensions ({shape})"
@@ -179,6 +182,15 @@ def _columns_of(name: str, unit: str, values: NDArray[Any] | str, most: int) -> 
         else:
             for at in range(turned.shape[1]):
                 yield f"{name}[{at}]", unit, turned[:, at]
+
+
+def _has_a_row_for_each_signal(values: NDArray[Any] | str) -> bool:
+    """Return whether an array is so wide that its columns cannot be signals."""
+    return (
+        not isinstance(values, str)
+        and values.ndim == 2
+        and values.shape[1] > _MOST_COLUMNS >= values.shape[0] > 1
+    )
 
 
 def _clocks(recorded: Recorded, stated: Mapping[str, str]) -> dict[str, ChannelClock]:

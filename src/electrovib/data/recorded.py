@@ -29,6 +29,11 @@ _MOST_LISTED: Final = 20
 OTHER_PART: Final = "another part; choose it with part (--set part=NAME)"
 
 
+def called(name: str) -> str:
+    """Return what a column is called in a message."""
+    return name if re.fullmatch(r"column \d+", name) else f"column '{name}'"
+
+
 @dataclass(frozen=True, kw_only=True)
 class DataColumn:
     """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty.
@@ -45,7 +50,7 @@ class DataColumn:
     @property
     def called(self) -> str:
         """What the column is called in a message."""
-        return self.label or f"column '{self.name}'"
+        return self.label or called(self.name)
 
     def in_si(self, path: Path, asked: str, *, missing: bool = False) -> Real:
         """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them."""
@@ -81,15 +86,12 @@ class DataColumn:
         if expected is None or own is None:
             unknown = self.unit if expected else asked
             known = ", ".join(kind for kind in KINDS if kind != "1")
-            raise DataFileError(
-                f"{self.called}: '{unknown}' is not a known unit; known, also with prefixes: {known}.",
-                path=path,
-            )
+            why = f"{self.called}: '{unknown}' is not a known unit; known, also with prefixes: {known}."
+            raise DataFileError(why, path=path)
         if own[0] != expected[0]:
             kind = KINDS[expected[0]][0]
-            raise DataFileError(
-                f"{self.called} is in '{self.unit}', but {kind} is needed, such as '{asked}'.", path=path
-            )
+            why = f"{self.called} is in '{self.unit}', but {kind} is needed, such as '{asked}'."
+            raise DataFileError(why, path=path)
         return own[1]
 
 
@@ -202,23 +204,6 @@ def without_missing_numbers(recorded: Recorded) -> Recorded:
     return dataclasses.replace(recorded, channels=tuple(channels), not_read=(*recorded.not_read, *named))
 
 
-def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> None:
-    """Refuse anything but a one-dimensional array of real numbers."""
-    if dimensions != 1 or dtype.kind not in "fiu":
-        kind = f"{dimensions} dimensions" if dimensions != 1 else f"'{dtype}'"
-        raise DataFileError(f"{label} holds {kind}, but a row of real numbers is needed.", path=path)
-
-
-def real_numbers(
-    path: Path, label: str, array: np.ndarray[Any, np.dtype[Any]], unit: str, word: str = "row"
-) -> DataColumn:
-    """Return an array of a binary file as a column."""
-    check_row(path, label, array.ndim, array.dtype)
-    with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
-        values = np.asarray(array, dtype=np.float64)
-    return DataColumn(name=label, unit=unit, values=values, label=label, place=word)
-
-
 def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
     """Return the number of a column, found by number, by heading, or by heading without the unit."""
     if isinstance(column, int):
@@ -284,6 +269,7 @@ def recorded_of(
     start: float = 0.0,
     attributes: Mapping[str, str] | None = None,
     part: str = "",
+    not_read: Iterable[NotRead] = (),
 ) -> Recorded:
     """Return columns as the content of a file; of columns of several lengths those like `part`, or that hold most numbers."""
     by_length: dict[int, list[tuple[str, str, Real]]] = defaultdict(list)
@@ -322,7 +308,7 @@ def recorded_of(
         step=step,
         start=start,
         attributes=attributes or {},
-        not_read=others,
+        not_read=(*others, *not_read),
     )
 
 

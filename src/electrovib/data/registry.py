@@ -78,11 +78,9 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
 def _check_package(path: Path, chosen: FileFormat) -> None:
     """Refuse to read a file without the package that reads it."""
     if chosen.package and importlib.util.find_spec(chosen.package) is None:
-        raise DataFileError(
-            f"is read with the package {chosen.package}, which is not installed: pip install"
-            f" 'electrovib[{_EXTRA}]'{chosen.otherwise}",
-            path=path,
-        )
+        how = f"pip install 'electrovib[{_EXTRA}]'{chosen.otherwise}"
+        why = f"is read with the package {chosen.package}, which is not installed: {how}"
+        raise DataFileError(why, path=path)
 
 
 def format_lines() -> list[str]:

@@ -204,6 +204,11 @@ def _by_pairs(
         first, second = (_in_si(each, unit) for each, unit in zip(columns, units, strict=True))
         if pair[1] == "resistivity" and (second <= 0).any():
             raise InputError(f"column '{columns[1].name}': a resistivity has to be above 0")
+        if pair == ("real", "imaginary") and not np.nan_to_num(second).any():
+            raise InputError(
+                f"columns: '{columns[1].name}' is 0 in every row, so {words} are a magnitude or one trace of two, no impedance:"
+                " choose another table with part (--set part=TABLE), or save R-X or |Z| and its phase in one table"
+            )
         with np.errstate(all="ignore"):  # rows that are not finite are omitted later
             each = np.asarray(pairs[pair](angular_frequency, first, second))
         values[words] = np.where(np.isfinite(each) & (each != 0), each, np.nan)
@@ -297,23 +302,14 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
                 and not (heading == "d" and channel.unit not in ("", "1", "%"))  # a thickness or a diameter
             ):
                 found[minus + meaning] = channel
-    _by_unit(recorded, found)
-    return found
-
-
-def _by_unit(recorded: Recorded, found: dict[str, DataColumn]) -> None:
-    """Find conductivity and resistivity beside a permittivity by their units, whatever their headings are."""
-    if "permittivity" not in found:
-        return
     used = {channel.name for channel in found.values()}
-    for meaning in ("conductivity", "resistivity"):
-        named = [
-            each
-            for each in recorded.channels
-            if each.name not in used and _kind(each) == _MEANINGS[meaning][0]
-        ]
-        if meaning not in found and len(named) == 1:
-            found[meaning] = named[0]
+    left = [each for each in recorded.channels if each.name not in used]
+    # beside a permittivity these are known by their units, whatever their headings are
+    for meaning in ("conductivity", "resistivity") if "permittivity" in found else ():
+        alike = [each for each in left if _kind(each) == _MEANINGS[meaning][0]]
+        if meaning not in found and len(alike) == 1:
+            found[meaning] = alike[0]
+    return found
 
 
 def _no_spectrum(recorded: Recorded, why: str) -> InputError:
@@ -367,9 +363,7 @@ def _refuse_contradiction(statements: Mapping[str, Real | Complex]) -> None:
     for (first, one), (noun, other) in itertools.combinations(statements.items(), 2):
         larger = np.maximum(np.abs(one), np.abs(other))
         good = np.isfinite(larger) & (larger > 0)
-        apart = (
-            float(np.median((np.abs(one - other) / np.where(good, larger, 1.0))[good])) if good.any() else 0.0
-        )
+        apart = float(np.median(np.abs(one - other)[good] / larger[good])) if good.any() else 0.0
         if apart > _APART:
             raise InputError(
                 f"{first} differ from {noun} by {apart:.2g} of the larger one: they belong to different quantities or units."
@@ -390,9 +384,8 @@ def sweeps_of(frequency: Real) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]
     begins, direction = [0], 0
     for place, change in enumerate(changes, 1):
         if direction and change == -direction:
-            begins.append(
-                place if changes[place - 2] else place - 1
-            )  # both may hold the frequency of the turn
+            # both may hold the frequency of the turn
+            begins.append(place if changes[place - 2] else place - 1)
             direction = 0
         elif change:
             direction = int(change)
@@ -404,11 +397,8 @@ def chosen_sweep(frequency: Real, spectrum: int) -> tuple[np.ndarray[tuple[int],
     """Return the rows of one spectrum, and what was chosen among several."""
     found = sweeps_of(frequency)
     if spectrum > len(found):
-        raise InputError(
-            f"part = spectrum {spectrum}: the table has {len(found)} spectrum"
-            if len(found) == 1
-            else f"part = spectrum {spectrum}: the table has {len(found)} spectra, spectrum 1 to spectrum {len(found)}"
-        )
+        has = f"{len(found)} spectra, spectrum 1 to spectrum {len(found)}" if len(found) > 1 else "1 spectrum"
+        raise InputError(f"part = spectrum {spectrum}: the table has {has}")
     if len(found) == 1:
         return found[0], ""
     number = spectrum or 1

@@ -11,6 +11,7 @@ import xarray
 from electrovib.core.errors import DataFileError
 from electrovib.data.array_columns import table_of_arrays
 from electrovib.data.registry import read_columns, read_recorded
+from electrovib.recordings.importing.listing import list_columns
 
 N = 500
 FORCE = 0.3 + 0.1 * np.sin(np.arange(N) / 20)
@@ -134,10 +135,24 @@ def test_structs_and_cells_of_matlab_are_columns_with_their_own_times(tmp_path):
     assert found.time == "trials[0].time"
     assert found.clocks["trials[2].force"].time == "trials[2].time"
     assert "trials[0].force" not in found.clocks
-    assert {"trials[1].name", "cell{1}", "z", "cube"} <= set(reasons(found))
+    assert {"trials[1].name", "cell{2}", "z", "cube"} <= set(reasons(found))
     second = read_recorded(tmp_path / "a.mat", part="trials[1]")
     assert [each.name for each in second.channels] == ["trials[1].time", "trials[1].force"]
-    assert reasons(second)["cell{0}"] == "it belongs to another part; read it with part = cell{0}"
+    assert reasons(second)["cell{1}"] == "it belongs to another part; read it with part = cell{1}"
+
+
+def test_matrices_of_version_4_and_a_row_for_each_signal(tmp_path):
+    wide = np.stack([FORCE, 2 * FORCE, 3 * FORCE])
+    scipy.io.savemat(tmp_path / "a.mat", {"wide": wide, "t": np.arange(N) * 1e-3}, format="4")
+    scipy.io.savemat(tmp_path / "b.mat", {"wide": wide, "t": np.arange(N) * 1e-3})
+    for name in ("a.mat", "b.mat"):
+        found = read_recorded(tmp_path / name)
+        np.testing.assert_array_equal(column(found, "wide[2]"), 3 * FORCE)
+        assert found.attributes["arrangement"] == "a row per signal: wide[0] is the first row of wide"
+        assert "wide[0] is the first row of wide" in "\n".join(list_columns(tmp_path / name))
+    (tmp_path / "a.mat").write_bytes((tmp_path / "a.mat").read_bytes()[:5000])
+    with pytest.raises(DataFileError, match="damaged"):
+        read_recorded(tmp_path / "a.mat")
 
 
 def test_structs_and_cells_of_version_73(tmp_path):
@@ -153,8 +168,8 @@ def test_structs_and_cells_of_version_73(tmp_path):
         file["trials"].attrs["MATLAB_class"] = np.bytes_("struct")
     found = read_recorded(tmp_path / "a.mat")
     assert [each.name for each in found.channels] == [
-        "cell{0}",
         "cell{1}",
+        "cell{2}",
         "trials[0].force",
         "trials[1].force",
     ]

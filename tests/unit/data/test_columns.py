@@ -253,10 +253,10 @@ NOT_PLAIN = "holds Python objects, which are not unpickled"
     ("array", "wanted", "words"),
     [
         (np.zeros((3, 2)), {"x": (2, "V")}, "there is no column 2"),
-        (np.zeros((3, 2)), WANTED, "has no headings; ask for column 'time' by its number"),
-        (np.zeros((1, 2)), BY_NUMBER, "column 0 has only one row"),
-        (np.zeros((0, 2)), BY_NUMBER, "column 0 has no rows"),
-        (np.zeros(7), BY_NUMBER, r"shape \(7,\), not a row per sample"),
+        (np.zeros((3, 2)), WANTED, "there is no column 'time'. It has: column 0, column 1"),
+        (np.zeros((1, 2)), BY_NUMBER, "there is no column 1; they are numbered 0 to 0"),
+        (np.zeros((0, 2)), BY_NUMBER, "there is no column 0"),
+        (np.zeros(7), BY_NUMBER, "there is no column 1; they are numbered 0 to 0"),
         (np.zeros((2, 3, 4)), BY_NUMBER, r"shape \(2, 3, 4\)"),
         (
             np.array([[0, 1], [1, np.nan]]),
@@ -264,10 +264,14 @@ NOT_PLAIN = "holds Python objects, which are not unpickled"
             "row 1 .first is 0., column 1: nan is not a finite number",
         ),
         (np.array([SIGNALLING, SIGNALLING]).T, BY_NUMBER, "nan is not a finite number"),
-        (np.zeros((3, 2), complex), BY_NUMBER, "column 0 holds 'complex128'"),
-        (np.array([["a", "b"]] * 2), BY_NUMBER, "column 0 holds '<U1'"),
+        (np.zeros((3, 2), complex), BY_NUMBER, "column 0 holds complex numbers"),
+        (np.array([["a", "b"]] * 2), BY_NUMBER, "column 0 holds text"),
         (np.array([[{}, 1], [2, 3]], dtype=object), BY_NUMBER, NOT_PLAIN),
-        (np.zeros(3, [("time", "f8", (2,)), ("voltage", "f8")]), WANTED, "column 'time' holds 2 dimensions"),
+        (
+            np.zeros(3, [("time", "f8", (2,)), ("voltage", "f8")]),
+            WANTED,
+            "no column 'time'. Did you mean 'time.1.'",
+        ),
         (np.zeros(3, [("time", "f8"), ("volt", "f8")]), WANTED, "no column 'voltage'. Did you mean 'volt'"),
     ],
 )

@@ -41,7 +41,7 @@ def test_numpy_rows_columns_and_fields(tmp_path):
     np.testing.assert_array_equal(found.channels[1].values, V)
     np.save(tmp_path / "b.npy", np.ones((2, 65)))
     turned = read_recorded(tmp_path / "b.npy")
-    assert turned.attributes["arrangement"] == "a row per signal"
+    assert turned.attributes["arrangement"] == "a row per signal: column 0 is the first row"
     assert turned.size == 65
     fields = np.zeros(5, [("time [ms]", "f8"), ("force [N]", "f4"), ("word", "U3")])
     fields["time [ms]"] = np.arange(5)
@@ -240,7 +240,12 @@ def test_a_waveform_of_tektronix_states_its_unit_its_frames_and_its_envelope(tmp
     assert found.channels[0].values.size == 3
     assert [each.name for each in found.not_read] == ["frames 2 to 3 of 3"]
     envelope, cut = tektronix_wfm([1, 2, 3], storage=1), tektronix_wfm([1, 2, 3])[:400]
-    for raw, words in ((envelope, "envelope"), (cut, "Tektronix")):
+    carrier = envelope + b"tekmeta!" + b"\x12\0\0\0IQ_centerFrequency\x03" + bytes(8)
+    for raw, words in (
+        (envelope, "a.wfm: holds an envelope"),
+        (cut, "damaged or not .* Tektronix"),
+        (carrier, "a.wfm: holds I and Q, the two parts of a modulated carrier"),
+    ):
         (tmp_path / "a.wfm").write_bytes(raw)
         with pytest.raises(DataFileError, match=words):
             read_recorded(tmp_path / "a.wfm")
@@ -312,6 +317,18 @@ def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
         ("c.npy", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a NumPy file"),
         ("c.nc", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a netCDF file"),
         ("c.wav", b"time,voltage\n0,1\n" * 9, {}, "is damaged or not a sound file"),
+        ("c.dat", b"PAR1" + bytes(9), {}, "format Parquet"),
+        ("c.dat", b"MDF     4.10    " + bytes(9), {}, "format MDF .* export the channels as .csv"),
+        ("c.dat", b"SQLite format 3\0", {}, "a database .SQLite."),
+        ("c.pkl", b"\x80\x04\x95" + bytes(9), {}, "a pickle of Python, which may run any program"),
+        ("c.json", b"[[0, 1], [1, 2], [2, 3]]", {}, "is JSON, .* as .csv"),
+        ("c.tdm", b'<?xml version="1.0"?>', {}, "XML, such as TDM of DIAdem"),
+        (
+            "c.xls",
+            b"\n<HTML><table><tr><td>1</td></tr></table>",
+            {},
+            "a page of the web .HTML.; save the table",
+        ),
     ],
 )
 def test_what_is_not_known_is_refused_with_what_is(tmp_path, name, content, options, words):

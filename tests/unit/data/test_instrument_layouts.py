@@ -203,7 +203,7 @@ SPECTRA = {
         "{:.12g} {:.12g} {:.12g}", G, ((Z - 1e3) / (Z + 1e3)).real, ((Z - 1e3) / (Z + 1e3)).imag
     ),
     "z.s1p": "! VNA\n# kHz Z MA R 50\n" + rows("{:.8g} {:.8g} {:.8g}", G / 1e3, abs(Z) / 50, PHASE),
-    "y.s1p": "# hz y ri r 2\n" + rows("{:.8g} {:.8g} {:.8g}", G, (2 / Z).real, (2 / Z).imag),
+    "y.s1p": "# r 2 hz ri y\n" + rows("{:.8g} {:.8g} {:.8g}", G, (2 / Z).real, (2 / Z).imag),
     "s.s1p": "!\n# Hz S DB R 1000 ! comment\n" + rows(
         "{:.8g} {:.12g} {:.12g}", G, 20 * np.log10(abs((Z - 1e3) / (Z + 1e3))), np.degrees(np.angle((Z - 1e3) / (Z + 1e3)))
     ),

@@ -9,6 +9,7 @@ import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.data.readers.text import read_laboratory_text
+from electrovib.data.recorded import recorded_of
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of
 from electrovib.recordings.importing import list_columns
@@ -153,6 +154,16 @@ def test_columns_may_be_stated(tmp_path):
 def test_what_is_ambiguous_is_refused(tmp_path, heading, columns, words):
     with pytest.raises(InputError, match=words):
         spectrum_of(table(tmp_path, heading, (GRID, *columns)))
+
+
+def test_a_trace_of_zeros_is_no_imaginary_part():
+    """As Agilent's 4294A writes the magnitude under the heading Real, and its phase as another trace."""
+    grid = np.array([10.0, 100.0, 1000.0, 1e4])
+    table = recorded_of(
+        Path("a.txt"), [("Frequency", "Hz", grid), ("Real", "", 1e6 / grid), ("Imag", "", 0 * grid)]
+    )
+    with pytest.raises(InputError, match=r"'Imag' is 0 in every row.*choose another table with part"):
+        spectrum_of(table)
 
 
 def test_a_factor_for_a_meaning_and_a_minus_that_is_stated(tmp_path):

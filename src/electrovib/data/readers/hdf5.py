@@ -5,12 +5,11 @@ What looks into a file is called in a guarded process.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 import warnings
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -49,9 +48,10 @@ _FILTERS: Final = {
 """Filters by the numbers under which they are registered with the HDF Group."""
 _ELSEWHERE: Final = "is a link to another place, which is not followed; copy its numbers into this file"
 _OUTSIDE: Final = "outside the valid range that the file states"
-_BLOCK: Final = 1 << 18
+_BLOCK: Final = 1 << 20
 _MOST_OBJECTS: Final = 2000
 _DEEPEST: Final = 12
+_TOO_MANY: Final = f"is beyond the first {_MOST_OBJECTS} objects, or {_DEEPEST} groups deep"
 
 
 def reader(path: Path) -> Reader:
@@ -75,7 +75,7 @@ def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     clocks = {name: dimension for name, *_, dimension, _ in arrays}
     found = table_of_arrays(path, [each[:3] for each in arrays], part=part, clocks=clocks)
     outside = [NotRead(name=f"{count} values of {name}", why=_OUTSIDE) for name, *_, count in arrays if count]
-    return dataclasses.replace(found, not_read=(*found.not_read, *outside))
+    return replace(found, not_read=(*found.not_read, *outside))
 
 
 def _arrays(content: dict[Any, Any]) -> Iterator[tuple[str, str, NDArray[Any] | str, str, int]]:
@@ -157,8 +157,8 @@ class NetcdfVariable:
     variable must not be read, `filters` say how it is compressed.
     """
 
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
+    shape: tuple[int, ...] = ()
+    dtype: np.dtype[Any] = np.dtype(object)  # noqa: RUF009  # is never changed
     stated: Mapping[str, Any] = field(default_factory=dict)
     dimensions: Callable[[], list[str]] = list
     read: Callable[[], NDArray[Any] | list[Any] | str] = str
@@ -215,8 +215,8 @@ def _opened(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, A
         import scipy.io
 
         with scipy.io.netcdf_file(path, "r", mmap=False, maskandscale=False) as old:
-            found = {name: _of_classic(entry) for name, entry in old.variables.items()}
-            yield found, _attributes(old._attributes)  # noqa: SLF001  # there is no other access
+            # there is no other access to the attributes
+            yield dict(_of_classic(old.variables)), _attributes(old._attributes)  # noqa: SLF001
         return
     import h5py
 
@@ -224,14 +224,18 @@ def _opened(path: Path) -> Iterator[tuple[dict[str, NetcdfVariable], dict[str, A
         yield dict(_in_groups(new)), _attributes(new.attrs)
 
 
-def _of_classic(entry: Any) -> NetcdfVariable:
-    return NetcdfVariable(
-        shape=tuple(entry.shape),
-        dtype=np.dtype(object) if entry.data.dtype.kind == "S" else entry.data.dtype,
-        stated=entry._attributes,  # noqa: SLF001
-        dimensions=lambda: list(entry.dimensions),
-        read=lambda: entry.data,
-    )
+def _of_classic(variables: Mapping[str, Any]) -> Iterator[tuple[str, NetcdfVariable]]:
+    for name, entry in variables.items():
+        yield (
+            name,
+            NetcdfVariable(
+                shape=tuple(entry.shape),
+                dtype=np.dtype(object) if entry.data.dtype.kind == "S" else entry.data.dtype,
+                stated=entry._attributes,  # noqa: SLF001
+                dimensions=functools.partial(list, entry.dimensions),
+                read=functools.partial(getattr, entry, "data"),
+            ),
+        )
 
 
 def _in_groups(file: h5py.File) -> Iterator[tuple[str, NetcdfVariable]]:
@@ -244,56 +248,49 @@ def _in_groups(file: h5py.File) -> Iterator[tuple[str, NetcdfVariable]]:
         for name in group:
             count, place = count + 1, f"{prefix}{name}"
             if count > _MOST_OBJECTS or depth > _DEEPEST:
-                yield (
-                    place,
-                    _refused(f"is beyond the first {_MOST_OBJECTS} objects, or {_DEEPEST} groups deep"),
-                )
+                yield place, NetcdfVariable(refusal=_TOO_MANY)
                 return
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                yield place, _refused(_ELSEWHERE)
+                yield place, NetcdfVariable(refusal=_ELSEWHERE)
                 continue
             entry = group[name]
             if isinstance(entry, h5py.Group):
                 waiting.append((f"{place}/", entry, depth + 1))
-            elif isinstance(entry, h5py.Dataset) and not _text(entry.attrs.get("NAME", "")).startswith(
-                _NO_VARIABLE
-            ):
-                yield from _dataset(file, place, entry)
-
-
-def _refused(refusal: str) -> NetcdfVariable:
-    return NetcdfVariable(shape=(), dtype=np.dtype(object), refusal=refusal)
+            elif isinstance(entry, h5py.Dataset):
+                label = _text(entry.attrs.get("NAME", ""))
+                yield from () if label.startswith(_NO_VARIABLE) else _dataset(file, place, entry)
 
 
 def _dataset(file: h5py.File, place: str, entry: h5py.Dataset) -> Iterator[tuple[str, NetcdfVariable]]:
     """Yield a dataset, or the fields of one of records, read at once."""
     import h5py
 
+    is_text, refusal = h5py.check_string_dtype(entry.dtype) is not None, ""
     if entry.external or entry.is_virtual:  # numbers in another file, which could be any file of the computer
-        yield place, _refused(_ELSEWHERE)
+        refusal = _ELSEWHERE
     elif entry.shape is None:
-        yield place, _refused("is empty")
+        refusal = "is empty"
     elif entry.size and not entry.id.get_storage_size():
-        yield place, _refused(f"declares {entry.size} numbers and holds none")
-    else:
-        known = functools.partial(
-            NetcdfVariable,
-            stated=entry.attrs,
-            dimensions=lambda: _dimensions(file, place.rpartition("/")[2], entry),
-            filters=_filters(entry),
-        )
-        whole = functools.cache(lambda: np.asarray(entry[()]))
-        if entry.dtype.names:
-            for name, (kind, *_) in (entry.dtype.fields or {}).items():
-                shape = (*entry.shape, *kind.shape)
-                read = functools.partial(lambda name: whole()[name], name)
-                yield f"{place}.{name}", known(shape=shape, dtype=kind.base, read=read)
-        elif entry.dtype.kind == "O" and h5py.check_string_dtype(entry.dtype) is None:
-            yield place, _refused("holds references, or rows of several lengths")
-        elif h5py.check_string_dtype(entry.dtype) is not None:
-            yield place, known(shape=entry.shape, dtype=np.dtype(object), read=lambda: _texts(entry))
-        else:
-            yield place, known(shape=entry.shape, dtype=entry.dtype, read=whole)
+        refusal = f"declares {entry.size} numbers and holds none"
+    elif entry.dtype.kind == "O" and not is_text:
+        refusal = "holds references, or rows of several lengths"
+    if refusal:
+        yield place, NetcdfVariable(refusal=refusal)
+        return
+    whole = functools.cache(lambda: _texts(entry) if is_text else np.asarray(entry[()]))
+    variable = NetcdfVariable(
+        shape=entry.shape,
+        dtype=np.dtype(object) if is_text else entry.dtype,
+        stated=entry.attrs,
+        dimensions=lambda: _dimensions(file, place.rpartition("/")[2], entry),
+        read=whole,
+        filters=_filters(entry),
+    )
+    if not entry.dtype.names:
+        yield place, variable
+    for name, (kind, *_) in (entry.dtype.fields or {}).items():
+        read, shape = functools.partial(lambda name: whole()[name], name), (*entry.shape, *kind.shape)
+        yield f"{place}.{name}", replace(variable, shape=shape, dtype=kind.base, read=read)
 
 
 def _texts(entry: h5py.Dataset) -> list[Any] | str:
@@ -307,17 +304,10 @@ def _filters(entry: h5py.Dataset) -> str:
 
     plan = entry.id.get_create_plist()
     codes = [plan.get_filter(at)[0] for at in range(plan.get_nfilters())]
-    missing = [
-        f"{code} ({_FILTERS.get(code, 'of no common name')})"
-        for code in codes
-        if not h5py.h5z.filter_avail(code)
-    ]
-    return (
-        f"is compressed with filter {' and '.join(missing)}, which the HDF5 library here does not have; where it was written:"
-        " h5repack -f GZIP=4 OLD NEW"
-        if missing
-        else ""
-    )
+    missing = [code for code in codes if not h5py.h5z.filter_avail(code)]
+    named = " and ".join(f"{code} ({_FILTERS.get(code, 'of no common name')})" for code in missing)
+    why = f"is compressed with filter {named}, which the HDF5 library here does not have"
+    return f"{why}; where it was written: h5repack -f GZIP=4 OLD NEW" if missing else ""
 
 
 def _dimensions(file: h5py.File, name: str, entry: h5py.Dataset) -> list[str]:

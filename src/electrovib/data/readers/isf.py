@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from typing import TYPE_CHECKING, Final
 
@@ -42,11 +41,15 @@ def read_isf(path: Path) -> Recorded:
     if begin is None:
         raise DataFileError("is not in Tektronix's internal format: it holds no 'CURVE #'.", path=path)
     keys = preamble_of(raw[: begin.start()].decode("latin-1"))
-    counts, rest = _counts(path, raw, begin.end(), keys)
-    offsets = _number(path, keys, "yzero", 0.0), _number(path, keys, "yoff", 0.0)
-    values = offsets[0] + _number(path, keys, "ymult") * (counts - offsets[1])
-    step, origin = _number(path, keys, "xincr"), _number(path, keys, "xzero", 0.0)
-    start = origin - step * _number(path, keys, "pt_off", 0.0)
+    try:
+        counts, rest = _counts(path, raw, begin.end(), keys)
+        yzero, yoff, xzero, pt_off = (
+            number_of(keys, key) if key in keys else 0.0 for key in ("yzero", "yoff", "xzero", "pt_off")
+        )
+        values, step = yzero + number_of(keys, "ymult") * (counts - yoff), number_of(keys, "xincr")
+    except NoNumberError as error:
+        raise DataFileError(f"{error} in its preamble.", path=path) from None
+    start = xzero - step * pt_off
     name = keys.get("wfid", "").strip('" ').partition(",")[0] or "CH1"
     unit, table = keys.get("yunit", "").strip('" '), {name: values}
     if keys.get("pt_fmt", "Y").upper().startswith("ENV"):
@@ -55,9 +58,13 @@ def read_isf(path: Path) -> Recorded:
         pairs, step = np.sort(values.reshape(-1, 2)), 2 * step
         table = {f"{name} minimum": pairs[:, 0], f"{name} maximum": pairs[:, 1]}
     columns = [(label, unit, samples) for label, samples in table.items()]
-    found = recorded_of(path, columns, step=step, start=start, attributes=keys)
     more = NotRead(name=f"{len(rest)} bytes behind the curve", why="of a file the first curve is read")
-    return dataclasses.replace(found, not_read=(more,) if rest.strip(b";\r\n") else ())
+    others = [more] if rest.strip(b";\r\n") else []
+    return recorded_of(path, columns, step=step, start=start, attributes=keys, not_read=others)
+
+
+class NoNumberError(ValueError):
+    """A preamble states no number for a key."""
 
 
 def preamble_of(text: str) -> dict[str, str]:
@@ -77,17 +84,8 @@ def number_of(keys: Mapping[str, str], key: str) -> float:
     except ValueError:
         found = np.nan
     if not np.isfinite(found):
-        raise ValueError(f"states no number for {key.upper()}")
+        raise NoNumberError(f"states no number for {key.upper()}")
     return found
-
-
-def _number(path: Path, keys: Mapping[str, str], key: str, default: float | None = None) -> float:
-    if key not in keys and default is not None:
-        return default
-    try:
-        return number_of(keys, key)
-    except ValueError as error:
-        raise DataFileError(f"{error} in its preamble.", path=path) from None
 
 
 def _counts(path: Path, raw: bytes, begin: int, keys: Mapping[str, str]) -> tuple[Real, bytes]:
@@ -113,7 +111,7 @@ def _of_block(
     path: Path, raw: bytes, begin: int, keys: Mapping[str, str], points: int | None
 ) -> tuple[Real, bytes]:
     """Read a binary curve; the length of a block that states none is that of the points."""
-    width = int(_number(path, keys, "byt_nr"))
+    width = int(number_of(keys, "byt_nr"))
     encoding, form = keys.get("encdg", "BIN").upper(), keys.get("bn_fmt", "RI").upper()
     if width not in (1, 2) or not encoding.startswith("BIN") or form not in ("RI", "RP"):
         raise DataFileError(

@@ -1,10 +1,11 @@
-"""MATLAB files: version 5 (-v6, -v7), read by SciPy, and version 7.3, which is HDF5; both in a guarded process.
+"""MATLAB files: versions 4 and 5 (-v4, -v6, -v7), read by SciPy, and 7.3, which is HDF5; all in a guarded process.
 
 A damaged file can crash the library that reads it, and a small one can unfold to any size.
 """
 
 from __future__ import annotations
 
+import functools
 import io
 import itertools
 import re
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
     from electrovib.data.recorded import DataColumn, Recorded
 
 _NUMERIC: Final = re.compile("double|single|logical|u?int(?:8|16|32|64)")
+_VERSION_4: Final = re.compile(rb"[\0-\x34]\0\0\0|\0\0[\x03-\x04].", re.DOTALL)
+"""First number of a file of version 4: its order of bytes, and the type of its first array, in four decimal digits."""
+_CLASSES: Final = {"f8": "double", "f4": "single", "c16": "complex double", "c8": "complex single"}
+"""Of whole numbers MATLAB's class is not known, since it packs doubles as such."""
 _HEADER: Final = 128
 _DEEPEST: Final = 6
 _MOST: Final = 5000
@@ -72,9 +77,10 @@ def _read(path: Path, **arguments: Any) -> dict[str, Any]:
     is_hdf5 = _is_hdf5(path)
     with path.open("rb") as file:
         head = file.read(_HEADER)
-    if not is_hdf5 and not (head.startswith(b"MATLAB 5.0") and head[126:] in (b"IM", b"MI")):
+    is_version5 = head.startswith(b"MATLAB 5.0") and head[126:] in (b"IM", b"MI")
+    if not (is_hdf5 or is_version5 or _VERSION_4.match(head)):
         raise DataFileError(
-            "is not a MATLAB file of version 5 or 7.3; in MATLAB save it with -v7.", path=path
+            "is not a MATLAB file of version 4, 5 or 7.3; in MATLAB save it with -v7.", path=path
         )
     needs = ("h5py",) if is_hdf5 else ("scipy.io",)
     return read_guarded(Reader(f"{__name__}:contents", needs, "a MATLAB file"), path, **arguments)
@@ -131,7 +137,13 @@ def _of_version5(path: Path) -> Iterator[tuple[str, _Entry]]:
     import scipy.io
 
     warnings.simplefilter("ignore")  # of what SciPy finds in a damaged file; this process reads no other
-    for name, file in scipy.io.matlab.varmats_from_mat(io.BytesIO(path.read_bytes())):
+    raw = path.read_bytes()
+    if _VERSION_4.match(raw):
+        for name, value in scipy.io.loadmat(io.BytesIO(raw)).items():
+            if not name.startswith("__"):
+                yield from _in_value(name, value)
+        return
+    for name, file in scipy.io.matlab.varmats_from_mat(io.BytesIO(raw)):
         if name:
             value = scipy.io.loadmat(file)[name]
             of_object = isinstance(value, scipy.io.matlab.MatlabOpaque)
@@ -150,30 +162,21 @@ def _in_value(place: str, value: Any) -> Iterator[tuple[str, _Entry]]:
         yield place, _Entry("sparse matrix" if hasattr(value, "tocsc") else "object")
     elif value.dtype.kind in {"V", "O"}:
         inside = dict(_elements(place, value)) if place.count(".") < _DEEPEST else {}
-        yield (
-            place,
-            _Entry("cell" if value.dtype.kind == "O" else "struct", value.shape, has_parts=bool(inside)),
-        )
+        kind = "cell" if value.dtype.kind == "O" else "struct"
+        yield place, _Entry(kind, value.shape, has_parts=bool(inside))
         for name, each in inside.items():
             yield from _in_value(name, each)
     elif value.dtype.kind == "U":
         shape = (*value.shape, value.itemsize // 4)
         yield place, _Entry("char", shape, lambda: "".join(value.ravel().tolist()))
     else:
-        # of whole numbers MATLAB's class is not known, since it packs doubles as such
-        kind = {
-            "float64": "double",
-            "float32": "single",
-            "complex128": "complex double",
-            "complex64": "complex single",
-        }
-        yield place, _Entry(kind.get(value.dtype.name, "whole numbers"), value.shape, lambda: value.T)
+        yield place, _Entry(_CLASSES.get(value.dtype.str[1:], "whole numbers"), value.shape, lambda: value.T)
 
 
 def _elements(place: str, value: NDArray[Any]) -> Iterator[tuple[str, Any]]:
     flat = value.reshape(-1, order="F")
     if value.dtype.kind == "O":
-        yield from ((f"{place}{{{at}}}", each) for at, each in enumerate(flat))
+        yield from ((f"{place}{{{at}}}", each) for at, each in enumerate(flat, 1))
     elif value.size == 1:
         yield from ((f"{place}.{field}", flat[0][field]) for field in value.dtype.names or ())
     else:
@@ -207,32 +210,27 @@ def _in_member(path: Path, entry: h5py.Dataset | h5py.Group, place: str) -> Iter
         if is_struct:
             yield from _in_group(path, entry, f"{place}.")
         return
-    shape = tuple(reversed(entry.shape or ()))
-    if entry.is_virtual or entry.external:
-        yield place, _Entry("array in another file", shape)
-    elif h5py.check_ref_dtype(entry.dtype) is not None:
-        yield place, _Entry(kind or "field of an array of structs", shape, has_parts=True)
-        struct, _, field = place.rpartition(".")
-        for at, reference in enumerate(entry[()].ravel()[:_MOST] if place.count("{") < _DEEPEST else ()):
-            name = f"{place}{{{at}}}" if kind else f"{struct}[{at}].{field}"
-            yield from _in_member(path, entry.file[reference], name)
+    shape, read = tuple(reversed(entry.shape or ())), functools.partial(_whole, path, entry, place)
+    is_elsewhere = entry.is_virtual or entry.external
+    of_references = not is_elsewhere and h5py.check_ref_dtype(entry.dtype) is not None
+    if is_elsewhere:
+        found = _Entry("array in another file", shape)
+    elif of_references:
+        found = _Entry(kind or "field of an array of structs", shape, has_parts=True)
     elif kind == "char":
-        yield (
-            place,
-            _Entry(
-                kind, shape, lambda: _whole(path, entry, place).astype("<u2").tobytes().decode("utf-16-le")
-            ),
-        )
+        found = _Entry(kind, shape, lambda: read().astype("<u2").tobytes().decode("utf-16-le"))
     elif "MATLAB_empty" in entry.attrs or not _NUMERIC.fullmatch(kind or "double"):
-        yield place, _Entry(kind or "double", shape)
+        found = _Entry(kind or "double", shape)
     elif entry.dtype.names == ("real", "imag"):
-        yield place, _Entry(f"complex {kind}", shape, lambda: _complex(_whole(path, entry, place)))
+        found = _Entry(f"complex {kind}", shape, lambda: _complex(read()))
     else:
-        is_number = entry.dtype.kind in "fiu"
-        yield (
-            place,
-            _Entry(kind or "double", shape, (lambda: _whole(path, entry, place)) if is_number else None),
-        )
+        found = _Entry(kind or "double", shape, read if entry.dtype.kind in "fiu" else None)
+    yield place, found
+    struct, _, field = place.rpartition(".")
+    is_shallow = of_references and place.count("{") < _DEEPEST
+    for at, reference in enumerate(entry[()].ravel()[:_MOST] if is_shallow else ()):
+        name = f"{place}{{{at + 1}}}" if kind else f"{struct}[{at}].{field}"
+        yield from _in_member(path, entry.file[reference], name)
 
 
 def _whole(path: Path, entry: h5py.Dataset, name: str) -> NDArray[Any]:
@@ -258,7 +256,7 @@ def _can_read(head: bytes, suffix: str) -> CanRead:
 
 FORMAT: Final = FileFormat(
     name="matlab",
-    description="MATLAB (.mat, -v6, -v7 and -v7.3): arrays, and fields of structs by dotted path",
+    description="MATLAB (.mat, -v4 to -v7.3): arrays, and fields of structs by dotted path",
     can_read=_can_read,
     read=read_matlab_table,
     columns=read_columns,

@@ -12,11 +12,11 @@ from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.array_columns import chosen_columns, table_of_arrays
 from electrovib.data.faults import DAMAGE, damaged, packed
-from electrovib.data.recorded import MOST_COLUMNS, CanRead, FileFormat, choose, real_numbers
-from electrovib.data.unit_words import name_and_known_unit, name_and_unit
+from electrovib.data.recorded import MOST_COLUMNS, CanRead, FileFormat
+from electrovib.data.unit_words import name_and_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -67,54 +67,38 @@ def _in_archive(path: Path) -> Iterator[tuple[str, str, NDArray[Any] | str]]:
         raise damaged(path, "a NumPy file of arrays", error) from None
 
 
-def _no_table(path: Path, shape: tuple[int, ...]) -> DataFileError:
-    return DataFileError(
-        f"holds an array of shape {shape}, not a row per sample and a column per signal.", path=path
-    )
+def _arrays(path: Path) -> tuple[Iterable[tuple[str, str, NDArray[Any] | str]], dict[str, str]]:
+    """Return the arrays of an archive, or the columns of an array, and how that is arranged.
+
+    An array with more columns than rows, and at most 64 rows, is taken for a row per signal.
+    """
+    if _is_archive(path):
+        return _in_archive(path), {}
+    array = _opened(path)
+    if fields := array.dtype.names or ():
+        return [(*name_and_unit(name), array[name]) for name in fields[:MOST_COLUMNS]], {}
+    if array.ndim not in (1, 2):
+        why = f"holds an array of shape {array.shape}, not a row per sample and a column per signal."
+        raise DataFileError(why, path=path)
+    whole = array if array.ndim == 2 else array[:, None]
+    turned = whole.shape[1] > whole.shape[0] and whole.shape[0] <= _MOST_ROWS
+    whole = whole.T if turned else whole
+    if whole.shape[1] > MOST_COLUMNS:
+        raise DataFileError(f"holds {whole.shape[1]} columns; at most {MOST_COLUMNS} are read.", path=path)
+    columns = [(f"column {at}", "", whole[:, at]) for at in range(whole.shape[1])]
+    return columns, {"arrangement": "a row per signal: column 0 is the first row"} if turned else {}
 
 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
-    """Read columns of an array with a row per sample, of a structured array, or of an archive."""
+    """Read columns of an array, by number, of a structured array, or of an archive."""
     del missing
-    if _is_archive(path):
-        return chosen_columns(path, _in_archive(path), columns)
-    array = _opened(path)
-    fields = array.dtype.names or ()
-    if array.ndim != (1 if fields else 2):
-        raise _no_table(path, array.shape)
-    found: dict[str | int, DataColumn] = {}
-    for column in columns:
-        index = choose(path, fields, column, len(fields) or array.shape[1])
-        label = f"column '{fields[index]}'" if fields else f"column {index}"
-        values = array[fields[index]] if fields else array[:, index]
-        unit = name_and_known_unit(fields[index])[1] if fields else ""
-        found[column] = real_numbers(path, label, values, unit)
-    return found
+    return chosen_columns(path, _arrays(path)[0], columns, are_numbered=not _is_archive(path))
 
 
 def read_numpy(path: Path, *, part: str = "") -> Recorded:
-    """Read an array of numbers, one channel for each column or field, or the arrays of an archive.
-
-    An array with more columns than rows, and at most 64 rows, is taken for a row per signal, which the
-    attribute ``arrangement`` states.
-    """
-    if _is_archive(path):
-        return table_of_arrays(path, _in_archive(path), part=part)
-    array, attributes = _opened(path), {}
-    if fields := array.dtype.names or ():
-        table = [(*name_and_unit(name), np.asarray(array[name])) for name in fields[:MOST_COLUMNS]]
-    elif array.ndim in (1, 2):
-        whole = array if array.ndim == 2 else array[:, None]
-        if whole.shape[1] > whole.shape[0] and whole.shape[0] <= _MOST_ROWS:
-            whole, attributes = whole.T, {"arrangement": "a row per signal"}
-        if whole.shape[1] > MOST_COLUMNS:
-            raise DataFileError(
-                f"holds {whole.shape[1]} columns; at most {MOST_COLUMNS} are read.", path=path
-            )
-        table = [(f"column {at}", "", np.asarray(whole[:, at])) for at in range(whole.shape[1])]
-    else:
-        raise _no_table(path, array.shape)
-    return table_of_arrays(path, table, attributes=attributes)
+    """Read an array of numbers, one channel for each column or field, or the arrays of an archive."""
+    arrays, attributes = _arrays(path)
+    return table_of_arrays(path, arrays, part=part, attributes=attributes)
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.errors import DataFileError
 from electrovib.data.guarded import Reader, read_guarded
 from electrovib.data.recorded import CanRead, FileFormat, NotRead, check_declared, recorded_of, text_of
 
@@ -23,6 +23,7 @@ _PACKAGE: Final = "RigolWFM"
 _UNITS: Final = {"v": "V", "a": "A", "w": "W"}
 _TEKTRONIX_HEAD: Final = 248
 """First bytes of a Tektronix .wfm, up to the kind of its samples."""
+_LONGEST_STATEMENTS: Final = 1 << 16
 
 
 def _is_known(head: bytes) -> bool:
@@ -41,9 +42,9 @@ def read_oscilloscope_binary(path: Path) -> Recorded:
     )
     step, start, model, frames = found.pop("about")
     table = [(name, unit, values) for (_, name, unit), values in found.items()]
-    recorded = recorded_of(path, table, step=step, start=start, attributes={"model": model} | _unsure(path))
-    others = (NotRead(name=f"frames 2 to {frames} of {frames}", why="of a file the first frame is read"),)
-    return replace(recorded, not_read=recorded.not_read + others if frames > 1 else recorded.not_read)
+    later = NotRead(name=f"frames 2 to {frames} of {frames}", why="of a file the first frame is read")
+    about, others = {"model": model} | _unsure(path), [later] if frames > 1 else []
+    return recorded_of(path, table, step=step, start=start, attributes=about, not_read=others)
 
 
 def _unsure(path: Path) -> dict[str, str]:
@@ -63,13 +64,23 @@ def _tektronix(path: Path) -> tuple[str, int] | None:
         return None
     order = "<" if found[1] == b"\x0f\x0f" else ">"
     explicit = 166 if found[2] == b"1" else 168
+    if _holds_carrier(path):
+        why = "holds I and Q, the two parts of a modulated carrier, which are not read; save the samples over time"
+        raise DataFileError(f"{why}, or I and Q as .csv.", path=path)
     (storage,) = struct.unpack_from(f"{order}i", head, explicit + 76)
     if storage == 1:
-        raise ValueError(
-            "it holds an envelope, a minimum and a maximum of each interval; save the samples, or the envelope as .csv"
-        )
+        why = "holds an envelope, a minimum and a maximum of each interval; save the samples, or the envelope as .csv"
+        raise DataFileError(f"{why}.", path=path)
     unit = head[explicit + 20 : explicit + 40].partition(b"\0")[0].decode("latin-1").strip()
     return unit, 1 + int(struct.unpack_from(f"{order}I", head, 72)[0])
+
+
+def _holds_carrier(path: Path) -> bool:
+    """Return whether the statements behind the samples of a Tektronix .wfm are those of a carrier."""
+    with path.open("rb") as file:
+        file.seek(max(path.stat().st_size - _LONGEST_STATEMENTS, 0))
+        _, mark, statements = file.read().rpartition(b"tekmeta!")
+    return bool(mark) and b"IQ_" in statements
 
 
 def _step(times: Real, stated: object) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
@@ -48,15 +47,14 @@ def chosen_run(path: Path, runs: dict[str, list[Column]], part: str) -> Recorded
     name = part or max(runs, key=lambda each: runs[each][0][2].size > 1)
     why = f"'{name}' is read; choose another plot or run with part = NAME"
     others = tuple(NotRead(name=each, why=why) for each in runs if each != name)
-    return replace(recorded_of(path, runs[name], attributes={"table": name}), not_read=others)
+    return recorded_of(path, runs[name], attributes={"table": name}, not_read=others)
 
 
 def columns_of(named: Sequence[tuple[str, str]], vectors: Sequence[NDArray[Any]]) -> list[Column]:
     """Return vectors as columns, two of a complex one; the first is what the others are over, and real."""
     (name, unit), first = named[0], vectors[0].real
-    table = [
-        (name, unit, np.abs(first) if unit == "s" else first)
-    ]  # a negative time stands before points left out
+    # a negative time stands before points left out
+    table = [(name, unit, np.abs(first) if unit == "s" else first)]
     for (name, unit), values in zip(named[1:], vectors[1:], strict=True):
         parts = {"Re({})": values.real, "Im({})": values.imag} if np.iscomplexobj(values) else {"{}": values}
         table += [(form.format(name), unit, numbers) for form, numbers in parts.items()]

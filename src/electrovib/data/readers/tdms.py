@@ -34,28 +34,20 @@ def read_tdms(path: Path, *, part: str = "") -> Recorded:
     The times of waveforms count from the earliest start among all channels of the file.
     """
     found = read_guarded(Reader(f"{__name__}:channels", (_PACKAGE, "numpy"), "an NI TDMS file"), path)
-    others = tuple(NotRead(name=name, why=why) for name, why in found.pop("not read", []))
+    others = [NotRead(name=name, why=why) for name, why in found.pop("not read", [])]
     origin = found.pop("first time", "")
     table = [(name, unit, values) for (_, name, unit, *_), values in found.items()]
     about = {"first_time": origin} if origin else {}
-    recorded = recorded_of(path, table, attributes=about, part=part)
-    stated = {name: (step, start) for _, name, _, step, start in found}
-    evenly = {
-        each.name: ChannelClock(step=step, start=start)
-        for each in recorded.channels
-        for step, start in [stated[each.name]]
-    }
-    times = {recorded.time, *(each.time for each in recorded.clocks.values())}
-    first = next(
-        (each for name, each in evenly.items() if each.step is not None and name not in times), ChannelClock()
-    )
-    clocks = {name: each for name, each in evenly.items() if each != first and name not in times}
+    recorded = recorded_of(path, table, attributes=about, part=part, not_read=others)
+    stated = {name: ChannelClock(step=step, start=start) for _, name, _, step, start in found}
+    evenly = {each.name: stated[each.name] for each in recorded.channels if each.name != recorded.time}
+    first = next((each for each in evenly.values() if each.step is not None), ChannelClock())
+    clocks = {name: each for name, each in evenly.items() if each != first}
     return dataclasses.replace(
         recorded,
         step=first.step,
         start=first.start,
-        clocks=recorded.clocks if recorded.time else clocks,
-        not_read=(*recorded.not_read, *others),
+        clocks={} if recorded.time else clocks,
     )
 
 

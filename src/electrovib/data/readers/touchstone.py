@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+import itertools
 import re
 from typing import TYPE_CHECKING, Final
 
@@ -40,7 +40,7 @@ def read_touchstone(path: Path) -> Recorded:
     unit = next((word for word in options if word in _FREQUENCY), "GHZ")
     kind = next((word for word in options if word in ("S", "Z", "Y", "G", "H")), "S")
     form = next((word for word in options if word in ("MA", "DB", "RI")), "MA")
-    resistance = " ".join(options).partition(" R ")[2] or "50"
+    resistance = next((after for word, after in itertools.pairwise([*options, ""]) if word == "R"), "50")
     reference = float(_stated(path, sections, "reference", resistance))
     name = _SUFFIX.fullmatch(path.suffix.lower())
     ports = _stated(path, sections, "number of ports", name[1] if name else "1")
@@ -67,11 +67,9 @@ def read_touchstone(path: Path) -> Recorded:
     columns = [
         ("frequency", "Hz", frequency * _FREQUENCY[unit]), ("Z'", "ohm", impedance.real), ("Z''", "ohm", impedance.imag),
     ]  # fmt: skip
-    found = recorded_of(
-        path, columns, attributes={"parameters": f"{kind} {form}, reference {reference:g} ohm"}
-    )
+    about = {"parameters": f"{kind} {form}, reference {reference:g} ohm"}
     noise = [NotRead(name=key, why="only network data are read") for key in sections if key == "noise data"]
-    return dataclasses.replace(found, not_read=tuple(noise))
+    return recorded_of(path, columns, attributes=about, not_read=noise)
 
 
 def _stated(path: Path, sections: dict[str, str], key: str, otherwise: str) -> str:

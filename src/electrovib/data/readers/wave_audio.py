@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import DataColumn, FileFormat, Recorded, begins
+from electrovib.data.recorded import FileFormat, begins, recorded_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from electrovib.core.arrays import Real
+    from electrovib.data.recorded import Recorded
 
 _PLAIN, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
 _LONG: Final = 0xFFFFFFFF
@@ -42,15 +43,9 @@ def read_wave(path: Path) -> Recorded:
             path=path,
         )
     count = len(data) // block
-    if count < 2:
-        raise DataFileError("holds fewer than two samples.", path=path)
     shares = _shares(data[: count * block], order, width, is_float=code == _FLOAT).reshape(count, channels)
-    return Recorded(
-        channels=tuple(
-            DataColumn(name=f"channel {at + 1}", unit="1", values=shares[:, at]) for at in range(channels)
-        ),
-        step=1 / rate,
-    )
+    columns = [(f"channel {at + 1}", "1", shares[:, at]) for at in range(channels)]
+    return recorded_of(path, columns, step=1 / rate)
 
 
 def _parts(path: Path, raw: bytes, order: str) -> tuple[bytes, bytes]:
@@ -62,14 +57,10 @@ def _parts(path: Path, raw: bytes, order: str) -> tuple[bytes, bytes]:
         size = struct.unpack_from(f"{order}I", raw, place + 4)[0]
         if size == _LONG and name == b"data" and len(found.get(b"ds64", b"")) >= 16:
             size = struct.unpack_from("<8xQ", found[b"ds64"])[0]
-        if name in (b"fmt ", b"data", b"ds64"):
-            found.setdefault(name, raw[place + 8 : place + 8 + size])
+        found.setdefault(name, raw[place + 8 : place + 8 + size])
         place += 8 + size + size % 2
-    if (
-        raw[:4] not in (b"RIFF", b"RIFX", b"RF64")
-        or len(found.get(b"fmt ", b"")) < 16
-        or b"data" not in found
-    ):
+    is_sound = raw[:4] in (b"RIFF", b"RIFX", b"RF64") and b"data" in found
+    if not is_sound or len(found.get(b"fmt ", b"")) < 16:
         raise DataFileError("is damaged or not a sound file (it has no format or no samples).", path=path)
     return found[b"fmt "], found[b"data"]
 
@@ -80,10 +71,10 @@ def _shares(data: bytes, order: str, width: int, *, is_float: bool) -> Real:
         return np.frombuffer(data, f"{order}f{width}").astype(float)
     if width == 1:
         return (np.frombuffer(data, "u1").astype(float) - 128) / 128
-    if width == 3:
-        parts = np.frombuffer(data, "u1").reshape(-1, 3)[:, :: 1 if order == "<" else -1].astype(np.int32)
-        whole = parts[:, 0] | parts[:, 1] << 8 | parts[:, 2] << 16
-        return np.where(whole >= 1 << 23, whole - (1 << 24), whole) / float(1 << 23)
+    if width == 3:  # as the upper bytes of whole numbers of four
+        three = np.frombuffer(data, "u1").reshape(-1, 3)
+        data = np.insert(three, 0 if order == "<" else 3, 0, axis=1).tobytes()
+        width = 4
     return np.frombuffer(data, f"{order}i{width}").astype(float) / 2.0 ** (8 * width - 1)
 
 

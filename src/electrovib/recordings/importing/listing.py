@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from electrovib.data.recorded import DataColumn, Recorded
 
 
-_ABOUT: Final = {"table": "read", "unsure": "not sure"}
+_ABOUT: Final = {"table": "read", "arrangement": "arrangement", "unsure": "not sure"}
 """What a reader states of its file, and how that is called."""
 
 
