@@ -221,7 +221,6 @@ COUNTED = {
     "evidence": ("evidence vezzoli -n", ["0", "1", "-1"]),
     "plan": (f"{PLAN} -n", ["0", "1", "-1"]),
     "uncertain": (f"{WANTED} -n", ["0", "1", "-1"]),
-    "linear": (f"{WANTED} --linear -n", ["0", "1", "-1"]),
     "share": (f"{WANTED} --share 0.9 -n", ["0", "1", "-1"]),
     "rounds": (f"{PLATE} --refine", ["-1"]),
     "study": (f"study {SCENARIO} --space fingers --seed 1 -o s.zarr -n", ["0", "-1"]),

@@ -215,7 +215,7 @@ def test_a_design_takes_every_option_of_its_function(said, monkeypatch):
     assert set(inspect.signature(ev.design).parameters) - own == {"progress", *inside}
     monkeypatch.setenv("COLUMNS", "200")
     shown = said("design -h")
-    for option in ("--want", "--free", "--texture", "--limits", "--space", "--linear", "--output", "--set"):
+    for option in ("--want", "--free", "--texture", "--limits", "--space", "--output", "--set"):
         assert option in shown
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _EXTREMES: Final = {"maximum": "maximise", "minimum": "minimise"}
 """Word of a wish for a plate, and the argument that has its quantity."""
-_OF_DESIGN: Final = "scenario set method carrier rate space n seed linear share limits"
+_OF_DESIGN: Final = "scenario set method carrier rate space n seed share limits"
 _OF_PLATE: Final = "scenario set over materials layer refine limits"
 _OF_EXPERIMENT: Final = "scenario set laws over space quantity noise limits n seed"
 _OF_TEXTURE: Final = "scenario set texture path carrier frequency rate ramp limits"
@@ -43,7 +43,6 @@ scenario
 --space
 -n N                 Number of draws from --space; 200 by default.
 --seed N             Seed of the draws; needed with --space.
---linear             Propagate --space linearly instead of solving anew for every draw.
 --share SHARE        Share of the fingers of --space that have to have the quantity: 0.9; needs --seed.
 --over
 --material

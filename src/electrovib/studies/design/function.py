@@ -51,7 +51,6 @@ def design(
     space: SpaceSource | None = None,
     n: int | None = None,
     seed: int | None = None,
-    linear: bool | None = None,
     share: float | None = None,
     band: str | Sequence[str | float] | None = None,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
@@ -87,8 +86,6 @@ def design(
         Number of draws from the space, 200 by default.
     seed : int, optional
         Seed of the draws; needed with `space`.
-    linear : bool, optional
-        Whether the distribution of the result is computed by linear propagation instead of one solution for each draw.
     share : float, optional
         Share of the fingers of `space` [1] for which the quantity has to be at least the wanted value; needs `seed`.
     band : str or sequence of two, optional
@@ -170,7 +167,6 @@ def design_parameter(
     space: SpaceSource | None = None,
     n: int | None = None,
     seed: int | None = None,
-    linear: bool | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> DesignedParameter:
     """Find the values of one parameter that give a wanted quantity, and what they depend on.
@@ -179,11 +175,11 @@ def design_parameter(
     scale of the parameter (logarithmic where it spans decades), with more values where it is bent; extremes
     are refined, and each crossing of the wanted value is solved by Brent's method. Only what depends on the
     parameter is computed again. Without a space, d ln x / d ln p = -(dq / d ln p) / (dq / d ln x) states what
-    the solution x depends on; linear propagation over a space is in logarithms, from its medians.
+    the solution x depends on.
     """
     wanted = read_wanted(scenario, want=want, free=free, between=between)
     given = several_limits(limits, scenario)
-    over = read_draws(scenario, space, n=n, seed=seed, linear=linear)
+    over = read_draws(scenario, space, n=n, seed=seed)
     most_added, most_between = (
         (_FEW_ADDED, _FEW_ADDED) if is_long(scenario) else (search.MOST_ADDED, _BETWEEN)
     )

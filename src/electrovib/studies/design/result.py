@@ -426,7 +426,7 @@ def _spread(found: DesignedParameter) -> list[str]:
         if math.isfinite(value)
     )
     lines = [
-        f"Distribution of {found.wanted.free} over {count} draws from {named} (seed {spread.seed}, {spread.method}):"
+        f"Distribution of {found.wanted.free} over {count} draws from {named} (seed {spread.seed}, each draw solved anew):"
         f" {values or 'none'}."
     ]
     if spread.unsolved:

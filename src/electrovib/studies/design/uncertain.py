@@ -268,7 +268,6 @@ class Draws:
     space: Space
     n: int
     seed: int
-    linear: bool
     meter: Meter
 
 
@@ -283,7 +282,6 @@ class NeededValues:
     title: str
     values: Real
     seed: int
-    is_linear: bool
     remarks: tuple[str, ...]
     paths: tuple[str, ...]
 
@@ -300,22 +298,17 @@ class NeededValues:
         """Number of draws without a value."""
         return int(np.sum(~np.isfinite(self.values)))
 
-    @property
-    def method(self) -> str:
-        """How the value of each draw was found, in words."""
-        return "linear propagation from the medians" if self.is_linear else "each draw solved anew"
-
     def percentiles(self) -> dict[int, float]:
         """Return the percentiles of the draws that have a value, in the SI unit of the free parameter."""
         known = self.values[np.isfinite(self.values)]
         return {each: float(np.percentile(known, each)) if len(known) else math.nan for each in PERCENTILES}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return percentiles, draws and method as a table."""
+        """Return percentiles, draws and the method as a table."""
         known = {str(each): value for each, value in self.percentiles().items() if math.isfinite(value)}
         return {
             "space": self.title,
-            "method": self.method,
+            "method": "each draw solved anew",
             "seed": self.seed,
             "percentiles": known,
             "without_a_value": self.unsolved,
@@ -325,11 +318,11 @@ class NeededValues:
 
 
 def read_draws(
-    scenario: Scenario, space: SpaceSource | None, *, n: int | None, seed: int | None, linear: bool | None
+    scenario: Scenario, space: SpaceSource | None, *, n: int | None, seed: int | None
 ) -> Draws | None:
     """Read the space and check its options before anything is computed."""
     if space is None:
-        given = [name for name, value in (("n", n), ("seed", seed), ("linear", linear)) if value is not None]
+        given = [name for name, value in (("n", n), ("seed", seed)) if value is not None]
         if given:
             raise InputError(
                 "belongs to the draws from a space, and none is given; add space, or omit it", path=given[0]
@@ -342,10 +335,11 @@ def read_draws(
         raise InputError(
             "missing: the draws from the space are those of a seed; add one, for instance 1", path="seed"
         )
-    remedy = "choose a smaller n" if linear else "choose a smaller n, or --linear"
     numbers = len(fingers.paths)
-    meter = Meter.of_cases("this design", f"{count} draws", count, numbers=numbers, remedy=remedy)
-    return Draws(fingers, count, checked_seed(seed), bool(linear), meter)
+    meter = Meter.of_cases(
+        "this design", f"{count} draws", count, numbers=numbers, remedy="choose a smaller n"
+    )
+    return Draws(fingers, count, checked_seed(seed), meter)
 
 
 def inputs_of(scenario: Scenario, free: str) -> tuple[str, ...]:
@@ -388,11 +382,8 @@ def propagated(
     start: float,
     progress: Callable[[int, int], None] | None,
 ) -> NeededValues:
-    """Compute the value that is needed for each draw.
-
-    With `linear` its logarithm is taken as linear in those of the parameters, from their medians.
-    """
-    report, space, linear = over.meter.reporting(progress), over.space, over.linear
+    """Compute the value that is needed for each draw; each search begins at its linear prediction from the medians."""
+    report, space = over.meter.reporting(progress), over.space
     drawn = space.draw(over.seed, 0, over.n)
     fingers = DrawnFingers(
         scenario, wanted, {path: values for path, values in drawn.items() if path != wanted.free}
@@ -403,12 +394,6 @@ def propagated(
     middle = space.values({stream: np.array([0.5]) for stream in space.streams})
     medians = {path: float(middle[path][0]) for path in fingers.draws}
     center = solved(fingers.evaluation, medians, start)
-    if linear and not math.isfinite(center):
-        raise InputError(
-            f"space: with the medians of its parameters no value of {wanted.free} from {wanted.parameter(wanted.low)} to"
-            f" {wanted.parameter(wanted.high)} gives {wanted.quantity(wanted.value)}; omit linear, or widen the range"
-            " (--free PATH=LOW:HIGH)"
-        )
     logs = np.zeros(over.n)
     if math.isfinite(center):
         at = medians | {wanted.free: center}
@@ -417,11 +402,11 @@ def propagated(
             if np.all(ratio > 0):
                 logs += each.value * np.log(ratio)
     guesses = (center if math.isfinite(center) else start) * np.exp(np.clip(logs, -50, 50))
-    values = np.where((guesses >= wanted.low) & (guesses <= wanted.high), guesses, math.nan)
-    for finger, guess in enumerate([] if linear else guesses.tolist()):
+    values = np.empty(over.n)
+    for finger, guess in enumerate(guesses.tolist()):
         report(finger, over.n)
         values[finger] = solved(fingers.evaluation, fingers.point(finger, guess), guess)
-    return NeededValues(space.title, values, over.seed, linear, tuple(remarks), tuple(fingers.draws))
+    return NeededValues(space.title, values, over.seed, tuple(remarks), tuple(fingers.draws))
 
 
 def solved(evaluation: Evaluation, others: Mapping[str, float], guess: float) -> float:

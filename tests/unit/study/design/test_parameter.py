@@ -170,23 +170,21 @@ def test_elasticities_of_the_square_law_and_of_solutions_nearby():
         assert stated.value == pytest.approx(math.log(high / low) / (2 * step), rel=1e-5)
 
 
-@pytest.mark.parametrize("linear", [False, True])
-def test_the_distribution_of_a_power_law(linear):
+def test_the_distribution_of_a_power_law():
     """The amplitude is proportional to the area to the power -1/2, so that the area's percentiles give its own."""
-    found = design(scenario=IDEAL, space=AREA, n=40, seed=3, linear=linear)
+    found = design(scenario=IDEAL, space=AREA, n=40, seed=3)
     area = ev.read_space(IDEAL, AREA).draw(3, 0, 40)["contact.area"]
     expected = design(scenario=IDEAL).value * np.sqrt(1e-4 / area)
-    assert found.distribution.values == pytest.approx(expected, rel=1e-5 if linear else 1e-7)
+    assert found.distribution.values == pytest.approx(expected, rel=1e-7)
     assert found.distribution.percentiles()[5] == pytest.approx(np.percentile(expected, 5), rel=1e-5)
     line = next(each for each in found.lines if each.startswith("Distribution"))
-    assert ("linear propagation" if linear else "each draw solved anew") in line
+    assert "each draw solved anew" in line
     assert not found.influences
 
 
-@pytest.mark.parametrize("linear", [False, True])
-def test_draws_without_a_solution_are_counted(linear):
+def test_draws_without_a_solution_are_counted():
     space = {"contact.area": {"model": "Uniform", "low": "0.2 cm2", "high": "2 cm2"}}
-    found = design(space=space, seed=1, n=12, linear=linear, between="1 V:55 V")
+    found = design(space=space, seed=1, n=12, between="1 V:55 V")
     area = ev.read_space(SINE, space).draw(1, 0, 12)["contact.area"]
     beyond = 100 * np.sqrt(0.05 / force() * 1e-4 / area) > 55
     assert 0 < np.sum(beyond) < 12

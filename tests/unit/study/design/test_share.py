@@ -292,7 +292,6 @@ WRONG = {
     "no value": ({"want": MEAN}, "expected one quantity and its value"),
     "band unit": ({"want": MEAN, "band": "2 V:3 V"}, "electrostatic_force"),
     "quantity": ({"want": "mean electrostatic_farce = 1 mN"}, "electrostatic_farce"),
-    "linear": ({"linear": True}, "linear: does not belong"),
     "limits": ({"limits": {"voltage": -1.0}}, "limits.voltage"),
     "four at once": ({"share": 2.0, "n": 1, "seed": -1, "space": "nobody"}, "nobody"),
 }
