@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.studies.evidence import between
 from electrovib.studies.evidence.measurement import QUOTED
 from electrovib.studies.evidence.predicted import predict
 from electrovib.studies.evidence.score import log_odds, standings
@@ -221,7 +220,11 @@ def over_the_heights(height, low, high):
     """The law of rough gaps with the roughness that the authors fit, which the measurement does not declare."""
     assert height == 2.8
     gaps = {"force.mean_gap": (3.9e-6, 8.4e-6), "force.rms_gap": (2.6e-6, 2.9e-6)}
-    own = {"stack.gap": None, **{path: between(*ends, "of the fit") for path, ends in gaps.items()}}
+    fitted = {"model": "LogUniform", "choice": "of the fit"}
+    own = {
+        "stack.gap": None,
+        **{path: fitted | {"low": least, "high": most} for path, (least, most) in gaps.items()},
+    }
     tried = {"clutch": replace(MEASURED["rauf_2025/voltage"], of_model={ROUGH: own})}
     scores = [each for seed in SEEDS for each in ev.evidence(tried, n=12, seed=seed).scores]
     in_range(low, high, [each.ratio for each in scores if each.model == ROUGH])

@@ -8,7 +8,7 @@ import pytest
 
 from electrovib.core.citation import STATUSES, Check
 from electrovib.core.discovery import offers
-from electrovib.papers import tables
+from electrovib.papers import publications
 from electrovib.physics.material import Material
 from electrovib.physics.safety import film_diagnostic
 from electrovib.physics.stack import Stack
@@ -43,7 +43,7 @@ def test_a_paper_that_was_not_read_in_full_says_so_and_checks_no_number_as_if_it
 
 def test_what_is_stated_of_a_paper_beside_it_is_what_the_paper_shows(paper):
     """No entry of `publications.toml` is lost by a misspelt name, and no scenario is described that there is not."""
-    stated = tables("publications").get(paper.__name__.rsplit(".", 1)[-1])
+    stated = publications().get(paper.__name__.rsplit(".", 1)[-1])
     if stated is None:
         return  # a paper of a user states these in Python
     assert stated.keys() <= {"citations", "not_read", "defects", "presets"}

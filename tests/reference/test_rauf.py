@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, film, measurements, scenarios
+from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, film, scenarios
 from electrovib.solve.prepare import prepare
 from electrovib.solve.simulate import simulate
+from electrovib.studies.evidence.files import of_publication
 
 MEASURED = {  # formula over field calculation, evaluated apart from this code, three digits
     (50.0, 10e-9): 0.999,
@@ -62,7 +63,7 @@ def test_slow_film_pulls_less_at_first():
 
 def test_a_smaller_gap_would_give_the_measured_force_of_the_clutch():
     """The gaps that the likely cause names: found by bisection at both ends and at the extremes in between."""
-    declared = measurements()["voltage"]
+    declared = of_publication("rauf_2025")["voltage"]
     made = prepare(
         declared.scenario.replace({"friction.coefficient": 0.17}),
         free=["drive.amplitude", "stack.gap.thickness"],

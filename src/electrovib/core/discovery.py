@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -108,6 +109,14 @@ def paper_names() -> tuple[str, ...]:
     """Return the names of the papers of electrovib, without importing them."""
     root = importlib.import_module("electrovib.papers")
     return tuple(sorted(info.name for info in pkgutil.iter_modules(root.__path__)))
+
+
+def paper_folders() -> tuple[Path, ...]:
+    """Return the folders in which the modules of papers lie, those of other packages included."""
+    root = Path(importlib.import_module("electrovib.papers").__path__[0])
+    others = (_load(entry) for entry in _contributed())
+    places = (Path(getattr(each, "__path__", [each.__file__])[0] or "") for each in others)
+    return tuple(dict.fromkeys([root, *(each.parent for each in places)]))
 
 
 def is_paper(name: str) -> bool:

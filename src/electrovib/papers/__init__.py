@@ -1,8 +1,10 @@
 """One file for each publication, found automatically: its laws, values, scenarios and checks.
 
+What was measured is data: `measured/author_year.toml`, without Python, found by its name and read as a measurement of your own.
+
 Its docstring says what the paper claims and what it does not. `CITATIONS`, `CITATION`, `STATUS` and a check are required;
 ours take from `publications.toml` what they cite, what was not read, what is at odds and what scenarios show;
-laws are subclasses of a family, and `skins()`, `materials()`, `stacks()`, `scenarios()`, `measurements()` and `reproduce()`
+laws are subclasses of a family, and `skins()`, `materials()`, `stacks()`, `scenarios()`, `quantities()` and `reproduce()`
 are there if they have something to give. `PRESETS` states for each scenario what it shows. A scenario is a base and changes:
 a pair is a value and its source, a table's source is that of the values in it without one, and what is not changed keeps the
 source of the base.
@@ -22,13 +24,13 @@ if TYPE_CHECKING:
 
 
 @functools.cache
-def tables(name: str) -> dict[str, Any]:
-    """Return the tables of the file ``name.toml`` of this folder."""
-    return read_toml((resources.files(__name__) / f"{name}.toml").read_text(encoding="utf-8"))
+def publications() -> dict[str, Any]:
+    """Return what each paper is cited as, and what was not read of it."""
+    return read_toml((resources.files(__name__) / "publications.toml").read_text(encoding="utf-8"))
 
 
 def _publication(module: str) -> dict[str, Any]:
-    found: dict[str, Any] = tables("publications")[module.removeprefix(f"{__name__}.").partition(".")[0]]
+    found: dict[str, Any] = publications()[module.removeprefix(f"{__name__}.").partition(".")[0]]
     return found
 
 

@@ -11,33 +11,20 @@ people (the articles were not read, only the authors' public code and one file o
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from electrovib.core.citation import Check
-from electrovib.papers import cited_as, not_read, shultz_2018, veijgen_2013
-from electrovib.papers.vezzoli_2014.measured import ROUGH_GAP
+from electrovib.papers import cited_as, not_read
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence import Measurement, between
-from electrovib.studies.evidence.quantities import coefficient, steady
+from electrovib.studies.evidence.quantities import ComputedQuantity, steady
 
 CITATIONS, CITATION = cited_as(__name__)
 STATUS = "in part"
 NOT_READ = not_read(__name__)
 
-GROUP = "Northwestern (Colgate and Peshkin)"
 LAW, EXPONENT = 41.0, -0.63
 """Friction per current at 1 N [N/A], and its power of the load [1]."""
-LOADS = (0.15, 0.25, 0.5, 1.0, 1.25)
-_NOT_PRINTED = "not printed"
-FINGER = {
-    "friction.coefficient": between(0.3, 1.0, _NOT_PRINTED, model="Uniform"),
-    "stack.gap.thickness": between(5e-7, 1e-5, "not printed; of the order of the roughness of skin"),
-    "stack.insulator.thickness": between(5e-7, 1e-5, "not printed; coatings of touchscreens"),
-}
-"""What the publications of this line do not print of a finger on a display."""
-DISPLAY = FINGER | {"drive.frequency": between(1e3, 5e4, "not printed; a carrier")}
 
 
 def per_current(load: float) -> float:
@@ -64,105 +51,12 @@ def friction_per_current(scenario: Scenario) -> float:
     return float(added) / current
 
 
-def measurements() -> dict[str, Measurement]:
-    """Return friction per current over load, a bare finger, and the lateral forces of two vibrating displays."""
-    return {"per_current": over_load(), "bare_swipe": bare_swipe(), **vibrating()}
-
-
-def over_load() -> Measurement:
-    """Return the friction per current over the load."""
-    return Measurement(
-        title="friction per current, over load",
-        source="Grigorii 2020, plot label in the authors' public code",
-        scenario=shultz_2018.scenarios()["sliding"].replace(
-            {"drive": {"model": "CurrentSine", "amplitude": 1e-3, "frequency": 2e4}}
-        ),
-        quantity=friction_per_current,
-        unit="N/A",
-        over="load.normal_force",
-        at=LOADS,
-        values=tuple(per_current(each) for each in LOADS),
-        spread=(0.3,) * len(LOADS),
-        spread_of="a choice",
-        group=GROUP,
-        how="data file",
-        status="in part",
-        judges="contact",
-        unknown=DISPLAY
-        | {
-            "drive.amplitude": between(3e-4, 1e-2, "not printed; some mA"),
-            "contact.area": between(5e-5, 2e-4, "not printed; a fingertip"),
-        },
-        of_model={
-            "GrowingArea": {
-                "contact.area": between(5e-5, 2e-4, "not printed; a fingertip"),
-                "contact.at_force": between(0.4, 0.6, "the load of that area"),
-                "contact.exponent": between(0.2, 0.9, "no source; 2/3 is a smooth sphere", model="Uniform"),
-            }
-        },
-        note="Five points of a fit, 0.041 W^-0.63 N/mA, not five measurements: the spread is what its R2 of 0.62 leaves,"
-        " a choice. The friction is linear in the current there, while the attraction is its square.",
-    )
-
-
-def bare_swipe() -> Measurement:
-    """Return the coefficient of a bare finger without a drive."""
-    return Measurement(
-        title="coefficient of a bare finger without a drive, one swipe",
-        source="Grigorii 2021, public data",
-        scenario=veijgen_2013.bare(0.527),
-        quantity=coefficient,
-        unknown={
-            "load.normal_force": between(
-                0.523, 0.530, "", model="Uniform", source="Grigorii 2021, public data", status="in part"
-            )
-        },
-        unit="1",
-        values=(math.sqrt(0.34 * 0.45),),
-        spread=(0.08,),
-        spread_of="repeats",
-        group=GROUP,
-        how="data file",
-        status="in part",
-        judges="friction",
-        note="0.34 to 0.45 within one swipe of one person, whose baseline drifts.",
-        of_model=veijgen_2013.LAWS,
-    )
-
-
-def vibrating() -> dict[str, Measurement]:
-    """Return the lateral forces of two displays that vibrate along the plate and attract in phase with it."""
-    half = "The drive is on for half of each oscillation, so half of the friction that it adds is taken. "
-    net: dict[str, Any] = {
-        "quantity": "peak lateral_force", "unit": "N", "scale": 0.5, "group": GROUP, "how": "printed", "status": "abstract",
-        "spread": (0.15,), "spread_of": "a choice", "unknown": FINGER | {"drive.level": between(50.0, 400.0, "not printed")},
-        "of_model": ROUGH_GAP,
-    }  # fmt: skip
-    held = shultz_2018.scenarios()["sliding"].replace(
-        {
-            "drive": {"model": "Step", "level": 100.0},
-            "load.normal_force": 0.0,
-            "time": {"duration": 1e-4, "initial_state": {"model": "AtRest"}},
-        }
-    )
+def quantities() -> dict[str, ComputedQuantity]:
+    """Return the friction per current."""
     return {
-        "eshiver": Measurement(
-            title="net lateral force, oscillation of 55 Hz along the plate",
-            source="Mullenbach 2016 (eShiver), first page",
-            scenario=held,
-            values=(0.3,),
-            on="artificial finger",
-            note=f"{half}Voltage and load are not printed, and the coating is a Johnsen-Rahbek one.",
-            **net,
-        ),
-        "ultrashiver": Measurement(
-            title="net lateral force, oscillation of some 30 kHz along the plate",
-            source="Xu 2019 (UltraShiver), abstract",
-            scenario=held,
-            values=(0.4,),
-            note=f"{half}Voltage, load and coefficient are not printed.",
-            **net,
-        ),
+        "friction_per_current": ComputedQuantity(
+            title="friction that the attraction adds, per current", unit="N/A", compute=friction_per_current
+        )
     }
 
 

@@ -18,8 +18,7 @@ from electrovib.papers import cited_as
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin, time_constant
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence import Measurement, between
-from electrovib.studies.evidence.quantities import of_skin
+from electrovib.studies.evidence.quantities import ComputedQuantity
 
 CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
@@ -66,18 +65,13 @@ def admittance_exponent(scenario: Scenario) -> float:
     return 1 + math.log(ends[1] / ends[0]) / (2 * math.log(step))
 
 
-def measurements() -> dict[str, Measurement]:
-    """Return the exponents of women and men, which tell skins with dispersion from those without."""
+def quantities() -> dict[str, ComputedQuantity]:
+    """Return the exponent of the admittance, which tells skins with dispersion from those without."""
     return {
-        f"exponent_{who}": of_skin(
-            f"exponent of the admittance of palmar skin, {who}", value, source=f"{CITATIONS[0]}, abstract", unit="1",
-            quantity=admittance_exponent, spread=(0.05,), spread_of="a choice", group="palmar admittance, 48 people",
-            unknown={"drive.frequency": between(10.0, 354.0, "", source="below 354 Hz, abstract", status="abstract")},
-            note="The spread between people is not printed. The skins of this paper have these exponents.",
-            made=tuple(f"palmar_1995/{name}" for name in skins()),
+        "admittance_exponent": ComputedQuantity(
+            title="exponent of the admittance of skin", unit="1", compute=admittance_exponent
         )
-        for who, value in (("women", WOMEN), ("men", MEN))
-    }  # fmt: skip
+    }
 
 
 CHECKS = (

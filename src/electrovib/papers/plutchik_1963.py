@@ -9,28 +9,20 @@ G0 (1 + (j w tc)^alpha), with 1 cm2 and 200 um assumed; its phase at 1 Hz then c
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
 
 from electrovib.core.citation import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.papers import cited_as
-from electrovib.papers.rosell_1988 import BODY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin
 from electrovib.physics.stack import Layer
-from electrovib.studies.evidence import Measurement, between
-from electrovib.studies.evidence.quantities import lag, of_skin
 
 CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
 
 RESISTANCE, RELAXATION, EXPONENT = 130.8e3, 0.911e-3, 0.783
 """Solved from |Z| at 1 Hz and 1 kHz and the phase at 1 kHz [ohm, s, 1]."""
-PHASE = {1.0: math.radians(2), 1e3: math.radians(58)}
-"""Angle by which the voltage lags behind the current [rad], over frequency [Hz]."""
 AREA, THICKNESS = 1e-4, 200e-6
 """Assumed area and thickness [m2, m]."""
 
@@ -66,28 +58,6 @@ def skins() -> dict[str, Skin]:
     return {
         "skin": Skin(name="1963 impedance", material=material(), status="derived", source=CITATION, note=note)
     }
-
-
-def measurements() -> dict[str, Measurement]:
-    """Return magnitude and phase at 1 Hz and 1 kHz."""
-    read: dict[str, Any] = {
-        "source": "Science 141, 927 (1963), abstract", "group": "Plutchik and Hirsch", "spread_of": "digits",
-        "unknown": BODY | {
-            "contact.area": between(1e-5, 1e-3, "not printed"),
-            "stack.stratum_corneum.thickness": between(1e-5, 4e-4, "the site is not printed; from trunk to finger"),
-        },
-        "made": ("plutchik_1963/skin",),
-        "note": "Site and area are not printed. The skin of this paper was solved from three of these four numbers.",
-    }  # fmt: skip
-    return {
-        "magnitude": of_skin(
-            "magnitude of the impedance of skin", {1.0: 130e3, 1e3: 30e3}, spread=(0.04, 0.17), **read
-        ),
-        "phase": of_skin(
-            "phase angle of the impedance of skin", PHASE, spread=(0.25, 0.01), unit="rad",
-            quantity=lag, **read,
-        ),
-    }  # fmt: skip
 
 
 CHECKS = (

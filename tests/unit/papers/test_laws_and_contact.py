@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 
 import numpy as np
 import pytest
@@ -18,12 +19,15 @@ from electrovib.papers import (
     balasubramanian_2025,
     bau_2010,
     ciavarella_2020,
+    grigorii_2020,
+    palmar_1995,
     popov_2018,
-    rauf_2025,
     strong_1970,
 )
+from electrovib.papers.vezzoli_2014.values import FORCE_MEASURED
 from electrovib.physics.roughness import local_pull
 from electrovib.solve.simulate import simulate
+from electrovib.studies.evidence.files import of_publication
 
 COATING = {"thickness": 1e-6, "permittivity": 3.9}
 FILM = {"thickness": 90e-6, "permittivity": 3.35}
@@ -178,7 +182,7 @@ def test_drives_of_one_peak_pull_alike_at_their_peak(drive):
 
 def test_the_numbers_of_rauf_2025_are_those_that_its_notes_describe():
     """Exponents of the voltage by a straight line through logarithms, and the slope over the load."""
-    found = rauf_2025.measurements()
+    found = of_publication("rauf_2025")
 
     def exponent(name):
         return np.polyfit(np.log(found[name].at), np.log(found[name].values), 1)[0]
@@ -192,3 +196,16 @@ def test_the_numbers_of_rauf_2025_are_those_that_its_notes_describe():
     assert f"{np.ptp(load.values) / np.ptp(load.at):.2f} N per newton" in found["voltage"].note
     assert found["voltage"].values[-1] == pytest.approx(load.values[0], rel=0.02)
     assert len(found) == 42
+
+
+@pytest.mark.parametrize(
+    ("paper", "name", "used"),
+    [
+        ("palmar_1995", "exponent_women", (palmar_1995.WOMEN,)),
+        ("palmar_1995", "exponent_men", (palmar_1995.MEN,)),
+        ("vezzoli_2014", "swing", (math.sqrt(math.prod(FORCE_MEASURED)),)),
+        ("grigorii_2020", "per_current", tuple(map(grigorii_2020.per_current, (0.15, 0.25, 0.5, 1.0, 1.25)))),
+    ],
+)
+def test_laws_and_checks_use_the_numbers_that_the_file_of_the_publication_states(paper, name, used):
+    assert of_publication(paper)[name].values == pytest.approx(used, rel=1e-12)

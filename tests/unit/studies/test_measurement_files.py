@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import tomllib
@@ -9,13 +10,17 @@ from pathlib import Path
 
 import pytest
 import tomlkit
+from pydantic import ValidationError
 
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours, sign
+from electrovib.studies.evidence.entries import ENTRIES as SCHEMA_ENTRIES
+from electrovib.studies.evidence.entries import MeasurementFile, measurement_schema
 from electrovib.studies.evidence.files import import_measurement
 from electrovib.studies.evidence.measurement import unit_of
 from electrovib.studies.evidence.predicted import predict
+from electrovib.studies.evidence.publication import parts, publication_files, tables_of
 
 GAP = {"model": "LogUniform", "low": "1 um", "high": "4 um", "choice": "of this test"}
 STEP = {"drive": {"model": "Step", "level": "100 V"}, "time.duration": "1 ms"}
@@ -260,3 +265,135 @@ def test_what_no_law_predicts_is_refused_with_the_reason_or_said_beside_the_othe
     said = found.document.sentences
     assert said[0].startswith("mine: no law or model can predict it: ")
     assert said[1] == "Every other measurement lies in the 90 % interval of some law or model."
+
+
+STATED = {
+    key: each for key, each in {**ENTRIES, **POINTS}.items() if key not in {"over", "at", "values", "spread"}
+}
+
+
+@pytest.mark.parametrize(
+    ("printed", "values", "spread"),
+    [
+        ({"printed_range": ["2 mN", "8 mN"], "spread": "10 %"}, (4e-3,), (0.1,)),
+        ({"devices": ["1 mN", "4 mN"]}, (2e-3,), (math.sqrt(math.exp(math.log(4) ** 2 / 2) - 1),)),
+        (
+            {"runs": [["1 mN", 2e-3], ["3 mN", 2e-3]], "over": "drive.level", "at": [50, 100], "spread": "5 %"},
+            (2e-3, 2e-3),
+            (math.sqrt(2) / 2, 0.05),
+        ),
+        (
+            {"line": [1e-3, 3e-4, 1e-5, 4e-6], "over": "drive.level", "at": ["0 V", "100 V"]},
+            (1e-3, 2e-3),
+            (0.3, 0.25),
+        ),
+    ],
+    ids=["range", "devices", "runs", "line"],
+)  # fmt: skip
+def test_what_is_printed_in_another_form_is_reduced_to_value_and_spread(printed, values, spread):
+    Path("other.toml").write_text(tomlkit.dumps({"schema": 1, **STATED, **printed}), encoding="utf-8")
+    found = ev.measurements("other.toml")["other"]
+    assert found.values == pytest.approx(values, rel=1e-12)
+    assert found.spread == pytest.approx(spread, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("printed", "words"),
+    [
+        ({"printed_range": [2, 1], "spread": 0.1}, "printed_range: expected the least and the largest value"),
+        ({"printed_range": [1, 2], "values": 3, "spread": 0.1}, "printed_range: stands in the place of values"),
+        ({"runs": [[1, 2]], "over": "drive.level", "at": [50, 100]}, "runs: expected two or more rows"),
+        ({"devices": [1]}, "devices: expected two or more values"),
+        ({"line": [1, 2], "over": "drive.level", "at": [50, 100]}, "line: expected start, its error"),
+        ({"runs": [[1, 2], [3, 4]]}, "over: missing"),
+        ({"values": 1, "spread": 0.1, "quantity": "impedance magnitude", "unit": "N"}, "unit = 'N': impedance magnitude is in"),
+        ({"values": 1, "spread": 0.1, "quantity": "grigorii_2020/friction"}, "Did you mean 'grigorii_2020/friction_per"),
+    ],
+)  # fmt: skip
+def test_each_mistake_in_another_form_is_named(printed, words):
+    Path("other.toml").write_text(tomlkit.dumps({"schema": 1, **STATED, **printed}), encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape(words)):
+        ev.measurements("other.toml")
+
+
+def several(**changes):
+    level = {"model": "Uniform", "low": "50 V", "high": "60 V", "choice": "of this test"}
+    own = {
+        "a": {**POINTS, "note": "alone"},
+        "b": {**POINTS, "shares": ["loud"], "unknown": {"drive.level": level}},
+    }
+    content = {
+        "schema": 1, **ENTRIES, "note": "all", "measurements": own,
+        "shared": {"loud": {"changes": {"drive.level": "9 V"}, "note": "loud", "spread_of": "people"}},
+    }  # fmt: skip
+    Path("lab").mkdir(exist_ok=True)
+    Path("lab/several.toml").write_text(tomlkit.dumps(content | changes), encoding="utf-8")
+    return "lab/several.toml"
+
+
+def test_a_file_of_several_measurements_states_once_what_they_share():
+    found = ev.measurements(several())
+    assert list(found) == ["lab/several/a", "lab/several/b"]
+    a, b = found.values()
+    assert (a.note, b.note) == ("all alone", "all loud")
+    assert (a.spread_of, b.spread_of) == ("repeats", "people")
+    assert a.scenario.drive.level == 100.0
+    assert b.scenario == a.scenario.replace({"drive.level": 9.0})
+    assert set(a.unknown) == {"stack.gap.thickness"}
+    assert set(b.unknown) == {"stack.gap.thickness", "drive.level"}
+    assert ev.measurements("lab/") == found
+    with pytest.raises(InputError, match="a folder without files of measurements"):
+        ev.measurements("none/")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"measurements": {"b": {**POINTS, "values": ["1 V", 1, 2]}}},
+            "several.toml: measurements.b.values = 1 V: expected a force",
+        ),
+        (
+            {"measurements": {"b": {**POINTS, "shares": ["lod"]}}},
+            "several.toml: measurements.b.shares: no shared entries are called 'lod'. Did you mean 'loud'?",
+        ),
+        (
+            {"measurements": {"b": {**POINTS, "shares": ["israr_2005/slope"]}}},
+            "no file of measurements is called 'israr_2005'. Did you mean 'israr_2006'?",
+        ),
+        ({"measurements": {"b": {**POINTS, "shares": "loud"}}}, "measurements.b.shares = 'loud': expected a list of names"),
+        ({"measurements": {"b": 3}}, "measurements.b = 3: expected a table"),
+        ({"measurements": 3}, "measurements = 3: expected a table"),
+        ({"shared": {"loud": 3}}, "shared.loud = 3: expected a table"),
+        ({"titel": "x", "measurements": {"b": dict(POINTS)}}, "measurements.b.titel: no entry of a measurement."),
+        ({"measurements": {}}, "measurements: empty"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_one_of_several_names_the_file_and_the_entry(changes, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        ev.measurements(several(**changes))
+
+
+def test_a_publication_is_a_file_in_a_folder_that_needs_no_python(monkeypatch):
+    home = Path("papers")
+    (home / "measured").mkdir(parents=True)
+    (home / "measured" / "own_2099.toml").write_text(Path(several()).read_text("utf-8"), encoding="utf-8")
+    publication_files.cache_clear()
+    monkeypatch.setattr("electrovib.studies.evidence.publication.paper_folders", lambda: (home,))
+    assert list(publication_files()) == ["own_2099"]
+    monkeypatch.undo()
+    publication_files.cache_clear()
+    assert "israr_2006" in publication_files()
+
+
+def test_the_schema_takes_every_shipped_file_and_refuses_what_the_reader_refuses():
+    schema = measurement_schema()
+    assert set(schema["properties"]) == {*SCHEMA_ENTRIES, "shared", "shares", "measurements"}
+    assert all(each.get("description") for each in schema["properties"].values())
+    for name in publication_files():
+        for part, entries in parts(tables_of(name)).items():
+            assert MeasurementFile.model_validate(entries).title, part
+    for wrong in ({"titel": "x"}, {"made": "EffectiveMedium"}, {"schema": 2}, {"scale": [2]}):
+        content = {"schema": 1, **ENTRIES, **POINTS, **wrong}
+        with pytest.raises(ValidationError):
+            MeasurementFile.model_validate(content)

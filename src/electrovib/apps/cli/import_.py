@@ -113,7 +113,8 @@ def _into_toml(given: Arguments) -> None:
     from electrovib.data.atomic import check_writable, write_text
     from electrovib.data.marks import Form
     from electrovib.recordings.importing import import_material
-    from electrovib.studies.evidence.files import ENTRIES, TABLES, import_measurement
+    from electrovib.studies.evidence.entries import ENTRIES, TABLES
+    from electrovib.studies.evidence.files import import_measurement
 
     kind, file, force = given["kind"], given["file"], "force" in given
     form = Form.MEASUREMENT if kind == "measurement" else None

@@ -19,7 +19,7 @@ much on skin and edges.
 from __future__ import annotations
 
 from electrovib.core.citation import Check, derived
-from electrovib.papers.vardar_2017.measured import measurements as measurements
+from electrovib.papers.vardar_2017.measured import quantities as quantities
 from electrovib.papers.vardar_2017.reproduction import reproduce as reproduce
 from electrovib.papers.vardar_2017.thresholds import CITATION as CITATION
 from electrovib.papers.vardar_2017.thresholds import CITATIONS as CITATIONS

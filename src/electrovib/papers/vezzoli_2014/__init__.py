@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal as Vezzoli2014Causal
 from electrovib.papers.vezzoli_2014.laws import Vezzoli2014PerFrequency as Vezzoli2014PerFrequency
-from electrovib.papers.vezzoli_2014.measured import measurements as measurements
 from electrovib.papers.vezzoli_2014.reproduction import reproduce as reproduce
 from electrovib.papers.vezzoli_2014.scenarios import PRESETS as PRESETS
 from electrovib.papers.vezzoli_2014.scenarios import scenarios as scenarios

@@ -3,87 +3,18 @@
 from __future__ import annotations
 
 import functools
-import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Curve, Panel, Table
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.papers.vezzoli_2014.values import FORCE_MEASURED
-from electrovib.studies.evidence import Measurement, between
+from electrovib.studies.evidence.files import of_publication
 from electrovib.studies.evidence.score import LEVEL, Score, judge
 from electrovib.studies.reproduction import Row, overlap
 
 if TYPE_CHECKING:
     from electrovib.studies.evidence.predicted import ModelPrediction
-
-SKIN = {
-    "stack.stratum_corneum.thickness": between(
-        1e-4, 4e-4, "200 um is used; fingers and palms have 170 to 300 um"
-    ),
-    "stack.stratum_corneum.material.conductivity": between(
-        1.8e-7, 1.8e-5, "ten times less and more than the 7.7 ms of the paper give"
-    ),
-    "stack.gap.thickness": between(5e-7, 1e-5, "not printed; of the order of the roughness of skin"),
-    "stack.gap.material.conductivity": between(1e-12, 1e-8, "not printed; from none to a decay of some ms"),
-}
-"""What the publications do not print of a finger."""
-ROUGH_GAP: dict[str, Any] = {
-    "Persson2018RoughGap": {
-        "stack.gap": None,
-        "force.mean_gap": between(5e-7, 1e-5, "not printed; of the order of the roughness of skin"),
-        "force.rms_gap": between(5e-7, 1e-5, "not printed; of the order of the roughness of skin"),
-    }
-}
-"""What a law with gaps of its own takes in place of the layer."""
-FRICTION = {"friction.coefficient": between(0.3, 0.6, "not printed", model="Uniform")}
-
-
-def measurements() -> dict[str, Measurement]:
-    """Return the change of the lateral force of eight people, and the decay after an edge."""
-    group = "Vezzoli, Amberg and Giraud (Lille)"
-    gap = scenarios()["fig6_gap"]
-    return {
-        "swing": Measurement(
-            title="change of the lateral force under a trapezoidal pulse of 1 kV, eight people",
-            source="Vezzoli 2014, section 4 and figure 6",
-            scenario=gap,
-            quantity="swing lateral_force",
-            unit="N",
-            values=(math.sqrt(math.prod(FORCE_MEASURED)),),
-            spread=(0.32,),
-            spread_of="people",
-            group=group,
-            how="printed",
-            status="full text",
-            unknown=SKIN | FRICTION | {"drive.rise": between(1e-3, 5e-2, "not printed")},
-            of_model=ROUGH_GAP,
-            note="Printed is a range of 2 to 5 mN: its geometric mean, and the deviation that eight people with this range have."
-            " Load and speed are not said. The 2.5 mN beside it are a model value. The"
-            " same group quotes some 100 mN for its rig of 2013, without a voltage.",
-        ),
-        "decay": Measurement(
-            title="share of the attraction that is left 6 ms after an edge",
-            source="Giraud 2013, quoted by Vezzoli 2014",
-            scenario=gap.replace({"drive": {"model": "Step", "level": 1000.0}, "time.duration": 6e-3}),
-            quantity="final electrostatic_force",
-            per="peak electrostatic_force",
-            unit="1",
-            values=(math.exp(-1),),
-            spread=(0.08,),
-            spread_of="digits",
-            group=group,
-            how="quoted by others",
-            status="second-hand",
-            unknown=SKIN,
-            of_model=ROUGH_GAP,
-            note="Printed are 6 ms, 'considering the mechanics of the measurements system', of the lateral force under a square"
-            " drive, without insulator, voltage, load or speed: the film of 2014 stands in for the insulator. The 7.7 ms beside"
-            " it are calculated from values of skin.",
-        ),
-    }  # fmt: skip
-
 
 OWN: Final = {
     "law_1": ("Vezzoli2014Causal", "law (1)"),
@@ -104,7 +35,7 @@ def judged() -> dict[str, list[tuple[ModelPrediction, Score]]]:
     from electrovib.studies.evidence.predicted import predict
 
     found = {}
-    for name, each in measurements().items():
+    for name, each in of_publication("vezzoli_2014").items():
         both = [(one, judge(name, each, one)) for one in predict(each)[0]]
         found[name] = sorted(both, key=lambda one: -one[1].score)
     return found
@@ -113,7 +44,7 @@ def judged() -> dict[str, list[tuple[ModelPrediction, Score]]]:
 def rows() -> tuple[Row, ...]:
     """Compare both measured numbers with the intervals of two laws over what the paper does not print."""
     found = []
-    for name, measured in measurements().items():
+    for name, measured in of_publication("vezzoli_2014").items():
         low, high, unit = PRINTED[name]
         size = 1e-3 if unit == "mN" else 1.0
         drawn = {one.model: ends(one) for one, _ in judged()[name]}
@@ -163,7 +94,7 @@ def table() -> Table:
 def panels() -> tuple[Panel, ...]:
     """Draw for each measurement the share of the draws below a value, for every law, beside the measured range."""
     laws, found = [one.model for one, _ in judged()["swing"]], []
-    for name, measured in measurements().items():
+    for name, measured in of_publication("vezzoli_2014").items():
         low, high, _ = PRINTED[name]
         curves = [
             Curve(

@@ -1,4 +1,3 @@
-"""Laws judged by what was measured; here is what a paper declares its measurements with, and the modules judge them."""
+"""Laws judged by what was measured; `files` reads measurements, and other modules judge."""
 
 from electrovib.studies.evidence.measurement import Measurement as Measurement
-from electrovib.studies.evidence.quantities import between as between

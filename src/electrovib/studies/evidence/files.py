@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.discovery import offers
+import numpy as np
+
+from electrovib.core.discovery import find_offer, offers
 from electrovib.core.errors import InputError, Problem, gathered, nearest, refuse
 from electrovib.core.mistakes import shown
 from electrovib.core.parsing import read_toml_file
@@ -23,38 +26,23 @@ from electrovib.scenario import Scenario, read_scenario
 from electrovib.scenario.reading import paper_of_preset, without_schema
 from electrovib.scenario.space.reading import flattened, read_number, read_space
 from electrovib.scenario.toml import SCHEMA
-from electrovib.studies.evidence.measurement import DATA, SPREADS, Measurement, check_unit, unit_of
+from electrovib.studies.evidence.entries import ENTRIES, IN_PLACE_OF_VALUES, NEEDED, usual
+from electrovib.studies.evidence.measurement import Measurement, check_unit, unit_of
 from electrovib.studies.evidence.predicted import candidates
+from electrovib.studies.evidence.publication import parts, publication_files, tables_of
+from electrovib.studies.evidence.quantities import QUANTITIES, ComputedQuantity
+from electrovib.studies.evidence.reduced import of_devices, of_line, of_range, of_runs
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
-_NEEDED: Final = {
-    "title": 'title = "attraction over voltage, one finger"',
-    "source": 'source = "our tribometer, March 2026"',
-    "group": 'group = "our laboratory"',
-    "scenario": 'scenario = "vezzoli_2014/fig6_gap", or a .toml file',
-    "quantity": 'quantity = "peak electrostatic_force"',
-    "values": 'values = ["1.1 mN", "4.2 mN"]',
-    "spread": 'spread = "10 %"',
-    "spread_of": f'spread_of = "{SPREADS[1]}"',
-    "over": 'over = "drive.high"',
-    "at": 'at = ["500 V", "1 kV"]',
-}
-"""What the file of a measurement states, the last two where it has several points, with an example of each."""
 _OF_TABLE: Final = {
     "values": '--column value="force [mN]"',
     "spread": '--column spread="deviation [mN]", or --set spread="10 %"',
     "at": '--column at="voltage [V]"',
 }
 """How these are stated where a measurement is made of a table of points."""
-_ELSE: Final[dict[str, Any]] = {
-    "how": DATA, "status": "full text", "changes": {}, "per": "", "scale": 1.0, "unit": "", "unknown": {}, "of_model": {},
-    "made": [], "judges": "force", "on": "finger", "note": "",
-}  # fmt: skip
-"""What it may state beside that, as in `Measurement`; `changes` are those of the scenario, by dotted path."""
-ENTRIES: Final = ("schema", *_NEEDED, *_ELSE)
-TABLES: Final = tuple(name for name, usual in _ELSE.items() if isinstance(usual, dict))
+_USUAL: Final = usual()
 _WORDS: Final[dict[type, str]] = {str: "a text", dict: "a table", list: "a list of names"}
 COLUMNS: Final = {"value": "values", "at": "at", "spread": "spread"}
 """Columns of a table of points, to the entries that they become."""
@@ -66,23 +54,32 @@ def measurements(word: str = "") -> dict[str, Measurement]:
     Parameters
     ----------
     word : str
-        Part of a name ``author_year/name``, a title or a group; all if empty; or a file (``.toml``) with one measurement.
+        Part of a name ``author_year/name``, a title or a group; all if empty; or a file (``.toml``) with one measurement or
+        several; or a folder of such files, ``"lab/"``.
 
     Returns
     -------
     dict of str to Measurement
-        By ``author_year/name``, or by the name of the file without its suffix.
+        By ``author_year/name``, or by the name of the file without its suffix, and where it has several ``file/name``.
 
     Raises
     ------
     InputError
         If no measurement has the word; the groups are listed. Of a file: every mistake at once.
     """
-    if (path := Path(word)).suffix.lower() == ".toml":
+    path = Path(word)
+    if word.endswith(("/", os.sep)):
+        files = sorted(path.glob("*.toml"))
+        if not files:
+            raise InputError("a folder without files of measurements (.toml)", path=path)
+        return {name: each for file in files for name, each in measurements(str(file)).items()}
+    if path.suffix.lower() == ".toml":
         advice = "'electrovib import points.csv --as measurement -o mine.toml' writes one"
-        content = read_toml_file(path, kind="a measurement", advice=advice)
-        return {path.with_suffix("").as_posix(): _measurement(_stated(without_schema(content), path.parent))}
+        return _of_file(read_toml_file(path, kind="a measurement", advice=advice), path)
     known: dict[str, Measurement] = offers(("measurements",))
+    for name in publication_files():
+        known |= {f"{name}/{key}": each for key, each in of_publication(name).items()}
+    known = dict(sorted(known.items(), key=lambda each: each[0].partition("/")[0]))
     found = {
         name: each
         for name, each in known.items()
@@ -94,14 +91,44 @@ def measurements(word: str = "") -> dict[str, Measurement]:
     return found
 
 
+@functools.cache
+def of_publication(name: str) -> dict[str, Measurement]:
+    """Read the measurements of one publication, author_year, by their own names."""
+    found = _of_file(dict(tables_of(name)), publication_files()[name])
+    return {key.rpartition("/")[2]: each for key, each in found.items()}
+
+
+def _of_file(content: dict[str, Any], path: Path) -> dict[str, Measurement]:
+    """Read the measurements of a file; mistakes in all of them are told together, of several with the name of the file."""
+    name, found = path.with_suffix("").as_posix(), {}
+    problems: list[str] = []
+    with gathered(problems):
+        for part, entries in parts(content).items():
+            with gathered(problems, within=f"measurements.{part}" if part else ""):
+                stated = _stated(without_schema(entries), path.parent)
+                found[f"{name}/{part}" if part else name] = _measurement(stated)
+    if "measurements" in content:
+        told = map(Problem.read, problems)
+        problems = [Problem(each.reason, path=f"{path.name}: {each.path}", value=each.value) for each in told]
+    refuse(problems)
+    return found
+
+
 def _stated(
     content: Mapping[str, Any], folder: Path, columns: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
     """Read the entries of a file, or those beside the columns of a table; all that is missing is listed at once."""
     has = {name for name, each in content.items() if each not in ("", [])}
     has |= {COLUMNS[each] for each in columns or ()}
-    several = {"over", "at"} & has or columns is not None or len(_listed(content.get("values"))) > 1
-    examples = _NEEDED if columns is None else _NEEDED | _OF_TABLE
+    if replaced := has & set(IN_PLACE_OF_VALUES):
+        has |= {"values"} if replaced == {"printed_range"} else {"values", "spread"}
+    several = (
+        {"over", "at"} & has
+        or columns is not None
+        or len(_listed(content.get("values"))) > 1
+        or {"runs", "line"} & has
+    )
+    examples = NEEDED if columns is None else NEEDED | _OF_TABLE
     unknown = [name for name in content if name not in ENTRIES]
     problems = [f"{name}: no entry of a measurement.{nearest(name, ENTRIES)}" for name in unknown]
     problems += [
@@ -115,13 +142,21 @@ def _stated(
     if scale != 1 and "unit" not in has:
         problems.append('unit: missing beside scale, for instance unit = "Pa"')
     for name, given in content.items():
-        kind = type(_ELSE.get(name, ""))
-        if name not in {"schema", "scale", *COLUMNS.values()} and not isinstance(given, kind):
+        kind = type(_USUAL.get(name, ""))
+        table = name == "scenario" and isinstance(given, Mapping)
+        if name not in {"schema", "scale", *COLUMNS.values(), *IN_PLACE_OF_VALUES} | set(unknown) and not (
+            table or isinstance(given, kind)
+        ):
             problems.append(f"{name} = {shown(given)}: expected {_WORDS[kind]}")
+    problems += [
+        f"{name}: stands in the place of values; state one of both"
+        for name in replaced
+        if "values" in content
+    ]
     refuse(problems)
     return (
-        _ELSE
-        | {"over": "", "at": ()}
+        _USUAL
+        | {"over": "", "at": (), "values": [], "spread": []}
         | _with_files(content, lambda name: str(folder / name))
         | {"scale": scale}
     )
@@ -145,6 +180,14 @@ def _listed(given: Any) -> list[Any]:
     return list(given) if isinstance(given, (list, tuple)) else [given]
 
 
+def _computed(name: str) -> ComputedQuantity | None:
+    """Return a quantity that a function computes, ours or a paper's as ``author_year/name``; None for one of a run."""
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    found: ComputedQuantity | None = find_offer(name, ("quantities",)) if "/" in name else None
+    return found
+
+
 def _set_up(stated: Mapping[str, Any]) -> tuple[Scenario, str, str]:
     """Return the set-up, the unit of the values, and that of the parameter that was varied."""
     scenario = read_scenario(stated["scenario"])
@@ -153,9 +196,14 @@ def _set_up(stated: Mapping[str, Any]) -> tuple[Scenario, str, str]:
         scenario = scenario.replace(stated["changes"])
     refuse(problems)
     unit, of_over = stated["unit"], "1"
+    if computed := _computed(stated["quantity"]):
+        if unit not in {"", computed.unit}:
+            problems.append(f"unit = '{unit}': {stated['quantity']} is in {computed.unit}")
+        unit = computed.unit
     with gathered(problems):
         unit = unit or (unit_of(stated["quantity"], stated["per"], scenario) if stated["scale"] == 1 else "")
-        check_unit(unit, stated["quantity"], stated["per"], stated["scale"], scenario)
+        if not computed:
+            check_unit(unit, stated["quantity"], stated["per"], stated["scale"], scenario)
     try:
         of_over = quantity_at(scenario, stated["over"]).unit if stated["over"] else "1"
     except InputError as error:
@@ -168,14 +216,15 @@ def _measurement(stated: Mapping[str, Any]) -> Measurement:
     """Build the measurement; mistakes in its parts are refused together."""
     scenario, unit, of_over = _set_up(stated)
     problems: list[str] = []
-    with gathered(problems):
-        values = _numbers("values", stated["values"], unit)
-        given = stated["spread"] if isinstance(stated["spread"], list) else [stated["spread"]] * len(values)
-        spread = tuple(_relative(*each, unit) for each in zip(given, values, strict=False))
-    with gathered(problems):
+    of_at: list[str] = []
+    at: tuple[float, ...] = ()
+    with gathered(of_at):
         at = _numbers("at", stated["at"], of_over) if stated["over"] else ()
         for each in at:
             scenario.replace({stated["over"]: each})
+    with gathered(problems):
+        values, spread = _values(stated, unit, at)
+    problems += of_at
     unknown = flattened(stated["unknown"])
     with gathered(problems, within="unknown"):
         if unknown:
@@ -189,16 +238,40 @@ def _measurement(stated: Mapping[str, Any]) -> Measurement:
                 f"of_model.{path}: expected MODEL.PATH with a table, or false for a layer that it replaces"
             )
         of_model.setdefault(model, {})[inner] = table or None
-    kept = {name: each for name, each in stated.items() if name not in {"schema", "changes"}}
+    left_out = {"schema", "changes", *IN_PLACE_OF_VALUES}
+    kept = {name: each for name, each in stated.items() if name not in left_out}
+    computed = _computed(stated["quantity"])
+    quantity = computed.compute if computed else stated["quantity"]
     made = {
-        "scenario": scenario, "unit": unit, "values": values, "spread": spread, "at": at, "unknown": unknown,
-        "of_model": of_model, "made": tuple(map(str, stated["made"])),
+        "scenario": scenario, "quantity": quantity, "unit": unit, "values": values, "spread": spread, "at": at,
+        "unknown": unknown, "of_model": of_model, "made": tuple(map(str, stated["made"])),
     }  # fmt: skip
     found = Measurement(**kept | made)
     known = candidates(found)
     if wrong := [name for name in (*of_model, *found.made) if name not in known]:
         raise InputError(f"{name}: no model of {found.judges}.{nearest(name, known)}" for name in wrong)
     return found
+
+
+def _values(stated: Mapping[str, Any], unit: str, at: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+    """Return values and relative spread, of what is printed in another form too."""
+    own, given = None, stated["spread"]
+    if stated["printed_range"]:
+        values = of_range(_numbers("printed_range", stated["printed_range"], unit))
+    elif stated["runs"]:
+        rows = [_numbers("runs", each, unit) for each in _listed(stated["runs"])]
+        values, own = of_runs(rows, *_numbers("spread", given or 0.0, "1"))
+    elif stated["devices"]:
+        values, own = of_devices(_numbers("devices", stated["devices"], unit))
+    elif stated["line"]:
+        values, own = of_line(_numbers("line", stated["line"], "1"), at)
+    else:
+        values = np.array(_numbers("values", stated["values"], unit))
+    found = tuple(values.tolist())
+    if own is not None:
+        return found, tuple(own.tolist())
+    given = given if isinstance(given, list) else [given] * len(found)
+    return found, tuple(_relative(*each, unit) for each in zip(given, found, strict=False))
 
 
 def _numbers(name: str, given: Any, unit: str) -> tuple[float, ...]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -12,40 +13,15 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.friction.base import SteadyFriction
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.measurement import Measurement
 
 
-def between(low: float, high: float, why: str, *, model: str = "LogUniform", **more: Any) -> dict[str, Any]:
-    """Return the table of a distribution between two ends that are a choice; with a `source` and a `status`, a published one."""
-    said = {} if "source" in more else {"choice": why}
-    return {"model": model, "low": low, "high": high, **said, **more}
+@dataclass(frozen=True, kw_only=True)
+class ComputedQuantity:
+    """A quantity that a function computes of a scenario, as a measurement names it; papers offer theirs in `quantities`."""
 
-
-SKIN_ALONE: Final = {
-    "drive": {"model": "Sine", "amplitude": 1.0, "frequency": 1.0},
-    "force": {"model": "MaxwellStressInStratumCorneum"},
-    "friction": {"model": "Coulomb", "coefficient": 0.5},
-    "contact": {"model": "FixedArea", "area": 1e-4},
-    "load": {"normal_force": 0.5},
-    "circuit": {"return_path": {"model": "Grounded", "resistance": 500.0}},
-    "stack": {
-        "stratum_corneum": {"thickness": 2e-4, "material": {"model": "Constant", "permittivity": 1560.0}}
-    },
-}
-"""Skin under an electrode of 1 cm2, with a sine of one frequency; its material is what is judged."""
-
-
-def of_skin(title: str, values: Mapping[float, float] | float, **more: Any) -> Measurement:
-    """Return a measurement that judges the skins: values by frequency [Hz], or one value of no or an unknown frequency."""
-    known: dict[str, Any] = {
-        "scenario": Scenario.model_validate(SKIN_ALONE), "quantity": magnitude, "unit": "ohm", "how": "printed",
-        "status": "abstract", "on": "skin", "judges": "stack.stratum_corneum.material",
-    }  # fmt: skip
-    if isinstance(values, Mapping):
-        known |= {"over": "drive.frequency", "at": tuple(values), "values": tuple(values.values())}
-    else:
-        known["values"] = (values,)
-    return Measurement(title=title, **known | more)
+    title: str
+    unit: str
+    compute: Callable[[Scenario], float]
 
 
 def impedance(scenario: Scenario) -> complex:
@@ -104,3 +80,21 @@ def vibration_threshold(scenario: Scenario) -> float:
     frequency = scenario.drive.frequency  # type: ignore[attr-defined]
     sensitivity = max(float(each.weight(frequency)) for each in person.channels)
     return person.threshold / sensitivity if sensitivity else math.inf
+
+
+QUANTITIES: Final = {
+    "impedance magnitude": ComputedQuantity(
+        title="magnitude of the impedance", unit="ohm", compute=magnitude
+    ),
+    "impedance lag": ComputedQuantity(title="lag of the voltage behind the current", unit="rad", compute=lag),
+    "friction coefficient": ComputedQuantity(
+        title="coefficient of friction without attraction", unit="1", compute=coefficient
+    ),
+    "friction load_exponent": ComputedQuantity(
+        title="power of the load in the friction", unit="1", compute=load_exponent
+    ),
+    "vibration threshold": ComputedQuantity(
+        title="vibration that is just felt", unit="m", compute=vibration_threshold
+    ),
+}
+"""Quantities that a measurement may name beside those of a run."""
