@@ -149,8 +149,8 @@ _NO_READING: Final = (9.9e37, 9.91e37, 199.999e99)
 _FAR_BELOW: Final = 1e30
 _ROUNDING: Final = 1e-6
 """Relative error of these magnitudes in single precision."""
-_FILLS: Final = (1e20, 1e30, 1e36, 9.96920996838687e36)
-"""Numbers that programs of netCDF and of grids write where there is none, among others that are far below."""
+_FILLS: Final = (1e20, 1e30, 1e36, 9.96920996838687e36, 3.4028234663852886e38, 1.7976931348623157e308)
+"""Magnitudes that programs write where there is no number, among others that are far below: of netCDF, and the largest floats."""
 _NINES: Final = (-999.0, -9999.0, -99999.0, -999.25, -999.9, -999.99)
 """Numbers that stand for no reading where they repeat far below the others."""
 
@@ -168,8 +168,9 @@ def missing_numbers(values: Real) -> tuple[np.ndarray[Any, np.dtype[np.bool_]], 
         gone = (size >= _NO_READING[0] * (1 - _ROUNDING)) & (size <= _NO_READING[-1] * (1 + _ROUNDING))
         if gone.all() or size[~gone].max() > _FAR_BELOW:
             gone &= np.any([np.isclose(size, each, rtol=_ROUNDING) for each in _NO_READING], axis=0)
-    for fill in _FILLS if high >= min(_FILLS) else ():
-        at = np.isclose(values, fill, rtol=_ROUNDING)
+    for fill in _FILLS if max(-low, high) >= min(_FILLS) else ():
+        with np.errstate(over="ignore"):
+            at = np.isclose(np.abs(values), fill, rtol=_ROUNDING)
         rest = np.abs(values[np.isfinite(values) & ~gone & ~at])
         if (
             0 < np.count_nonzero(at) < values.size

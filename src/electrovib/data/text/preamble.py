@@ -54,6 +54,8 @@ _TIMES: Final = re.compile(
 )
 _BY_CHANCE: Final = 8
 """Changes that may all be upward in a column that is no time."""
+_OF_TIME: Final = re.compile(r"""["'(\[<{][mnuµ]s(ec)?["')\]>}]""")
+"""Unit of time within a heading of a form that is not known."""
 _SINCE: Final = re.compile(r"(\w+) since \d", re.IGNORECASE)
 FREQUENCY: Final = re.compile(r"freq|hz|hertz|omega", re.IGNORECASE)
 
@@ -192,11 +194,9 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
 
 def _states_a_time(layout: Layout) -> bool:
     """Return whether a field above the numbers names a unit of time other than the second."""
-    cells = [cell for row in layout.preamble for cell in row]
-    units = {
-        as_unit(cell.strip("[]()")) or name_and_unit(cell)[1] for cell in cells if not cell[:1].isdigit()
-    }
-    return any(unit != "s" and is_unit_of_time(unit) for unit in units)
+    cells = [cell for row in layout.preamble for cell in row if not cell[:1].isdigit()]
+    units = {as_unit(cell.strip("[]()")) or name_and_unit(cell)[1] for cell in cells}
+    return any(map(_OF_TIME.search, cells)) or any(unit != "s" and is_unit_of_time(unit) for unit in units)
 
 
 def _is_further_time(channel: DataColumn) -> bool:

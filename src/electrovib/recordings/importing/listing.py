@@ -24,6 +24,7 @@ from electrovib.recordings.importing.notices import about_sensors
 from electrovib.recordings.importing.proposal import (
     ProposedColumn,
     may_be_voltage,
+    possible_times,
     proposed_columns,
     proposed_time,
 )
@@ -139,7 +140,10 @@ def _time(recorded: Recorded, proposed: DataColumn | None) -> tuple[str, str]:
         return 'time: not stated; add --set time="COLUMN [s]" or --set step="10 us"', _set("step", "10 us")
     option = _set("time", column.name if column.unit else f"{column.name} [s]")
     if column is proposed:
-        return f"time: not stated; '{column.name}' increases and may be it", option
+        found = [each.name for each in possible_times(recorded) if each.unit] or [column.name]
+        several = "may be it: import the signals of each by themselves"
+        words = several if len(found) > 1 else "increases and may be it"
+        return f"time: not stated; {', '.join(map(repr, found))} {words}", option
     words = f"time: column '{column.name}'"
     if recorded.step is not None and contradicted(recorded):
         every = format_quantity(recorded.step, "s")

@@ -82,15 +82,20 @@ class ProposedColumn:
 
 
 def proposed_time(recorded: Recorded) -> DataColumn | None:
-    """Return the column that is probably the time: one that increases, in a unit of time, or without a unit and a signal."""
-    found = [
+    """Return the column that is probably the time: of those that may be it one that is called so, or the first."""
+    found = possible_times(recorded)
+    return next((each for each in found if _TIME.fullmatch(_words(each.name))), found[0] if found else None)
+
+
+def possible_times(recorded: Recorded) -> list[DataColumn]:
+    """Return the columns that may be times: they increase, in a unit of time, or without a unit and a signal."""
+    return [
         each
         for each in recorded.channels
         if (is_unit_of_time(each.unit) or not (each.unit or _signal(each.name, "")))
         and rises(each.values)
         and (_TIME.fullmatch(_words(each.name)) or not _COUNT.fullmatch(_words(each.name)))
     ]
-    return next((each for each in found if _TIME.fullmatch(_words(each.name))), found[0] if found else None)
 
 
 def may_be_voltage(column: DataColumn) -> bool:
