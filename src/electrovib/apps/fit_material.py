@@ -16,11 +16,11 @@ from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.own_material import read_sample
 from electrovib.recordings.spectra.fitted import (
-    FittedMaterial,
     InstrumentError,
     error_by_resistor,
     fit_samples,
 )
+from electrovib.recordings.spectra.fitted_material import FittedMaterial
 from electrovib.recordings.spectra.material import forms_of
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.files import check_answer, save_answer
@@ -126,11 +126,9 @@ def fit_material(
     inputs = [*names, *([] if reference is None else [Path(reference[0])])]
     with gathered(problems):
         if output is not None:
-            files_of_it = {} if base is None else {"material.toml": Form.SCENARIO}
-            check_answer(FittedMaterial, output, more=files_of_it, inputs=inputs, force=force)
-    if not names:
-        problems.append("files: name at least one spectrum")
-    refuse(problems)
+            as_scenario = {} if base is None else {"material.toml": Form.SCENARIO}
+            check_answer(FittedMaterial, output, more=as_scenario, inputs=inputs, force=force)
+    refuse([*problems, *([] if names else ["files: name at least one spectrum"])])
     noises = {
         Path(file).name if str(file) not in samples else str(file): each
         for file, each in (noise or {}).items()

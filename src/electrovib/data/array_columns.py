@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -34,6 +35,7 @@ _EXACT: Final = 2**53
 """Whole numbers up to here are floats without loss."""
 _MOST_COLUMNS: Final = 64
 """Columns of an array that are signals; one of more is a picture, or has a row for each signal."""
+_NUMBERED: Final = re.compile(r"column \d+")
 _LISTED: Final = 20
 _UNITS_OF_TIME: Final = ("s", "ms", "us", "ns")
 _NO_NUMBERS: Final = {"c": "complex numbers", "S": "text", "U": "text", "O": "objects", "V": "plain bytes"}
@@ -125,6 +127,10 @@ def _chosen(
         return numbers[column], ""
     name, unit = (column, "") if column in names else name_and_known_unit(column)
     if unit.isdigit() or name not in names:
+        if names and all(_NUMBERED.fullmatch(each) for each in names):
+            raise DataFileError(
+                f"has no headings; ask for column '{column}' by its number, 0 first.", path=path
+            )
         near = suggestion(column, names)
         why = f"there is no column '{column}'.{near} It has: {listed or 'nothing'}."
         raise NoColumnError(why, path=path, column=column)

@@ -18,7 +18,6 @@ import numpy as np
 from electrovib.core.citation import Check
 from electrovib.papers import cited_as, not_read
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.files import of_publication
 from electrovib.studies.evidence.quantities import ComputedQuantity, vibration_threshold
 
 CITATIONS, CITATION = cited_as(__name__)
@@ -50,6 +49,8 @@ def quantities() -> dict[str, ComputedQuantity]:
 
 def tabled_fall() -> float:
     """Return the fall of the tabled threshold from 10 to 20 Hz [dB]."""
+    from electrovib.studies.evidence.files import of_publication
+
     low, high, _ = of_publication("israr_2006")["pen"].values
     return 20 * math.log10(low / high)
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 from electrovib.core.citation import Check
 from electrovib.papers import cited_as, not_read
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.files import of_publication
 from electrovib.studies.evidence.quantities import ComputedQuantity, magnitude
 
 CITATIONS, CITATION = cited_as(__name__)
@@ -41,6 +40,8 @@ def quantities() -> dict[str, ComputedQuantity]:
 
 def palm_resistivity() -> float:
     """Return the resistivity of palm if 200 um hold all of its resistance [ohm m]."""
+    from electrovib.studies.evidence.files import of_publication
+
     return of_publication("rosell_1988")["palm"].values[0] * AREA / 200e-6
 
 

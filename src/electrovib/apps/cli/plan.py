@@ -211,7 +211,7 @@ def _render_texture(given: Arguments) -> None:
     if "instrument" not in samples and not file.lower().endswith(".wav"):
         samples["rate"] = found.rate
     written = export_waveform(found.scenario, file, limits=given.get("limits"), **samples)
-    show_answer(written)
+    say(*written.document.sentences, *written.document.remarks)  # its warnings are those of the texture
 
 
 @takes(

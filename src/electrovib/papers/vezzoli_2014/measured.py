@@ -9,11 +9,13 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Curve, Panel, Table
 from electrovib.papers.vezzoli_2014.values import FORCE_MEASURED
-from electrovib.studies.evidence.files import of_publication
 from electrovib.studies.evidence.score import LEVEL, Score, judge
 from electrovib.studies.reproduction import Row, overlap
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.studies.evidence import Measurement
     from electrovib.studies.evidence.predicted import ModelPrediction
 
 OWN: Final = {
@@ -35,16 +37,23 @@ def judged() -> dict[str, list[tuple[ModelPrediction, Score]]]:
     from electrovib.studies.evidence.predicted import predict
 
     found = {}
-    for name, each in of_publication("vezzoli_2014").items():
+    for name, each in _measured().items():
         both = [(one, judge(name, each, one)) for one in predict(each)[0]]
         found[name] = sorted(both, key=lambda one: -one[1].score)
     return found
 
 
+def _measured() -> Mapping[str, Measurement]:
+    """Return what the publication measured."""
+    from electrovib.studies.evidence.files import of_publication
+
+    return of_publication("vezzoli_2014")
+
+
 def rows() -> tuple[Row, ...]:
     """Compare both measured numbers with the intervals of two laws over what the paper does not print."""
     found = []
-    for name, measured in of_publication("vezzoli_2014").items():
+    for name, measured in _measured().items():
         low, high, unit = PRINTED[name]
         size = 1e-3 if unit == "mN" else 1.0
         drawn = {one.model: ends(one) for one, _ in judged()[name]}
@@ -94,7 +103,7 @@ def table() -> Table:
 def panels() -> tuple[Panel, ...]:
     """Draw for each measurement the share of the draws below a value, for every law, beside the measured range."""
     laws, found = [one.model for one, _ in judged()["swing"]], []
-    for name, measured in of_publication("vezzoli_2014").items():
+    for name, measured in _measured().items():
         low, high, _ = PRINTED[name]
         curves = [
             Curve(

@@ -140,12 +140,7 @@ def import_file(
         raise InputError(problems)
     if spectrum:
         raise InputError(f"part = {part}: the columns are signals over time, not a spectrum")
-    problems = []
-    chosen: dict[str, DataColumn] = {}
-    for signal, column in wanted.items():
-        with gathered(problems):
-            chosen[signal] = column_of(recorded, column, option=f"columns.{signal}")
-    refuse(problems)
+    chosen = _chosen(recorded, wanted)
     names = [each.name for each in chosen.values()]
     clock = sample_times(recorded, names, time=time, step=step, stamps=stamps)
     return _over_time(recorded, chosen, clock, steps, origin)
@@ -154,6 +149,17 @@ def import_file(
 def _checksum(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _chosen(recorded: Recorded, wanted: Mapping[str, str]) -> dict[str, DataColumn]:
+    """Return the column of each signal, or refuse all names that no column has."""
+    chosen: dict[str, DataColumn] = {}
+    problems: list[str] = []
+    for signal, column in wanted.items():
+        with gathered(problems):
+            chosen[signal] = column_of(recorded, column, option=f"columns.{signal}")
+    refuse(problems)
+    return chosen
 
 
 def _wrong_names(wanted: Mapping[str, str], steps: ReductionSteps) -> list[str]:

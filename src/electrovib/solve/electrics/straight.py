@@ -85,11 +85,13 @@ class SharedModes:
         periods = part.count_periods(time)
         begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
         states = self._at_breaks(part, state, index[begins])
-        weights, gentle = np.zeros(0), np.zeros(len(begins), bool)
+        weights, at_begin, gentle = np.zeros(0), np.zeros(0), np.zeros(len(begins), bool)
         few = len(begins) <= _FEW_PIECES and len(self.rates) <= _MODES_AT_ONCE
         if few and len(time) >= _SEVERAL * len(begins):
             where, when = index[begins], periods[begins]
-            weights, gentle = self.in_exponentials(states, where, when, longest=float(np.max(elapsed)))
+            weights, at_begin, gentle = self.in_exponentials(
+                states, where, when, longest=float(np.max(elapsed))
+            )
         if not np.any(gentle) and len(time) < _LONG * len(begins):
             return list(self._in_pieces(states, time, index, elapsed, periods))
         result = [np.empty(len(time)) for _ in self.gains]
@@ -98,6 +100,7 @@ class SharedModes:
             if last - first < _LONG and gentle[place]:
                 decays = exponentials(self.rates, elapsed[first:last])
                 sums = weights[:, place, 1:] @ decays + weights[:, place, :1] * elapsed[first:last]
+                sums[:, elapsed[first:last] == 0] = at_begin[:, place, None]  # exactly 0 from rest
                 for row, each in zip(result, sums, strict=True):
                     row[first:last] = each
                 continue
@@ -137,23 +140,25 @@ class SharedModes:
 
     def in_exponentials(
         self, states: BreakStates, index: Indices, periods: Indices, *, longest: float
-    ) -> tuple[Real, NDArray[np.bool_]]:
+    ) -> tuple[Real, Real, NDArray[np.bool_]]:
         """Return slope, level and weights of the exponentials in some pieces, and which pieces these represent to rounding.
 
-        `longest` is the longest time since the begin of a piece [s]. Returns `weights` (outputs, pieces, 2 + modes).
+        `longest` is the longest time since the begin of a piece [s]. Returns `weights` (outputs, pieces, 2 + modes), and what
+        they are at the begin of each piece without differences of large numbers, shape (outputs, pieces).
         With a drive v + v' s every mode is v + v' s + lag, and the lag (lag_0 + v'/r) exp(-r s) - v'/r.
         """
         part = states.part
         level, slopes = part.after[index], part.slope_of(index)
         begins = part.times[index] + periods * (part.period or 0.0)
         bends = slopes[:, None] / self.rates
-        lags = states.lags(np.eye(len(self.rates)), begins).T + bends
+        started_with = states.lags(np.eye(len(self.rates)), begins).T
+        lags = started_with + bends
         follows = (self.direct + np.where(self.lag, 0.0, self.gains.sum(axis=1)))[:, None]
         moved, started = follows * slopes, follows * level - self.gains @ bends.T
         parts = [moved[..., None], started[..., None], self.gains[:, None] * lags]
         gentle = np.max(np.abs(bends), axis=1, initial=0.0) <= _STEEP * np.max(np.abs(part.after))
         gentle &= np.min(self.rates, initial=np.inf) * longest >= 1 / _STEEP
-        return np.concatenate(parts, axis=2), gentle
+        return np.concatenate(parts, axis=2), follows * level + self.gains @ started_with.T, gentle
 
     def _in_pieces(
         self, states: BreakStates, time: Real, index: Indices, elapsed: Real, periods: Indices

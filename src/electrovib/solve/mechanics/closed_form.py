@@ -153,7 +153,7 @@ def attraction_in_pieces(scenario: Scenario, section: ModalSection, *, end: floa
     if others or np.any(left) or len(modes.rates) > MOST_MODES:
         return None
     states, every = BreakStates(part, modes.rates, np.zeros(len(modes.rates))), np.arange(len(part.times))
-    weights, gentle = modes.in_exponentials(states, every, 0 * every, longest=end)
+    weights, _, gentle = modes.in_exponentials(states, every, 0 * every, longest=end)
     if not np.all(gentle):
         return None
     lines = dict(zip(names, weights, strict=True))
