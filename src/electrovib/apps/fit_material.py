@@ -123,11 +123,9 @@ def fit_material(
             )  # fmt: skip
             name = path.name if path.name not in samples else str(path)
             samples[name] = sample if band is None else _within(sample, band)
-    inputs = [*names, *([] if reference is None else [Path(reference[0])])]
     with gathered(problems):
-        if output is not None:
-            as_scenario = {} if base is None else {"material.toml": Form.SCENARIO}
-            check_answer(FittedMaterial, output, more=as_scenario, inputs=inputs, force=force)
+        inputs = [*names, *([] if reference is None else [Path(reference[0])])]
+        _check_output(output, inputs, as_scenario=base is not None, force=force)
     refuse([*problems, *([] if names else ["files: name at least one spectrum"])])
     noises = {
         Path(file).name if str(file) not in samples else str(file): each
@@ -209,3 +207,12 @@ def _known(value: str | float) -> tuple[float, float]:
     if share.strip().endswith("%"):
         return resistance, number_in("1", "reference", share.strip().removesuffix("%")) / 100
     return resistance, number_in("ohm", "reference", share) / resistance
+
+
+def _check_output(
+    output: str | Path | None, inputs: Sequence[Path], *, as_scenario: bool, force: bool
+) -> None:
+    """Check, before the fit, that its result can be written."""
+    if output is not None:
+        form = {"material.toml": Form.SCENARIO} if as_scenario else {}
+        check_answer(FittedMaterial, output, more=form, inputs=inputs, force=force)
