@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _GAP: Final = 1.5
 """Interval, in units of the median interval, from which on samples are missing."""
+_BLOCK: Final = 2**17
+"""Steps that are looked at together."""
 _NO_STAMPS: Final = "the file has no time stamps, so dropped samples cannot be noticed"
 _HELD: Final = (
     "the file has a row only where a value changes; each value is held until just before the next row"
@@ -41,15 +43,19 @@ STAMPS: Final = ("refuse", "keep_increasing")
 """Treatments of time stamps that do not increase."""
 
 
+Rows: TypeAlias = slice | np.ndarray[tuple[int], np.dtype[np.intp]]
+_ALL: Final = slice(None)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SampleTimes:
     """The times of the samples that are kept, increasing [s], with their numbers from 0 and one sentence for each step.
 
-    `held` tells that the file has a row only where a value changes.
+    The numbers are a slice where all samples are kept. `held` tells that the file has a row only where a value changes.
     """
 
     time: Real
-    rows: np.ndarray[tuple[int], np.dtype[np.intp]]
+    rows: Rows
     steps: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
     held: bool = False
@@ -94,10 +100,11 @@ def sample_times(
     unsure = [] if column.unit else [Diagnostic("unit of time", "unknown", text)]
     unsure += [each for each in _others(recorded, columns, clock) if time]
     with np.errstate(all="ignore"):  # time stamps of a damaged file may overflow
-        found, rows, more, doubts = _increasing(np.asarray(column.values * known[1]), stamps)
+        stated = column.values if known[1] == 1 else column.values * known[1]
+        found, rows, more, doubts = _increasing(stated, stamps)
         if not time and clock.step is not None:
             _refuse_other_step(f"{column.name} [{column.unit or 'UNIT'}]", found, clock.step)
-        changes = rows.size == recorded.size and is_held(found, recorded, column.name)
+        changes = found.size == recorded.size and is_held(found, recorded, column.name)
         gaps = (Diagnostic("dropped samples", "ok", _HELD),) if changes else _gaps(found)
     more += [f"time: {_HELD}"] * changes
     return SampleTimes(
@@ -222,16 +229,16 @@ def _even(size: int, step: float, start: float, whence: str) -> SampleTimes:
         raise InputError(f"step = {step}: expected a time above 0, such as '10 us'")
     return SampleTimes(
         time=np.asarray(start + step * np.arange(size), dtype=float),
-        rows=np.arange(size),
+        rows=_ALL,
         steps=(f"time: step of {format_quantity(step, 's')}, {whence}",),
         diagnostics=(Diagnostic("dropped samples", "unknown", _NO_STAMPS),),
     )
 
 
-def _increasing(
-    time: Real, stamps: str
-) -> tuple[Real, np.ndarray[tuple[int], np.dtype[np.intp]], list[str], tuple[Diagnostic, ...]]:
+def _increasing(time: Real, stamps: str) -> tuple[Real, Rows, list[str], tuple[Diagnostic, ...]]:
     """Return increasing times with the numbers of their samples, the steps that this took, and what may be wrong."""
+    if time.size > 1 and _steps(time)[0] > 0 and np.isfinite(time[[0, -1]]).all():
+        return time, _ALL, [], ()
     rows = np.flatnonzero(np.isfinite(time))
     lost = time.size - rows.size
     steps = [f"time: {lost} samples without a time stamp omitted"] if lost else []
@@ -266,14 +273,24 @@ def _increasing(
     return kept[good], rows[good], steps, ()
 
 
+def _steps(time: Real) -> tuple[float, float]:
+    """Return the shortest and the longest step of times, in blocks that fit into the cache; NaN where one is no number."""
+    blocks = (np.diff(time[at : at + _BLOCK + 1]) for at in range(0, time.size - 1, _BLOCK))
+    ends = np.array([(each.min(), each.max()) for each in blocks])
+    return float(ends[:, 0].min()), float(ends[:, 1].max())
+
+
 def _gaps(time: Real) -> tuple[Diagnostic, ...]:
     """State how many samples are missing between others."""
     if time.size < 3:
         return ()
-    change = np.diff(time)
-    usual = float(np.median(change))
-    wide = change > _GAP * usual
-    lost = float(np.sum(np.round(change[wide] / usual) - 1))  # infinite where a damaged file overflows
+    shortest, longest = _steps(time)
+    lost = 0.0
+    if not longest <= _GAP * shortest:
+        change = np.diff(time)
+        usual = float(np.median(change))
+        wide = change > _GAP * usual
+        lost = float(np.sum(np.round(change[wide] / usual) - 1))  # infinite where a damaged file overflows
     if not lost:
         return (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
     where = format_quantity(float(time[:-1][wide][0]), "s", digits=4)

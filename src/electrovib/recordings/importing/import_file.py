@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -106,7 +107,9 @@ def import_file(
     note_input(place)
     table, spectrum = split_part(part)
     options = {"delimiter": delimiter, "decimal_comma": decimal_comma, "part": table}
-    recorded = read_recorded(place, reader=reader, **options)
+    with ThreadPoolExecutor(1) as beside:
+        checksum = beside.submit(_checksum, place)
+        recorded = read_recorded(place, reader=reader, **options)
     stated: dict[str, Any] = {
         name: value for name, value in (options | {"part": part}).items() if value is not None
     }
@@ -116,7 +119,7 @@ def import_file(
         "title": title or place.stem,
         "electrovib": version("electrovib"),
         "file": place.name,
-        "file_sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
+        "file_sha256": checksum.result(),
         "reader": reader or format_of(place).name,
         "options": json.dumps(stated | reduction, default=repr),
         "columns_of_file": json.dumps(account_of(recorded)),
@@ -146,6 +149,12 @@ def import_file(
     names = [each.name for each in chosen.values()]
     clock = sample_times(recorded, names, time=time, step=step, stamps=stamps)
     return _over_time(recorded, chosen, clock, steps, origin)
+
+
+def _checksum(path: Path) -> str:
+    """Return the SHA-256 of a file; taken in a thread beside the reading of the file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _wrong_names(wanted: Mapping[str, str], steps: ReductionSteps) -> list[str]:
