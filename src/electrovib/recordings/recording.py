@@ -256,7 +256,7 @@ def _of_trace(trace: xarray.Dataset, speed: float | str | None, source: str) -> 
     return replace(found, position=np.append(0.0, np.cumsum(steps)))
 
 
-_REPEATS = 10
+REPEATS = 10
 """Number of equal extreme samples from which on they are no coincidence."""
 _MORE = 3
 """Factor by which the extreme reading occurs more often than any other in its half of the range."""
@@ -294,7 +294,7 @@ def at_extreme(reading: Real) -> NDArray[np.bool_]:
     Two readings that are one step of the converter apart count as one, which flickers.
     """
     extremes = [reading.min(), reading.max()] if len(reading) else [np.nan]
-    if all(np.isfinite(end) and 2 * np.count_nonzero(reading == end) < _REPEATS for end in extremes):
+    if all(np.isfinite(end) and 2 * np.count_nonzero(reading == end) < REPEATS for end in extremes):
         return np.zeros(len(reading), dtype=np.bool_)  # as neither end repeats often enough
     levels, counts = np.unique(reading, return_counts=True)
     found = np.zeros(len(reading), dtype=np.bool_)
@@ -312,14 +312,14 @@ def _repeated_end(levels: Real, counts: NDArray[np.intp]) -> int:
     if levels.size < 2:
         return 0
     near = np.flatnonzero(levels <= (levels[0] + levels[-1]) / 2)
-    if counts[0] >= max(_REPEATS, _MORE * int(np.max(counts[near[1:]], initial=0))):
+    if counts[0] >= max(REPEATS, _MORE * int(np.max(counts[near[1:]], initial=0))):
         return 1
-    if levels.size < 3 or near.size < 2 or counts[0] < max(_REPEATS / 2, _MORE * counts[2]):
+    if levels.size < 3 or near.size < 2 or counts[0] < max(REPEATS / 2, _MORE * counts[2]):
         return 0
     ends = np.searchsorted(levels, levels[near[2:]] + _STEP * (levels[1] - levels[0]))
     below = np.append(0, np.cumsum(counts))
     others = below[ends] - below[near[2:]]
-    return 2 if counts[:2].sum() >= max(_REPEATS, _MORE * int(np.max(others, initial=0))) else 0
+    return 2 if counts[:2].sum() >= max(REPEATS, _MORE * int(np.max(others, initial=0))) else 0
 
 
 Span = tuple[int, int]

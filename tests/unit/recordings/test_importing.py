@@ -11,6 +11,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.recorded import missing_numbers
 from electrovib.recordings.importing import list_columns
+from electrovib.recordings.importing.clock import _gaps
 from electrovib.recordings.importing.notices import about_samples
 from electrovib.recordings.importing.reduction import (
     ReductionSteps,
@@ -420,6 +421,24 @@ def test_a_rail_and_a_stuck_sensor_are_found_anywhere_in_a_long_record(first):
     still[first : first + 1000] = 0.25
     assert judged(rail)["sensor range of Fz"].value == pytest.approx(1000 / LONG, rel=1e-12)
     assert judged(still)["stuck Fz"].value == 1000
+
+
+@pytest.mark.parametrize("before", range(17))
+def test_a_run_of_equal_readings_and_a_repeated_end_are_found_across_the_blocks_of_a_walk(before):
+    still, rail = LONG_NOISE.copy(), LONG_NOISE.copy()
+    first = 2**17 - before
+    still[first - 1 : first + 31 : 2] = np.nan  # between equal readings
+    still[first : first + 32 : 2] = 0.25
+    assert judged(still)["stuck Fz"].value == 16
+    rail[np.linspace(first - 60, first + 60, 12).astype(int)] = -6.0
+    assert judged(rail)["sensor range of Fz"].value == pytest.approx(12 / LONG, rel=1e-12)
+
+
+@pytest.mark.parametrize("dropped", [0, 1, 2**17 - 1, 2**17, LONG - 2])
+def test_a_missing_sample_is_found_in_every_block_of_the_times(dropped):
+    time = np.delete(np.arange(LONG + 1) * 1e-4, dropped + 1)
+    (found,) = _gaps(time)
+    assert (found.state, found.value) == ("warning", 1.0)
 
 
 @pytest.mark.parametrize(("first", "said"), [(0, 0), (LONG - LONG // 4, 65536)])

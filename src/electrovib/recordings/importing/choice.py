@@ -82,16 +82,15 @@ def calibrated_column(
         )
     steps = [f"{signal}: column '{column.name}'" + (f" [{unit}]" if unit else "")]
     before, after = _offset(offset, known[0], target, signal, scaled=bool(words))
+    values = np.asarray(column.values, dtype=float)
     with np.errstate(all="ignore"):  # what overflows is reported as missing
-        values = np.asarray(column.values, dtype=float)
-        for operation, number in (
-            (np.multiply, known[1]),
-            (np.subtract, before),
-            (np.multiply, factor[0]),
-            (np.subtract, after),
+        for operation, number, neutral in (
+            (np.multiply, known[1], 1.0),
+            (np.subtract, before, 0.0),
+            (np.multiply, factor[0], 1.0),
+            (np.subtract, after, 0.0),
         ):
-            if number != (operation is np.multiply):  # a copy of a long column takes as long as its check
-                values = operation(values, number)
+            values = values if number == neutral else operation(values, number)
     steps += [f"{signal}: {offset} subtracted before the scale"] if before else []
     steps += [f"{signal}: multiplied by {words}"] if words else []
     steps += [f"{signal}: {offset} subtracted"] if after else []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -33,6 +33,8 @@ _MOST_GAPS: Final = 0.2
 """Share of intervals above `_GAP` from which on a record is not evenly sampled."""
 _OFF: Final = 0.15
 """Distance from a whole number of median intervals beyond which an interval is no gap of an even record."""
+_BLOCK: Final = 2**17
+"""Steps that are looked at together."""
 _NO_STAMPS: Final = "the file has no time stamps, so dropped samples cannot be noticed"
 _HELD: Final = (
     "the file has a row only where a value changes; each value is held until just before the next row"
@@ -45,22 +47,22 @@ STAMPS: Final = ("refuse", "keep_increasing")
 """Treatments of time stamps that do not increase."""
 
 
+Rows: TypeAlias = slice | np.ndarray[tuple[int], np.dtype[np.intp]]
+_ALL: Final = slice(None)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SampleTimes:
     """The times of the samples that are kept, increasing [s], with their numbers from 0 and one sentence for each step.
 
-    `held` tells that the file has a row only where a value changes.
+    The numbers are a slice where all samples are kept. `held` tells that the file has a row only where a value changes.
     """
 
     time: Real
-    rows: np.ndarray[tuple[int], np.dtype[np.intp]]
+    rows: Rows
     steps: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
     held: bool = False
-
-    def kept(self, values: Real) -> Real:
-        """Return the values, shape (n,), of the samples that are kept."""
-        return values if self.rows.size == values.size else values[self.rows]
 
 
 def sample_times(
@@ -102,10 +104,11 @@ def sample_times(
     unsure = [] if column.unit else [Diagnostic("unit of time", "unknown", text)]
     unsure += [each for each in _others(recorded, columns, clock) if time]
     with np.errstate(all="ignore"):  # time stamps of a damaged file may overflow
-        found, rows, more, doubts = _increasing(np.asarray(column.values * known[1]), stamps)
+        stated = column.values if known[1] == 1 else column.values * known[1]
+        found, rows, more, doubts = _increasing(stated, stamps)
         if not time and clock.step is not None:
             _refuse_other_step(f"{column.name} [{column.unit or 'UNIT'}]", found, clock.step)
-        changes = rows.size == recorded.size and is_held(found, recorded, column.name)
+        changes = found.size == recorded.size and is_held(found, recorded, column.name)
         gaps = (Diagnostic("dropped samples", "ok", _HELD),) if changes else _gaps(found)
     more += [f"time: {_HELD}"] * changes
     return SampleTimes(
@@ -230,16 +233,16 @@ def _even(size: int, step: float, start: float, whence: str) -> SampleTimes:
         raise InputError(f"step = {step}: expected a time above 0, such as '10 us'")
     return SampleTimes(
         time=np.asarray(start + step * np.arange(size), dtype=float),
-        rows=np.arange(size),
+        rows=_ALL,
         steps=(f"time: step of {format_quantity(step, 's')}, {whence}",),
         diagnostics=(Diagnostic("dropped samples", "unknown", _NO_STAMPS),),
     )
 
 
-def _increasing(
-    time: Real, stamps: str
-) -> tuple[Real, np.ndarray[tuple[int], np.dtype[np.intp]], list[str], tuple[Diagnostic, ...]]:
+def _increasing(time: Real, stamps: str) -> tuple[Real, Rows, list[str], tuple[Diagnostic, ...]]:
     """Return increasing times with the numbers of their samples, the steps that this took, and what may be wrong."""
+    if time.size > 1 and _steps(time)[0] > 0 and np.isfinite(time[[0, -1]]).all():
+        return time, _ALL, [], ()
     rows = np.flatnonzero(np.isfinite(time))
     lost = time.size - rows.size
     steps = [f"time: {lost} samples without a time stamp omitted"] if lost else []
@@ -274,25 +277,34 @@ def _increasing(
     return kept[good], rows[good], steps, ()
 
 
+def _steps(time: Real) -> tuple[float, float]:
+    """Return the shortest and the longest step of times, in blocks that fit into the cache; NaN where one is no number."""
+    blocks = (np.diff(time[at : at + _BLOCK + 1]) for at in range(0, time.size - 1, _BLOCK))
+    ends = np.array([(each.min(), each.max()) for each in blocks])
+    return float(ends[:, 0].min()), float(ends[:, 1].max())
+
+
 def _gaps(time: Real) -> tuple[Diagnostic, ...]:
     """State how many samples are missing between others."""
     if time.size < 3:
         return ()
+    even = (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
+    shortest, longest = _steps(time)
+    if longest <= _GAP * shortest:
+        return even
     change = np.diff(time)
     usual = float(np.median(change))
     wide = change > _GAP * usual
+    if not wide.any():
+        return even
     times = change[wide] / usual
-    if wide.any() and (np.mean(wide) > _MOST_GAPS or np.mean(np.abs(times - np.round(times)) > _OFF) > 0.5):
-        ends = " to ".join(
-            format_quantity(float(each), "s", digits=3) for each in (change.min(), change.max())
-        )
+    if np.mean(wide) > _MOST_GAPS or np.mean(np.abs(times - np.round(times)) > _OFF) > 0.5:
+        ends = " to ".join(format_quantity(each, "s", digits=3) for each in (shortest, longest))
         text = (
             f"the samples are not evenly spaced (intervals of {ends}), so dropped samples cannot be noticed"
         )
         return (Diagnostic("dropped samples", "unknown", text),)
-    lost = float(np.sum(np.round(change[wide] / usual) - 1))  # infinite where a damaged file overflows
-    if not lost:
-        return (Diagnostic("dropped samples", "ok", "no interval exceeds 1.5 times the median interval"),)
+    lost = float(np.sum(np.round(times) - 1))  # infinite where a damaged file overflows
     where = format_quantity(float(time[:-1][wide][0]), "s", digits=4)
     return (
         Diagnostic(

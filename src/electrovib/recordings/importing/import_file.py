@@ -147,6 +147,7 @@ def import_file(
 
 
 def _checksum(path: Path) -> str:
+    """Return the SHA-256 of a file, which is taken beside its reading."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -222,7 +223,7 @@ def _over_time(
             values, words = calibrated_column(
                 column, signal, scale=steps.scale.get(signal), offset=steps.offset.get(signal)
             )
-            signals[signal], readings[signal] = clock.kept(values), clock.kept(column.values)
+            signals[signal], readings[signal] = values[clock.rows], column.values[clock.rows]
             history += words
     refuse(problems)
     judged = about_samples(clock.time, readings, held=clock.held)

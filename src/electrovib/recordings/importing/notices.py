@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 from electrovib.recordings.importing.account import about_file
-from electrovib.recordings.recording import at_extreme, at_rail
+from electrovib.recordings.recording import REPEATS, at_extreme, at_rail
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,6 +20,8 @@ if TYPE_CHECKING:
     from electrovib.data.recorded import Recorded
     from electrovib.data.spectrum import MeasuredSpectrum
 
+_THREADS: Final = 2
+"""Signals that are looked through at the same time."""
 _FEWEST: Final = 32
 """Fewest samples from which repetition and bandwidth are judged."""
 _REPEATED: Final = 0.001
@@ -42,6 +43,8 @@ _UNEVEN: Final = 4.0
 """Length of a record over that of as many median intervals, beyond which no spectrum is computed."""
 _MOST: Final = 2**17
 """Most samples from which repetition and bandwidth are judged; of a longer record, consecutive ones."""
+_SHORT: Final = 2**14
+"""Samples up to which a spectrum is fast whatever their number; a longer record is cut to a number of small factors."""
 _EIGHT_EQUAL: Final = 255
 """Byte of eight pairs of equal successive readings; a run of ``_FEWEST / 2`` equal readings always holds such a byte."""
 _PLAIN: Final = 200
@@ -59,26 +62,33 @@ def about_samples(time: Real, readings: Mapping[str, Real], *, held: bool = Fals
 
     Of a record that is `held` between its rows only missing samples are judged.
     """
+    seen = _seen(readings)
     found = []
-    for name, values in readings.items():
-        if lost := int(np.count_nonzero(~np.isfinite(values))):
-            text = f"{lost} of {values.size} samples of {name} are no numbers"
+    for name, each in seen.items():
+        if lost := each.lost:
+            text = f"{lost} of {time.size} samples of {name} are no numbers"
             found.append(Diagnostic(f"missing samples of {name}", "warning", text, float(lost), 0.0, "1"))
     if held:
         return found
-    with ThreadPoolExecutor() as pool:  # numpy computes those of several signals beside each other
-        readings = dict(zip(readings, pool.map(_scaled, readings.values()), strict=True))
-        sensors = pool.map(_about_sensor, readings, readings.values())
-        bands = pool.map(functools.partial(_about_band, time), readings, readings.values())
-        found += [each for said in (*sensors, *bands) for each in said]
+    for name, each in seen.items():
+        found += each.about_sensor(name)
+    with ThreadPoolExecutor(_THREADS) as pool:
+        for said in pool.map(lambda name: _spectral(name, time, seen[name]), seen):
+            found += said
     middle = _middle(time.size)
-    repeated = _repeated({name: values[middle] for name, values in readings.items()})
+    repeated = _repeated({name: each.values[middle] for name, each in seen.items()})
     return found + [_judged_on(each, middle, time.size) for each in repeated]
 
 
-def _about_band(time: Real, name: str, values: Real) -> list[Diagnostic]:
-    """Judge the bandwidth of a signal where it is liveliest, or as a whole if few of the samples there are numbers."""
-    for rows in (_liveliest(values), slice(0, values.size)):
+def about_sensors(readings: Mapping[str, Real]) -> list[Diagnostic]:
+    """Judge whether sensors are at the end of their range, or stand still where noise would move them."""
+    return [said for name, each in _seen(readings).items() for said in each.about_sensor(name)]
+
+
+def _spectral(name: str, time: Real, seen: _Seen) -> list[Diagnostic]:
+    """Judge the aliasing of a signal on the rows with its largest range, or on all where few of those are numbers."""
+    values = seen.values
+    for rows in (seen.liveliest, slice(0, values.size)):
         finite = np.isfinite(values[rows])
         if np.count_nonzero(finite) >= _FEWEST:
             said = _aliasing(name, time[rows][finite], values[rows][finite])
@@ -86,14 +96,87 @@ def _about_band(time: Real, name: str, values: Real) -> list[Diagnostic]:
     return []
 
 
-def _liveliest(values: Real) -> slice:
+@dataclass(frozen=True, kw_only=True)
+class _Seen:
+    """The readings of a signal, and what one walk through them finds.
+
+    `lost` are the readings that are no numbers, `liveliest` the rows of a long record in which the signal has its largest
+    range; `is_plain` tells that neither end of its range repeats, and no run of equal readings is long enough to be
+    judged, `is_safe` that no square of a reading overflows or vanishes.
+    """
+
+    values: Real
+    lost: int
+    liveliest: slice
+    is_plain: bool
+    is_safe: bool
+
+    def about_sensor(self, name: str) -> list[Diagnostic]:
+        """Judge whether the sensor is at the end of its range, or stands still where noise would move it."""
+        if self.values.size - self.lost < _FEWEST:
+            return []
+        if self.is_plain:
+            return [_within_range(name)]
+        known = self.values[np.isfinite(self.values)]
+        said = _range(name, known)
+        return [said, *(_stuck(name, known) if said.state == "ok" else [])]
+
+
+def _seen(readings: Mapping[str, Real]) -> dict[str, _Seen]:
+    """Walk through the readings of several signals at the same time."""
+    with ThreadPoolExecutor(_THREADS) as pool:
+        return dict(zip(readings, pool.map(_safe, readings.values()), strict=True))
+
+
+def _safe(values: Real) -> _Seen:
+    """Walk through readings, divided by a power of two where their squares would overflow; infinities become NaN then."""
+    seen = _walk(values)
+    if seen.is_safe:
+        return seen
+    finite = np.where(np.isfinite(values), values, np.nan)
+    largest = float(np.nanmax(np.abs(finite), initial=0.0))
+    return _walk(np.ldexp(finite, -int(np.frexp(largest)[1])))
+
+
+def _walk(values: Real) -> _Seen:
+    """Walk through readings in blocks that fit into the cache of the processor."""
+    lost, spans, is_safe, is_moving = 0, [], values.dtype == np.float64, True
+    # of the readings and of their negatives: the least, and how often it occurs
+    ends = [(np.inf, 0), (np.inf, 0)]
+    for first in range(0, values.size, _MOST):
+        block = values[first : first + _MOST]
+        finite = np.isfinite(block)
+        if gone := block.size - int(np.count_nonzero(finite)):
+            is_safe &= bool(np.isnan(block[~finite]).all())
+            block, lost = block[finite], lost + gone
+        if not block.size:
+            spans.append(-1.0)
+            continue
+        low, high = float(block.min()), float(block.max())
+        spans.append(high - low)
+        for at, (end, before) in enumerate(ends):
+            least, often = (-high, block == high) if at else (low, block == low)
+            if least <= end:
+                ends[at] = least, int(np.count_nonzero(often)) + (before if least == end else 0)
+        equal = np.packbits(block[1:] == block[:-1]) == _EIGHT_EQUAL
+        is_moving &= not (equal.any() or (block[-8:] == block[-1]).all())  # a run may go on in the next block
+    largest = max(abs(end) for end, _ in ends)
+    return _Seen(
+        values=values,
+        lost=lost,
+        liveliest=_liveliest(values, spans),
+        is_plain=is_moving and max(often for _, often in ends) < REPEATS / 2,
+        is_safe=is_safe and 2.0**-_PLAIN < largest < 2.0**_PLAIN,
+    )
+
+
+def _liveliest(values: Real, spans: list[float]) -> slice:
     """Return the rows of a long record in which a signal has its largest range; all rows of a short one."""
     if values.size <= _MOST:
         return slice(0, values.size)
-    begins = [*range(0, values.size - _MOST, _MOST), values.size - _MOST]
-    parts = [values[first : first + _MOST] for first in begins]
-    spans = [float(np.fmax.reduce(part) - np.fmin.reduce(part)) for part in parts]
-    first = begins[int(np.argmax(np.nan_to_num(spans, nan=-1.0)))]
+    last = values[-_MOST:]
+    spans[-1] = float(np.nan_to_num(np.fmax.reduce(last) - np.fmin.reduce(last), nan=-1.0))
+    first = min(int(np.argmax(spans)) * _MOST, values.size - _MOST)
     return slice(first, first + _MOST)
 
 
@@ -112,46 +195,25 @@ def _judged_on(said: Diagnostic, rows: slice, count: int) -> Diagnostic:
     return replace(said, text=text)
 
 
-def about_sensors(readings: Mapping[str, Real]) -> list[Diagnostic]:
-    """Judge whether sensors are at the end of their range, or stand still where noise would move them."""
-    return [each for name, values in readings.items() for each in _about_sensor(name, values)]
-
-
-def _about_sensor(name: str, values: Real) -> list[Diagnostic]:
-    known = values if np.isfinite(values).all() else values[np.isfinite(values)]
-    if known.size < _FEWEST:
-        return []
-    said = _range(name, known)
-    return [said, *(_stuck(name, known) if said.state == "ok" else [])]
-
-
-def _scaled(values: Real) -> Real:
-    """Divide by the power of two of the largest magnitude, so that no square overflows; infinities become NaN."""
-    if values.dtype == np.float64 and values.size:
-        ends = np.abs([np.fmax.reduce(values), np.fmin.reduce(values)])
-        if ends.max() < 2.0**_PLAIN and ends.max() > 2.0**-_PLAIN:
-            return values
-    finite = np.where(np.isfinite(values), values, np.nan)
-    largest = float(np.nanmax(np.abs(finite), initial=0.0))
-    return np.asarray(np.ldexp(finite, -int(np.frexp(largest)[1])))
-
-
 def _range(name: str, values: Real) -> Diagnostic:
     title, railed = f"sensor range of {name}", float(np.mean(at_rail(values)))
     if railed:
         text = f"the sensor of {name} is at its rail, or in a dead band, for {railed:.2%} of the samples: these values are bounds"
         return Diagnostic(title, "warning", text, railed, 0.0, "1")
     if not (share := float(np.mean(at_extreme(values)))):
-        return Diagnostic(title, "ok", f"no extreme reading of {name} repeats more often than others")
+        return _within_range(name)
     text = f"{share:.2%} of the samples of {name} are exactly its highest or lowest reading: the sensor is at its rail there"
     return Diagnostic(title, "unknown", f"{text}, or the signal is constant within the resolution")
 
 
+def _within_range(name: str) -> Diagnostic:
+    return Diagnostic(
+        f"sensor range of {name}", "ok", f"no extreme reading of {name} repeats more often than others"
+    )
+
+
 def _stuck(name: str, values: Real) -> list[Diagnostic]:
     """Name the longest run of one reading where it is far longer than the noise and the other runs explain."""
-    equal = np.packbits(values[1:] == values[:-1])
-    if not (equal == _EIGHT_EQUAL).any():  # as any run has that is long enough to be judged
-        return []
     change = np.diff(values)
     edges = np.flatnonzero(np.concatenate([[True], change != 0, [True]]))
     lengths = np.diff(edges)
@@ -213,7 +275,7 @@ def _is_noisy(change: Real) -> bool:
 
 def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
     """Judge by the spectrum whether a signal may have components above half the sampling rate."""
-    from scipy.fft import prev_fast_len
+    from scipy.fft import prev_fast_len, rfft
 
     title = f"aliasing of {name}"
     step = float(np.median(np.diff(time)))
@@ -221,9 +283,9 @@ def _aliasing(name: str, time: Real, values: Real) -> Diagnostic:
         return Diagnostic(title, "unknown", f"the samples of {name} are too uneven in time for a spectrum")
     nyquist = format_quantity(0.5 / step, "Hz", digits=3)
     even = np.interp(np.arange(time[0], time[-1], step), time, values)
-    even = even[: prev_fast_len(even.size, real=True)]
+    even = even[: prev_fast_len(even.size, real=True)] if even.size > _SHORT else even
     even = (even - even.mean()) * np.hanning(even.size)
-    power = np.abs(np.fft.rfft(even)) ** 2
+    power = np.abs(rfft(even)) ** 2
     total = float(power[1:].sum())
     if not total:
         return Diagnostic(title, "ok", f"{name} is constant")
