@@ -424,14 +424,20 @@ def test_a_rail_and_a_stuck_sensor_are_found_anywhere_in_a_long_record(first):
 
 
 @pytest.mark.parametrize("before", range(17))
-def test_a_run_of_equal_readings_and_a_repeated_end_are_found_across_the_blocks_of_a_walk(before):
-    still, rail = LONG_NOISE.copy(), LONG_NOISE.copy()
-    first = 2**17 - before
+def test_a_run_of_equal_readings_is_found_across_the_blocks_of_a_walk(before):
+    still, first = LONG_NOISE.copy(), 2**17 - before
     still[first - 1 : first + 31 : 2] = np.nan  # between equal readings
     still[first : first + 32 : 2] = 0.25
     assert judged(still)["stuck Fz"].value == 16
-    rail[np.linspace(first - 60, first + 60, 12).astype(int)] = -6.0
-    assert judged(rail)["sensor range of Fz"].value == pytest.approx(12 / LONG, rel=1e-12)
+
+
+@pytest.mark.parametrize("end", [-6.0, 6.0])
+@pytest.mark.parametrize("stop", [2**17, 2 * LONG])
+def test_an_end_of_the_range_that_repeats_in_one_block_or_a_few_times_in_each_is_found(stop, end):
+    rail = np.tile(LONG_NOISE, 2)
+    rail[: stop : stop // 12] = end
+    share = np.count_nonzero(rail == end) / rail.size
+    assert judged(rail)["sensor range of Fz"].value == pytest.approx(share, rel=1e-12)
 
 
 @pytest.mark.parametrize("dropped", [0, 1, 2**17 - 1, 2**17, LONG - 2])
