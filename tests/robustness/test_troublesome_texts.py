@@ -128,6 +128,15 @@ def test_a_heading_may_hold_the_delimiter(tmp_path):
     np.testing.assert_allclose(trace.drive_voltage, VOLTAGE)
 
 
+def test_a_table_whose_headings_leave_out_its_names_of_rows(tmp_path):
+    path = tmp_path / "table.txt"
+    rows = lines([f'"{row + 1}"' for row in ROWS], MILLISECONDS, FORCE, separator=" ")
+    path.write_text('"Time (ms)" "Force (N)"\n' + rows)
+    trace = ev.import_file(path, {"lateral_force": "Force"})
+    np.testing.assert_allclose(trace.time, TIME, atol=1e-9)
+    np.testing.assert_allclose(trace.lateral_force, FORCE)
+
+
 def test_statistics_above_the_samples_are_named(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text("Time (s),Force (N)\nMin,0.1\nMax,0.5\nMean,0.3\n" + lines(TIME, FORCE))
