@@ -128,6 +128,23 @@ def test_a_heading_may_hold_the_delimiter(tmp_path):
     np.testing.assert_allclose(trace.drive_voltage, VOLTAGE)
 
 
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Time\tForce\n----\t----\n",
+        "Time (ms)\tForce (N)\n==== ====\n",
+        "ms\tN\nTime\tForce\n",
+    ],
+    ids=["no unit", "a rule", "units first"],
+)
+def test_headings_are_found_behind_a_rule_and_below_their_units(tmp_path, above):
+    path = tmp_path / "table.txt"
+    path.write_text(above + lines(MILLISECONDS, FORCE, separator="\t"))
+    trace = ev.import_file(path, {"lateral_force": "Force [N]" if "N" not in above else "Force"})
+    np.testing.assert_allclose(trace.time, TIME if "ms" in above else 1e3 * TIME, atol=1e-9)
+    np.testing.assert_allclose(trace.lateral_force, FORCE)
+
+
 def test_a_table_whose_headings_leave_out_its_names_of_rows(tmp_path):
     path = tmp_path / "table.txt"
     rows = lines([f'"{row + 1}"' for row in ROWS], MILLISECONDS, FORCE, separator=" ")

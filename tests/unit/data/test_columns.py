@@ -253,7 +253,7 @@ NOT_PLAIN = "holds Python objects, which are not unpickled"
     ("array", "wanted", "words"),
     [
         (np.zeros((3, 2)), {"x": (2, "V")}, "there is no column 2"),
-        (np.zeros((3, 2)), WANTED, "there is no column 'time'. It has: column 0, column 1"),
+        (np.zeros((3, 2)), WANTED, "has no headings; ask for column 'time' by its number, 0 first"),
         (np.zeros((1, 2)), BY_NUMBER, "there is no column 1; they are numbered 0 to 0"),
         (np.zeros((0, 2)), BY_NUMBER, "there is no column 0"),
         (np.zeros(7), BY_NUMBER, "there is no column 1; they are numbered 0 to 0"),
