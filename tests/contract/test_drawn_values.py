@@ -38,7 +38,13 @@ def test_the_curve_of_a_bench_plan_is_its_burst():
 def test_the_curve_of_a_held_waveform_is_that_of_its_samples(tmp_path):
     limits = {"limits.voltage": "1 kV", "limits.current": "10 mA"}
     written = ev.export_waveform(
-        "bau_2010/sine", tmp_path / "a.csv", set=limits, instrument="hp_33120a", edge=1e-5, ramp=1e-3
+        "bau_2010/sine",
+        tmp_path / "a.csv",
+        set=limits,
+        instrument="hp_33120a",
+        edge=1e-5,
+        ramp=1e-3,
+        gain=20.0,
     )
     (curve,) = written.document.figures[0].curves
     wave = written.waveform
