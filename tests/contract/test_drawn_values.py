@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.core.answer import REFERENCE
 from electrovib.physics.material import Debye
 from electrovib.recordings.importing.own_material import SampleSpectrum
 from electrovib.recordings.spectra.fitted import InstrumentError, fit_samples
@@ -25,6 +26,17 @@ def test_the_curves_of_a_power_law_pass_its_points():
             np.interp(points.x[[0, -1]], curve.x, curve.y), points.y[[0, -1]], rtol=1e-9
         )
     assert [row[0] for row in law.document.numbers[0].rows] == ["a", "b"]
+
+
+def test_every_point_of_a_power_law_is_drawn_and_five_sessions_have_a_colour():
+    x, names = np.tile([10.0, 20.0, 40.0], 7), [name for name in "abcdefg" for _ in range(3)]
+    factors = np.repeat(1e-6 * np.arange(1, 8), 3)
+    noise = 1 + 0.01 * np.random.default_rng(2).normal(size=21)
+    curves = ev.fit_power_law(x, factors * x**2 * noise, session=names).document.figures[0].curves
+    points, laws = curves[::2], curves[1::2]
+    assert all(each.drawn for each in points)
+    assert [each.drawn for each in laws] == [True] * 5 + [False] * 2
+    assert [each.look for each in points] == [0, 1, 2, 3, 4, REFERENCE, REFERENCE]
 
 
 def test_the_curve_of_a_bench_plan_is_its_burst():
@@ -80,6 +92,7 @@ def test_the_form_of_a_fitted_material_is_drawn_through_its_rows_with_both_error
         np.testing.assert_allclose(
             np.exp(np.interp(np.log(rows.x), np.log(form.x), np.log(form.y))), rows.y, rtol=1e-2
         )
+    assert "extrapolated below the lowest frequency measured" in repr(found)  # why it is not judged
     (strength,) = (row for row in found.document.numbers[0].rows if row[0] == "strength")
     assert strength[2] == "+- 35"  # 1.96 times 2 % of 900
 

@@ -201,6 +201,24 @@ def test_stamps_are_no_settings_of_the_instrument(tmp_path):
     assert "01/11/2026 00:30" not in str(trace.attrs.get("file_preamble", "")).replace('": "', ":")
 
 
+def test_headings_that_are_one_less_than_the_columns_are_not_moved(tmp_path):
+    """The first of two readings: names of rows have no heading; the second: the last column has none."""
+    path = tmp_path / "table.txt"
+    path.write_text("Time Force\n" + lines(ROWS + 1, MILLISECONDS, FORCE, separator=" "))
+    with pytest.raises(InputError, match="neither times nor a time step"):
+        ev.import_file(path, {"lateral_force": "column 2 [N]"})
+    path.write_text("Time (s),Force (N)\n" + lines(ROWS + 1, FORCE, VOLTAGE))
+    trace = ev.import_file(path, {"lateral_force": "Force"})
+    np.testing.assert_allclose(trace.lateral_force, FORCE)
+    np.testing.assert_allclose(trace.time, ROWS + 1.0)
+
+
+def test_a_pause_of_any_length_misses_samples(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("Time (s),Force (N)\n" + lines(np.round(TIME + 0.052 * (ROWS > 30), 6), FORCE))
+    assert "about 10 samples are missing in 1 intervals" in listed(path)
+
+
 UNEVEN = {
     "times of whole milliseconds": np.round(ROWS / 700, 3),
     "both corners of each edge": np.cumsum(np.where(ROWS % 2, 1e-7, 0.1 + 0.02 * ROWS)),

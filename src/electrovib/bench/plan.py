@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.bench.instruments import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
 from electrovib.core.answer import Answer, Curve, Document, Panel
-from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
@@ -120,6 +120,7 @@ class BenchPlan(Answer):
             sentences=self._statements(),
             diagnostics=self.diagnostics,
             figures=[self._burst()],
+            remarks=reasons(self.diagnostics),
         )
 
     def _burst(self) -> Panel:

@@ -69,6 +69,11 @@ def warning_lines(diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> 
     return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
 
 
+def reasons(diagnostics: Iterable[Diagnostic]) -> list[str]:
+    """Return the sentences of what could not be judged, each once."""
+    return list(dict.fromkeys(each.text for each in diagnostics if each.state == "unknown"))
+
+
 def comment_lines(diagnostics: Iterable[Diagnostic]) -> str:
     """Return these lines as comments at the head of a text file."""
     return "".join(f"# {line}\n" for line in warning_lines(diagnostics))

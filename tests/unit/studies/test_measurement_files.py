@@ -386,6 +386,15 @@ def test_a_publication_is_a_file_in_a_folder_that_needs_no_python(monkeypatch):
     assert "israr_2006" in publication_files()
 
 
+@pytest.mark.parametrize("name", publication_files())
+def test_a_copy_of_a_shipped_file_is_one_of_your_own(name, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_bytes(publication_files()[name].read_bytes())
+    found = ev.measurements(str(path))
+    shipped = {key: each for key, each in ev.measurements().items() if key.startswith(f"{name}/")}
+    assert [each.title for each in found.values()] == [each.title for each in shipped.values()]
+
+
 def test_the_schema_takes_every_shipped_file_and_refuses_what_the_reader_refuses():
     schema = measurement_schema()
     assert set(schema["properties"]) == {*SCHEMA_ENTRIES, "shared", "shares", "measurements"}

@@ -64,8 +64,8 @@ files... [SCENARIO] FILE...  A scenario, and Trace files from which its paramete
     area='1 cm2', thickness='200 um', series_resistance='1 kohm', parallel_capacitance='2 pF' of the fixture, part, reader,
     delimiter, decimal_comma; repeatable.
 -o, --output PLACE         Folder for report.html, all figures, parameters.csv, correlations.csv, parameters.toml, space.toml and
-    fit.txt, a text to paste; or one of them: .txt, .html, a figure (.pdf, .svg, .png), .csv, .tex. Or the material, or
-    the scenario with it in --layer, as .toml; or the table of a power law as .csv.
+    fit.txt, a text to paste; or one of them: .txt, .html, a figure (.pdf, .svg, .png), .csv, .tex. Of a material, or
+    the scenario with it in --layer, .toml too; of a power law its table as .csv.
 --style
 --all
 --models A,B,...|FILE.py -> laws  Force laws, or all: which of them made the recordings, each with and without the gap and the

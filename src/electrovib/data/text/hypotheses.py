@@ -24,8 +24,8 @@ _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
 _SHORTEST: Final = 0.1
 """Smallest share of the rows in which a column of a shorter record holds numbers."""
-_FEWEST_ROWS: Final = 2
-"""Most rows of numbers before such a line that are settings."""
+_SETTINGS_ABOVE: Final = 2
+"""Most rows of numbers above a line such as ``data:`` that are settings."""
 _FEW: Final = 4
 """Rows from which on a column has more than one number."""
 
@@ -286,14 +286,11 @@ def _first(
         if not any(words(at, [place])[:1] == [True] for at in alike[-len(alike) // 2 :])
     ]
     for at in filled:  # settings with a number for each column, such as a step below 'dt:'
-        if (
-            first < at
-            and len(filled_of := [cell for cell in rows[at] if cell]) == 1
-            and filled_of[0].endswith(":")
-        ):
+        words_of_row = [cell for cell in rows[at] if cell]
+        if first < at and len(words_of_row) == 1 and words_of_row[0].endswith(":"):
             before = [place for place in alike if first <= place < at]
             after = [place for place in alike if place > at]
-            if after and len(before) <= _FEWEST_ROWS:
+            if after and len(before) <= _SETTINGS_ABOVE:
                 first = after[0]
     for at in filled:  # settings with one number each look like rows; a row of headings ends them
         heading = words(at, columns)

@@ -44,6 +44,8 @@ _VALUE: Final = re.compile(r"[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?|\w+\s?=.*")
 _TWO_LINES: Final = re.compile(rb'(?:\A|(?<=[,;\t\n]))"[^"\n]{0,80}\n[^"\n]{0,80}"(?=[,;\t\n])')
 """Heading in quotation marks that goes on in the next line."""
 _NO_NAME: Final = re.compile(r"[+-]?[\d.]")
+_NAMED_ROW: Final = re.compile(r'"\d+"[^"]*$')
+"""Row of numbers behind its own in quotation marks, as R writes tables, whose headings leave that one out."""
 _QUOTED: Final = re.compile(r'"([^"]*)"|([^\s"]+)')
 _RULE: Final = re.compile(r"[#%\s]*[-=_*+|~]{3,}[-=_*+|~\s]*|BEGIN")
 """Line that divides headings from numbers."""
@@ -144,6 +146,7 @@ class Layout:
     - `left_out`, `faulty`: number of rows right above `first` that hold words in place of numbers, and their fields.
     - `statistics`: lines of statistics above the numbers.
     - `surplus`: headings behind the last field of the rows.
+    - `has_unused_headings`: whether words right above the numbers are one more or one less than the fields.
     """
 
     delimiter: str
@@ -162,6 +165,7 @@ class Layout:
     statistics: tuple[str, ...] = ()
     faulty: tuple[tuple[str, ...], ...] = ()
     surplus: tuple[str, ...] = ()
+    has_unused_headings: bool = False
 
     @property
     def notation(self) -> Notation:
@@ -216,9 +220,7 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
     above = [at for at in above if at not in statistics] if statistics != above else above
     for at in above[-3:]:  # headings of several words, of which blanks alone would make several headings
         rows[at] = _of_several_words(lines[at], rows[at], width, layout.delimiter)
-        rows[at] = _of_all_columns(
-            rows[at], width, counted=["".join(row[:1]) for row in rows[first : first + 2] if row and row[-1]]
-        )
+        rows[at] = _of_all_columns(rows[at], width, named_rows=bool(_NAMED_ROW.match(lines[first])))
     left_out = _faulty(rows, above, columns, notation)
     headings = _headings(rows, above[: len(above) - left_out], layout)
     if not headings and left_out:
@@ -237,6 +239,9 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
         headings=min(headings, default=first),
         left_out=left_out,
         statistics=tuple(lines[at] for at in statistics) if statistics != above else (),
+        has_unused_headings=not any(names)
+        and bool(above)
+        and _may_be_headings(rows[above[-1]], width, layout),
         faulty=tuple(tuple(rows[at]) for at in above[len(above) - left_out :]),
         surplus=tuple(
             cell for cell in (rows[headings[0]][max(width, layout.width) :] if headings else ()) if cell
@@ -244,10 +249,10 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
     ).with_columns(columns)
 
 
-def _of_all_columns(row: list[str], width: int, *, counted: Sequence[str]) -> list[str]:
-    """Return headings of which one holds the delimiter, or which leave out that of the numbers of the rows, in their places."""
+def _of_all_columns(row: list[str], width: int, *, named_rows: bool) -> list[str]:
+    """Return headings of which one holds the delimiter, or which leave out that of the names of the rows, in their places."""
     named = [cell for cell in row if cell]
-    if len(named) == width - 1 == len(row) and counted in (["0", "1"], ["1", "2"]):
+    if len(named) == width - 1 == len(row) and named_rows:
         return ["", *row]
     if len(named) > width and sum(bool(name_and_unit(cell)[1]) for cell in named) == width:
         joined, found = list[str](), list[str]()
@@ -258,6 +263,15 @@ def _of_all_columns(row: list[str], width: int, *, counted: Sequence[str]) -> li
                 joined = []
         return found if not joined else row
     return row
+
+
+def _may_be_headings(row: Sequence[str], width: int, layout: Layout) -> bool:
+    """Return whether a row of words above the numbers is rather headings that do not fit than a setting."""
+    words = [cell for cell in row if cell and not layout.notation.is_number(cell)]
+    is_heading = not _is_setting(row, layout.columns) or bool(
+        _FIRST_CELLS.fullmatch(words[0] if words else "-")
+    )
+    return abs(len(words) - width) == 1 and len(words) > 1 and is_heading
 
 
 def _one_below_the_other(
@@ -286,7 +300,7 @@ def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> 
             return split(text.lstrip("#% "), delimiter)
         parts = _WIDE_GAP.split(row[0].strip()) if sum(map(bool, row)) == 1 else []
         return parts if len(parts) == width > 1 else [_SIGN.sub("", row[0]), *row[1:]]
-    text = re.sub(r"^WAVES\S*\s+", "", text.lstrip("#% "))
+    text = re.sub(r"^WAVES\S*\s+", "", text.lstrip("#% "))  # before the names of Igor Pro
     for parts in (_WIDE_GAP.split(text), WORD_WITH_UNIT.findall(text), [text]):
         if len(parts) == width and not any(part.endswith((":", "=")) for part in parts):
             return [part.strip('"') for part in parts]

@@ -178,7 +178,7 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
     if not times:
         return recorded
     first = times[0]
-    if not first.unit and _states_a_time(layout):
+    if not first.unit and (layout.has_unused_headings or _states_a_time(layout)):
         return recorded  # whose unit is asked for: some heading was not understood
     recorded = dataclasses.replace(recorded, time=first.name)
     if step is not None and keeps_step(first, step):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
-from electrovib.core.answer import Answer, Curve, Document, Panel, Table
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.core.errors import InputError, gathered
 from electrovib.data.marks import Form, csv_text
 from electrovib.data.recorded import column_of
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from electrovib.data.recorded import DataColumn
 
 _FEWEST: Final = 3
+_DRAWN: Final = 5
+"""Sessions that have a colour each."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +50,10 @@ class SessionLaw:
         """Points less the two numbers of the law."""
         return self.x.size - 2
 
-    def curves(self, name: str, look: int) -> list[Curve]:
-        """The points and the law of a session, for a figure."""
+    def curves(self, name: str, number: int) -> list[Curve]:
+        """The points and the law of a session for a figure, which draws the laws of the first sessions."""
+        drawn = number < _DRAWN
+        look = number if drawn else REFERENCE
         line = np.geomspace(self.x.min(), self.x.max(), 50)
         return [
             Curve(label=name, x=self.x, y=self.y, kind="points", look=look),
@@ -58,6 +62,7 @@ class SessionLaw:
                 x=line,
                 y=self.factor * line**self.exponent,
                 look=look,
+                drawn=drawn,
             ),
         ]
 
@@ -93,8 +98,8 @@ class PowerLawFit(Answer, Interval):
             x=("x", ""), y=("y", ""), log_x=True, log_y=True,
             curves=tuple(
                 curve
-                for look, (name, each) in enumerate(self.sessions.items())
-                for curve in each.curves(name, look)
+                for number, (name, each) in enumerate(self.sessions.items())
+                for curve in each.curves(name, number)
             ),
         )  # fmt: skip
         headings = ("session", "exponent", "standard error", "scatter of ln y", "y at x = 1, SI")

@@ -33,6 +33,8 @@ _MOST_GAPS: Final = 0.2
 """Share of intervals above `_GAP` from which on a record is not evenly sampled."""
 _OFF: Final = 0.15
 """Distance from a whole number of median intervals beyond which an interval is no gap of an even record."""
+_FEW_GAPS: Final = 0.02
+"""Share of intervals above `_GAP` up to which these are gaps, of whatever length, as of a logger that paused."""
 _BLOCK: Final = 2**17
 """Steps that are looked at together."""
 _NO_STAMPS: Final = "the file has no time stamps, so dropped samples cannot be noticed"
@@ -298,7 +300,8 @@ def _gaps(time: Real) -> tuple[Diagnostic, ...]:
     if not wide.any():
         return even
     times = change[wide] / usual
-    if np.mean(wide) > _MOST_GAPS or np.mean(np.abs(times - np.round(times)) > _OFF) > 0.5:
+    odd = np.mean(np.abs(times - np.round(times)) > _OFF) > 0.5
+    if np.mean(wide) > _MOST_GAPS or (odd and np.mean(wide) > _FEW_GAPS):
         ends = " to ".join(format_quantity(each, "s", digits=3) for each in (shortest, longest))
         text = (
             f"the samples are not evenly spaced (intervals of {ends}), so dropped samples cannot be noticed"

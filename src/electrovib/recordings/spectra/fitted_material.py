@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.constants import eps0
-from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, unsigned
 from electrovib.recordings.importing.own_material import layer_toml
@@ -95,6 +95,7 @@ class FittedMaterial(Answer):
             numbers=[Table("", headings, tuple(rows))],
             diagnostics=self.diagnostics,
             figures=self._panels(),
+            remarks=reasons(self.diagnostics),
         )
 
     def _panels(self) -> list[Panel]:

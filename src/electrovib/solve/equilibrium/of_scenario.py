@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
-from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.contact.attraction import Attraction
@@ -89,13 +89,13 @@ class Balance(Answer):
                 (self.area, "m2"),
             )
         )
-        remarks = []
+        more = []
         if len(self.stable) > 1:
-            remarks.append(
+            more.append(
                 "two stable states: which of them is reached depends on the previous gap, so the force has a hysteresis"
             )
         if self.beyond:
-            remarks.append(
+            more.append(
                 "a flatter state, with more than half of the area in contact, is not described by this surface topography"
             )
         rows = [
@@ -113,10 +113,11 @@ class Balance(Answer):
             sentences=[
                 f"{voltage} held across {', '.join(self.blocking)} and the gap: electrical thickness {thickness}, load {pressure}"
                 f" on {area}",
-                *remarks,
+                *more,
             ],
             numbers=[Table("", ("gap", "attraction", "area", "state", "residual"), tuple(rows))],
             diagnostics=self.diagnostics,
+            remarks=reasons(self.diagnostics),
         )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from electrovib.core.discovery import paper_folders
 from electrovib.core.errors import InputError, gathered, nearest, refuse
 from electrovib.core.mistakes import shown
-from electrovib.core.parsing import read_toml
+from electrovib.core.parsing import read_toml_file
 
 FOLDER = "measured"
 _OF_FILE = ("schema", "shared", "measurements")
@@ -29,7 +29,7 @@ def tables_of(name: str) -> Mapping[str, Any]:
     files = publication_files()
     if name not in files:
         raise InputError(f"no file of measurements is called '{name}'.{nearest(name, files)}")
-    return read_toml(files[name].read_text(encoding="utf-8"))
+    return read_toml_file(files[name], kind="a measurement", advice="Name a TOML file.")
 
 
 def parts(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
