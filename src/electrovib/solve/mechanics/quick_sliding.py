@@ -14,6 +14,7 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError
 from electrovib.physics.friction import bristle
 from electrovib.physics.friction.bristle import strength_at_speed, yielding_rate
+from electrovib.solve.compiling import is_compiled
 from electrovib.solve.mechanics import between, skin
 from electrovib.solve.mechanics.between import cubic
 from electrovib.solve.mechanics.skin import DEFLECTION, KINDS, OVER_PLATE, let_go, rates_of_skin
@@ -79,6 +80,8 @@ def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]
 
     By default without wrappers for a call from Python, which take most of the compilation time.
     """
+    if not is_compiled():
+        return function
     from numba import njit
 
     alone: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}

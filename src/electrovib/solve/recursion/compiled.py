@@ -1,16 +1,14 @@
-"""Functions that numba compiles, and the recursion at uneven time stamps as one loop, called by `uneven` for long records."""
+"""The recursion at uneven time stamps as one compiled loop, called by `uneven` for long records."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
+from electrovib.solve.compiling import outer
 from electrovib.solve.recursion.hold import SLOW
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _FINE: Final = 16.0
 _FORGOTTEN: Final = 45.0
@@ -20,32 +18,6 @@ _FALLEN: Final = np.expm1(-np.arange(_FORGOTTEN * _FINE + 1) / _FINE)
 _FALLEN[-1] = -1.0
 _SMALLEST: Final = 1e-300
 _2, _3, _4, _5, _6, _7, _8 = (1.0 / math.factorial(order) for order in range(2, 9))
-
-
-# contract: a product and a sum may be rounded once; the order of operations is kept
-_OPTIONS: Final[dict[str, Any]] = {
-    "error_model": "numpy",
-    "no_cfunc_wrapper": True,
-    "fastmath": {"contract"},
-}
-
-
-def inner(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that compiled functions of the same file call."""
-    from numba import njit
-
-    options = _OPTIONS | {"no_cpython_wrapper": True}
-    return njit(function, **options)  # type: ignore[no-any-return]
-
-
-def outer(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to."""
-    from numba import njit
-
-    try:
-        return njit(function, nogil=True, cache=True, **_OPTIONS)  # type: ignore[no-any-return]
-    except RuntimeError:
-        return njit(function, nogil=True, **_OPTIONS)  # type: ignore[no-any-return]
 
 
 @outer

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.solve.compiling import is_compiled
 from electrovib.solve.recursion.blocks import PRODUCT, numbers, states_before
 from electrovib.solve.recursion.hold import SLOW, StraightDrive, hold_weights
 
@@ -86,7 +87,7 @@ def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
 
 def _compiled(poles: Numbers, drive: StraightDrive) -> Any:
     """Return the compiled recursion where it is faster. The choice depends on the record alone."""
-    if poles.size * drive.starts.size < _WORTH or np.iscomplexobj(poles):
+    if poles.size * drive.starts.size < _WORTH or np.iscomplexobj(poles) or not is_compiled():
         return None
     from electrovib.solve.recursion.compiled import follow
 

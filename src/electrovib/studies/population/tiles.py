@@ -18,7 +18,7 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve import population as signals_of_fingers
 from electrovib.solve.population.fingers import TOGETHER
-from electrovib.solve.population.kernels import Histogram, kernel_name
+from electrovib.solve.population.kernels import Histogram, kernel, kernel_name
 from electrovib.solve.population.kernels.percentiles import thread_count
 from electrovib.studies.population.declared import BLOCK, DeclaredStudy
 from electrovib.studies.population.result import computing_versions
@@ -55,8 +55,6 @@ class Statistics:
 
         `values` (fingers, n).
         """
-        from electrovib.solve.population.kernels import loops
-
         for place, threshold in enumerate(self.thresholds):
             exceeded = values > threshold
             self.above[place] += np.count_nonzero(exceeded, axis=0)
@@ -65,7 +63,7 @@ class Statistics:
             with np.errstate(invalid="ignore"):  # infinities of both signs
                 about = values.mean(axis=0)
             self.about = np.where(np.isfinite(about), about, 0.0)
-        loops.add_moments(values, self.about, self.total, self.square)
+        kernel().add_moments(values, self.about, self.total, self.square)
         self.fingers += len(values)
         if np.isnan(self.total).any():
             self.unknown += np.count_nonzero(np.isnan(values), axis=0)

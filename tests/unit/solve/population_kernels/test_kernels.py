@@ -1,5 +1,7 @@
 """Many fingers: responses, quantiles and histograms, parts on threads, and compiled code without a folder for it."""
 
+import sys
+
 import numba
 import numpy as np
 import pytest
@@ -9,8 +11,10 @@ from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels import (
     Histogram,
     first_order_hold_many,
+    kernel,
     kernel_name,
     loops,
+    plain,
     quantiles,
     time_steps,
 )
@@ -18,6 +22,16 @@ from electrovib.solve.population.kernels.percentiles import in_threads, ranges, 
 from electrovib.solve.recursion import hold_weights
 
 SAME = 1e-12
+
+
+@pytest.fixture(autouse=True, params=["compiled", "as arrays"])
+def loop(request, monkeypatch):
+    """Everything with numba and as if it were not installed."""
+    if request.param == "as arrays":
+        monkeypatch.setitem(sys.modules, "numba", None)
+    return kernel_name(), kernel()
+
+
 END = 7e-3
 SPREAD = np.random.default_rng(1).exponential(1e-5, 700)
 TIMES = {
@@ -223,7 +237,6 @@ def test_threads_share_the_parts_and_pass_on_errors():
     assert ranges(5, 2) == [(0, 2), (2, 4), (4, 5)]
     assert thread_count(0) == 1
     assert thread_count(None) >= 1
-    assert kernel_name() == f"numba {numba.__version__}"  # what the last bits depend on
 
     def fails(part):
         raise ValueError(part)
@@ -232,7 +245,15 @@ def test_threads_share_the_parts_and_pass_on_errors():
         in_threads(fails, [7, 8], 2)
 
 
+def test_the_name_of_the_loops_is_what_the_last_bits_depend_on(loop):
+    assert loop in {
+        (f"numba {numba.__version__}", loops),
+        (f"numpy {np.__version__}", plain),
+    }
+
+
 def test_without_a_folder_compiled_code_is_not_kept(monkeypatch):
+    monkeypatch.setitem(sys.modules, "numba", numba)
     asked = []
 
     def njit(function, **options):

@@ -1,14 +1,9 @@
-"""Arrays in, arrays out: what is computed for many fingers at once, in loops compiled by numba."""
+"""Arrays in, arrays out: what is computed for many fingers at once, in loops that numba compiles where it is installed."""
 
-from importlib.metadata import version
-
+from electrovib.solve.population.kernels.kernel import kernel as kernel
+from electrovib.solve.population.kernels.kernel import kernel_name as kernel_name
 from electrovib.solve.population.kernels.percentiles import Histogram as Histogram
 from electrovib.solve.population.kernels.percentiles import quantiles as quantiles
 from electrovib.solve.population.kernels.stepping import TimeSteps as TimeSteps
 from electrovib.solve.population.kernels.stepping import first_order_hold_many as first_order_hold_many
 from electrovib.solve.population.kernels.stepping import time_steps as time_steps
-
-
-def kernel_name() -> str:
-    """Return what computes populations, with the version on which the last bits of results depend."""
-    return f"numba {version('numba')}"

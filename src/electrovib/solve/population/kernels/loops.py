@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from electrovib.solve.recursion.compiled import inner, outer
+from electrovib.solve.compiling import inner, outer
 
 LANES: Final = 64
 """Fingers of a tile."""
@@ -145,9 +145,22 @@ def _follow(memory: Any, modes: Any, states: Any, grid: Any, at: Any, begin: Any
             y += one
 
 
-@outer
-def responses(fingers: Any, grid: Any, memory: Any, places: Any, out: Any) -> Any:
+def responses(fingers: Any, grid: Any, places: Any, out: Any) -> None:
     """Write the responses of fingers at some times, `places`, into the table (fingers, outputs)."""
+    modes, durations = fingers[0].shape[1], grid[-1]
+    slots = min(len(durations), TIMES)  # for the weights of as many kinds of steps
+    memory = (  # for the parameters of a tile, the weights of its steps and their kinds, and its responses
+        np.empty((2 * modes + 1) * LANES),
+        np.empty(slots * (3 * modes + 1) * LANES),
+        np.empty(slots, np.intp),
+        np.empty(TIMES * LANES),
+    )
+    _responses(fingers, grid, memory, places, out)
+
+
+@outer
+def _responses(fingers: Any, grid: Any, memory: Any, places: Any, out: Any) -> Any:
+    """Write the responses of fingers, tile after tile."""
     tile, _, held, found = memory
     modes, end, times = fingers[0].shape[1], len(out), len(grid[0])
     states = np.empty(LANES * modes)

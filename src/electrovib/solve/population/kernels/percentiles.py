@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.solve.population.kernels.kernel import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,9 +38,7 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
     The quantile of probability p is interpolated between the order statistics on both sides of index p (fingers - 1),
     definition 7 of Hyndman and Fan, in float64.
     """
-    from electrovib.solve.population.kernels import loops
-
-    given = np.asarray(values, np.float32)
+    given, turn = np.asarray(values, np.float32), kernel().turn
     wanted = np.atleast_1d(np.asarray(probabilities, np.float64))
     place = wanted * (len(given) - 1)
     below: Indices = np.floor(place).astype(np.intp)
@@ -48,7 +47,7 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
 
     def work(part: tuple[int, int]) -> None:
         rows = np.empty((part[1] - part[0], len(given)), np.float32)
-        loops.turn(given, part[0], rows)
+        turn(given, part[0], rows)
         rows.sort(axis=1)  # in vectors of the processor: numbers that are not known come last
         low, high = (rows[:, each].astype(float) for each in (below, above))
         with np.errstate(invalid="ignore"):  # infinities of both signs
@@ -85,9 +84,7 @@ class Histogram:
 
         `values` (fingers, times).
         """
-        from electrovib.solve.population.kernels import loops
-
-        given = np.asarray(values, np.float32)
+        given, count_columns = np.asarray(values, np.float32), kernel().count_columns
         if np.isnan(given.max(initial=0.0)):
             raise InputError(
                 "values has a value that is not a number: a histogram counts finite values and infinities."
@@ -96,9 +93,7 @@ class Histogram:
         patterns, missed = np.ascontiguousarray(given).view(np.int32), np.zeros(len(parts), np.int64)
 
         def work(place: int, *, again: bool = False) -> None:
-            missed[place] = loops.count_columns(
-                patterns, *parts[place], self.pages, self.counts, missing, again
-            )
+            missed[place] = count_columns(patterns, *parts[place], self.pages, self.counts, missing, again)
 
         in_threads(work, range(len(parts)), threads)
         if missed.any():  # once more, for the octaves without memory alone

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.solve.population.kernels.kernel import kernel
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
@@ -71,23 +73,14 @@ def first_order_hold_many(
     the drive from each time to the next, the second term is sum residue l with l = rate s - v, which loses no digits where
     modes follow a slow drive. Of all times those at the increasing indices `places` (outputs,) are returned.
     """
-    from electrovib.solve.population.kernels import loops
-
     rate, residue, level, begin, drive = (
         np.ascontiguousarray(each, np.float64) for each in (rates, residues, direct, state, voltage)
     )
     given = drive if rises is None else np.ascontiguousarray(rises, np.float64)
     steps = time if isinstance(time, TimeSteps) else time_steps(time)
     outputs = np.arange(len(drive)) if places is None else places
-    lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(outputs)))
     kinds, durations = np.append(steps.kind, steps.duration.size), np.append(steps.duration, 0.0)
-    slots = min(len(durations), loops.TIMES)  # for the weights of as many kinds of steps
-    memory = (  # for the parameters of a tile, the weights of its steps and their kinds, and its responses
-        np.empty((2 * modes + 1) * lanes),
-        np.empty(slots * (3 * modes + 1) * lanes),
-        np.empty(slots, np.intp),
-        np.empty(loops.TIMES * lanes),
-    )
     grid = drive, given, rises is not None, kinds, durations
-    loops.responses((rate, residue, level, begin), grid, memory, outputs, result)
+    result = np.empty((len(rate), len(outputs)))
+    kernel().responses((rate, residue, level, begin), grid, outputs, result)
     return result
