@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from electrovib.core.discovery import papers
+from electrovib.papers import palmar_1995
 from electrovib.papers.aliabbasi_2022 import maximum, maximum_of
 from electrovib.papers.aliabbasi_2024 import GAP, chain, corner, rises_to
-from electrovib.papers.palmar_1995 import MEN, palmar
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -109,7 +109,7 @@ def test_place_of_the_maximum_is_ill_conditioned_and_its_edge_is_not():
 
 def test_maximum_goes_with_the_leak_and_hardly_with_the_skin():
     """Three decades of leak move it 970 times, ten times the sweat 1.5 times: 250 Hz is a fit of the leak."""
-    sweat = [palmar(exponent=MEN, conductance=conductance) for conductance in (2e-6, 20e-6)]
+    sweat = [palmar_1995.skins()[f"{word}_men"].material for word in ("dry", "moist")]
     by_skin = [maximum_of(gap_resistivity=2e7, skin=skin) for skin in sweat]
     by_leak = [maximum_of(gap_resistivity=leak, skin=skins()["1963 impedance"]) for leak in LEAKS]
     assert by_leak[2] / by_leak[0] == pytest.approx(1000.0, rel=0.05)
