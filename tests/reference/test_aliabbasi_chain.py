@@ -8,7 +8,7 @@ import pytest
 from electrovib.core.discovery import papers
 from electrovib.papers import palmar_1995
 from electrovib.papers.aliabbasi_2022 import maximum, maximum_of
-from electrovib.papers.aliabbasi_2024 import GAP, chain, corner, rises_to
+from electrovib.papers.aliabbasi_2024 import chain, corner, rises_to
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -38,7 +38,7 @@ def disperses(material):
 @pytest.mark.parametrize("leak", LEAKS)
 def test_lower_corner_of_a_conducting_finger(leak):
     """Without skin: half the force, field at -3 dB, at the corner; nine tenths of it at three times that."""
-    found = corner(gap=GAP, gap_resistivity=leak)
+    found = corner(gap=3e-6, gap_resistivity=leak)
     assert found == pytest.approx(CORNERS[leak], rel=2e-2)  # two digits
     bare = chain(gap_resistivity=leak, resistance=0.0)
     # interpolation between 722 points a decade
@@ -54,10 +54,10 @@ def test_corner_with_every_skin_that_conducts(leak):
     for name, material in skins().items():
         if material.conductivity > 0:
             edge = rises_to(chain(gap_resistivity=leak, skin=material), share=0.5)
-            ratio = edge / corner(gap=GAP, gap_resistivity=leak)
+            ratio = edge / corner(gap=3e-6, gap_resistivity=leak)
             assert (0.95 if leak == 1e9 else 0.9) < ratio < (1.0 if leak == 1e9 else 1.8), name
     bare = rises_to(chain(gap_resistivity=leak, skin=skins()["Gabriel wet"], resistance=0.0), share=0.5)
-    assert bare == pytest.approx(corner(gap=GAP, gap_resistivity=leak), rel=2.5e-2)  # thin electrically
+    assert bare == pytest.approx(corner(gap=3e-6, gap_resistivity=leak), rel=2.5e-2)  # thin electrically
 
 
 @pytest.mark.parametrize(("name", "expected"), MAXIMA.items(), ids=MAXIMA)
@@ -77,7 +77,7 @@ def test_dispersive_skins_have_an_interior_maximum(leak, resistance):
     for name, material in dispersive.items():
         found = maximum(chain(gap_resistivity=leak, skin=material, resistance=resistance))
         assert found is not None, name
-        assert corner(gap=GAP, gap_resistivity=leak) < found < 5e5, name
+        assert corner(gap=3e-6, gap_resistivity=leak) < found < 5e5, name
 
 
 def test_skin_without_dispersion_has_none_but_by_the_body_or_its_own_relaxation():

@@ -31,8 +31,8 @@ VOLTAGE, AREA = 100.0, 1e-4
 THICKNESS, PERMITTIVITY, RESISTIVITY = 200e-6, 1650.0, 5.6e5
 """Thickness, permittivity and resistivity of the leaky dielectric, here a stratum corneum, a choice [m, 1, ohm m]."""
 GAP = 3e-6
-RISING, FALLING = 1e12, 1e6
-"""Resistivity of the gap above and below eps_d rho_d, a choice [ohm m]."""
+RISING = 1e12
+"""Resistivity of the gap above eps_d rho_d, a choice [ohm m]."""
 
 
 def rises(*, permittivity: float, resistivity: float, gap_resistivity: float) -> bool:

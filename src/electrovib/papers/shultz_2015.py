@@ -20,8 +20,8 @@ CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 scenarios = PAPER.scenarios
 
 VOLTAGE, AREA, GAP = 100.0, 1e-4, 3e-6
-COATING_RESISTIVITY, GAP_RESISTIVITY = 1e7, 1e12
-"""Resistivities of a coating that leaks and of a gap that leaks less, a choice [ohm m]."""
+GAP_RESISTIVITY = 1e12
+"""Resistivity of a gap that leaks less than the coating, a choice [ohm m]."""
 
 
 def gap_force(*, voltage: float, gap: float, area: float) -> float:
