@@ -207,7 +207,7 @@ def test_the_paper_of_the_guide_prints_what_its_law_gives():
     text = document("docs/how_to/my_paper.md")
     words = r"(\d+) V across a film of (\d+) um and a gap of (\d+) um attract with (\d+) mN"
     volt, film, gap, force = map(float, re.findall(words, text)[0])
-    breakdown = printed(r'"breakdown": "(\d+) MV/m"', text) * 1e6
+    breakdown = printed(r'breakdown = "(\d+) MV/m"', text) * 1e6
     pieces = [(1e-9, volt), (1e-3, volt)]
     _, _, skin = skin_voltage(pieces, film=film * 1e-6, gap=gap * 1e-6)
     field = (volt - skin[-1]) / (film * 1e-6 / PERMITTIVITY + gap * 1e-6)

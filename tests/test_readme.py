@@ -27,7 +27,7 @@ ALL = "docs/how_to/commands.md"
 PAGES = [README, ROOT / "docs" / "tutorial.md", *sorted((ROOT / "docs" / "how_to").glob("*.md"))]
 TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in PAGES}
 BLOCK = re.compile(r"(?P<before>[^\n]*)\n+```(?P<language>\w+)\n(?P<text>.*?)```", re.DOTALL)
-NAMED = re.compile(r"`([\w.]+)`:$")
+NAMED = re.compile(r"`([\w./]+)`:$")
 COMMAND = re.compile(r"`(electrovib [^`]+)`")
 PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b(?!_)|^electrovib [\w-]+$")
 """A command with NAME or SCENARIO in it, or a command that is only named."""
@@ -101,6 +101,7 @@ def folder(tmp_path, monkeypatch):
     """Return a folder with the files that the pages show."""
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path
 
@@ -150,6 +151,7 @@ def test_every_block_is_run_by_one_of_these_tests():
         {"skin.csv", "drive.csv", "force.csv", "press.csv", "points.csv"},
     )
     others = {"law.py", "record.py", "bench.toml", "points.toml", "example_2099.py", "pyproject.toml"}
+    others |= {"published/example_2099.toml"}
     assert set(FILES) == scenarios | tables | others
     counted = 0
     for page, text in TEXTS.items():

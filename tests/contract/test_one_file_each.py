@@ -104,21 +104,26 @@ CHECKS = (
           compute=lambda: float(TwoPaces.model_validate(TwoPaces.example).memory(np.array(0.1))[0][1])),
 )
 '''
-PRESET = '''
-from electrovib.scenario import Scenario, preset
+PRESET = """
+from electrovib.papers import published
 
+scenarios = published(__name__).scenarios
 CHECKS = (
     Check("voltage", expect=150.0, rtol=1e-6, source="section 2",
           compute=lambda: scenarios()["press"].drive.high),
 )
+"""
+PUBLISHED = """
+schema = 1
+status = "full text"
+citations = [{ kind = "misc", title = "A preset of its own", year = 2099 }]
 
-
-def scenarios() -> dict[str, Scenario]:
-    """Give the paper's set-up."""
-    load = (0.3, "Preset 2099, section 2")
-    changes = {"drive.high": (150.0, "Preset 2099, section 2"), "load.normal_force": load}
-    return {"press": preset("vezzoli_2014/fig6_gap", title="Preset 2099: pressed", changes=changes)}
-'''
+[scenarios.press]
+title = "Preset 2099: pressed"
+scenario = "vezzoli_2014/fig6_gap"
+changes = { "drive.high" = "150 V", "load.normal_force" = "0.3 N" }
+sources = { "drive.high" = "Preset 2099, section 2", "load.normal_force" = "Preset 2099, section 2" }
+"""
 FILES = {
     "law_2099": ("attraction levels off near breakdown.", LAW),
     "skin_2099": ("the skin of a wrist does not disperse.", SKIN),
@@ -133,11 +138,18 @@ def text_of(name):
     return HEAD.format(author=author, title=f"A {author} of its own", claims=claims) + body
 
 
+def publish(folder):
+    """Lay what the paper with a preset states beside its module."""
+    (folder / "published").mkdir(exist_ok=True)
+    (folder / "published" / "preset_2099.toml").write_text(PUBLISHED, encoding="utf-8")
+
+
 def put_into_our_papers(folder):
     """Copy the package, and put the files into its folder of papers."""
     shutil.copytree(PACKAGE, folder / "electrovib", ignore=shutil.ignore_patterns("__pycache__"))
     for name in FILES:
         (folder / "electrovib" / "papers" / f"{name}.py").write_text(text_of(name), encoding="utf-8")
+    publish(folder / "electrovib" / "papers")
     return str(folder)
 
 
@@ -145,6 +157,7 @@ def put_into_another_package(folder):
     """Lay the files down as an installer does, with entry points in a dist-info folder."""
     for name in FILES:
         (folder / f"{name}.py").write_text(text_of(name), encoding="utf-8")
+    publish(folder)
     about = folder / "example_models-1.0.dist-info"
     about.mkdir()
     about.joinpath("METADATA").write_text("Metadata-Version: 2.1\nName: example-models\nVersion: 1.0\n")

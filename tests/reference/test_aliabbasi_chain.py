@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from electrovib.core.discovery import papers
+from electrovib.papers import palmar_1995
 from electrovib.papers.aliabbasi_2022 import maximum, maximum_of
-from electrovib.papers.aliabbasi_2024 import GAP, chain, corner, rises_to
-from electrovib.papers.palmar_1995 import MEN, palmar
+from electrovib.papers.aliabbasi_2024 import chain, corner, rises_to
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 
@@ -38,7 +38,7 @@ def disperses(material):
 @pytest.mark.parametrize("leak", LEAKS)
 def test_lower_corner_of_a_conducting_finger(leak):
     """Without skin: half the force, field at -3 dB, at the corner; nine tenths of it at three times that."""
-    found = corner(gap=GAP, gap_resistivity=leak)
+    found = corner(gap=3e-6, gap_resistivity=leak)
     assert found == pytest.approx(CORNERS[leak], rel=2e-2)  # two digits
     bare = chain(gap_resistivity=leak, resistance=0.0)
     # interpolation between 722 points a decade
@@ -54,10 +54,10 @@ def test_corner_with_every_skin_that_conducts(leak):
     for name, material in skins().items():
         if material.conductivity > 0:
             edge = rises_to(chain(gap_resistivity=leak, skin=material), share=0.5)
-            ratio = edge / corner(gap=GAP, gap_resistivity=leak)
+            ratio = edge / corner(gap=3e-6, gap_resistivity=leak)
             assert (0.95 if leak == 1e9 else 0.9) < ratio < (1.0 if leak == 1e9 else 1.8), name
     bare = rises_to(chain(gap_resistivity=leak, skin=skins()["Gabriel wet"], resistance=0.0), share=0.5)
-    assert bare == pytest.approx(corner(gap=GAP, gap_resistivity=leak), rel=2.5e-2)  # thin electrically
+    assert bare == pytest.approx(corner(gap=3e-6, gap_resistivity=leak), rel=2.5e-2)  # thin electrically
 
 
 @pytest.mark.parametrize(("name", "expected"), MAXIMA.items(), ids=MAXIMA)
@@ -77,7 +77,7 @@ def test_dispersive_skins_have_an_interior_maximum(leak, resistance):
     for name, material in dispersive.items():
         found = maximum(chain(gap_resistivity=leak, skin=material, resistance=resistance))
         assert found is not None, name
-        assert corner(gap=GAP, gap_resistivity=leak) < found < 5e5, name
+        assert corner(gap=3e-6, gap_resistivity=leak) < found < 5e5, name
 
 
 def test_skin_without_dispersion_has_none_but_by_the_body_or_its_own_relaxation():
@@ -109,7 +109,7 @@ def test_place_of_the_maximum_is_ill_conditioned_and_its_edge_is_not():
 
 def test_maximum_goes_with_the_leak_and_hardly_with_the_skin():
     """Three decades of leak move it 970 times, ten times the sweat 1.5 times: 250 Hz is a fit of the leak."""
-    sweat = [palmar(exponent=MEN, conductance=conductance) for conductance in (2e-6, 20e-6)]
+    sweat = [palmar_1995.skins()[f"{word}_men"].material for word in ("dry", "moist")]
     by_skin = [maximum_of(gap_resistivity=2e7, skin=skin) for skin in sweat]
     by_leak = [maximum_of(gap_resistivity=leak, skin=skins()["1963 impedance"]) for leak in LEAKS]
     assert by_leak[2] / by_leak[0] == pytest.approx(1000.0, rel=0.05)

@@ -13,8 +13,7 @@ from scenario_parts import EPS0, constant, sine
 from scipy.integrate import quad
 
 from electrovib.core.errors import InputError
-from electrovib.papers.gabriel_1996 import WET
-from electrovib.papers.palmar_1995 import palmar
+from electrovib.papers import gabriel_1996, palmar_1995
 from electrovib.solve.stack.expand import modes, phasors
 
 pytest.importorskip("skfem", reason="scikit-fem is a dependency of the tests only")
@@ -201,9 +200,9 @@ def test_a_skin_with_a_voltage_of_its_own_hardly_changes_the_factor(film, radius
 BAND = np.geomspace(1.0, 1e6, 25)
 GAP = constant(1.0, 1 / 8.7e8)
 SKINS = {
-    "palmar men 2 uS": palmar(exponent=0.7545, conductance=2e-6),
-    "palmar women 20 uS": palmar(exponent=0.8025, conductance=20e-6),
-    "Gabriel wet": WET,
+    "palmar men 2 uS": palmar_1995.skins()["dry_men"].material,
+    "palmar women 20 uS": palmar_1995.skins()["moist_women"].material,
+    "Gabriel wet": gabriel_1996.skins()["wet"].material,
 }
 
 

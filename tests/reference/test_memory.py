@@ -12,7 +12,7 @@ from scenario_parts import AREA, SETTLED, debye, diagnostics, grounded, sine, sq
 
 from electrovib.core.constants import eps0
 from electrovib.exports.spice.circuit import BuiltCircuit
-from electrovib.papers.palmar_1995 import MEN, palmar
+from electrovib.papers.palmar_1995 import skins
 from electrovib.physics.conduction import FieldConduction
 from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
 from electrovib.physics.tabulated import Tabulated
@@ -27,7 +27,7 @@ from electrovib.solve.stack.keys import FieldOf
 SKIN, FILM, COATING = 200e-6, (90e-6, 3.35), (1e-6, 3.9)
 DIGITS, NODES = 25, 30
 QUANTITIES = ("skin", "gap", "effective")
-DRY = palmar(exponent=MEN, conductance=2e-6)
+DRY = skins()["dry_men"].material
 BLOCKING = ConstantPhase(permittivity=11.82, reference_frequency=100.0, exponent=0.78009, conductivity=0.0)
 """A constant phase without conduction whose exact step response on the film is the one of the figures below."""
 HELD = step(100.0)

@@ -11,7 +11,7 @@ from scenario_parts import AREA, EPS0, largest, layer, powers, step
 from scipy.optimize import brentq
 
 from electrovib.core.discovery import find_members
-from electrovib.papers.palmar_1995 import MEN, palmar
+from electrovib.papers.palmar_1995 import skins
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.force import ForceLaw
@@ -247,7 +247,7 @@ def stack(finger, skin, insulator="film", *, gap=False, resistance=1000.0, **mor
 
 def test_factors_with_a_rate_in_common_are_moved_apart(finger):
     """A source resistance that puts a rate of the stack exactly on a node of the expansion of K^(-1/2)."""
-    skin = palmar(exponent=MEN, conductance=2e-6)
+    skin = skins()["dry_men"].material
 
     def section(resistance):
         return modes(stack(finger, skin, "coating", resistance=resistance))[0]

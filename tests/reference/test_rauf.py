@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, film, scenarios
+from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, materials, scenarios
 from electrovib.solve.prepare import prepare
 from electrovib.solve.simulate import simulate
 from electrovib.studies.evidence.files import of_publication
@@ -45,7 +45,9 @@ def test_two_contacts_of_a_stack_are_the_formula(point):
 
 
 def test_film_polarises_within_its_fit():
-    permittivity = film().complex_permittivity(np.array([1e-3, 1 / (2 * np.pi * 2.82e-6), 1e15]))
+    permittivity = materials()["relaxor"].complex_permittivity(
+        np.array([1e-3, 1 / (2 * np.pi * 2.82e-6), 1e15])
+    )
     assert permittivity[0].real == pytest.approx(54.2, rel=1e-3)
     assert permittivity[2].real == pytest.approx(4.0, rel=1e-3)
     # half of the strength in phase at the relaxation frequency, whatever the broadening

@@ -207,7 +207,9 @@ def test_a_trace_says_by_how_much_both_readings_differ(finger, strength, state):
 
 def test_both_readings_of_the_shipped_wet_skin_and_over_a_band_of_ones_own(finger):
     """-58 % at 1 MHz, 3.2 % below 10 kHz: what is said follows the frequencies of the scenario."""
-    wet = founding(finger, parts.step(100.0)).replace({"stack.stratum_corneum.material": gabriel_1996.WET})
+    wet = founding(finger, parts.step(100.0)).replace(
+        {"stack.stratum_corneum.material": gabriel_1996.skins()["wet"].material}
+    )
     found = difference_of_readings(wet)
     assert (found["state"], found["value"]) == ("warning", pytest.approx(0.58, abs=5e-3))
     assert "-58 % at 1 MHz" in found["text"]

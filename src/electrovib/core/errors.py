@@ -124,6 +124,15 @@ def gathered(problems: list[str], *, within: str = "") -> Iterator[None]:
         problems += [each.within(within) if within else each for each in error.problems]
 
 
+@contextmanager
+def located(owner: str) -> Iterator[None]:
+    """Put the part of the input that a block reads in front of the paths of the InputError that ends it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(each.within(owner) for each in error.problems) from None
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """Write ``" Did you mean 'x'?"`` with the closest known name, or the list of all known names."""
     names = sorted(known)

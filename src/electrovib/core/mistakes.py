@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from pydantic import BaseModel, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import LONGEST_QUOTED, Problem, nearest, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, nearest, shortened
 from electrovib.core.quantity import quantity_of
 from electrovib.core.search import near
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
 
+B = TypeVar("B", bound=BaseModel)
 MOST_NAMES: Final = 12
 """Names that are listed in one sentence."""
 
@@ -108,3 +110,38 @@ def shown(value: Any) -> str:
     except ValueError:  # Python writes no whole number of thousands of digits
         text = "a whole number of thousands of digits"
     return shortened(text, LONGEST_QUOTED)
+
+
+_EXPECTED: Final = {
+    "string_type": "expected a text",
+    "dict_type": "expected a table",
+    "list_type": "expected a list",
+    "tuple_type": "expected a list",
+}
+"""What is expected where a validation error is of this type."""
+
+
+def read_entries(kind: type[B], content: object, *, of: str) -> B:
+    """Read the tables of a file by their declaration and list every mistake at once; `of` says of what they are the entries."""
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        raise InputError(entry_problem(kind, each, of) for each in error.errors(include_url=False)) from None
+
+
+def entry_problem(kind: type[BaseModel], item: Mapping[str, Any], of: str) -> Problem:
+    """Convert a validation error of entries: with the nearest name, or an example of what is missing."""
+    name = str(item["loc"][-1]) if item["loc"] else ""
+    path = ".".join(map(str, item["loc"]))
+    if item["type"] == "extra_forbidden":
+        known = (
+            [field.alias or each for each, field in kind.model_fields.items()]
+            if len(item["loc"]) == 1
+            else ()
+        )
+        return Problem(f"no entry of {of}.{nearest(name, known)}", path=path)
+    if item["type"] == "missing":
+        field = kind.model_fields.get(name)
+        told = field and (field.examples or [field.description])
+        return Problem(f"missing, for instance {told}" if told else "missing", path=path)
+    return Problem(_EXPECTED.get(item["type"], item["msg"]), path=path, value=shown(item["input"]))

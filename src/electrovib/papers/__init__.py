@@ -1,59 +1,226 @@
-"""One file for each publication, found automatically: its laws, values, scenarios and checks.
+"""One module for each publication, found automatically: its laws and checks; what it states is data beside it, without Python.
 
-What was measured is data: `measured/author_year.toml`, without Python, found by its name and read as a measurement of your own.
-
-Its docstring says what the paper claims and what it does not. `CITATIONS`, `CITATION`, `STATUS` and a check are required;
-ours take from `publications.toml` what they cite, what was not read, what is at odds and what scenarios show;
-laws are subclasses of a family, and `skins()`, `materials()`, `stacks()`, `scenarios()`, `quantities()` and `reproduce()`
-are there if they have something to give. `PRESETS` states for each scenario what it shows. A scenario is a base and changes:
-a pair is a value and its source, a table's source is that of the values in it without one, and what is not changed keeps the
-source of the base.
+`published/author_year.toml` has citations, status, values, skins, materials and scenarios, `measured/author_year.toml` what was
+measured; both are read as files of a user are. The docstring of a module says what the paper claims and what it does not. It
+declares CITATIONS, CITATION, STATUS and a check, and by name what it has to give: laws are subclasses of a family; `skins`,
+`materials`, `stacks`, `scenarios`, `quantities` and `reproduce` are functions.
 """
 
 from __future__ import annotations
 
 import functools
-from importlib import resources
-from typing import TYPE_CHECKING, Any
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
-from electrovib.core.citation import Citation, cited
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from electrovib.core.citation import STATUSES, Citation, cited
+from electrovib.core.errors import InputError, located
+from electrovib.core.mistakes import read_entries
 from electrovib.core.parsing import read_toml
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from electrovib.core.arrays import Real
+    from electrovib.physics.material import Material
+    from electrovib.physics.skin import Skin
+    from electrovib.scenario import Scenario
     from electrovib.scenario.sources import PresetNote
+
+_OURS: Final = f"{__name__}."
+
+
+class StatedEntries(BaseModel):
+    """Entries of a file, none but those that are declared."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ValueEntries(StatedEntries):
+    """A number of the publication, or an interval."""
+
+    value: float | tuple[float, float] = Field(description="in the unit; of an interval both ends")
+    unit: str = Field(description="SI unit; 1 for a plain number")
+    meaning: str = Field(description="what it is, and whether it is printed or a choice")
+
+
+class SkinEntries(StatedEntries):
+    """Electrical values of stratum corneum, or of skin that is used in its place."""
+
+    name: str = Field(description="for legends")
+    material: dict[str, Any] = Field(description="as in a scenario")
+    status: str = Field(description="how the source was read", json_schema_extra={"enum": list(STATUSES)})
+    note: str = Field(description="site, assumptions and limits of use")
+    source: str = Field("", description="the publication itself if absent")
+    reproduces_force: bool = Field(True, description="false where only its time constant may be shown")
+
+
+class ScenarioEntries(StatedEntries):
+    """A set-up of the publication, ready to run."""
+
+    title: str = Field(description="begins with author and year")
+    reproduces: str = Field("", description="what it shows of the publication")
+    keywords: str = Field("", description="words to be found by that title and stack do not have")
+    scenario: str = Field(
+        "", description="from which it begins: by its name in this file, or author_year/name"
+    )
+    changes: dict[str, Any] = Field({}, description="changes of that scenario, by dotted path")
+    sources: dict[str, str] = Field(
+        {}, description="where a value or a table of values is from, by dotted path"
+    )
+    unchanged: str = Field("", description="source of what is not changed, which keeps its own if absent")
+
+
+class Stated(StatedEntries):
+    """The file of a publication."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, title="publication")
+
+    schema_: Literal[1] = Field(alias="schema", description="version of this form")
+    status: str = Field(description="how it was read", json_schema_extra={"enum": list(STATUSES)})
+    citations: tuple[dict[str, Any], ...] = Field(
+        description="entries of `electrovib.core.citation.Citation`"
+    )
+    not_read: str = Field("", description="what was not read of it")
+    defects: tuple[str, ...] = Field((), description="where it is at odds with others or with itself")
+    values: dict[str, ValueEntries] = Field({}, description="numbers that its laws and checks take, by name")
+    materials: dict[str, dict[str, Any] | str] = Field({}, description="materials by name, as in a scenario")
+    skins: dict[str, SkinEntries] = Field({}, description="skins by name")
+    scenarios: dict[str, ScenarioEntries] = Field({}, description="scenarios by name")
+
+
+class Declared(NamedTuple):
+    """What the module of every paper declares, in this order."""
+
+    citations: tuple[Citation, ...]
+    citation: str
+    status: str
+    not_read: str
+    defects: tuple[str, ...]
+    presets: dict[str, PresetNote]
+
+
+@dataclass(frozen=True, eq=False)
+class Published:
+    """The file of one publication, with what the module of a paper offers of it."""
+
+    name: str
+    stated: Stated
+
+    @property
+    def declared(self) -> Declared:
+        """Citations, all of them as one text, status, what was not read, defects, and what each scenario shows."""
+        from electrovib.scenario.sources import PresetNote
+
+        found = tuple(
+            Citation(**each | {"authors": tuple(each.get("authors", ()))}) for each in self.stated.citations
+        )
+        notes = {
+            key: PresetNote(each.reproduces, each.keywords) for key, each in self.stated.scenarios.items()
+        }
+        return Declared(
+            found, cited(found), self.stated.status, self.stated.not_read, self.stated.defects, notes
+        )
+
+    def number(self, name: str) -> float:
+        """Return a number in SI."""
+        return float(self.stated.values[name].value)  # type: ignore[arg-type]
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Return the least and the largest of a number in SI."""
+        low, high = self.stated.values[name].value  # type: ignore[misc]
+        return low, high
+
+    def materials(self) -> dict[str, Material]:
+        """Read the materials."""
+        return {
+            name: self._material(each, f"materials.{name}") for name, each in self.stated.materials.items()
+        }
+
+    def skins(self) -> dict[str, Skin]:
+        """Read the skins."""
+        from electrovib.physics.skin import Skin
+
+        return {
+            name: Skin(
+                name=each.name,
+                material=self._material(each.material, f"skins.{name}.material"),
+                status=each.status,
+                source=each.source or self.declared.citation,
+                note=each.note,
+                reproduces_force=each.reproduces_force,
+            )
+            for name, each in self.stated.skins.items()
+        }
+
+    def _material(self, content: Mapping[str, Any] | str, path: str) -> Material:
+        from electrovib.physics.material import Material
+        from electrovib.scenario.files import read_part
+
+        with located(f"{self.name}.{path}"):
+            return read_part(Material, content)  # type: ignore[type-abstract]
+
+    def scenarios(self) -> dict[str, Scenario]:
+        """Build the scenarios."""
+        return dict(_scenarios(self))
 
 
 @functools.cache
-def publications() -> dict[str, Any]:
-    """Return what each paper is cited as, and what was not read of it."""
-    return read_toml((resources.files(__name__) / "publications.toml").read_text(encoding="utf-8"))
+def _scenarios(publication: Published) -> dict[str, Scenario]:
+    """Build each scenario after the one with which it begins."""
+    from electrovib.scenario import preset
+
+    entries = publication.stated.scenarios
+    found: dict[str, Scenario] = {}
+
+    def built(key: str, *after: str) -> Scenario:
+        if key in after:
+            raise InputError("it begins with itself", path=f"{publication.name}.scenarios.{key}.scenario")
+        if key not in found:
+            each = entries[key]
+            base = built(each.scenario, key, *after) if each.scenario in entries else each.scenario or None
+            with located(f"{publication.name}.scenarios.{key}"):
+                found[key] = preset(
+                    base,
+                    title=each.title,
+                    changes=each.changes,
+                    sources=each.sources,
+                    unchanged=each.unchanged,
+                )
+        return found[key]
+
+    return {key: built(key) for key in entries}
 
 
-def _publication(module: str) -> dict[str, Any]:
-    found: dict[str, Any] = publications()[module.removeprefix(f"{__name__}.").partition(".")[0]]
-    return found
+def published(module: str) -> Published:
+    """Return what a publication states, for the module of its paper, or one inside it, by the name of the module."""
+    prefix = _OURS if module.startswith(_OURS) else ""
+    name = module.removeprefix(prefix).partition(".")[0]
+    whole: Any = sys.modules[f"{prefix}{name}"]
+    place = Path(getattr(whole, "__path__", [whole.__file__])[0]).parent
+    return read_published(place / "published" / f"{name}.toml")
 
 
-def cited_as(module: str) -> tuple[tuple[Citation, ...], str]:
-    """Return the citations of the paper that a module belongs to, and all of them as one text."""
-    given = _publication(module)["citations"]
-    found = tuple(Citation(**each | {"authors": tuple(each.get("authors", ()))}) for each in given)
-    return found, cited(found)
+@functools.cache
+def read_published(path: Path) -> Published:
+    """Read the file of a publication; every mistake at once."""
+    try:
+        content = read_toml(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(str(error), path=path) from None
+    with located(path.name):
+        return Published(path.stem, read_entries(Stated, content, of="a publication"))
 
 
-def not_read(module: str) -> str:
-    """Return what was not read of the paper that a module belongs to."""
-    text: str = _publication(module)["not_read"]
-    return text
+def mean_attraction(scenario: Scenario, frequency: ArrayLike, *, amplitude: float) -> Real:
+    """Compute the time mean of the attraction [N] under a sine of this amplitude at each frequency [Hz]."""
+    from electrovib.solve.electrics.attraction import mean_force
+    from electrovib.solve.stack.expand import phasors
 
-
-def defects(module: str) -> tuple[str, ...]:
-    """Return where the paper that a module belongs to is at odds with others or with itself."""
-    return tuple(_publication(module)["defects"])
-
-
-def preset_notes(module: str) -> dict[str, PresetNote]:
-    """Return what the ready-made scenarios of the paper that a module belongs to show."""
-    from electrovib.scenario.sources import PresetNote
-
-    return {name: PresetNote(**each) for name, each in _publication(module)["presets"].items()}
+    section = phasors(scenario, np.atleast_1d(np.asarray(frequency, dtype=float)))
+    return mean_force(scenario, section, amplitude=amplitude)

@@ -16,7 +16,6 @@ leaks more slowly than the skin relaxes.
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
@@ -24,49 +23,27 @@ import numpy as np
 from electrovib.core.citation import Check, derived
 from electrovib.papers import (
     aliabbasi_2024,
-    cited_as,
-    defects,
     gabriel_1996,
-    not_read,
+    mean_attraction,
     palmar_1995,
     plutchik_1963,
-    preset_notes,
+    published,
 )
 from electrovib.physics.material import Material
-from electrovib.scenario import Scenario, preset
+from electrovib.scenario import Scenario
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "unverified"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
-
-FITTED_RESISTIVITY = 9.13e7
-"""Resistivity of the gap, fitted so that the maximum is at 250 Hz with the skin of plutchik_1963: circular [ohm m]."""
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 _LOWEST, _HIGHEST = 1e-2, 2e6
 _SAMPLES = 6001
 
 
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return the chain with its leak fitted to a maximum at 250 Hz."""
-    leak = "fitted: puts the maximum of the force at 250 Hz; circular"
-    fitted = preset(
-        aliabbasi_2024.scenarios()["chain"],
-        title="AliAbbasi 2022: leak of the gap fitted to a maximum at 250 Hz",
-        changes={"stack.gap.material.conductivity": (1 / FITTED_RESISTIVITY, leak)},
-    )
-    return {"maximum": fitted}
-
-
 def maximum(scenario: Scenario) -> float | None:
     """Return the frequency of the largest mean attraction [Hz]; None without a maximum between 0.01 Hz and 2 MHz."""
-    from electrovib.solve.electrics.attraction import mean_force
-    from electrovib.solve.stack.expand import phasors
-
     frequency = np.geomspace(_LOWEST, _HIGHEST, _SAMPLES)
-    force = mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
+    force = mean_attraction(scenario, frequency, amplitude=100.0)
     top = int(np.argmax(force))
     if top in (0, _SAMPLES - 1):
         return None
@@ -82,11 +59,10 @@ def maximum_of(*, gap_resistivity: float, skin: Material, resistance: float = 0.
     return math.nan if found is None else found
 
 
-_DRY_MEN = palmar_1995.palmar(exponent=palmar_1995.MEN, conductance=2e-6)
 _SKINS = {
-    "1963 impedance": plutchik_1963.material(),
-    "palmar men 2 uS": _DRY_MEN,
-    "Gabriel wet": gabriel_1996.WET,
+    "1963 impedance": plutchik_1963.skins()["skin"].material,
+    "palmar men 2 uS": palmar_1995.skins()["dry_men"].material,
+    "Gabriel wet": gabriel_1996.skins()["wet"].material,
 }
 
 

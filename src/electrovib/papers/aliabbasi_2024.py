@@ -13,7 +13,6 @@ the coating; the skin shifts it only where its impedance is not small compared w
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
@@ -21,53 +20,17 @@ from numpy.typing import NDArray
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, not_read, plutchik_1963, preset_notes
+from electrovib.papers import mean_attraction, published
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Material
-from electrovib.scenario import Scenario, preset
+from electrovib.scenario import Scenario
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
-GAP, GAP_RESISTIVITY = 3e-6, 2e7
-"""Thickness and resistivity of the gap, illustrative [m, ohm m]."""
-CHOICE = "not printed in the abstract; a choice"
-COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
-SKIN = "not printed in the abstract; plutchik_1963, with 1 cm2 and 200 um assumed"
 
 _BAND = np.geomspace(1e-2, 2e6, 6001)
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return coating, leaky gap and dispersive skin in series."""
-    leak = "not printed; an illustrative leak in place of electrode polarisation"
-    gap = {
-        "thickness": (GAP, "not printed in the abstract; of the order of skin roughness"),
-        "material": {
-            "model": "Constant",
-            "permittivity": (1.0, "air"),
-            "conductivity": (1 / GAP_RESISTIVITY, leak),
-        },
-    }
-    body = "not printed in the abstract; the 1.5 kohm of the human-body model"
-    in_series = preset(
-        title="AliAbbasi 2024: coating, leaky gap and skin in series",
-        unchanged=CHOICE,
-        changes={
-            "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 250.0}, CHOICE),
-            "circuit.return_path.resistance": (1500.0, body),
-            "time.initial_state.model": "PeriodicState",
-            "stack": {
-                "insulator": (values.COATING, COATING),
-                "gap": gap,
-                "stratum_corneum": (plutchik_1963.layer(), SKIN),
-            },
-        },
-    )
-    return {"chain": in_series}
 
 
 def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: float = 1500.0) -> Scenario:
@@ -92,10 +55,7 @@ def corner(*, gap: float, gap_resistivity: float) -> float:
 
 def rises_to(scenario: Scenario, *, share: float) -> float:
     """Return the lowest frequency [Hz] at which the mean attraction has a share of its largest value; 0.5 is -3 dB."""
-    from electrovib.solve.electrics.attraction import mean_force
-    from electrovib.solve.stack.expand import phasors
-
-    force = mean_force(scenario, phasors(scenario, _BAND), amplitude=100.0)
+    force = mean_attraction(scenario, _BAND, amplitude=100.0)
     after = int(np.argmax(force >= share * force.max()))
     if after == 0:
         return float(_BAND[0])
@@ -133,11 +93,8 @@ def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[f
 
 def estimate_against_law(*, frequency: float) -> float:
     """Return the force from the impedances over that of the law, at a frequency [Hz]."""
-    from electrovib.solve.electrics.attraction import mean_force
-    from electrovib.solve.stack.expand import phasors
-
     scenario = scenarios()["chain"]
-    law = mean_force(scenario, phasors(scenario, np.array([frequency])), amplitude=100.0)
+    law = mean_attraction(scenario, frequency, amplitude=100.0)
     return estimate(scenario, frequency=frequency, voltage=100.0)[1] / float(law[0])
 
 
@@ -157,7 +114,7 @@ CHECKS = (
     _corner(1e9, 1.4, 2e-2),
     derived(
         "gap from impedances at 10 Hz, where it leaks",
-        expect=GAP,
+        expect=3e-6,
         rtol=1e-9,
         source="abstract: remaining impedance gives the gap; identity with the gap of the scenario",
         compute=lambda: estimate(scenarios()["chain"], frequency=10.0, voltage=100.0)[0],

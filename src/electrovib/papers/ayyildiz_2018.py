@@ -14,13 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from electrovib.core.citation import Check
-from electrovib.papers import cited_as, defects, not_read
+from electrovib.papers import published
 from electrovib.physics.roughness import GaussianGaps, PullingSpots, contact_fraction, mean_pull
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 
 ROUGHNESSES = (1e-6, 5e-6, 22e-6)
 """Root-mean-square gaps over which trends are evaluated [m]."""

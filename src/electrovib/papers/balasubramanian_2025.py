@@ -14,12 +14,11 @@ with mass and stiffness at one speed, `MassSpringDamper` with its `growth` is th
 from __future__ import annotations
 
 from electrovib.core.citation import Check, derived
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import published
 from electrovib.physics.finger import GrowthWithSpeed
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 
 CUT_OFF_SLOPE = 13.8e3
 """Rise of the cut-off of the friction response with sliding speed, abstract [Hz per m/s]."""

@@ -8,26 +8,19 @@ memory only and not used. The difference threshold used here is that of Ryu 2018
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
 
 from electrovib.core.citation import derived
-from electrovib.papers import cited_as, not_read, preset_notes
-from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import AIR, Scenario, preset
+from electrovib.papers import mean_attraction, published
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 DIFFERENCE_THRESHOLD = 1.21
 """Mean difference threshold of the amplitude, abstract of Ryu 2018 [dB]."""
-CHOICE = "not printed in the abstract; a choice"
-COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
-SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
 
 
 def just_noticeable_ratio() -> float:
@@ -35,34 +28,10 @@ def just_noticeable_ratio() -> float:
     return math.exp(DIFFERENCE_THRESHOLD / 20 * math.log(10))
 
 
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return one sine on a coated screen, with the Maxwell stress evaluated in the gap."""
-    gap = (3e-6, "not printed in the abstract; of the order of skin roughness")
-    sine = preset(
-        title="Bau 2010: a sine on a coated touch screen",
-        unchanged=CHOICE,
-        changes={
-            "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 125.0}, CHOICE),
-            "time.initial_state.model": "PeriodicState",
-            "stack": {
-                "insulator": (values.COATING, COATING),
-                "gap": {"thickness": gap, "material": AIR},
-                "stratum_corneum": values.point_layer(SKIN),
-            },
-        },
-    )
-    return {"sine": sine}
-
-
 def force_change(*, ratio: float) -> float:
     """Return the change of the mean attraction [dB] when the amplitude of the sine is multiplied by a ratio [1]."""
-    from electrovib.solve.electrics.attraction import mean_force
-    from electrovib.solve.stack.expand import phasors
-
     scenario = scenarios()["sine"]
-    section = phasors(scenario, np.array([125.0]))
-    force = [float(mean_force(scenario, section, amplitude=100.0 * factor)[0]) for factor in (1.0, ratio)]
+    force = [float(mean_attraction(scenario, 125.0, amplitude=100.0 * factor)[0]) for factor in (1.0, ratio)]
     return 20 * math.log10(force[1] / force[0])
 
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import published
 from electrovib.physics.contact.rough_surface import (
     MODULUS,
     SLOPE,
@@ -33,9 +33,8 @@ from electrovib.physics.contact.rough_surface import (
 )
 from electrovib.physics.roughness import contact_fraction, local_pull
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 
 
 class BearingArea(RoughSurface):

@@ -13,43 +13,18 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import replace
 from decimal import Decimal
 from typing import Final
 
 from electrovib.core.citation import SECOND_HAND, Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
-from electrovib.papers import cited_as, defects, not_read
-from electrovib.physics.material import ColeCole
-from electrovib.physics.skin import Skin, time_constant
+from electrovib.papers import published
+from electrovib.physics.skin import time_constant
 
-CITATIONS, CITATION = cited_as(__name__)
-_SOURCE = str(replace(CITATIONS[0], title="", read="abstract"))
-STATUS = SECOND_HAND
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+skins = PAPER.skins
 
-
-def _terms(*rows: tuple[float, float, float]) -> list[dict[str, float]]:
-    return [{"strength": s, "relaxation_time": t, "broadening": b} for s, t, b in rows]
-
-
-DRY = ColeCole.model_validate(
-    {
-        "permittivity_high": 4.0,
-        "terms": _terms((32, 7.234e-12, 0.0), (1100, 32.481e-9, 0.2)),
-        "conductivity": 2.0e-4,
-    }
-)
-WET = ColeCole.model_validate(
-    {
-        "permittivity_high": 4.0,
-        "terms": _terms(
-            (39, 7.958e-12, 0.1), (280, 79.577e-9, 0.0), (3.0e4, 1.592e-6, 0.16), (3.0e4, 1.592e-3, 0.2)
-        ),
-        "conductivity": 4.0e-4,
-    }
-)
 
 TABLED: Final = (10e3, 100e3, 200e3, 400e3, 1e6)
 """Frequencies of the table that is compared [Hz]."""
@@ -64,30 +39,9 @@ SLIPPED: Final = "0.1135"
 """The one number of the table which the parameters do not give."""
 
 
-def skins() -> dict[str, Skin]:
-    """Return dry and wet whole skin."""
-    note = "whole skin, not stratum corneum; values read in public code that quotes the paper's table"
-    return {
-        "dry": Skin(
-            name="Gabriel dry",
-            material=DRY,
-            status="derived",
-            source=_SOURCE,
-            note=f"{note}: four files agree",
-        ),
-        "wet": Skin(
-            name="Gabriel wet",
-            material=WET,
-            status="derived",
-            source=_SOURCE,
-            note=f"{note}: one file, and a table",
-        ),
-    }
-
-
 def computed(frequency: float, skin: str, quantity: str) -> float:
     """Compute the relative permittivity, or the conductivity [S/m], of dry or wet skin."""
-    value = {"dry": DRY, "wet": WET}[skin].complex_permittivity(frequency)
+    value = skins()[skin].material.complex_permittivity(frequency)
     if quantity == "permittivity":
         return float(value.real)
     return float(-value.imag * 2 * math.pi * frequency * VACUUM_PERMITTIVITY)
@@ -112,14 +66,14 @@ CHECKS = (
         expect=50.3e-6,
         rtol=2e-3,
         source="evaluated independently of this code, table of skin values",
-        compute=lambda: float(time_constant(DRY, 100.0)),
+        compute=lambda: float(time_constant(skins()["dry"].material, 100.0)),
     ),
     derived(
         "tau of wet skin at 1 kHz",
         expect=0.433e-3,
         rtol=2e-3,
         source="evaluated independently of this code, table of skin values",
-        compute=lambda: float(time_constant(WET, 1e3)),
+        compute=lambda: float(time_constant(skins()["wet"].material, 1e3)),
     ),
     *(
         _printed(frequency, *about, text)

@@ -15,13 +15,12 @@ import math
 import numpy as np
 
 from electrovib.core.citation import Check
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import mean_attraction, published
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence.quantities import ComputedQuantity, steady
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "in part"
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 
 LAW, EXPONENT = 41.0, -0.63
 """Friction per current at 1 N [N/A], and its power of the load [1]."""
@@ -37,14 +36,11 @@ def friction_per_current(scenario: Scenario) -> float:
 
     The area is that under the load; at a given current a larger area lowers the attraction, which then adds little to it.
     """
-    from electrovib.solve.electrics.attraction import mean_force
-    from electrovib.solve.stack.expand import phasors
-
     area = scenario.contact.gross_area(scenario.load.normal_force)
     held = scenario.replace({"contact": {"model": "FixedArea", "area": area}})
     current: float = scenario.drive.amplitude  # type: ignore[attr-defined]
-    section = phasors(held, np.array([scenario.drive.frequency]))  # type: ignore[attr-defined]
-    pull = mean_force(held, section, amplitude=current)[0]
+    frequency: float = scenario.drive.frequency  # type: ignore[attr-defined]
+    pull = mean_attraction(held, frequency, amplitude=current)[0]
     load, real = np.asarray(scenario.load.normal_force), np.asarray(0.0)
     law = steady(scenario)
     added = law.lateral_force(load, pull, real) - law.lateral_force(load, np.asarray(0.0), real)

@@ -16,13 +16,12 @@ import math
 import numpy as np
 
 from electrovib.core.citation import Check
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import published
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence.quantities import ComputedQuantity, vibration_threshold
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "second-hand"
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 
 
 def fall(scenario: Scenario, *, low: float, high: float) -> float:

@@ -16,35 +16,23 @@ the positive pulse attracts more, by less than 1 % on a film.
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, defects, not_read
+from electrovib.papers import published
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.drive.edges import Trapezium
-from electrovib.scenario import Scenario, preset, sourced
-from electrovib.scenario.sources import PresetNote
+from electrovib.scenario import Scenario
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = {
-    f"{kind}{pulse}": PresetNote(
-        "polarity of the pulse", f"tactile display, plastic film, polarity, pulse{layer}"
-    )
-    for kind, layer in {"": "", "skin_": ", rectifying skin", "gap_": ", rectifying interface"}.items()
-    for pulse in ("positive", "negative", "biphasic")
-}
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 FAST, SLOW = 2.5e-3, 7.7e-3
 """Time constants of a layer for positive and for negative fields, in which it conducts better for positive, a choice [s]."""
-CHOICE = "not printed in the abstract; a choice"
-VEZZOLI = "not printed in the abstract; as in vezzoli_2014, section 3.1"
 GAP = 1e-6
 
 
@@ -68,62 +56,6 @@ def rectifying(conductivity: Any, *, positive: float = FAST, negative: float = S
         "model": "PolarityConduction",
         "conductivity_positive": conductivity(positive),
         "conductivity_negative": conductivity(negative),
-    }
-
-
-def _pulse(high: float, delay: float = 0.0) -> dict[str, Any]:
-    edges = {"rise": 0.5e-3, "hold": 4e-3, "fall": 0.5e-3}
-    return {"model": "Trapezium", "high": high, "delay": delay, **edges}
-
-
-_PULSES = {
-    "positive": _pulse(100.0),
-    "negative": _pulse(-100.0),
-    "biphasic": {"model": "Sum", "drives": [_pulse(100.0), _pulse(-100.0, 5e-3)]},
-}
-
-
-def _layers(kind: str) -> dict[str, Any]:
-    skin: dict[str, Any] = {"model": "Constant", "permittivity": (values.SKIN_PERMITTIVITY, VEZZOLI)}
-    air: dict[str, Any] = {"model": "Constant", "permittivity": (1.0, "air")}
-    layers: dict[str, Any] = {
-        "insulator": (values.FILM, VEZZOLI),
-        "gap": {"thickness": GAP, "material": air},
-        "stratum_corneum": {"thickness": (values.SKIN_THICKNESS, VEZZOLI), "material": skin},
-    }
-    if kind == "linear":
-        skin["conductivity"] = skin_conductivity(SLOW)
-        air["conductivity"] = gap_conductivity(SLOW)
-    elif kind == "skin":
-        layers["stratum_corneum"]["leak"] = rectifying(skin_conductivity)
-        del layers["gap"]
-    else:
-        layers["gap"]["leak"] = rectifying(gap_conductivity)
-    return layers
-
-
-def _scenario(kind: str, pulse: str) -> Scenario:
-    words = {"linear": "linear layers", "skin": "skin that rectifies", "gap": "interface that rectifies"}
-    built = preset(
-        title=f"Kaczmarek 2006: {pulse} pulse, {words[kind]}",
-        unchanged=CHOICE,
-        changes={
-            "drive": _PULSES[pulse],
-            "force.model": "Vezzoli2014Causal" if kind == "skin" else "MaxwellStressInGap",
-            "time": {"duration": 0.012, "samples": 1201},
-            "stack": _layers(kind),
-        },
-    )
-    return sourced(built, {"": CHOICE, "time": "", "frequency": "", "limits": ""})
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return a positive, a negative and a biphasic pulse on linear layers, a rectifying skin, a rectifying gap."""
-    return {
-        pulse if kind == "linear" else f"{kind}_{pulse}": _scenario(kind, pulse)
-        for kind in ("linear", "skin", "gap")
-        for pulse in _PULSES
     }
 
 

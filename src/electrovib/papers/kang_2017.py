@@ -12,7 +12,6 @@ vanishes where the stress is evaluated in a skin that conducts, or where the gap
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import Any
 
@@ -20,21 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from electrovib.core.citation import Check, derived
-from electrovib.papers import cited_as, not_read, preset_notes
-from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import AIR, Scenario, preset
+from electrovib.papers import published
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 MODULATION, CARRIER = 100.0, 3000.0
 """Frequencies of the drives of the presets, a choice [Hz]."""
-CHOICE = "not printed in the abstract; a choice"
-FREQUENCY = "not printed in the abstract; a choice, tens of modulations to a carrier"
-FILM = "not printed in the abstract; the film of vezzoli_2014, on which no skin filters"
-SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1, without conduction"
 
 _SAMPLES = 4096
 """Samples of one period of the modulation, enough for twice the carrier and its sidebands."""
@@ -59,42 +51,6 @@ def modulated(*, amplitude: float, depth: float) -> dict[str, Any]:
 def offset(drive: dict[str, Any], *, level: float) -> dict[str, Any]:
     """Return a drive on a DC offset [V]: the second method with a sine, the third with a modulated carrier."""
     return {"model": "Offset", "drive": drive, "level": level}
-
-
-def _film(title: str, drive: tuple[dict[str, Any], str]) -> Scenario:
-    skin = {"model": "Constant", "permittivity": values.SKIN_PERMITTIVITY}
-    gap = (3e-6, "not printed in the abstract; of the order of skin roughness")
-    return preset(
-        title=f"Kang 2017: {title}",
-        unchanged=CHOICE,
-        changes={
-            "drive": drive,
-            "time.initial_state.model": "PeriodicState",
-            "stack": {
-                "insulator": (values.FILM, FILM),
-                "gap": {"thickness": gap, "material": AIR},
-                "stratum_corneum": ({"thickness": values.SKIN_THICKNESS, "material": skin}, SKIN),
-            },
-        },
-    )
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return the conventional sine and the three methods, on one film."""
-    plain = sine(amplitude=100.0)
-    plain |= {
-        "frequency": (MODULATION, FREQUENCY),
-        "phase": (math.pi / 2, "a cosine, for the algebra of squares"),
-    }
-    carrier = modulated(amplitude=100.0, depth=0.8)
-    carrier |= {"carrier": (CARRIER, FREQUENCY), "modulation": (MODULATION, FREQUENCY)}
-    return {
-        "sine": _film("sine", (plain, CHOICE)),
-        "modulated": _film("modulated carrier", (carrier, CHOICE)),
-        "offset": _film("sine on a DC offset", (offset(plain, level=200.0), CHOICE)),
-        "both": _film("modulated carrier on a DC offset", (offset(carrier, level=200.0), CHOICE)),
-    }
 
 
 def harmonics(signal: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,78 +10,28 @@ beside the gap, through stray capacitance or a leak, does not attract.
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import Any
 
-import numpy as np
-
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, not_read, preset_notes
-from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import AIR, Scenario, preset
+from electrovib.papers import mean_attraction, published
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "unverified"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
-
-CURRENT, FREQUENCY = 1e-3, 25e3
-"""Root-mean-square current [A] and frequency [Hz] of the preset, a choice."""
-AREA, GAP = 1e-4, 2e-6
-CHOICE = "not read; a choice"
-VEZZOLI = "not read; as in vezzoli_2014, section 3.1"
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 
-def gap_field(*, current: float, frequency: float, area: float = AREA) -> float:
+def gap_field(*, current: float, frequency: float, area: float = 1e-4) -> float:
     """Return the root-mean-square gap field [V/m] of a current [A, rms] at a frequency [Hz] on an area [m2]."""
     return current / (2 * math.pi * frequency * eps0 * area)
 
 
-def _finger(title: str, drive: dict[str, Any]) -> Scenario:
-    return preset(
-        title=f"Kim 2015: {title}",
-        unchanged=CHOICE,
-        changes={
-            "drive": (drive, CHOICE),
-            "time.initial_state.model": "PeriodicState",
-            "stack": {
-                "insulator": (values.FILM, VEZZOLI),
-                "gap": {"thickness": (GAP, CHOICE), "material": AIR},
-                "stratum_corneum": values.point_layer(VEZZOLI),
-            },
-        },
-    )
-
-
-def _gap_field(scenario: Scenario) -> float:
-    """Return the field of the gap per volt or ampere of the drive [V/m]."""
-    from electrovib.solve.stack.expand import phasors
-
-    return float(abs(phasors(scenario, np.array([FREQUENCY]))["gap"].field[0]))
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return one finger under a prescribed current, and under a voltage of the same attraction at this gap."""
-    title, amplitude = "prescribed voltage of the same attraction", math.sqrt(2) * CURRENT
-    current = {"model": "CurrentSine", "amplitude": amplitude, "frequency": FREQUENCY}
-    prescribed = _finger("prescribed current, 1 mA rms at 25 kHz", current)
-    held = {"model": "Sine", "amplitude": 1.0, "frequency": FREQUENCY}
-    voltage = amplitude * _gap_field(prescribed) / _gap_field(_finger(title, held))
-    return {"current": prescribed, "voltage": _finger(title, held | {"amplitude": voltage})}
-
-
-def mean_attraction(name: str, changes: dict[str, Any] | None = None) -> float:
+def attraction(name: str, changes: dict[str, Any] | None = None) -> float:
     """Compute the mean attraction of a preset with some parameters changed, at its drive's frequency and peak."""
-    from electrovib.solve.electrics.attraction import mean_force
-    from electrovib.solve.stack.expand import phasors
-
     scenario = scenarios()[name].replace(changes or {})
     drive: Any = scenario.drive
-    section = phasors(scenario, np.array([drive.frequency]))
-    return float(mean_force(scenario, section, amplitude=drive.amplitude)[0])
+    return float(mean_attraction(scenario, drive.frequency, amplitude=drive.amplitude)[0])
 
 
 def _derived(name: str, expect: float, current: float, frequency: float) -> Check:
@@ -91,7 +41,7 @@ def _derived(name: str, expect: float, current: float, frequency: float) -> Chec
         expect=expect,
         rtol=1e-3,
         source="I_rms^2/(2 eps0 A w^2), evaluated independently of this code, four digits",
-        compute=lambda: mean_attraction("current", changes),
+        compute=lambda: attraction("current", changes),
     )
 
 
@@ -105,8 +55,8 @@ CHECKS = (
         rtol=1e-9,
         source="identity: under a prescribed current the gap's field does not depend on any other layer",
         compute=lambda: (
-            mean_attraction("current", {"stack.gap.thickness": 100e-6})
-            / mean_attraction("current", {"stack.gap.thickness": 0.1e-6})
+            attraction("current", {"stack.gap.thickness": 100e-6})
+            / attraction("current", {"stack.gap.thickness": 0.1e-6})
         ),
     ),
     derived(

@@ -12,30 +12,22 @@ data as rising from 100 Hz and then saturating, which is such a high-pass with d
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, defects, not_read, preset_notes
+from electrovib.papers import mean_attraction, published
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
-from electrovib.scenario import Scenario, preset
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 CUT_OFF = 500.0
 """Upper bound of the model's cut-off, abstract [Hz]."""
-BAND = (100.0, 1e4)
-"""Frequencies of the measurement, from figure 7 of Vezzoli et al. 2014 [Hz]."""
-CHOICE = "not printed in the abstract; a choice"
-COATING = "not printed; vezzoli_2014 states only that C_i is comparable with C_s"
 
 
 def time_constant(cut_off: float) -> float:
@@ -61,31 +53,6 @@ def first_order_skin(*, time_constant: float) -> Constant:
     return Constant(permittivity=values.SKIN_PERMITTIVITY, conductivity=conductivity)
 
 
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return the first-order model with its cut-off at the bound of the abstract."""
-    vezzoli = "not printed; vezzoli_2014, section 3.1"
-    skin = first_order_skin(time_constant=time_constant(CUT_OFF))
-    first_order = preset(
-        title="Meyer 2013: first-order skin on a thin coating, cut-off 500 Hz",
-        unchanged=CHOICE,
-        changes={
-            "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 1000.0}, CHOICE),
-            "force.model": "MaxwellStressInStratumCorneum",
-            "circuit.return_path.resistance": (0.0, "none, so that the circuit is of first order"),
-            "time.initial_state.model": "PeriodicState",
-            "frequency": {"low": BAND[0], "high": BAND[1], "samples": 81},
-            "stack.insulator": (values.COATING, COATING),
-            "stack.stratum_corneum": ({"thickness": values.SKIN_THICKNESS, "material": skin}, vezzoli),
-            "stack.stratum_corneum.material.conductivity": (
-                skin.conductivity,
-                "computed from the abstract's bound of 500 Hz; circular",
-            ),
-        },
-    )
-    return {"first_order": first_order}
-
-
 def cut_off(skin: Material) -> float:
     """Compute the cut-off [Hz] that the first-order circuit of the coating predicts for a skin 200 um thick.
 
@@ -105,22 +72,15 @@ def cut_off(skin: Material) -> float:
 
 def share_of_plateau(*, frequency: float) -> float:
     """Return the mean attraction of the first-order scenario at a frequency [Hz], over that at 1 GHz."""
-    from electrovib.solve.electrics.attraction import mean_force
-    from electrovib.solve.stack.expand import phasors
-
     scenario = scenarios()["first_order"]
-    force = mean_force(scenario, phasors(scenario, np.array([frequency, 1e9])), amplitude=100.0)
+    force = mean_attraction(scenario, np.array([frequency, 1e9]), amplitude=100.0)
     return float(force[0] / force[1])
 
 
 def voltage_exponent() -> float:
     """Return the exponent of the mean attraction as a power of the voltage, between 50 and 100 V."""
-    from electrovib.solve.electrics.attraction import mean_force
-    from electrovib.solve.stack.expand import phasors
-
     scenario = scenarios()["first_order"]
-    section = phasors(scenario, np.array([1000.0]))
-    force = [float(mean_force(scenario, section, amplitude=voltage)[0]) for voltage in (50.0, 100.0)]
+    force = [float(mean_attraction(scenario, 1000.0, amplitude=voltage)[0]) for voltage in (50.0, 100.0)]
     return math.log2(force[1] / force[0])
 
 

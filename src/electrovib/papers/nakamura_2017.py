@@ -15,31 +15,24 @@ is not computed.
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, defects, not_read, preset_notes
-from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario, preset
+from electrovib.papers import published
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 VOLTAGE, AREA = 100.0, 1e-4
 THICKNESS, PERMITTIVITY, RESISTIVITY = 200e-6, 1650.0, 5.6e5
 """Thickness, permittivity and resistivity of the leaky dielectric, here a stratum corneum, a choice [m, 1, ohm m]."""
 GAP = 3e-6
-RISING, FALLING = 1e12, 1e6
-"""Resistivity of the gap above and below eps_d rho_d, a choice [ohm m]."""
-CHOICE = "not printed in the abstract; a choice"
-VEZZOLI = "not printed in the abstract; the film of vezzoli_2014, section 3.1"
+RISING = 1e12
+"""Resistivity of the gap above eps_d rho_d, a choice [ohm m]."""
 
 
 def rises(*, permittivity: float, resistivity: float, gap_resistivity: float) -> bool:
@@ -57,47 +50,6 @@ def interface_charge(*, gap_resistivity: float) -> float:
     """
     current_density = VOLTAGE / (THICKNESS * RESISTIVITY + GAP * gap_resistivity)
     return eps0 * current_density * (PERMITTIVITY * RESISTIVITY - gap_resistivity)
-
-
-def _two_layers_of(gap_resistivity: float) -> dict[str, Any]:
-    gap = {"model": "Constant", "permittivity": (1.0, "air"), "conductivity": 1 / gap_resistivity}
-    skin = {"model": "Constant", "permittivity": PERMITTIVITY, "conductivity": 1 / RESISTIVITY}
-    return {
-        "gap": ({"thickness": GAP, "material": gap}, CHOICE),
-        "stratum_corneum": ({"thickness": THICKNESS, "material": skin}, CHOICE),
-    }
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return a rising force, a falling force, the rise without neutralised charge, and the rise over a film."""
-    layers = _two_layers_of(RISING)
-    rise = preset(
-        title="Nakamura 2017: rise, the gap conducts less",
-        unchanged=CHOICE,
-        changes={
-            "drive.level": (VOLTAGE, CHOICE),
-            "circuit.return_path.resistance": (0.0, "none, so that there are two layers only"),
-            "stack": layers,
-        },
-    )
-    fall = preset(
-        rise,
-        title="Nakamura 2017: fall, the gap conducts more",
-        changes={"stack.gap.material.conductivity": (1 / FALLING, CHOICE)},
-    )
-    left = "charge left by the same voltage applied for a long time, not neutralised"
-    charged = preset(
-        rise,
-        title="Nakamura 2017: rise, with the charge that an earlier voltage has left",
-        changes={"stack.gap.initial_charge": (interface_charge(gap_resistivity=RISING), left)},
-    )
-    blocked = preset(
-        rise,
-        title="Nakamura 2017: rise and fall, with a film that blocks",
-        changes={"time.duration": 50.0, "stack": {"insulator": (values.FILM, VEZZOLI), **layers}},
-    )
-    return {"rise": rise, "fall": fall, "charged": charged, "blocked": blocked}
 
 
 def pressures(name: str) -> tuple[float, float]:

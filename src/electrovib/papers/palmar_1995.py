@@ -14,47 +14,14 @@ import math
 
 from electrovib.core.citation import derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
-from electrovib.papers import cited_as
-from electrovib.physics.material import ConstantPhase
-from electrovib.physics.skin import Skin, time_constant
+from electrovib.papers import published
+from electrovib.physics.skin import time_constant
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence.quantities import ComputedQuantity
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-
-WOMEN, MEN = 0.8025, 0.7545
-"""Exponent alpha of the admittance."""
-THICKNESS = 200e-6
-"""Assumed thickness, to convert an admittance per area into a permittivity [m]."""
-AREA = 1e-4
-"""Assumed electrode area of the conductance levels [m2]."""
-ANCHOR = 6.9e-9
-"""Capacitance at 100 Hz, from Vezzoli et al. 2014 [F]."""
-
-
-def palmar(*, exponent: float, conductance: float) -> ConstantPhase:
-    """Return the material of palmar skin with an exponent of the admittance and a sweat conductance of 1 cm2 [S]."""
-    return ConstantPhase(
-        permittivity=ANCHOR * THICKNESS / (VACUUM_PERMITTIVITY * AREA),
-        reference_frequency=100.0,
-        exponent=exponent,
-        conductivity=conductance * THICKNESS / AREA,
-    )
-
-
-def skins() -> dict[str, Skin]:
-    """Return palmar skin from dry (2 uS) to moist (20 uS)."""
-    found = {}
-    for who, exponent in (("men", MEN), ("women", WOMEN)):
-        for word, conductance in (("dry", 2e-6), ("medium", 10e-6), ("moist", 20e-6)):
-            name = f"palmar {who} {conductance * 1e6:.0f} uS"
-            note = "alpha from the abstract; 6.9 nF at 100 Hz, 1 cm2 and 200 um assumed; G0 from skin conductance levels"
-            material = palmar(exponent=exponent, conductance=conductance)
-            found[f"{word}_{who}"] = Skin(
-                name=name, material=material, status="derived", source=CITATION, note=note
-            )
-    return found
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+skins = PAPER.skins
 
 
 def admittance_exponent(scenario: Scenario) -> float:
@@ -74,19 +41,36 @@ def quantities() -> dict[str, ComputedQuantity]:
     }
 
 
+def capacitance() -> float:
+    """Return the capacitance of the skin of men at 100 Hz [F], for 1 cm2 and the assumed thickness of 200 um."""
+    return (
+        VACUUM_PERMITTIVITY
+        * float(skins()["dry_men"].material.complex_permittivity(100.0).real)
+        * 1e-4
+        / 200e-6
+    )
+
+
 CHECKS = (
+    derived(
+        "capacitance of 1 cm2 of palmar skin at 100 Hz",
+        expect=6.9e-9,
+        rtol=1e-9,
+        source="the 6.9 nF of Vezzoli et al. 2014, to which the admittance is set",
+        compute=capacitance,
+    ),
     derived(
         "tau of palmar skin, alpha 0.7545, 2 uS, at 100 Hz",
         expect=1.84e-3,
         rtol=3e-3,
         source="evaluated independently of this code, table of skin values",
-        compute=lambda: float(time_constant(palmar(exponent=MEN, conductance=2e-6), 100.0)),
+        compute=lambda: float(time_constant(skins()["dry_men"].material, 100.0)),
     ),
     derived(
         "tau of palmar skin, alpha 0.8025, 20 uS, at 10 kHz",
         expect=0.0366e-3,
         rtol=5e-3,
         source="evaluated independently of this code, table of skin values",
-        compute=lambda: float(time_constant(palmar(exponent=WOMEN, conductance=20e-6), 1e4)),
+        compute=lambda: float(time_constant(skins()["moist_women"].material, 1e4)),
     ),
 )

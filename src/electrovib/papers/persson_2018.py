@@ -26,17 +26,14 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
-from electrovib.papers import cited_as, defects, not_read, preset_notes
+from electrovib.papers import published
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.roughness import ContactSpots, GaussianGaps, PullingSpots, local_pull, mean_pull
 from electrovib.physics.stack import Layer, Linear, Section, roles_of
-from electrovib.scenario import Scenario, preset, sourced
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 COUNT, EXTENT = 32, 5.5
 """Number of gaps in the law's average, and their range about the mean in rms gaps: the error is at most 2e-4 of the pull."""
@@ -221,25 +218,3 @@ CHECKS = (
     _ratio(COATING, 22e-6, 3, 46),
     _ratio(FILM, 22e-6, 1, 1.4),
 )
-
-_UNVERIFIED = "cited from memory, unverified: the touch screen of this line of papers"
-_CHOICE = "not read; a choice"
-
-
-def scenarios() -> dict[str, Scenario]:
-    """Return a rough finger on a coated screen, ``coating``; none of its values was read in the paper."""
-    coating = preset(
-        title="Persson 2018: rough finger on a coated touch screen; screen unverified, gaps of a choice",
-        changes={
-            "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 125.0},
-            "time.initial_state.model": "PeriodicState",
-            "force": {"model": "Persson2018RoughGap", "mean_gap": 10e-6, "rms_gap": 5e-6},
-            "stack.insulator": {
-                "thickness": 1e-6,
-                "material": {"model": "Constant", "permittivity": 3.9, "substance": "silica"},
-            },
-            "stack.stratum_corneum.material": {"model": "Constant", "permittivity": 1650.0},
-        },
-        unchanged=_CHOICE,
-    )
-    return {"coating": sourced(coating, {"": _CHOICE, "stack": _UNVERIFIED, "time": ""})}

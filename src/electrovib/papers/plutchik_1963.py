@@ -13,51 +13,20 @@ import numpy as np
 
 from electrovib.core.citation import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY
-from electrovib.papers import cited_as
-from electrovib.physics.material import ConstantPhase
-from electrovib.physics.skin import Skin
-from electrovib.physics.stack import Layer
+from electrovib.papers import published
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+skins = PAPER.skins
 
-RESISTANCE, RELAXATION, EXPONENT = 130.8e3, 0.911e-3, 0.783
-"""Solved from |Z| at 1 Hz and 1 kHz and the phase at 1 kHz [ohm, s, 1]."""
 AREA, THICKNESS = 1e-4, 200e-6
 """Assumed area and thickness [m2, m]."""
 
 
-def material() -> ConstantPhase:
-    """Return the Cole admittance as a material."""
-    anchor = 100.0
-    angle = (EXPONENT - 1) * np.pi / 2
-    magnitude = (2 * np.pi * anchor * RELAXATION) ** EXPONENT / RESISTANCE  # |Y - G0|
-    capacitance = magnitude * np.cos(angle) / (2 * np.pi * anchor)
-    return ConstantPhase(
-        permittivity=capacitance * THICKNESS / (VACUUM_PERMITTIVITY * AREA),
-        reference_frequency=anchor,
-        exponent=EXPONENT,
-        conductivity=THICKNESS / (AREA * RESISTANCE),
-    )
-
-
-def layer() -> Layer:
-    """Return the stratum corneum of the assumed thickness."""
-    return Layer(thickness=THICKNESS, material=material())
-
-
 def impedance(frequency: float) -> complex:
     """Return the impedance of 1 cm2 [ohm] at a frequency [Hz]."""
-    permittivity = material().complex_permittivity(frequency)
+    permittivity = skins()["skin"].material.complex_permittivity(frequency)
     return complex(THICKNESS / (2j * np.pi * frequency * VACUUM_PERMITTIVITY * permittivity * AREA))
-
-
-def skins() -> dict[str, Skin]:
-    """Return the one set of skin values."""
-    note = "solved from three numbers of the abstract; 1 cm2 and 200 um assumed; site not known"
-    return {
-        "skin": Skin(name="1963 impedance", material=material(), status="derived", source=CITATION, note=note)
-    }
 
 
 CHECKS = (

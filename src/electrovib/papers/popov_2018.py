@@ -16,7 +16,7 @@ import math
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
-from electrovib.papers import cited_as, defects, not_read
+from electrovib.papers import published
 
 
 def separation_energy(*, voltage: float, thickness: float, permittivity: float) -> float:
@@ -79,10 +79,8 @@ def contact_area(*, normal_force: float, radius: float, modulus: float, energy: 
     return math.pi * math.pow(3 * radius * load / (4 * modulus), 2 / 3)
 
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 
 _COATING = {"thickness": 1e-6, "permittivity": 3.9}
 _FINGER = {"radius": 1e-2, "modulus": 50e3}

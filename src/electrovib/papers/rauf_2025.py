@@ -19,20 +19,16 @@ import numpy as np
 
 from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
-from electrovib.papers import cited_as, defects, not_read, preset_notes
-from electrovib.physics.material import ColeCole, Material
-from electrovib.scenario import Scenario, preset, sourced
+from electrovib.papers import published
+from electrovib.scenario import Scenario
 from electrovib.studies.evidence.quantities import ComputedQuantity
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "in part"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
-DEFECTS = defects(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios, materials = PAPER.scenarios, PAPER.materials
 
 THICKNESS, VOLTAGE = 24e-6, 300.0
-FINGERS, WIDTH, DEPTH = 4, 1.5e-3, 2e-3
-AREA = FINGERS * WIDTH * DEPTH
+AREA = 4 * 1.5e-3 * 2e-3
 """Area of all electrode fingers, half of them of each polarity [m2]."""
 HIGH, LOW = 50.0, 3.0
 """Permittivities of the dielectric in the field calculations."""
@@ -59,16 +55,6 @@ def clutch_force(
     both polarities.
     """
     return eps0 * (permittivity * voltage) ** 2 * area / (8 * (thickness + permittivity * gap) ** 2)
-
-
-def film() -> ColeCole:
-    """Return the relaxor film (PVDF-TrFE-CFE) as fitted in the authors' code, without conduction."""
-    return ColeCole.model_validate("p_vdf_trfe_cfe")
-
-
-def materials() -> dict[str, Material]:
-    """Return the film."""
-    return {"relaxor": film()}
 
 
 def _check(permittivity: float, gap: float) -> Check:
@@ -100,47 +86,6 @@ CHECKS = (
         compute=stack_over_formula,
     ),
 )
-
-_CODE = "Rauf 2025, the authors' public code of figure 2b"
-_NONE = "not in the field calculation"
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return the clutch with an air gap of 1 um: as in the field calculations, and with the film as fitted."""
-    dielectric = {"model": "Constant", "permittivity": HIGH}
-    field_50 = preset(
-        title="Rauf 2025, figure 2b: clutch with a dielectric of permittivity 50",
-        unchanged=_CODE,
-        changes={
-            "drive.level": (VOLTAGE, _CODE),
-            "time.duration": 1e-3,
-            "friction.coefficient": (0.0, _NONE),
-            "contact.area": (AREA / 2, _CODE),
-            "load.normal_force": (0.0, _NONE),
-            "circuit.return_path": {"model": "SecondElectrode", "area": AREA / 2, "resistance": 0.0},
-            "stack": {
-                "insulator": {"thickness": THICKNESS, "material": dielectric},
-                "gap": {"thickness": 1e-6},
-            },
-        },
-    )
-    field_3 = preset(
-        field_50,
-        title="Rauf 2025, figure 2b: clutch with a dielectric of permittivity 3",
-        changes={"stack.insulator.material.permittivity": (LOW, _CODE)},
-    )
-    edges = {"rise": (1e-5, "a choice"), "hold": (9e-4, "a choice"), "fall": (1e-5, "a choice")}
-    relaxor = preset(
-        field_50,
-        title="Rauf 2025, film with slow polarisation, edges of a choice",
-        changes={
-            "drive": {"model": "Trapezium", "high": VOLTAGE, **edges},
-            "stack.insulator.material": (film(), "Rauf 2025, the authors' public code of figure 3"),
-        },
-    )
-    found = {"field_50": field_50, "field_3": field_3, "relaxor": relaxor}
-    return {name: sourced(scenario, {"": _CODE, "time": ""}) for name, scenario in found.items()}
 
 
 def capacitance(scenario: Scenario) -> float:

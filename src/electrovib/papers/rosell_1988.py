@@ -11,13 +11,12 @@ is most of what is left at 1 MHz.
 from __future__ import annotations
 
 from electrovib.core.citation import Check
-from electrovib.papers import cited_as, not_read
+from electrovib.papers import published
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence.quantities import ComputedQuantity, magnitude
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 
 AREA = 1e-4
 """Area that the two impedances are for, printed [m2]."""

@@ -9,60 +9,24 @@ final attraction depends on which layer leaks least: the coating has to conduct 
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from electrovib.core.citation import derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, not_read, preset_notes
-from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario, preset
+from electrovib.papers import published
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "unverified"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 VOLTAGE, AREA, GAP = 100.0, 1e-4, 3e-6
-COATING_RESISTIVITY, GAP_RESISTIVITY = 1e7, 1e12
-"""Resistivities of a coating that leaks and of a gap that leaks less, a choice [ohm m]."""
-CHOICE = "not read; a choice"
-COATING = "not read; a thin coating, as in vezzoli_2014 for its figure 7"
-SKIN = "not read; the skin of vezzoli_2014, section 3.1"
+GAP_RESISTIVITY = 1e12
+"""Resistivity of a gap that leaks less than the coating, a choice [ohm m]."""
 
 
 def gap_force(*, voltage: float, gap: float, area: float) -> float:
     """Compute the attraction with the whole voltage across the gap, eps0 A (V/g)^2/2 (cited from memory, unverified)."""
     return eps0 * area * (voltage / gap) ** 2 / 2
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return a constant voltage on a coating that leaks, and on one that insulates."""
-    conductivity, substance = (f"stack.insulator.material.{name}" for name in ("conductivity", "substance"))
-    gap = {"model": "Constant", "permittivity": (1.0, "air"), "conductivity": 1 / GAP_RESISTIVITY}
-    leaky = preset(
-        title="Shultz 2015: constant voltage, a coating that leaks",
-        unchanged=CHOICE,
-        changes={
-            "drive.level": (VOLTAGE, CHOICE),
-            "time.duration": 400.0,
-            "stack": {
-                "insulator": (values.COATING, COATING),
-                "gap": ({"thickness": GAP, "material": gap}, CHOICE),
-                "stratum_corneum": values.point_layer(SKIN),
-            },
-            conductivity: (1 / COATING_RESISTIVITY, CHOICE),
-            substance: None,
-        },
-    )
-    insulated = preset(
-        leaky,
-        title="Shultz 2015: constant voltage, a coating that insulates",
-        changes={conductivity: (0.0, CHOICE), substance: values.COATING.material.substance},
-    )
-    return {"leaky": leaky, "insulated": insulated}
 
 
 def settled_force(name: str) -> float:

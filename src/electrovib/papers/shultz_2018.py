@@ -12,51 +12,18 @@ same r divides the gap field at fixed voltage: the attraction by the Maxwell str
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from electrovib.core.citation import derived
-from electrovib.papers import cited_as, not_read, preset_notes
-from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import AIR, Scenario, preset
+from electrovib.papers import mean_attraction, published
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
-CHOICE = "not printed in the abstract; a choice"
-COATING = "not printed in the abstract; a thin coating, as in vezzoli_2014 for its figure 7"
-SKIN = "not printed in the abstract; the skin of vezzoli_2014, section 3.1"
 
 _CARRIER = 1e5
 """Frequency at which the skin's conduction is negligible, the linear regime of the abstract [Hz]."""
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return one finger at rest, and one sliding with a gap inside the range of the abstract."""
-    body = "body and electrode together, not printed in the abstract; a choice"
-    gap = (1e-6, "not printed; inside the 100 to 1000 % of the abstract")
-    common = {
-        "drive": ({"model": "Sine", "amplitude": 100.0, "frequency": 1e4}, CHOICE),
-        "circuit.return_path.resistance": (1000.0, body),
-        "time.initial_state.model": "PeriodicState",
-    }
-    coating = {"insulator": (values.COATING, COATING)}
-    skin = {"stratum_corneum": values.point_layer(SKIN)}
-    at_rest = preset(
-        title="Shultz 2018: finger at rest, no gap",
-        unchanged=CHOICE,
-        changes={**common, "stack": coating | skin, "motion.speed": (0.0, "Shultz 2018: a finger at rest")},
-    )
-    sliding = preset(
-        title="Shultz 2018: sliding finger, impedance 3.6 times that at rest",
-        unchanged=CHOICE,
-        changes={**common, "stack": {**coating, "gap": {"thickness": gap, "material": AIR}, **skin}},
-    )
-    return {"at_rest": at_rest, "sliding": sliding}
 
 
 def sliding_over_rest(*, gap: float) -> tuple[float, float]:
@@ -64,7 +31,6 @@ def sliding_over_rest(*, gap: float) -> tuple[float, float]:
 
     Ratios, sliding over rest: magnitude of the impedance, and mean attraction in the gap.
     """
-    from electrovib.solve.electrics.attraction import mean_force
     from electrovib.solve.stack.expand import phasors
 
     at = np.array([_CARRIER])
@@ -73,7 +39,10 @@ def sliding_over_rest(*, gap: float) -> tuple[float, float]:
         scenario = scenarios()[name].replace({**changes, "circuit.return_path.resistance": 0.0})
         section = phasors(scenario, at)
         found.append(
-            (1 / abs(section.current_density[0]), float(mean_force(scenario, section, amplitude=100.0)[0]))
+            (
+                1 / abs(section.current_density[0]),
+                float(mean_attraction(scenario, _CARRIER, amplitude=100.0)[0]),
+            )
         )
     (impedance, force), (impedance_at_rest, force_at_rest) = found
     return float(impedance / impedance_at_rest), force / force_at_rest

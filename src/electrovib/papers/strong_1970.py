@@ -9,23 +9,17 @@ Maxwell stress in the gap by the factor eps.
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from electrovib.core.citation import Check, derived
-from electrovib.papers import cited_as, not_read, preset_notes
+from electrovib.papers import mean_attraction, published
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.scenario import Scenario, preset
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-PRESETS = preset_notes(__name__)
-NOT_READ = not_read(__name__)
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
-CHOICE = "not printed in the abstract; a choice"
-VEZZOLI = "not printed in the abstract; the film of vezzoli_2014, so that the laws can be compared"
-VOLTAGE = values.VOLTAGE
+VOLTAGE = 1000.0
 """Peak voltage of the preset, a choice [V]."""
 
 
@@ -41,25 +35,6 @@ def static_force(*, thickness: float, permittivity: float, area: float, voltage:
     )
 
 
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return one display with the Maxwell stress in the insulator, and the same with the Maxwell stress in the gap."""
-    title = "Strong and Troxel 1970: one dielectric under a sliding finger, "
-    display = preset(
-        title=f"{title}MaxwellStressInInsulator",
-        unchanged=CHOICE,
-        changes={
-            "drive": ({"model": "Sine", "amplitude": VOLTAGE, "frequency": 100.0}, CHOICE),
-            "force.model": "MaxwellStressInInsulator",
-            "stack": {"insulator": (values.FILM, VEZZOLI)},
-        },
-    )
-    in_the_gap = preset(
-        display, title=f"{title}MaxwellStressInGap", changes={"force.model": "MaxwellStressInGap"}
-    )
-    return {"display": display, "display_gap": in_the_gap}
-
-
 def attraction(law: str, *, voltage: float) -> float:
     """Compute the attraction [N] of the display under a constant voltage [V] by the force law of a name."""
     from electrovib.solve.simulate import simulate
@@ -70,12 +45,11 @@ def attraction(law: str, *, voltage: float) -> float:
 
 def against_frequency(*, low: float, high: float) -> tuple[float, float]:
     """Compare two frequencies [Hz] at one peak voltage: ratios, high over low, of mean attraction and current density."""
-    from electrovib.solve.electrics.attraction import mean_force
     from electrovib.solve.stack.expand import phasors
 
     display = scenarios()["display"]
     section = phasors(display, np.array([low, high]))
-    force = mean_force(display, section, amplitude=VOLTAGE)
+    force = mean_attraction(display, np.array([low, high]), amplitude=VOLTAGE)
     current = np.abs(section.current_density)
     return float(force[1] / force[0]), float(current[1] / current[0])
 

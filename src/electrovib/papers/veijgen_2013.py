@@ -11,10 +11,10 @@ on polyamide and at 2.79 on rosin-coated glass (Smith and Scott), above what the
 from __future__ import annotations
 
 from electrovib.core.citation import Check
-from electrovib.papers import cited_as
+from electrovib.papers import published
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 
 
 def motion_over_rest() -> float:

@@ -12,10 +12,8 @@ from electrovib.scenario.grids import FrequencyGrid as FrequencyGrid
 from electrovib.scenario.grids import InitialState as InitialState
 from electrovib.scenario.grids import PeriodicState as PeriodicState
 from electrovib.scenario.grids import TimeGrid as TimeGrid
-from electrovib.scenario.presets import AIR as AIR
 from electrovib.scenario.presets import plain as plain
 from electrovib.scenario.presets import preset as preset
-from electrovib.scenario.presets import sourced as sourced
 from electrovib.scenario.reading import DEFAULT as DEFAULT
 from electrovib.scenario.reading import Source as Source
 from electrovib.scenario.reading import changed_models as changed_models

@@ -52,14 +52,14 @@ def test_the_remaining_impedance_is_that_of_a_leaky_gap():
     left = aliabbasi_2024.remaining_impedance(scenario, frequency)
     assert left == pytest.approx(scenario.stack.layers["gap"].impedance(frequency) / 1e-4, rel=1e-9)
     # at low frequency the leak alone: R_g = rho g/A
-    resistance = aliabbasi_2024.GAP_RESISTIVITY * aliabbasi_2024.GAP / 1e-4
+    resistance = 2e7 * 3e-6 / 1e-4
     assert abs(left[0]) == pytest.approx(resistance, rel=1e-6)
     stiff = scenario.replace({"stack.gap.material.conductivity": 0.0})
     # the lowest frequency of the band
     assert aliabbasi_2024.rises_to(stiff, share=0.5) == pytest.approx(1e-2)
     bare = aliabbasi_2024.chain(gap_resistivity=1e6)
     assert list(bare.stack.layers) == ["insulator", "gap"]
-    full = aliabbasi_2024.chain(gap_resistivity=1e6, skin=plutchik_1963.material())
+    full = aliabbasi_2024.chain(gap_resistivity=1e6, skin=plutchik_1963.skins()["skin"].material)
     assert list(full.stack.layers) == ["insulator", "gap", "stratum_corneum"]
     assert full.stack.layers["gap"].material.conductivity == 1e-6
 

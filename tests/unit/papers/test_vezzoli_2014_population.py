@@ -18,7 +18,7 @@ from electrovib.papers.vezzoli_2014.population import (
     rows,
     table,
 )
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.physics.material import ConstantPhase
 
 FREQUENCY = np.array([100.0, 1e3, 1e4])

@@ -12,7 +12,7 @@ from electrovib.core.paths import quantity_at, value_at
 from electrovib.physics.material import Constant
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.stack import Layer
-from electrovib.scenario import Scenario, load, plain, preset, sourced
+from electrovib.scenario import Scenario, load, plain, preset
 from electrovib.scenario.experiment import moistened
 from electrovib.scenario.sources import BY_THE_USER
 from electrovib.solve.simulate import simulate
@@ -119,31 +119,34 @@ def test_a_part_that_is_missing_is_named_with_how_to_add_it(path, sentence):
             find(TOUCHING, path)
 
 
-def made(changes, base=None, unchanged=""):
-    return preset(base, title="a title", changes=changes, unchanged=unchanged)
+def made(changes, base=None, unchanged="", **sources):
+    return preset(base, title="a title", changes=changes, unchanged=unchanged, **sources)
 
 
 def told(scenario, under):
     return {path: text for path, text in scenario.sources.items() if path.startswith(under)}
 
 
-def test_a_value_and_its_source_stand_in_one_place():
-    built = made({"drive.level": (200.0, "table 1"), "load.normal_force": ("0.3 N", "table 2")})
+def test_a_value_has_its_own_source():
+    sources = {"drive.level": "table 1", "load.normal_force": "table 2"}
+    built = made({"drive.level": 200.0, "load.normal_force": "0.3 N"}, sources=sources)
     assert (built.title, built.load.normal_force) == ("a title", 0.3)
     assert (built.sources["drive.level"], built.sources["load.normal_force"]) == ("table 1", "table 2")
     assert built == plain().replace({"drive.level": 200.0, "load.normal_force": 0.3})
     order = [path for path, _, _ in built.parameters()]
     assert list(built.sources) == sorted(built.sources, key=order.index)
     dry = "stack.insulator.material.conductivity"  # at its default, and named itself
-    assert made({dry: (0.0, "dry")}).sources[dry] == "dry"
-    ours = made({"load.normal_force": (1.0, "table 2")}, unchanged="ours").sources
+    assert made({dry: 0.0}, sources={dry: "dry"}).sources[dry] == "dry"
+    load = {"load.normal_force": "table 2"}
+    ours = made({"load.normal_force": 1.0}, unchanged="ours", sources=load).sources
     assert (ours["friction.coefficient"], ours["load.normal_force"]) == ("ours", "table 2")
     assert set(ours) == set(plain().sources)
 
 
 def test_a_table_shares_its_source_with_what_it_gives_and_the_inner_source_counts():
-    gap = {"thickness": (1e-6, "measured"), "material": {"model": "Constant", "permittivity": 2.0}}
-    built = made({"stack": ({"insulator": FILM, "gap": gap, "stratum_corneum": FILM}, "figure 1")})
+    gap = {"thickness": 1e-6, "material": {"model": "Constant", "permittivity": 2.0}}
+    stack = {"stack": {"insulator": FILM, "gap": gap, "stratum_corneum": FILM}}
+    built = made(stack, sources={"stack": "figure 1", "stack.gap.thickness": "measured"})
     assert list(built.stack.layers) == ["insulator", "gap", "stratum_corneum"]
     given = [
         f"stack.{name}.{path}"
@@ -152,37 +155,43 @@ def test_a_table_shares_its_source_with_what_it_gives_and_the_inner_source_count
     ]
     # a conductivity at its default of 0 is nothing that the table gives
     assert told(built, "stack.") == dict.fromkeys(given, "figure 1") | {"stack.gap.thickness": "measured"}
-    inner = {"stack.insulator.material.permittivity": (4.0, "inner")}
-    sources = made({"stack.insulator": (FILM, "outer")} | inner).sources
-    assert sources["stack.insulator.thickness"] == "outer"
-    assert sources["stack.insulator.material.permittivity"] == "inner"
-    part = {"model": "Sine", "amplitude": (10.0, "a"), "frequency": 30.0}
-    built = made({"drive": ({"model": "Sum", "drives": [part, {**part, "frequency": (60.0, "b")}]}, "c")})
-    sources = {"0.amplitude": "a", "0.frequency": "c", "1.amplitude": "a", "1.frequency": "b"}
-    assert told(built, "drive") == {f"drive.drives.{place}": source for place, source in sources.items()}
+    inner = "stack.insulator.material.permittivity"
+    sources = made(
+        {"stack.insulator": FILM.to_dict(), inner: 4.0}, sources={"stack": "outer", inner: "inner"}
+    ).sources
+    assert (sources["stack.insulator.thickness"], sources[inner]) == ("outer", "inner")
+    part = {"model": "Sine", "amplitude": 10.0, "frequency": 30.0}
+    two = {"drive": {"model": "Sum", "drives": [part, {**part, "frequency": 60.0}]}}
+    own = {"drive": "c", "drive.drives.0.amplitude": "a", "drive.drives.1.frequency": "b"}
+    sources = {"0.amplitude": "a", "0.frequency": "c", "1.amplitude": "c", "1.frequency": "b"}
+    expected = {f"drive.drives.{place}": source for place, source in sources.items()}
+    assert told(made(two, sources=own), "drive") == expected
 
 
 def test_the_base_keeps_its_sources_and_its_values():
-    built = made({"drive.high": (500.0, "halved")}, TOUCHING)
+    halved = {"changes": {"drive.high": 500.0}, "sources": {"drive.high": "halved"}}
+    built = made(base=TOUCHING, **halved)
     assert built.sources == TOUCHING.sources | {"drive.high": "halved"}
     assert built == TOUCHING.replace({"drive.high": 500.0})
     assert BY_THE_USER not in built.sources.values()
-    assert made({"drive.high": (500.0, "halved")}, "vezzoli_2014/fig6").sources == built.sources
-    assert made({"stack.gap.thickness": ("5 um", "ours")}, TOUCHING).sources["stack.gap.thickness"] == "ours"
+    assert made(base="vezzoli_2014/fig6", **halved).sources == built.sources
+    gap = "stack.gap.thickness"
+    assert made({gap: "5 um"}, TOUCHING, sources={gap: "ours"}).sources[gap] == "ours"
     assert made({"force.model": "MaxwellStressInGap"}, TOUCHING).sources == TOUCHING.sources
 
 
 def test_another_model_leaves_no_source_of_the_former_behind():
-    built = made({"drive.model": "Sine", "drive.amplitude": (1.0, "x"), "drive.frequency": 30.0})
-    assert set(told(built, "drive")) == {"drive.amplitude"}
-    current = {"drive.model": "CurrentSine", "drive.amplitude": (1e-3, "x"), "drive.frequency": (30.0, "y")}
+    sine = {"drive.model": "Sine", "drive.amplitude": 1.0, "drive.frequency": 30.0}
+    assert set(told(made(sine, sources={"drive.amplitude": "x"}), "drive")) == {"drive.amplitude"}
+    current = {"drive.model": "CurrentSine", "drive.amplitude": 1e-3, "drive.frequency": 30.0}
+    sources = {"drive.amplitude": "x", "drive.frequency": "y"}
     assert "drive.phase" in load("kang_2017/sine").sources  # which both have, at the default of the second
-    assert set(told(made(current, "kang_2017/sine"), "drive.")) == {"drive.amplitude", "drive.frequency"}
+    assert set(told(made(current, "kang_2017/sine", sources=sources), "drive.")) == set(sources)
 
 
 def test_mistakes_are_told_at_once_with_the_nearest_name():
     with pytest.raises(InputError) as caught:
-        made({"drive.levle": (3.0, "a"), "contact.aera": 1e-4})
+        made({"drive.levle": 3.0, "contact.aera": 1e-4})
     assert "Did you mean 'level'" in str(caught.value)
     assert "Did you mean 'area'" in str(caught.value)
     wrong = {"drive.hihg": 1, "drive.rise": "2 V", "stack.air": {}, "load.normal_force": -1, "title.x": 1}
@@ -190,16 +199,9 @@ def test_mistakes_are_told_at_once_with_the_nearest_name():
         TOUCHING.replace(wrong)
     assert sorted(problem.path for problem in caught.value.problems) == sorted(wrong)
     with pytest.raises(InputError, match=r"load\.normal_force"):
-        made({"load.normal_force": (-1.0, "a")})
-
-
-def test_every_parameter_can_be_given_a_source():
-    built = sourced(made({"drive.level": (3.0, "a")}), {"": "rest", "stack": "layers", "time": ""})
-    given = [
-        built.sources[path] for path in ("drive.level", "stack.insulator.initial_charge", "limits.voltage")
-    ]
-    assert given == ["a", "layers", "rest"]
-    assert {path for path, _, _ in built.parameters() if not path.startswith("time.")} == set(built.sources)
+        made({"load.normal_force": -1.0})
+    with pytest.raises(InputError, match=r"sources\.drive\.levle: .* Did you mean 'drive\.level'"):
+        made({"drive.level": 3.0}, sources={"drive.levle": "a"})
 
 
 WRONG = (

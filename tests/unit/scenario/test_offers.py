@@ -72,7 +72,7 @@ def test_a_file_names_a_material(on, name):
 
 def test_a_file_names_what_papers_offer(file, on):
     read = on("vezzoli_2014/film")
-    assert material(read, "stratum_corneum") == gabriel_1996.WET
+    assert material(read, "stratum_corneum") == gabriel_1996.skins()["wet"].material
     assert material(read).permittivity == 3.35
     told = read.sources[f"{SKIN}.terms.3.strength"]
     assert told.startswith("gabriel_1996/wet: S. Gabriel")
@@ -141,7 +141,9 @@ def test_a_preset_names_a_skin():
     built = preset("vezzoli_2014/fig6", title="t", changes={SKIN: "palmar_1995/dry_men"})
     assert built.sources[f"{SKIN}.exponent"].startswith("palmar_1995/dry_men: ")
     assert f"{SKIN}.exponent" in not_in_paper(built, "vezzoli_2014")
-    given = preset("vezzoli_2014/fig6", title="t", changes={SKIN: ("palmar_1995/dry_men", "a choice")})
+    given = preset(
+        "vezzoli_2014/fig6", title="t", changes={SKIN: "palmar_1995/dry_men"}, sources={SKIN: "a choice"}
+    )
     assert given.sources[f"{SKIN}.exponent"] == "a choice"
 
 

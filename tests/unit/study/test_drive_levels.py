@@ -149,7 +149,7 @@ def test_another_drive_takes_nothing_from_the_levels_of_the_former_and_a_level_k
     found = sine.replace(whole).drive
     assert (found.high, found.low) == (75, -100)  # both are given
     for start, path in ((sine, "drive.amplitude"), (SQUARE, "drive.low")):
-        made = preset(start, title="x", changes={"drive.high": (75, "table 2")})
+        made = preset(start, title="x", changes={"drive.high": 75}, sources={"drive.high": "table 2"})
         assert (made.drive.high, made.drive.low, made.sources[path]) == (75, -75, "table 2")
 
 

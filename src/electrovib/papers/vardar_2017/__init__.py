@@ -19,20 +19,19 @@ much on skin and edges.
 from __future__ import annotations
 
 from electrovib.core.citation import Check, derived
+from electrovib.papers import published
 from electrovib.papers.vardar_2017.measured import quantities as quantities
 from electrovib.papers.vardar_2017.reproduction import reproduce as reproduce
-from electrovib.papers.vardar_2017.thresholds import CITATION as CITATION
-from electrovib.papers.vardar_2017.thresholds import CITATIONS as CITATIONS
 from electrovib.papers.vardar_2017.thresholds import FREQUENCIES as FREQUENCIES
-from electrovib.papers.vardar_2017.thresholds import NOT_READ as NOT_READ
-from electrovib.papers.vardar_2017.thresholds import PRESETS as PRESETS
-from electrovib.papers.vardar_2017.thresholds import STATUS as STATUS
 from electrovib.papers.vardar_2017.thresholds import crossover as crossover
 from electrovib.papers.vardar_2017.thresholds import felt_level as felt_level
 from electrovib.papers.vardar_2017.thresholds import first_order_skin as first_order_skin
-from electrovib.papers.vardar_2017.thresholds import scenarios as scenarios
 from electrovib.papers.vardar_2017.thresholds import sine_over_square as sine_over_square
 from electrovib.papers.vardar_2017.thresholds import weight as weight
+
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios = PAPER.scenarios
 
 
 def _ratio(name: str, time_constant: float, frequency: float, expect: float, rtol: float) -> Check:

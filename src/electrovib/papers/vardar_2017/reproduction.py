@@ -94,7 +94,7 @@ def thresholds() -> Panel:
     curves = []
     for name, skin in (
         ("7.7 ms", first_order_skin(time_constant=7.7e-3)),
-        ("1963 skin", plutchik_1963.material()),
+        ("1963 skin", plutchik_1963.skins()["skin"].material),
     ):
         found = curves_of(skin)
         for drive, level in found.level.items():

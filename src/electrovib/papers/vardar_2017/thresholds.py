@@ -2,61 +2,26 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Final
 
 from numpy.typing import ArrayLike
 
 from electrovib.core.arrays import Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers import cited_as, not_read, plutchik_1963, preset_notes
+from electrovib.papers import published
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant, Material
 from electrovib.physics.perception import UNVERIFIED_CORNER, ElasticViscousSkin, Pacinian, Perception
-from electrovib.scenario import Scenario, preset
+from electrovib.scenario import Scenario
 from electrovib.studies import felt_spectrum
 
-CITATIONS, CITATION = cited_as(__name__)
-STATUS = "abstract"
-NOT_READ = not_read(__name__)
-
+PAPER = published(__name__)
+CITATION, NOT_READ, scenarios = PAPER.declared.citation, PAPER.declared.not_read, PAPER.scenarios
 
 FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 1920.0)
 """Fundamental frequencies of the 2016 experiment, abstract [Hz]."""
 VOLTAGE = 100.0
 """Peak of the ready-made drives, a choice [V]."""
-
-PRESETS = preset_notes(__name__)
-
-CHOICE = "not printed in the abstract; a choice"
-COATING = "not printed in the abstract; as of 3M-type screens (cited from memory, unverified), and the coating of vezzoli_2014"
-SKIN = "plutchik_1963: solved from its abstract with 1 cm2 and 200 um assumed; the paper's own curves were not read"
-
-
-@functools.cache
-def scenarios() -> dict[str, Scenario]:
-    """Return a sine and a square voltage of one peak and one frequency on one screen."""
-    fundamental = (30.0, "Vardar 2017, abstract: one of seven")
-    screen = {
-        "force.model": "MaxwellStressInStratumCorneum",
-        "time.initial_state.model": "PeriodicState",
-        "stack.insulator": (values.COATING, COATING),
-        "stack.stratum_corneum": (plutchik_1963.layer(), SKIN),
-        "stack.stratum_corneum.thickness": (
-            plutchik_1963.THICKNESS,
-            "used by these authors (cited from memory, unverified), printed in vezzoli_2014",
-        ),
-    }
-    sine = {"model": "Sine", "amplitude": VOLTAGE, "frequency": fundamental}
-    square = {"model": "Square", "high": VOLTAGE, "low": -VOLTAGE, "frequency": fundamental}
-    return {
-        name: preset(
-            title=f"Vardar 2017: {name}, 30 Hz",
-            unchanged=CHOICE,
-            changes={**screen, "drive": (drive, CHOICE)},
-        )
-        for name, drive in (("sine", sine), ("square", square))
-    }
 
 
 def first_order_skin(*, time_constant: float) -> Constant:

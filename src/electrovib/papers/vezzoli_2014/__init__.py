@@ -9,15 +9,12 @@ than one frequency (its figure 4 shows their product), or the mechanics of finge
 
 from __future__ import annotations
 
+from electrovib.papers import published
 from electrovib.papers.vezzoli_2014.laws import Vezzoli2014Causal as Vezzoli2014Causal
 from electrovib.papers.vezzoli_2014.laws import Vezzoli2014PerFrequency as Vezzoli2014PerFrequency
 from electrovib.papers.vezzoli_2014.reproduction import reproduce as reproduce
-from electrovib.papers.vezzoli_2014.scenarios import PRESETS as PRESETS
-from electrovib.papers.vezzoli_2014.scenarios import scenarios as scenarios
 from electrovib.papers.vezzoli_2014.values import CHECKS as CHECKS
-from electrovib.papers.vezzoli_2014.values import CITATION as CITATION
-from electrovib.papers.vezzoli_2014.values import CITATIONS as CITATIONS
-from electrovib.papers.vezzoli_2014.values import DEFECTS as DEFECTS
-from electrovib.papers.vezzoli_2014.values import STATUS as STATUS
-from electrovib.papers.vezzoli_2014.values import materials as materials
-from electrovib.papers.vezzoli_2014.values import skins as skins
+
+PAPER = published(__name__)
+CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
+scenarios, skins, materials = PAPER.scenarios, PAPER.skins, PAPER.materials

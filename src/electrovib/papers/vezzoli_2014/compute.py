@@ -15,7 +15,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.laws import literal_response
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.material import Material
 from electrovib.physics.skin import Skin, time_constant

@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.answer import Drawing
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:

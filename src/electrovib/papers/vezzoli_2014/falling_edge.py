@@ -22,7 +22,7 @@ from electrovib.core.arrays import Real
 from electrovib.papers.kaczmarek_2006 import FAST, SLOW, skin_conductivity
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.figures import curve
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.studies.reproduction import Row

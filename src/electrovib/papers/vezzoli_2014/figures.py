@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from electrovib.core.answer import REFERENCE, Curve, Panel, Shown
 from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import compute, drawings, values
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.physics.skin import time_constant
 from electrovib.physics.tabulated import Tabulated
 from electrovib.solve.simulate import simulate

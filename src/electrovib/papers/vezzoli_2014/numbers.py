@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import compute, values
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.physics.drive.edges import Step
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.simulate import simulate

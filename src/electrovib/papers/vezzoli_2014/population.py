@@ -19,7 +19,7 @@ from electrovib.core.units import parse_quantity
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range, panel, span
 from electrovib.papers.vezzoli_2014.laws import literal_response
-from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.scenario.space import Space, read_space
 from electrovib.scenario.space.shipped import read_shipped
 from electrovib.solve.simulate import simulate

@@ -102,7 +102,9 @@ class Comparison(Answer):
         if not isinstance(self.scenario.time.initial_state, PeriodicState):
             standard.reverse()
         own = {paper_of(find_members(ForceLaw)[entry.name]) for entry in self.entries}
-        cited = [module for name, module in papers().items() if name in own or hasattr(module, "DEFECTS")]
+        cited = [
+            module for name, module in papers().items() if name in own or getattr(module, "DEFECTS", None)
+        ]
         return Document(
             title=f"Force laws compared: {self.scenario.titled() or 'a stack'}",
             sentences=[self.answer, *sentences(self.widths)],
