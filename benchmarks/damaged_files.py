@@ -25,7 +25,6 @@ from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
 from electrovib.core.signals import make_trace
 from electrovib.data.registry import read_columns
-from electrovib.data.trace_csv import save_csv
 from electrovib.data.traces import open_if_trace, save_mat, save_nc
 from electrovib.scenario import read_scenario, sweep_of
 
@@ -74,7 +73,6 @@ def make_files(folder):
     """Write one undamaged file of each kind; return how each is opened."""
     trace = small_trace()
     save_nc(trace, folder / "trace.nc")
-    save_csv(trace, folder / "trace.csv")
     save_mat(trace, folder / "trace.mat")
     measured = xarray.Dataset(
         {"voltage": ("time", VOLTAGE, {"units": "V"})}, {"time": ("time", TIME, {"units": "s"})}
@@ -107,7 +105,7 @@ def make_files(folder):
     opened = dict.fromkeys(("columns.nc", "classic.nc", "columns.csv", "wide.tsv", "fields.npy"), BY_NAME)
     opened |= dict.fromkeys(("blanks.txt", "columns.npy"), BY_NUMBER)
     opened |= dict.fromkeys(("packed.mat", "plain.mat", "new.mat"), BY_FIELD)
-    return opened | dict.fromkeys(("trace.nc", "trace.csv", "trace.mat", "scenario.toml", "plain.toml"))
+    return opened | dict.fromkeys(("trace.nc", "trace.mat", "scenario.toml", "plain.toml"))
 
 
 def damaged(raw, random):
@@ -172,9 +170,6 @@ def run(kind, wanted, whole, folder, count, seed):
     """Open damaged files of a kind, print the counts, and return the failures."""
     path = folder / f"damaged.{kind}"
     path.write_bytes(whole)
-    other = folder / "trace.frequency.csv"
-    if kind == "trace.csv":
-        (folder / "damaged.trace.frequency.csv").write_bytes(other.read_bytes())
     if open_one(path, wanted) != "read":
         return [f"{kind}: the whole file is refused"]
     before = memory("RUSAGE_SELF"), memory("RUSAGE_CHILDREN")

@@ -212,7 +212,7 @@ def test_a_trace_gives_back_every_new_part(tmp_path):
     changes = {"circuit.amplifier": {"bandwidth": 1e4}, "finger": parts.FINGER, "perception": {}}
     scenario = load("vezzoli_2014/fig2_tremor").replace(changes)
     trace = simulate(scenario, time=np.linspace(0, 0.1, 51))
-    for name in ("trace.nc", "trace.csv", "trace.mat"):
+    for name in ("trace.nc", "trace.mat"):
         save(trace, tmp_path / name)
         again = open_trace(tmp_path / name)
         assert scenario_of(again) == scenario

@@ -26,8 +26,6 @@ class Form(StrEnum):
     """Form of a file that this package writes."""
 
     NETCDF = "Trace as netCDF"
-    CSV = "Trace as CSV"
-    CSV_PART = "part of a Trace as CSV"
     MATLAB = "Trace as MATLAB file"
     PAGE = "HTML page"
     NETLIST = "netlist"
@@ -102,21 +100,20 @@ def _is_unchanged(path: Path, form: Form) -> bool | None:
         return file.read(len(_EMPTY)) == _checksum(file, place)
 
 
-def verified(trace: xarray.Dataset, files: Mapping[Path, Form]) -> xarray.Dataset:
-    """Return a Trace that was read; one whose files were changed is refused, and one without a checksum says so."""
-    for path, form in files.items():
-        unchanged = _is_unchanged(path, form)
-        if unchanged is None:
-            why = f"not verified: {path.name} states no checksum, so that damage of its numbers would not be noticed"
-            told = json.loads(trace.attrs.get("validity", "[]"))
-            told.append(Diagnostic(VERIFIED, "warning", why).to_dict())
-            trace.attrs["validity"] = json.dumps(told)
-        elif not unchanged:
-            raise DataFileError(
-                "is damaged, or was edited: its content is not that of its checksum. Make it again; a file that was edited on"
-                f" purpose is read, not verified, without its line '# {WRITTEN_BY}: ...' (.csv) or its attribute {WRITTEN_BY}",
-                path=path,
-            )
+def verified(trace: xarray.Dataset, path: Path, form: Form) -> xarray.Dataset:
+    """Return a Trace that was read; one whose file was changed is refused, and one without a checksum says so."""
+    unchanged = _is_unchanged(path, form)
+    if unchanged is None:
+        why = f"not verified: {path.name} states no checksum, so that damage of its numbers would not be noticed"
+        told = json.loads(trace.attrs.get("validity", "[]"))
+        told.append(Diagnostic(VERIFIED, "warning", why).to_dict())
+        trace.attrs["validity"] = json.dumps(told)
+    elif not unchanged:
+        raise DataFileError(
+            "is damaged, or was edited: its content is not that of its checksum. Make it again; a file that was edited on"
+            f" purpose is read, not verified, without its attribute {WRITTEN_BY}",
+            path=path,
+        )
     return trace
 
 
@@ -154,15 +151,22 @@ def csv_text(
     diagnostics: Iterable[Diagnostic] = (),
     marked: bool = True,
 ) -> str:
-    """Write a table, `marked` as one that a later run may replace; a cell None stays empty, and empty remarks are omitted."""
+    """Write a table, `marked` as one that a later run may replace; a cell None stays empty."""
     text = io.StringIO()
-    said = (" ".join(each.split()) for each in remarks if each)
-    text.writelines(f"# {line}\n" for line in ([unsigned(Form.TABLE)] if marked else []) + list(said))
-    text.write(comment_lines(diagnostics))
+    text.write(csv_head(remarks, diagnostics, marked=marked))
     table = csv.writer(text, lineterminator="\n")
     table.writerow(headings)
     table.writerows([_cell(each) for each in row] for row in rows)
     return text.getvalue()
+
+
+def csv_head(
+    remarks: Iterable[str] = (), diagnostics: Iterable[Diagnostic] = (), *, marked: bool = True
+) -> str:
+    """Write the comments before a table: its mark, the remarks that are not empty, and the diagnostics."""
+    said = [" ".join(each.split()) for each in remarks if each]
+    lines = [unsigned(Form.TABLE)] * marked + said
+    return "".join(f"# {line}\n" for line in lines) + comment_lines(diagnostics)
 
 
 def _cell(value: object) -> object:

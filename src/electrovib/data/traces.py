@@ -13,28 +13,57 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 
 from electrovib.core.budget import content_allowed
-from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.errors import DataFileError, InputError, refuse
 from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of, note_input
-from electrovib.core.signals import FORMAT
+from electrovib.core.signals import FORMAT, stamp
+from electrovib.core.units import unit_in_files, unit_of_files
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned, verified
-from electrovib.data.trace_csv import (
-    TYPES,
-    load_csv,
-    not_a_trace,
-    prepared,
-    rebuilt,
-    structure_of,
-    with_units_of_files,
-)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
     import xarray
-    from numpy.typing import NDArray
+
+
+def not_a_trace(path: Path) -> DataFileError:
+    """Return the error for a file that holds no Trace."""
+    return DataFileError(
+        f"is not a Trace ('{FORMAT}'); 'electrovib import' makes one of a file of an instrument.", path=path
+    )
+
+
+def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
+    """Return a copy with its units set, after checking that attributes are texts or numbers."""
+    stamped = stamp(trace)
+    stamped.attrs = {"format": FORMAT, **trace.attrs}
+    problems = []
+    carriers: dict[str, Any] = {"": stamped, **{str(name): each for name, each in stamped.variables.items()}}
+    for owner, carrier in carriers.items():
+        carrier.attrs = {str(name): _plain(value) for name, value in carrier.attrs.items()}
+        if owner and isinstance(unit := carrier.attrs.get("units"), str):
+            carrier.attrs["units"] = unit_in_files(unit)
+        problems += [
+            f"{path}: attribute '{owner}{'.' * bool(owner)}{name}' is of type {type(value).__name__}, not a text or a number."
+            for name, value in carrier.attrs.items()
+            if not isinstance(value, (str, int, float))
+        ]
+    refuse(problems)
+    return stamped
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, (np.generic, np.ndarray)) and np.ndim(value) == 0 else value
+
+
+def _with_units_of_files(trace: xarray.Dataset) -> xarray.Dataset:
+    """Return a Trace that was read, with units as they are written inside."""
+    for variable in trace.variables.values():
+        if isinstance(unit := variable.attrs.get("units"), str):
+            variable.attrs["units"] = unit_of_files(unit)
+    return trace
 
 
 _OWN: Final = ("trace_json", "units", "dimensions")
@@ -44,6 +73,8 @@ _KEYWORDS: Final = re.compile(
 )
 _VERSION_5: Final = "MATLAB 5.0 MAT-file"
 _HEADER: Final = 116  # bytes of text that a file begins with
+_TYPES: Final = {"real": np.float64, "complex": np.complex128, "text": str}
+"""Types of arrays, by the kind that the description of a Trace states."""
 
 
 def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
@@ -56,11 +87,10 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     import scipy.io
 
     stored = prepared(trace, path)
-    numeric = [str(name) for name, variable in stored.variables.items() if variable.dtype.kind in "fiubc"]
-    structure = structure_of(path, stored, numeric)
+    structure = _structure_of(path, stored)
     entries = structure["variables"]
     names = matlab_names([entry["name"] for entry in entries])
-    kinds = {**TYPES, "text": object}
+    kinds = _TYPES | {"text": object}
     content: dict[str, Any] = {
         names[entry["name"]]: stored[entry["name"]].values.astype(kinds[entry["kind"]]) for entry in entries
     }
@@ -86,6 +116,40 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     return [path]
 
 
+def _structure_of(path: Path, trace: xarray.Dataset) -> dict[str, Any]:
+    """Describe a prepared Trace for JSON: everything but its numbers, which are variables of the file."""
+    variables = []
+    kinds = {**dict.fromkeys("fiub", "real"), "c": "complex", **dict.fromkeys("UOT", "text")}
+    for name, variable in trace.variables.items():
+        kind = kinds.get(variable.dtype.kind)
+        if kind is None:
+            raise InputError(f"'{name}' holds '{variable.dtype}', neither numbers nor texts.", path=path)
+        entry: dict[str, Any] = {"name": str(name), "dims": list(variable.dims), "kind": kind}
+        entry |= {"coordinate": name in trace.coords, "attributes": dict(variable.attrs)}
+        if kind == "text":
+            entry["values"] = [variable.values.astype(str).tolist()]
+        variables.append(entry)
+    return {"sizes": {str(name): size for name, size in trace.sizes.items()}, "variables": variables}
+
+
+def _rebuilt(about: Mapping[str, Any], found: Mapping[str, Any]) -> xarray.Dataset:
+    """Rebuild the Trace that `_structure_of` described, from the variables of the file."""
+    import xarray
+
+    structure = about["structure"]
+    variables: dict[str, Any] = {}
+    for entry in structure["variables"]:
+        # MATLAB saves complex numbers without imaginary part as real ones
+        kind, shape = _TYPES[entry["kind"]], tuple(structure["sizes"][name] for name in entry["dims"])
+        values = entry["values"][0] if entry["kind"] == "text" else found[about["names"][entry["name"]]]
+        variables[entry["name"]] = (
+            tuple(entry["dims"]), np.asarray(values, kind).reshape(shape), entry["attributes"],
+        )  # fmt: skip
+    coordinates = [entry["name"] for entry in structure["variables"] if entry["coordinate"]]
+    rebuilt = xarray.Dataset(variables, attrs=dict(about["attributes"])).set_coords(coordinates)
+    return _with_units_of_files(rebuilt)
+
+
 def matlab_names(names: Iterable[str]) -> dict[str, str]:
     """Assign a unique MATLAB variable name to each name."""
     found: dict[str, str] = {}
@@ -109,13 +173,7 @@ def load_mat(path: Path) -> xarray.Dataset:
         about = json.loads(text) if isinstance(text, str) else {}
         if not isinstance(about, dict) or about.get("format") != FORMAT:
             raise not_a_trace(path)
-        arrays: dict[str, NDArray[Any]] = {}
-        for entry in about["structure"]["variables"]:
-            if "values" not in entry:
-                values = np.asarray(found[about["names"][entry["name"]]])
-                # MATLAB saves complex numbers without imaginary part as real ones
-                arrays[entry["name"]] = values.astype(np.complex128) if entry["kind"] == "complex" else values
-        return verified(rebuilt(about["structure"], about["attributes"], arrays), {path: Form.MATLAB})
+        return verified(_rebuilt(about, found), path, Form.MATLAB)
     except DAMAGE as error:
         raise damaged(path, "a MATLAB file", error) from None
 
@@ -189,7 +247,7 @@ def load_nc(path: Path) -> xarray.Dataset:
         loaded = xarray.decode_cf(
             stored, decode_times=False, decode_timedelta=False, mask_and_scale=False, concat_characters=False
         )
-        return verified(_as_saved(loaded), {path: Form.NETCDF})
+        return verified(_as_saved(loaded), path, Form.NETCDF)
     except DAMAGE as error:
         raise damaged(path, "a netCDF file", error) from None
 
@@ -201,12 +259,11 @@ def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
         if str(name).startswith("long_attribute_"):
             trace.attrs[variable.attrs["attribute"]] = str(variable.values)
             trace = trace.drop_vars(str(name))
-    return with_units_of_files(trace)
+    return _with_units_of_files(trace)
 
 
 FORMATS: Final[dict[str, Callable[[Path], xarray.Dataset]]] = {
     ".nc": load_nc,
-    ".csv": load_csv,
     ".mat": load_mat,
 }
 """Maps a suffix to its reader."""
@@ -231,7 +288,7 @@ def open_trace(path: str | Path) -> xarray.Dataset:
     Parameters
     ----------
     path : str or Path
-        File written by `electrovib.save`: ``.nc``, ``.csv`` (the main file of one or two) or ``.mat``.
+        File written by `electrovib.save`: ``.nc`` or ``.mat``.
 
     Returns
     -------

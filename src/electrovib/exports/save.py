@@ -10,8 +10,8 @@ from electrovib.core.errors import InputError, suggestion
 from electrovib.core.signals import is_study_result, is_trace
 from electrovib.data.atomic import check_writable, output_path
 from electrovib.data.marks import Form
-from electrovib.data.trace_csv import csv_files, csv_forms, save_csv
 from electrovib.data.traces import nc_content, save_mat, save_nc
+from electrovib.exports.table import rows_of_table, save_csv
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 FORMATS: Final[dict[str, Callable[..., list[Path]]]] = {".nc": save_nc, ".csv": save_csv, ".mat": save_mat}
 """Suffix to writer of a Trace."""
-_FORMS: Final = {".nc": Form.NETCDF, ".mat": Form.MATLAB}
+_FORMS: Final = {".nc": Form.NETCDF, ".csv": Form.TABLE, ".mat": Form.MATLAB}
 _IN_FOLDER: Final = {"trace.nc": Form.NETCDF}
 _OF_STUDY: Final = {"bands.csv": Form.TABLE}
 
@@ -36,9 +36,10 @@ def save(
         Any Trace; the units of its signals are written anew. Or the result of a study, whose bands are written as CSV. Or
         any other result that has a `document`.
     path : str or Path
-        The output: of a Trace ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB); of
-        another result the suffix of one of its files such as ``.csv``. Of each ``.html``, its first figure as ``.pdf``,
-        ``.svg`` or ``.png``, its tables as ``.tex``; without a suffix a folder with the page, all figures and files.
+        The output: of a Trace ``.nc`` (netCDF) or ``.mat`` (MATLAB), which hold everything, or ``.csv``, a table of plain
+        values over time (over frequency if it has no time; of a sweep a row for each case), which is not opened as a Trace
+        again. Of another result the suffix of one of its files such as ``.csv``. Of each ``.html``, its first figure as
+        ``.pdf``, ``.svg`` or ``.png``, its tables as ``.tex``; without a suffix a folder with the page, all figures and files.
     style : str, optional
         Of a figure: ``"journal"`` for 85 mm in width and text of 8 pt; by default that of a page.
     force : bool
@@ -99,8 +100,9 @@ def check_output(
         return check_document(path, _IN_FOLDER, inputs=inputs, force=force)
     _writer(path, shown=shown)
     suffix = path.suffix.lower()
-    forms = csv_forms(csv_files(sizes, path)) if suffix == ".csv" else {path: _FORMS[suffix]}
-    check_writable(forms, inputs=inputs, force=force)
+    if suffix == ".csv":
+        rows_of_table(sizes, path)
+    check_writable({path: _FORMS[suffix]}, inputs=inputs, force=force)
     return None
 
 

@@ -39,7 +39,7 @@ def read_scenario(
     ----------
     source : str, Path, mapping, Scenario or xarray.Dataset
         A paper's scenario such as ``"vezzoli_2014/fig6"``, a TOML file, nested tables, a Scenario, or a Trace: its
-        file (``.nc``, ``.csv``, ``.mat``) or itself, which carries the scenario it was computed from.
+        file (``.nc``, ``.mat``) or itself, which carries the scenario it was computed from.
     changes : mapping of str to value, optional
         Dotted path to value, put into the scenario; names of files in it are relative to the working folder.
     before_sweep : bool

@@ -102,7 +102,7 @@ def trace(swipe):
 def test_where_the_finger_rests_its_friction_is_unknown_in_every_file_and_line(trace, tmp_path, said):
     (line,) = [line for line in summary(trace, None, None) if line.startswith("lateral force")]
     assert line.endswith("mN, not known at 50.4 % of the times (the finger rests)")
-    for suffix in ("nc", "csv", "mat"):
+    for suffix in ("nc", "mat"):
         ev.save(trace, tmp_path / f"trace.{suffix}")
         again = ev.open_trace(tmp_path / f"trace.{suffix}").lateral_force.values
         assert np.isnan(again).sum() == 71

@@ -8,7 +8,6 @@ import xarray
 
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.data.trace_csv import load_csv
 from electrovib.data.traces import load_mat, load_nc, open_trace
 from electrovib.exports.save import check_output, save
 from electrovib.scenario import load
@@ -21,9 +20,7 @@ def small() -> xarray.Dataset:
     return make_trace(signals, {"time": [0.0, 0.1], "frequency": [1.0, 2.0]}, {"steps": 3})
 
 
-@pytest.mark.parametrize(
-    ("name", "load"), [("a.nc", load_nc), ("a.csv", load_csv), ("a.mat", load_mat), ("a.b.NC", load_nc)]
-)
+@pytest.mark.parametrize(("name", "load"), [("a.nc", load_nc), ("a.mat", load_mat), ("a.b.NC", load_nc)])
 def test_suffix_chooses_and_a_name_is_as_good_as_a_path(tmp_path, monkeypatch, name, load):
     check_output(tmp_path / name, SIZES)
     files = save(small(), tmp_path / name)
@@ -56,8 +53,8 @@ def test_unknown_suffix(tmp_path, name):
 
 
 def test_check_before_a_long_computation(tmp_path):
-    (tmp_path / "a.frequency.csv").mkdir()
-    with pytest.raises(InputError, match=r"a\.frequency\.csv: is a folder"):
+    (tmp_path / "a.csv").write_text("mine")
+    with pytest.raises(InputError, match=r"a\.csv: exists already and is no table as CSV"):
         check_output(tmp_path / "a.csv", SIZES)
     swept = {"time": 2, "drive.rise": 2}
     with pytest.raises(InputError, match=r"runs over drive\.rise"):
@@ -65,4 +62,4 @@ def test_check_before_a_long_computation(tmp_path):
     check_output(tmp_path / "a.nc", swept)
     with pytest.raises(InputError, match="only a Trace or a result with a document is saved, not a Scenario"):
         save(load("vezzoli_2014/fig6"), tmp_path / "a.nc")
-    assert [p.name for p in tmp_path.iterdir()] == ["a.frequency.csv"]
+    assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]

@@ -36,6 +36,7 @@ HEADINGS = {
     "time (s),force_N": {"lateral_force": 1},
     "Time (s),Fn1 (N),Ft (N)": {"normal_force": 1, "lateral_force": 2},
     "Time (s),COF,Friction coefficient,Fx (N)": {"lateral_force": 3},
+    "time [s],electrostatic_force [N],lateral_force [N]": {"electrostatic_force": 1, "lateral_force": 2},
     "Timestamp,Fnormal (N),Fx (N)": {"normal_force": 1, "lateral_force": 2},
 }  # fmt: skip
 

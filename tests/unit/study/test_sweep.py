@@ -9,7 +9,6 @@ import pytest
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.data.trace_csv import load_csv
 from electrovib.exports.save import save
 from electrovib.papers import palmar_1995
 from electrovib.physics.tabulated import Tabulated
@@ -76,7 +75,6 @@ def test_a_quantity_for_every_combination_as_numbers_and_as_a_table(tmp_path):
     assert rows[0] == f"drive.high [V],{THICKNESS} [m],{PEAK} [N]"
     assert len(rows) == 7
     assert [float(part) for part in rows[5].split(",")] == [1000.0, 90e-6, float(trace[PEAK][1, 1])]
-    assert load_csv(file).identical(trace)
 
 
 def test_the_usual_quantities_answer_if_none_is_asked_and_without_parameters_there_is_one_case():

@@ -147,7 +147,7 @@ def summary(
     if dropped := trace.attrs["dropped_samples"]:
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
-    return lines + [f"written: {path}" for path in (*_files(trace, output), report) if path]
+    return lines + [f"written: {path}" for path in (output, report) if path]
 
 
 def _range(trace: Any, name: str) -> str:
@@ -184,14 +184,3 @@ def _numbers(trace: Any) -> list[str]:
     ranges = quantity_ranges(trace, plain=True, named=not is_map(trace))
     lines = [f"over {over}; numbers of {trace.attrs['taken_over']}"] if over else []
     return lines + [f"{name}: {text}" for name, text in ranges.items()]
-
-
-def _files(trace: Any, output: str | None) -> list[str]:
-    """Return the files that `save` wrote: a CSV file has one dimension, so there may be two."""
-    from pathlib import Path
-
-    from electrovib.data.trace_csv import csv_files
-
-    if output is None or Path(output).suffix.lower() != ".csv":
-        return [output] if output else []
-    return [str(path) for path in csv_files(trace.sizes, Path(output))]

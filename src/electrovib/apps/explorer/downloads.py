@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import functools
 import tempfile
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -25,25 +23,13 @@ class Download:
     make: Callable[[Computed], bytes]
 
 
-def _saved(shown: Computed, name: str) -> dict[str, bytes]:
-    """Return the files as which a Trace is saved, by their names."""
+def _saved(shown: Computed, name: str) -> bytes:
+    """Return the file as which a Trace is saved under this name."""
     from electrovib.exports.save import save
 
     with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
-        return {path.name: path.read_bytes() for path in save(shown.trace, Path(folder) / name)}
-
-
-def _alone(shown: Computed, name: str) -> bytes:
-    return _saved(shown, name)[name]
-
-
-def _csv(shown: Computed) -> bytes:
-    """Return the tables over time and over frequency as one archive."""
-    archive = BytesIO()
-    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
-        for name, content in _saved(shown, "trace.csv").items():
-            packed.writestr(name, content)
-    return archive.getvalue()
+        (path,) = save(shown.trace, Path(folder) / name)
+        return path.read_bytes()
 
 
 def _bibliography(shown: Computed) -> bytes:
@@ -67,10 +53,10 @@ DOWNLOADS: Final = (
         "application/toml",
         lambda shown: shown.scenario.to_toml().encode(),
     ),
-    Download("Numbers (CSV, zipped)", "trace.zip", "application/zip", _csv),
     *(
-        Download(label, name, kind, functools.partial(_alone, name=name))
+        Download(label, name, kind, functools.partial(_saved, name=name))
         for label, name, kind in (
+            ("Numbers over time (CSV)", "trace.csv", "text/csv"),
             ("Trace (netCDF)", "trace.nc", "application/x-netcdf"),
             ("Figures (PNG)", "figures.png", "image/png"),
             ("Figures (SVG)", "figures.svg", "image/svg+xml"),

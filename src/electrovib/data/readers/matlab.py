@@ -22,7 +22,6 @@ from electrovib.data.array_columns import chosen_columns, table_of_arrays
 from electrovib.data.faults import check_file, packed
 from electrovib.data.guarded import Reader, read_guarded
 from electrovib.data.recorded import CanRead, FileFormat
-from electrovib.data.trace_csv import joined
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -242,8 +241,11 @@ def _whole(path: Path, entry: h5py.Dataset, name: str) -> NDArray[Any]:
     return np.asarray(entry[()])
 
 
-def _complex(values: NDArray[Any]) -> NDArray[Any]:
-    return joined(real=values["real"], imaginary=values["imag"])
+def _complex(values: NDArray[Any]) -> NDArray[np.complex128]:
+    """Combine real and imaginary parts; adding ``1j`` times a part would spread NaN and lose -0."""
+    whole = np.empty(values.shape, np.complex128)
+    whole.real, whole.imag = values["real"], values["imag"]
+    return whole
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:

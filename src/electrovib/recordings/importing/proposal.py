@@ -146,6 +146,9 @@ def _words(name: str) -> str:
 def _signal(name: str, kind: str) -> str:
     """Return the signal of a column with this heading and SI unit; empty if nothing tells it."""
     heading = _words(name)
+    own = SIGNALS.get(heading.replace(" ", "_"))
+    if own and own.dims == ("time",) and kind in ("", own.unit):
+        return heading.replace(" ", "_")
     if kind in ("", "1") and _RATIO.fullmatch(heading):
         return ""
     named = next((signal for signal, form in _WORDS.items() if re.fullmatch(form, heading)), "")
