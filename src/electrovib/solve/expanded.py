@@ -10,15 +10,20 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.choice import refuse_unsolved, solve
+from electrovib.solve.choice import chosen, refuse_unsolved, solve
 from electrovib.solve.diagnostics.judge import judge_run, solved, watched
 from electrovib.solve.diagnostics.memory import CURRENT, answer_errors, known_band, memory_diagnostics
 from electrovib.solve.diagnostics.memory import FORCE as OF_FORCE
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.over_frequency import capacitance
-from electrovib.solve.electrics.solution import ACROSS
+from electrovib.solve.electrics.solution import ACROSS, Solution
 from electrovib.solve.mechanics.closed_form import attraction_in_pieces
-from electrovib.solve.mechanics.mechanical import Mechanics, mechanical, refuse_unsolved_mechanics
+from electrovib.solve.mechanics.mechanical import (
+    BEHIND_FILTERS,
+    Mechanics,
+    mechanical,
+    refuse_unsolved_mechanics,
+)
 from electrovib.solve.stack.expand import band_of_run, modes, phasors
 
 if TYPE_CHECKING:
@@ -30,7 +35,6 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
-    from electrovib.solve.electrics.solution import Solution
     from electrovib.solve.mechanics.closed_form import ExponentialSum
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection
@@ -190,8 +194,11 @@ class Expanded:
         scenario, section = self.scenario, self.section
         asked = None if wanted is None else frozenset(wanted)
         peaks: PeakRecord | None = None
+        method = chosen(scenario).method
         if closely:
             solution, peaks = solved(scenario, section, times)
+        elif asked is not None and asked <= BEHIND_FILTERS and method.by_modes:
+            solution = Solution(found={}, method=method, reason="")
         else:
             solution = self._solution(times, asked and asked & OF_ELECTRICS - FORCE)
         moved = Mechanics()

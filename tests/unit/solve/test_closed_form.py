@@ -165,6 +165,30 @@ def test_what_is_no_quadratic_form_of_straight_pieces_is_followed_in_steps(chang
     agree(differences(scenario, [point], names, np.linspace(0, 3e-3, 7)))
 
 
+@pytest.mark.parametrize(
+    ("changes", "calls"),
+    [({}, 0), ({"contact": {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.6}}, None)],
+    ids=["closed form", "steps"],
+)
+@pytest.mark.parametrize("also", ["skin_speed", "lateral_force"])
+def test_only_a_friction_without_memory_needs_the_attraction_at_its_own_times(
+    monkeypatch, changes, calls, also
+):
+    scenario, times = chain(**changes), np.linspace(0, 3e-3, 7)
+    expected, whole, asked = Expanded(scenario, times).at(times).signals, expanded.solve, []
+
+    def counted(*arguments, **options):
+        asked.append(arguments[2])
+        return whole(*arguments, **options)
+
+    monkeypatch.setattr(expanded, "solve", counted)
+    found = Prepared(scenario, free=[]).signals({}, names=(READING, also), time=times)
+    for name in (READING, also):
+        np.testing.assert_allclose(found[name], expected[name][1], rtol=1e-12)
+    assert sum(np.array_equal(each, times) for each in asked) == (also == "lateral_force")
+    assert calls is None or len(asked) == calls + (also == "lateral_force")
+
+
 GAP = "stack.gap.material.conductivity"
 
 

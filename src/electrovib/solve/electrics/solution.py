@@ -172,7 +172,9 @@ class Solution:
             if all(key(name) in self.found for name in names):
                 rows = np.array([self.found[key(name)] for name in names])
                 signals[quantity] = (("layer", "time"), rows)
-        return signals | {"electrostatic_force": (("time",), self.attraction)}
+        if self.force is not None:
+            signals["electrostatic_force"] = ("time",), self.force
+        return signals
 
 
 def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:

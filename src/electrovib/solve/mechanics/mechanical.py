@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 READINGS: Final = frozenset({"normal_force_measured", "lateral_force_measured"})
 """Signals of the sensors of a rig."""
+BEHIND_FILTERS: Final = READINGS | {"normal_force", "sliding_speed", "skin_displacement", "skin_speed"}
+"""Signals that need no attraction at their own times: filters compute it at theirs."""
 MOST_PERIODS = 3000
 """Largest number of periods of the drive that are computed to reach the periodic state."""
 
@@ -71,7 +73,7 @@ def mechanical(
     at: Callable[[Real], Solution],
     *,
     closed: Callable[[float], ExponentialSum | None] | None = None,
-    wanted: Collection[str] | None = None,
+    wanted: frozenset[str] | None = None,
 ) -> Mechanics:
     """Compute load, contact, friction, skin and readings over time, or at least the signals that are wanted.
 
@@ -85,7 +87,7 @@ def mechanical(
     """
     chain = FrictionChain(scenario, times, answer, at, closed)
     moved = Mechanics()
-    moved.add(_given(chain))
+    moved.add(_given(chain, wanted))
     error = _friction(chain, moved, wanted)
     if scenario.rig is not None and (wanted is None or READINGS.intersection(wanted)):
         readings = chain.measured(wanted)
@@ -137,13 +139,14 @@ def _without_attraction(scenario: Scenario) -> FrictionChain:
     return FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
 
 
-def _given(chain: FrictionChain) -> dict[str, Real]:
-    """Return load, speed and contact areas, which depend only on load and attraction."""
+def _given(chain: FrictionChain, wanted: frozenset[str] | None) -> dict[str, Real]:
+    """Return load, speed and, where they are wanted, contact areas, which depend only on load and attraction."""
     scenario, times = chain.scenario, chain.times
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
-    if scenario.contact.surface is None and not scenario.contact.grows:
+    constant = scenario.contact.surface is None and not scenario.contact.grows
+    if constant or (wanted is not None and wanted <= BEHIND_FILTERS):
         return rows
     whole = rows["normal_force"] + chain.pressing(times, chain.answer.attraction)
     touches = scenario.motion.touches(times)
@@ -160,13 +163,11 @@ def _friction(chain: FrictionChain, moved: Mechanics, asked: Collection[str] | N
         return chain.slip(moved)
     if chain.comes_and_goes():
         return chain.along(moved)
-    wanted = chain.filters()
-    if not friction.has_memory:
+    wanted = {name: each for name, each in chain.filters().items() if asked is None or name in asked}
+    if not friction.has_memory and "lateral_force" in wanted:
+        del wanted["lateral_force"]
         lateral = chain.steady(chain.times, chain.answer.attraction)
         moved.add({"lateral_force": chain.known(lateral)})
-        del wanted["lateral_force"]
-    if asked is not None:
-        wanted = {name: each for name, each in wanted.items() if name in asked}
     if not wanted:
         return 0.0
     rows, error = chain.follow(wanted, chain.times)
@@ -430,7 +431,7 @@ class FrictionChain:
             return load
         return np.where(self.scenario.motion.touches(times), load, load - self.attraction(times))
 
-    def measured(self, wanted: Collection[str] | None) -> Measured:
+    def measured(self, wanted: frozenset[str] | None) -> Measured:
         """Return the readings of load and friction by the sensors of the rig, at least those that are wanted."""
         rig, scenario, friction = self.scenario.rig, self.scenario, Filter.through()
         assert rig is not None
