@@ -16,7 +16,7 @@ from electrovib.solve.diagnostics.peaks import MOST_CORNERS
 from electrovib.solve.electrics import straight
 from electrovib.solve.electrics.straight import FEW_TIMES, SharedModes, fading
 from electrovib.solve.electrics.transient import transient
-from electrovib.solve.recursion import blocks, march, states_at, uneven
+from electrovib.solve.recursion import March, blocks, march, states_at, uneven
 from electrovib.solve.stack.transfer import Transfer
 
 
@@ -52,6 +52,27 @@ def test_values_lags_and_states_of_a_march_are_those_of_the_loop(count, seed, ji
     places = np.unique(np.append(np.arange(0, count + 1, every), count))
     each = march_loop(poles, np.eye(9), np.zeros(9), *drive)[0][:, places]
     assert largest(states_at(poles, *drive, places) - each) < scale
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.4])
+@pytest.mark.parametrize("jump", [0.0, 3.0])
+@pytest.mark.parametrize("cuts", [[0, 320, 999, 1000], [0, 7, 8, 500, 1000]])
+def test_a_record_in_parts_has_the_outputs_of_the_whole(jitter, jump, cuts):
+    """A drop of the drive between two parts counts once, and a small lag is carried on without a difference of large numbers."""
+    rng = np.random.default_rng(5)
+    drive = 1e6 + np.cumsum(rng.normal(size=1001))
+    starts, ends = drive[:-1] + jump * rng.normal(size=1000), drive[1:]
+    steps = 1e-5 * (1 + rng.uniform(-jitter, jitter, 1000)) if jitter else 1e-5
+    poles, lag = -np.geomspace(1.0, 1e9, 9), np.array([False, True])
+    gains = rng.normal(size=(2, 9)) * np.array([np.ones(9), poles < -1e6])
+    given_ = poles, gains, [0.3, 0.0], starts, ends, steps, np.full(9, starts[0])
+    whole, state = march(*given_, lag=lag)
+    one = March(*given_, lag=lag)
+    parts = [one.through(slice(*cut)) for cut in zip(cuts[:-1], cuts[1:], strict=True)]
+    found = np.concatenate(parts, axis=1)
+    scale = np.max(np.abs(whole), axis=1, keepdims=True)
+    assert largest((found - whole) / scale) < 1e-13
+    assert largest(one.state - state) < 1e-13 * largest(state)
 
 
 @pytest.mark.parametrize("steps", [1e-6, None])
@@ -144,13 +165,13 @@ def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
 
     def march_counted(poles, gains, *more, **options):
         marches.append(np.shape(gains))
-        return march(poles, gains, *more, **options)
+        return March(poles, gains, *more, **options)
 
-    def states_counted(*given):
+    def states_counted(*given, **options):
         states.append(len(given[-1]))
-        return states_at(*given)
+        return states_at(*given, **options)
 
-    monkeypatch.setattr(straight, "march", march_counted)
+    monkeypatch.setattr(straight, "March", march_counted)
     monkeypatch.setattr(straight, "states_at", states_counted)
     even = ev.simulate(measured())
     assert len(VOLTS) > MOST_CORNERS

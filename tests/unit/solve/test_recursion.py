@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from plain_recursion import march_loop
 
 from electrovib.solve.recursion import hold_weights, march, states_at, uneven
-from electrovib.solve.recursion.hold import SLOW, StraightDrive
+from electrovib.solve.recursion.hold import SLOW
 
 SAME = 1e-12  # of the largest possible output; some hundred roundings of 1.1e-16 stay far below
 WEIGHT = 1e-15  # relative; a weight is about five roundings of 1.1e-16
@@ -302,11 +302,11 @@ def test_a_lag_keeps_its_digits(compiled):
 def test_what_goes_through_it(monkeypatch):
     """Many modes times pieces, and real ones."""
     pytest.importorskip("numba")
-    drive, poles = StraightDrive(np.zeros(1000), np.zeros(1000), np.arange(1000.0)), -np.ones(1000)
-    assert uneven._compiled(poles, drive) is not None
-    assert uneven._compiled(poles.astype(complex), drive) is None
+    poles = -np.ones(1000)
+    assert uneven._compiled(poles, 1000) is not None
+    assert uneven._compiled(poles.astype(complex), 1000) is None
     monkeypatch.setattr(uneven, "_WORTH", 1_000_001)
-    assert uneven._compiled(poles, drive) is None
+    assert uneven._compiled(poles, 1000) is None
 
 
 @pytest.mark.parametrize("in_compiled_code", [False, True])

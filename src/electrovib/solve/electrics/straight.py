@@ -9,20 +9,24 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from electrovib.solve.recursion import hold_weights, march, states_at
+from electrovib.solve.recursion import March, hold_weights, states_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.physics.drive.parts import Linear
 
+Rows: TypeAlias = "Sequence[Real] | Real"
+"""Outputs over time, one array (n,) for each."""
+InStretches: TypeAlias = "Callable[[slice], Rows]"
+"""Outputs at the times of a stretch; the stretches follow one another."""
 CHUNK = 1 << 16
 """Largest number of states in memory, so that a million samples need no gigabyte."""
 MANY_SAMPLES = 20_000
@@ -63,7 +67,7 @@ class SharedModes:
     """Outputs of modes x' = rate (v - x) under a drive v: direct v + sum gain x, or gain (x - v) in outputs with a lag.
 
     `rates` (modes,) > 0 [1/s], `gains` (outputs, modes), `direct`, `lag` (outputs,); `known` holds the states at the breaks of
-    parts of straight pieces.
+    parts of straight pieces, and `passed` those at some breaks of a record that the recursion has passed.
     """
 
     rates: Real
@@ -71,16 +75,31 @@ class SharedModes:
     direct: Real
     lag: NDArray[np.bool_]
     known: dict[int, BreakStates] = field(default_factory=dict)
+    passed: dict[int, dict[int, Real]] = field(default_factory=dict)
 
-    def straight(self, part: Linear, time: Real, state: Real | None) -> list[Real]:
-        """Compute the response to straight pieces at any times, each output in an array of its own.
+    def along(self, part: Linear, time: Real, state: Real | None) -> InStretches:
+        """Return the response to straight pieces as a function of successive stretches of times, as from `straight`.
 
-        `time` (n,) [s], `state` (modes,) [V] at time 0, or None for the periodic state; returns one `response` (n,) [V] for
-        each output. At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
+        At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
         """
         marched = _marched(part, time)
         if marched is not None:
             return self._recursion(part, time, marched, state)
+        if part.period is None and len(part.times) > _FEW_BREAKS:
+            whole = self._piece_by_piece(part, time, state)
+            return lambda stretch: [row[stretch] for row in whole]
+        return lambda stretch: self._piece_by_piece(part, time[stretch], state)
+
+    def straight(self, part: Linear, time: Real, state: Real | None) -> Rows:
+        """Compute the response to straight pieces at any times, each output in an array of its own.
+
+        `time` (n,) [s], `state` (modes,) [V] at time 0, or None for the periodic state; returns one `response` (n,) [V] for
+        each output.
+        """
+        return self.along(part, time, state)(slice(0, len(time)))
+
+    def _piece_by_piece(self, part: Linear, time: Real, state: Real | None) -> list[Real]:
+        """Return the outputs at any times from the states at the beginnings of their pieces."""
         index, elapsed = part.locate(time)
         periods = part.count_periods(time)
         begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
@@ -119,21 +138,29 @@ class SharedModes:
 
     def _recursion(
         self, part: Linear, time: Real, marched: tuple[Real, Real, Real | float], state: Real | None
-    ) -> list[Real]:
+    ) -> InStretches:
         """Return the outputs at the ends of pieces, at a discontinuity the value after it, at the last time as well."""
         begin = periodic_state(part, self.rates) if state is None else state
-        output, _ = march(-self.rates, self.gains, self.direct, *marched, begin, lag=self.lag)
-        jump = float(part.value(time[-1:])[0] - marched[1][-1])
-        if jump:
-            output[:, -1] += (self.direct - np.where(self.lag, self.gains.sum(axis=1), 0.0)) * jump
-        return list(output)
+        one = March(-self.rates, self.gains, self.direct, *marched, begin, lag=self.lag)
+        at_breaks = part.begins_with(time)
+
+        def through(stretch: slice) -> Real:
+            last = min(stretch.stop, one.pieces)
+            if at_breaks:
+                self.passed.setdefault(id(part), {})[stretch.start] = one.state
+            output = one.through(slice(stretch.start, last))
+            if last < stretch.stop and (jump := float(part.value(time[-1:])[0] - marched[1][-1])):
+                output[:, -1] += (self.direct - np.where(self.lag, self.gains.sum(axis=1), 0.0)) * jump
+            return output[:, : stretch.stop - stretch.start]
+
+        return through
 
     def _at_breaks(self, part: Linear, state: Real | None, index: Indices) -> BreakStates:
         """Return the states at the breaks around some pieces; those at all breaks of a part are kept."""
         if id(part) in self.known:
             return self.known[id(part)]
         wanted = np.unique(np.concatenate([index, np.maximum(index - 1, 0)]))
-        states = BreakStates(part, self.rates, state, wanted)
+        states = BreakStates(part, self.rates, state, wanted, self.passed.get(id(part)))
         if states.places is None:
             self.known[id(part)] = states
         return states
@@ -224,35 +251,52 @@ class BreakStates:
         States at time 0 [V]; None for the periodic state.
     wanted : ndarray of int, optional
         Breaks at which the states will be asked for; by default all.
+    passed : dict, optional
+        Breaks at which the states are known, 0 among them, and these states.
     """
 
-    def __init__(self, part: Linear, rates: Real, state: Real | None, wanted: Indices | None = None) -> None:
+    def __init__(
+        self,
+        part: Linear,
+        rates: Real,
+        state: Real | None,
+        wanted: Indices | None = None,
+        passed: dict[int, Real] | None = None,
+    ) -> None:
         self.part, self.rates, rest = part, rates, np.zeros(len(rates))
         self.state = rest if state is None else state
         repeats = part.period is not None
         every = repeats or len(part.times) <= _FEW_BREAKS
         self.places = None if every or wanted is None else np.unique(wanted)
-        self.states = self._found(rest if repeats else self.state)
+        self.states = self._found(passed or {0: rest if repeats else self.state})
         self.settled = None
         if part.period is not None:
             self.settled = self.states[:, -1] / -np.expm1(-rates * part.period)
             self.state = self.settled if state is None else state
 
-    def _found(self, state: Real) -> Real:
-        """Return the states at the wanted breaks, shape (modes, places)."""
-        part, rates = self.part, self.rates
+    def _found(self, passed: dict[int, Real]) -> Real:
+        """Return the states at the wanted breaks, each from the last break before it where they are known, (modes, places)."""
+        part, rates, state = self.part, self.rates, passed[0]
         places = np.arange(len(part.times)) if self.places is None else self.places
         if part.is_step or not len(rates):
             return np.repeat(state[:, None], len(places), axis=1)
         if len(part.times) <= _FEWEST_BREAKS:
             return self._one_by_one(state)
-        steps = part.lengths if part.step is None else part.step
         states = np.empty((len(rates), len(places)))
-        for first in range(0, len(rates), _MODES_AT_ONCE):
-            some = slice(first, first + _MODES_AT_ONCE)
-            states[some] = states_at(
-                -rates[some], part.after[:-1], part.before[1:], steps, state[some], places
-            )
+        begins = np.array(sorted(passed))
+        nearest = np.searchsorted(begins, places, side="right") - 1
+        for which in np.unique(nearest).tolist():
+            own, begin = nearest == which, int(begins[which])
+            stretch = slice(begin, len(part.times) - 1)
+            if which + 1 < len(begins):
+                stretch = slice(begin, max(int(places[own][-1]), begin + 1))
+            steps = part.lengths[stretch] if part.step is None else part.step
+            given = part.after[:-1][stretch], part.before[1:][stretch], steps
+            for first in range(0, len(rates), _MODES_AT_ONCE):
+                some = slice(first, first + _MODES_AT_ONCE)
+                state = passed[begin][some]
+                found = states_at(-rates[some], *given, state, places[own] - begin, record=len(part.times))
+                states[some, own] = found
         return states
 
     def _one_by_one(self, state: Real) -> Real:

@@ -13,7 +13,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Tones, circling
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
 from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
 from electrovib.solve.electrics.straight import SharedModes, fading
@@ -23,7 +23,7 @@ from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated,
 from electrovib.solve.stack.transfer import INTEGRATING, Transfer, integral_weight, without_integrators
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.electrics.straight import InStretches, Rows
     from electrovib.solve.stack.keys import Key
 
 SAME_RATE: Final = 1e-8
@@ -93,19 +94,34 @@ class Response:
 
     def at(self, time: Real) -> dict[Any, Real]:
         """Compute the response at increasing times (n,) [s]."""
-        result: dict[Any, Real] = {}
-        for names, rates, left, modes in self.groups:
-            rows = self._driven(modes, time) if len(time) < _MANY else self._driven_once(modes, time)
-            if np.any(left):
-                rows = [row + more for row, more in zip(rows, fading(left, rates, time), strict=True)]
-            result |= zip(names, rows, strict=True)
-        if self.slopes:
-            now = np.sum([part.slope(time) for part in self.parts], axis=0)
-            for name, slope in self.slopes.items():
-                result[name] += slope * now
-        return result
+        return self.along(time)(slice(0, len(time)))
 
-    def _driven_once(self, modes: SharedModes, time: Real) -> list[Real]:
+    def along(self, time: Real) -> Callable[[slice], dict[Any, Real]]:
+        """Return the response at increasing times (n,) [s] as a function of stretches of them, one after the other.
+
+        The arrays of a stretch hold no more than its times, so that all that is made of them is made in the cache.
+        """
+        driven = [
+            self._driven(modes, time) if len(time) < _MANY else self._driven_once(modes, time)
+            for *_, modes in self.groups
+        ]
+        now = np.sum([part.slope(time) for part in self.parts], axis=0) if self.slopes else np.zeros(0)
+
+        def through(stretch: slice) -> dict[Any, Real]:
+            result: dict[Any, Real] = {}
+            for (names, rates, left, _), rows_of in zip(self.groups, driven, strict=True):
+                rows = rows_of(stretch)
+                if np.any(left):
+                    more = fading(left, rates, time[stretch])
+                    rows = [row + each for row, each in zip(rows, more, strict=True)]
+                result |= zip(names, rows, strict=True)
+            for name, slope in self.slopes.items():
+                result[name] = result[name] + slope * now[stretch]
+            return result
+
+        return through
+
+    def _driven_once(self, modes: SharedModes, time: Real) -> InStretches:
         """Return the response to all parts; an output that is a multiple of another, D = eps0 eps E, is not computed."""
         rows = np.column_stack([modes.direct, modes.gains])
         top = rows[np.arange(len(rows)), np.argmax(np.abs(rows), axis=1)]
@@ -114,22 +130,28 @@ class Response:
         same = np.all(np.abs(unit[:, None] - unit) <= _SAME * np.abs(unit), axis=2)
         first = np.argmax(same & (modes.lag[:, None] == modes.lag), axis=1)
         own = np.unique(first)
-        alone = SharedModes(modes.rates, modes.gains[own], modes.direct[own], modes.lag[own], modes.known)
-        found = dict(zip(own.tolist(), self._driven(alone, time), strict=True))
-        return [
-            found[among] if among == place else found[among] * float(top[place] / top[among])
-            for place, among in enumerate(first.tolist())
-        ]
+        alone = replace(modes, gains=modes.gains[own], direct=modes.direct[own], lag=modes.lag[own])
+        driven, factors = self._driven(alone, time), (top / top[first]).tolist()
 
-    def _driven(self, modes: SharedModes, time: Real) -> list[Real]:
-        """Return the response to all parts [V], each output in an array of its own."""
-        total: list[Real] = []
-        for part in self.parts:
-            found = _of_part(modes, part, time, settled=self.settled)
-            if total:
-                found = [np.add(row, more, out=row) for row, more in zip(total, found, strict=True)]
-            total = found
-        return total or [np.zeros(len(time)) for _ in modes.direct]
+        def through(stretch: slice) -> list[Real]:
+            found = dict(zip(own.tolist(), driven(stretch), strict=True))
+            pairs = zip(first.tolist(), factors, strict=True)
+            return [found[among] if factor == 1 else found[among] * factor for among, factor in pairs]
+
+        return through
+
+    def _driven(self, modes: SharedModes, time: Real) -> InStretches:
+        """Return the response to all parts [V] in stretches of the times."""
+        driven = [_of_part(modes, part, time, settled=self.settled) for part in self.parts]
+
+        def through(stretch: slice) -> Rows:
+            total: Rows = []
+            for each in driven:
+                found = each(stretch)
+                total = [row + more for row, more in zip(total, found, strict=True)] if total else found
+            return total if driven else [np.zeros(len(time[stretch])) for _ in modes.direct]
+
+        return through
 
 
 def how_it_begins(drive: Drive, *, settled: bool) -> str:
@@ -139,18 +161,24 @@ def how_it_begins(drive: Drive, *, settled: bool) -> str:
     return f"from {'the periodic state' if settled else 'rest'}, {how}"
 
 
-def _of_part(modes: SharedModes, part: Part, time: Real, *, settled: bool) -> list[Real]:
-    """Return the response to one part [V]."""
-    rates, gains, direct = modes.rates, modes.gains, modes.direct
-    if not len(rates):
-        return list(np.outer(direct, part.value(time)))
+def _of_part(modes: SharedModes, part: Part, time: Real, *, settled: bool) -> InStretches:
+    """Return the response to one part [V] in stretches of the times."""
+    rates, direct = modes.rates, modes.direct
+    if not len(rates) or (settled and part.is_step):  # a constant to which the modes have settled
+        follows, value = direct + np.where(modes.lag, 0.0, modes.gains.sum(axis=1)), part.value(time)
+        return lambda stretch: np.outer(follows, value[stretch])
     match part:
         case Tones():
-            return _tones(part, modes, time, settled=settled)
-        case Linear() if settled and part.is_step:  # a constant to which the modes have settled
-            return list(np.outer(direct + np.where(modes.lag, 0.0, gains.sum(axis=1)), part.value(time)))
+            return lambda stretch: _tones(part, modes, time[stretch], settled=settled)
         case Linear():
-            return modes.straight(part, time, None if settled else np.zeros(len(rates)))
+            return modes.along(part, time, None if settled else np.zeros(len(rates)))
+    whole = _formula(modes, part, time)
+    return lambda stretch: whole[:, stretch]
+
+
+def _formula(modes: SharedModes, part: Smooth, time: Real) -> Real:
+    """Return the response to a formula [V]."""
+    rates, gains, direct = modes.rates, modes.gains, modes.direct
     now, chirp = part.value(time), part if isinstance(part, Chirped) else None
     found = np.outer(direct, now)
     states = smooth_states(part, rates, time) if chirp is None else now
@@ -160,7 +188,7 @@ def _of_part(modes: SharedModes, part: Part, time: Real, *, settled: bool) -> li
             found[some] += gains[some] @ (states - now if lag else states)
         else:
             found[some] += chirp_response(chirp, rates, gains[some], time, lag=lag)
-    return list(found)
+    return found
 
 
 def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> list[Real]:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.recursion.blocks import even_states, march_even
+from electrovib.solve.recursion.blocks import EvenMarch, even_states
 from electrovib.solve.recursion.hold import gather
 from electrovib.solve.recursion.hold import hold_weights as hold_weights
-from electrovib.solve.recursion.uneven import march_uneven, uneven_states
+from electrovib.solve.recursion.uneven import UnevenMarch, uneven_states
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -39,9 +39,23 @@ def march(
     drive that is not finite also invalidates outputs before it, within its block. An even grid is computed by matrix products
     over blocks of samples, an uneven one by a scan over rows of pieces.
     """
-    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag)
-    output = np.empty((modes.direct.size, drive.starts.size + 1))
-    return output, (march_uneven if drive.steps.ndim else march_even)(modes, drive, state, output)
+    one = March(poles, gains, direct, starts, ends, steps, initial_state, lag=lag)
+    return one.through(slice(0, one.pieces)), one.state
+
+
+class March:
+    """The recursion of `march`, one part of the drive after the other; `state` (poles,) is that at the end of the last part."""
+
+    def __init__(self, *given: ArrayLike, lag: ArrayLike = False) -> None:
+        modes, drive, self.state = gather(*given, lag=lag)
+        self.outputs, self.pieces = modes.direct.size, drive.starts.size
+        self._march = (UnevenMarch if drive.steps.ndim else EvenMarch)(modes, drive, self.state)
+
+    def through(self, part: slice) -> Real:
+        """Return the outputs at the beginnings of the next pieces, and after the last of all at its end, (outputs, n)."""
+        output = np.empty((self.outputs, part.stop - part.start + (part.stop == self.pieces)))
+        self.state = self._march.through(part, output)
+        return output
 
 
 def states_at(
@@ -51,11 +65,16 @@ def states_at(
     steps: ArrayLike,
     initial_state: ArrayLike,
     places: Indices,
+    *,
+    record: int = 0,
 ) -> Numbers:
     """Return the states of relaxing modes at some points of a piecewise linear drive.
 
-    `places` (n,) in rising order; returns `states` (poles, n).
+    `places` (n,) in rising order; returns `states` (poles, n). `record` is the number of pieces of the record of which these
+    are a part.
     """
     none = np.zeros((0, np.size(poles)))
     modes, drive, state = gather(poles, none, np.zeros(0), starts, ends, steps, initial_state)
-    return (uneven_states if drive.steps.ndim else even_states)(modes, drive, state, places)
+    if drive.steps.ndim:
+        return uneven_states(modes, drive, state, places, record)
+    return even_states(modes, drive, state, places)

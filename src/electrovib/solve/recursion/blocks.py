@@ -22,94 +22,116 @@ _HELD = 1 << 17  # numbers in memory together: they fit in the second-level cach
 PRODUCT = 4 * 65536
 
 
-class _Inputs(NamedTuple):
-    """One number of each signal per step, and its weights in the recursion.
+class _Weights(NamedTuple):
+    """Weights of the signals of a drive in the recursion: its values or its rises, and its drops if it is discontinuous.
 
     Parameters
     ----------
-    signals : list of ndarray, (pieces,)
-        Values of the drive or its rises, and its drops at the beginning of each piece if it is discontinuous.
-    at_end : float
-        Value of the first signal at the last point.
+    lag : bool
+        Whether the recursion's state is the lag behind the drive.
     now, later : ndarray, (signals, poles)
         Weight of a sample in the recursion's state at once, and one step later.
     shift : ndarray, (poles,)
         Share of the drive that is added to the recursion's state to obtain the mode.
     """
 
-    signals: list[Real]
-    at_end: float
+    lag: bool
     now: Numbers
     later: Numbers
     shift: Numbers
 
 
-def _inputs(drive: StraightDrive, z: Numbers, *, lag: bool = False) -> _Inputs:
-    """Return the values of a drive as the signals of the recursion, or its rises.
+def _weights(z: Numbers, *, drops: bool, lag: bool = False) -> _Weights:
+    """Return the weights of values of a drive in the recursion, or of its rises.
 
     With values, the recursion's state is ``w = x - last v``, ``w' = decay w + (decay last + first) v``: a continuous
     drive enters once, and not as starts and ends. With rises it is the lag ``x - v`` itself, which becomes
     ``decay (x - v) - (1 - last) rise``: the small lag of a mode that follows the drive closely is then not the
     difference of two large numbers.
     """
-    (decay, first, last), jumps, zero = hold_weights(z), drive.jumps(), np.zeros_like(z)
+    (decay, first, last), zero, count = hold_weights(z), np.zeros_like(z), 1 + drops
     if lag:
-        signals, at_end = [drive.ends - drive.starts], 0.0
         now, later, shift = [zero, zero + 1.0], [last - 1.0, decay], zero
     else:
-        signals, at_end = [drive.starts], float(drive.ends[-1])
         now, later, shift = [zero, last], [decay * last + first, decay * last], last
-    signals += [] if jumps is None else [jumps]
-    count = len(signals)
-    return _Inputs(signals, at_end, np.stack(now[:count]), np.stack(later[:count]), shift)
+    return _Weights(lag, np.stack(now[:count]), np.stack(later[:count]), shift)
 
 
-def march_even(modes: Modes, drive: StraightDrive, state: Numbers, output: Real) -> Numbers:
-    """Compute the response of relaxing or oscillating modes to a drive with pieces of equal duration.
+def _signals(drive: StraightDrive, jumps: Real | None, part: slice, *, lag: bool) -> list[Real]:
+    """Return one number of each signal for every step of a part of the drive."""
+    first = drive.ends[part] - drive.starts[part] if lag else drive.starts[part]
+    return [first] if jumps is None else [first, jumps[part]]
 
-    `state` (poles,), `output` (pieces + 1,); returns `final_state` (poles,).
+
+class _Together:
+    """Outputs that take the modes, or their lags, with the recursion's state at the point that is reached."""
+
+    def __init__(
+        self, modes: Modes, z: Numbers, state: Numbers, start: float, *, lag: bool, drops: bool
+    ) -> None:
+        self.places, self.z = np.flatnonzero(modes.lag == lag), z
+        self.direct = modes.direct[self.places]
+        self.weights = _weights(z, drops=drops, lag=lag)
+        self.state = state - (start if lag else self.weights.shift * start)
+        self.onto_state = _onto_state(self.weights, z, _BLOCK)
+        direct = np.zeros_like(self.direct) if lag else self.direct
+        self.onto_output = _onto_output(modes.gains[self.places], direct, self.weights, z)
+
+    def put_out(self, signals: Sequence[Real], at_end: float, output: Real) -> None:
+        """Write the outputs at the beginnings of steps, and where there is one number more at the end of the last."""
+        rows, z = [output[place] for place in self.places], self.z
+        count = signals[0].size
+        blocks, rest = divmod(count, _BLOCK)
+        end, length = blocks * _BLOCK, max(1, _HELD // max(1, z.size))
+        whole = [signal[:end].reshape(blocks, _BLOCK) for signal in signals]
+        records = [row[:end].reshape(blocks, _BLOCK) for row in rows]
+        for first in range(0, blocks, length):
+            part = slice(first, min(first + length, blocks))
+            seen = [signal[part] for signal in whole]
+            states = _states_before_blocks(seen, self.onto_state, z, self.state)
+            _multiply([*seen, numbers(states[:-1])], self.onto_output, [record[part] for record in records])
+            self.state = states[-1]
+        if not rest and output.shape[1] == count:
+            return
+        tail = np.zeros((len(whole), 1, _BLOCK))  # the samples left over and the last point
+        tail[:, 0, :rest] = [signal[end:] for signal in signals]
+        pushed = (np.roll(tail, -rest, axis=2).reshape(-1) @ self.onto_state).view(z.dtype)
+        tail[0, 0, rest] = at_end
+        last = np.empty((len(rows), 1, _BLOCK))
+        _multiply([*tail, numbers(self.state[np.newaxis])], self.onto_output, list(last))
+        for row, each in zip(rows, last, strict=True):
+            row[end:] = each[0, : output.shape[1] - end]
+        self.state = np.asarray(np.exp(rest * z) * self.state + pushed)
+
+
+class EvenMarch:
+    """The response of relaxing or oscillating modes to a drive with pieces of equal duration, one part after the other.
 
     Within a block the output is a triangular matrix of the impulse response times the samples, plus the free decay of
-    the recursion's states (``_Inputs``) from the beginning of the block.
+    the recursion's states (``_Weights``) from the beginning of the block.
     """
-    z, lagging, others = modes.poles * drive.steps, np.flatnonzero(modes.lag), np.flatnonzero(~modes.lag)
-    if len(lagging):
-        rows, inputs = [output[place] for place in lagging], _inputs(drive, z, lag=True)
-        _put_out(rows, modes.gains[lagging], np.zeros(len(rows)), inputs, z, state - drive.starts[0])
-        for row, direct in zip(rows, modes.direct[lagging], strict=True):
-            if direct:
-                row[:-1] += direct * drive.starts
-                row[-1] += direct * drive.ends[-1]
-    rows, inputs = [output[place] for place in others], _inputs(drive, z)
-    begins = state - inputs.shift * drive.starts[0]
-    final = _put_out(rows, modes.gains[others], modes.direct[others], inputs, z, begins)
-    return np.asarray(final + inputs.shift * drive.ends[-1])
 
+    def __init__(self, modes: Modes, drive: StraightDrive, state: Numbers) -> None:
+        self.drive, self.jumps, z = drive, drive.jumps(), modes.poles * drive.steps
+        given, drops = (modes, z, state, drive.starts[0]), self.jumps is not None
+        self.lagging = _Together(*given, lag=True, drops=drops) if np.any(modes.lag) else None
+        self.others = _Together(*given, lag=False, drops=drops)
 
-def _put_out(
-    rows: Sequence[Real], gains: Numbers, direct: Real, inputs: _Inputs, z: Numbers, state: Numbers
-) -> Numbers:
-    """Write some of the outputs, and return the recursion's state at the last point."""
-    onto_state, onto_output = _onto_state(inputs, z, _BLOCK), _onto_output(gains, direct, inputs, z)
-    blocks, rest = divmod(inputs.signals[0].size, _BLOCK)
-    end, length = blocks * _BLOCK, max(1, _HELD // max(1, z.size))
-    whole = [signal[:end].reshape(blocks, _BLOCK) for signal in inputs.signals]
-    records = [row[:end].reshape(blocks, _BLOCK) for row in rows]
-    for first in range(0, blocks, length):
-        part = slice(first, min(first + length, blocks))
-        seen = [signal[part] for signal in whole]
-        states = _states_before_blocks(seen, onto_state, z, state)
-        _multiply([*seen, numbers(states[:-1])], onto_output, [record[part] for record in records])
-        state = states[-1]
-    tail = np.zeros((len(whole), 1, _BLOCK))  # the samples left over and the last point
-    tail[:, 0, :rest] = [signal[end:] for signal in inputs.signals]
-    pushed = (np.roll(tail, -rest, axis=2).reshape(-1) @ onto_state).view(z.dtype)
-    tail[0, 0, rest] = inputs.at_end
-    last = np.empty((len(rows), 1, _BLOCK))
-    _multiply([*tail, numbers(state[np.newaxis])], onto_output, list(last))
-    for row, each in zip(rows, last, strict=True):
-        row[end:] = each[0, : rest + 1]
-    return np.asarray(np.exp(rest * z) * state + pushed)
+    def through(self, part: slice, output: Real) -> Numbers:
+        """Write the outputs at the beginnings of some pieces, those after the ones before, and return the states at their end.
+
+        `output` (outputs, n), or (outputs, n + 1) with the last point.
+        """
+        drive, at_end = self.drive, float(self.drive.ends[part.stop - 1])
+        if (lagging := self.lagging) is not None:
+            lagging.put_out(_signals(drive, self.jumps, part, lag=True), 0.0, output)
+            for place, direct in zip(lagging.places, lagging.direct, strict=True):
+                if direct:
+                    count = part.stop - part.start
+                    output[place, :count] += direct * drive.starts[part]
+                    output[place, count:] += direct * at_end
+        self.others.put_out(_signals(drive, self.jumps, part, lag=False), at_end, output)
+        return np.asarray(self.others.state + self.others.weights.shift * at_end)
 
 
 def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
@@ -117,11 +139,13 @@ def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indi
 
     `places` (n,); returns `states` (poles, n).
     """
-    z = modes.poles * drive.steps
-    inputs, block = _inputs(drive, z), _LONG if len(places) * _LONG > drive.starts.size else 4 * _LONG
-    onto_state, blocks = _onto_state(inputs, z, block), drive.starts.size // block
-    whole = [signal[: blocks * block].reshape(blocks, block) for signal in inputs.signals]
-    states = _states_before_blocks(whole, onto_state, z, state - inputs.shift * drive.starts[0])
+    z, jumps = modes.poles * drive.steps, drive.jumps()
+    block = _LONG if len(places) * _LONG > drive.starts.size else 4 * _LONG
+    weights = _weights(z, drops=jumps is not None)
+    onto_state, blocks = _onto_state(weights, z, block), drive.starts.size // block
+    signals = _signals(drive, jumps, slice(None), lag=False)
+    whole = [signal[: blocks * block].reshape(blocks, block) for signal in signals]
+    states = _states_before_blocks(whole, onto_state, z, state - weights.shift * drive.starts[0])
     at, since = np.divmod(places, block)
     found = np.exp(since[:, np.newaxis] * z) * states[at]
     many = max(1, _HELD // block)
@@ -130,16 +154,18 @@ def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indi
         before = places[some, np.newaxis] - block + np.arange(block)
         samples = [
             np.where(np.arange(block) >= block - since[some, np.newaxis], signal[np.maximum(before, 0)], 0.0)
-            for signal in inputs.signals
+            for signal in signals
         ]
         found[some] += (np.concatenate(samples, axis=1) @ onto_state).view(z.dtype)
-    for signal, now in zip(inputs.signals[1:], inputs.now[1:], strict=True):  # the drop at a point itself
-        found += np.append(signal, 0.0)[places, np.newaxis] * now
-    level = np.append(drive.starts, drive.ends[-1])[places, np.newaxis]
-    return np.asarray((found + level * inputs.shift).T)
+    inside = np.minimum(places, drive.starts.size - 1)
+    is_end = places == drive.starts.size
+    for signal, now in zip(signals[1:], weights.now[1:], strict=True):  # the drop at a point itself
+        found += np.where(is_end, 0.0, signal[inside])[:, np.newaxis] * now
+    level = np.where(is_end, drive.ends[-1], drive.starts[inside])
+    return np.asarray((found + level[:, np.newaxis] * weights.shift).T)
 
 
-def _onto_output(gains: Numbers, direct: Real, inputs: _Inputs, z: Numbers) -> Real:
+def _onto_output(gains: Numbers, direct: Real, inputs: _Weights, z: Numbers) -> Real:
     """Return the weights of the samples of a block and of the state before it in the outputs of the block.
 
     Returns `weights` (outputs, signals * block + numbers, block): upper triangles of the impulse responses, then the free
@@ -155,13 +181,13 @@ def _onto_output(gains: Numbers, direct: Real, inputs: _Inputs, z: Numbers) -> R
     return np.concatenate([triangles.reshape(len(gains), len(inputs.now) * _BLOCK, _BLOCK), free], axis=1)
 
 
-def _onto_state(inputs: _Inputs, z: Numbers, block: int) -> Real:
+def _onto_state(inputs: _Weights, z: Numbers, block: int) -> Real:
     """Return the share of every sample of a block in the state before the next block, (signals * block, numbers)."""
     shares = numbers(_responses(inputs, z, block)[:, :0:-1])
     return shares.reshape(len(inputs.now) * block, shares.shape[2])
 
 
-def _responses(inputs: _Inputs, z: Numbers, longest: int) -> Numbers:
+def _responses(inputs: _Weights, z: Numbers, longest: int) -> Numbers:
     """Return the share of a sample in the state so many steps later, (signals, steps + 1, poles)."""
     decays = np.exp(np.multiply.outer(np.arange(longest), z))  # not decay**n, in which slow modes lose digits
     return np.concatenate([inputs.now[:, np.newaxis], inputs.later[:, np.newaxis] * decays], axis=1)

@@ -37,39 +37,57 @@ class _Plan(NamedTuple):
     compiled: Any
 
 
-def march_uneven(modes: Modes, drive: StraightDrive, state: Numbers, output: Real) -> Numbers:
-    """Compute the response of relaxing or oscillating modes to a drive with pieces of unequal duration.
+class UnevenMarch:
+    """The response of relaxing or oscillating modes to a drive with pieces of unequal duration, one part after the other."""
 
-    `state` (poles,), `output` (pieces + 1,); returns `final_state` (poles,).
-    """
-    plan = _plan(modes, drive)
-    gains, lag = modes.gains[:, plan.order], np.arange(plan.poles.size) >= plan.slow
-    level = modes.direct + (gains.real * (lag - modes.lag[:, np.newaxis].astype(float))).sum(axis=1)
-    shares = numbers(np.conj(gains))  # the real part of a product
-    for part, followed in _followed(plan, drive, state, len(gains)):
-        np.multiply.outer(level, drive.starts[part], out=output[:, part])
-        output[:, part] += shares @ numbers(followed[:-1]).T
-    output[:, -1] = shares @ numbers(followed[-1]) + level * drive.ends[-1]
-    final = np.empty_like(followed[-1])
-    final[plan.order] = followed[-1] + lag * drive.ends[-1]
-    return np.asarray(final)
+    def __init__(self, modes: Modes, drive: StraightDrive, state: Numbers) -> None:
+        self.drive, self.plan = drive, _plan(modes, drive)
+        gains, self.lag = modes.gains[:, self.plan.order], np.arange(self.plan.poles.size) >= self.plan.slow
+        lagging = self.lag - modes.lag[:, np.newaxis].astype(float)
+        self.level = modes.direct + (gains.real * lagging).sum(axis=1)
+        self.shares = numbers(np.conj(gains))  # the real part of a product
+        self.followed = state[self.plan.order] - self.lag * drive.starts[0]
+
+    def through(self, part: slice, output: Real) -> Numbers:
+        """Write the outputs at the beginnings of some pieces, those after the ones before, and return the states at their end.
+
+        `output` (outputs, n), or (outputs, n + 1) with the last point.
+        """
+        drive, shares = self.drive, self.shares
+        for some, followed in _followed(self.plan, drive, self.followed, len(output), part):
+            own = slice(some.start - part.start, some.stop - part.start)
+            np.multiply.outer(self.level, drive.starts[some], out=output[:, own])
+            output[:, own] += shares @ numbers(followed[:-1]).T
+            self.followed = followed[-1]
+        at_end = float(drive.ends[part.stop - 1])
+        is_last = part.stop == drive.starts.size
+        if output.shape[1] > part.stop - part.start:
+            output[:, -1] = shares @ numbers(self.followed) + self.level * at_end
+        states = np.empty_like(self.followed)
+        states[self.plan.order] = self.followed + self.lag * (at_end if is_last else drive.starts[part.stop])
+        return np.asarray(states)
 
 
-def uneven_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
-    """Return the states at some points of a drive with pieces of unequal duration.
+def uneven_states(
+    modes: Modes, drive: StraightDrive, state: Numbers, places: Indices, record: int = 0
+) -> Numbers:
+    """Return the states at some points of a drive with pieces of unequal duration, part of a record of so many pieces.
 
     `places` (n,) in rising order; returns `states` (poles, n).
     """
-    plan, levels = _plan(modes, drive), np.append(drive.starts, drive.ends[-1])
+    plan, inside = _plan(modes, drive, record), np.minimum(places, drive.starts.size - 1)
     found = np.empty((len(places), plan.poles.size), state.dtype)
-    for part, followed in _followed(plan, drive, state, 0):
+    begin = state[plan.order]
+    begin[plan.slow :] -= drive.starts[0]
+    for part, followed in _followed(plan, drive, begin, 0, slice(0, drive.starts.size)):
         some = slice(*np.searchsorted(places, [part.start, part.stop + 1]))
         found[some, plan.order] = followed[places[some] - part.start]
-    found[:, plan.order[plan.slow :]] += levels[places, np.newaxis]
+    levels = np.where(places < drive.starts.size, drive.starts[inside], drive.ends[-1])
+    found[:, plan.order[plan.slow :]] += levels[:, np.newaxis]
     return found.T
 
 
-def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
+def _plan(modes: Modes, drive: StraightDrive, record: int = 0) -> _Plan:
     """Order the modes by what they relax in the longest usual step.
 
     A drive with graded steps may be very large for a short time; the lag of a mode behind it would be rounded by the size of
@@ -82,12 +100,12 @@ def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
         usual = 0.0
     else:
         slow = int(np.count_nonzero(-poles * usual <= SLOW))
-    return _Plan(order, poles[order], slow, usual, _compiled(poles, drive))
+    return _Plan(order, poles[order], slow, usual, _compiled(poles, max(drive.starts.size, record)))
 
 
-def _compiled(poles: Numbers, drive: StraightDrive) -> Any:
+def _compiled(poles: Numbers, pieces: int) -> Any:
     """Return the compiled recursion where it is faster. The choice depends on the record alone."""
-    if poles.size * drive.starts.size < _WORTH or np.iscomplexobj(poles) or not is_compiled():
+    if poles.size * pieces < _WORTH or np.iscomplexobj(poles) or not is_compiled():
         return None
     from electrovib.solve.recursion.compiled import follow
 
@@ -95,16 +113,14 @@ def _compiled(poles: Numbers, drive: StraightDrive) -> Any:
 
 
 def _followed(
-    plan: _Plan, drive: StraightDrive, state: Numbers, outputs: int
+    plan: _Plan, drive: StraightDrive, followed: Numbers, outputs: int, within: slice
 ) -> Iterator[tuple[slice, Numbers]]:
-    """Yield intervals of a drive with states and lags before each piece and after the last, (pieces + 1, modes)."""
+    """Yield intervals of a part of a drive with states and lags before each piece and after the last, (pieces + 1, modes)."""
     pieces, rates = drive.starts.size, -plan.poles
-    followed = state[plan.order]
-    followed[plan.slow :] -= drive.starts[0]
     # the product with the gains stays on one thread, and the states in the second-level cache
     length = max(1, PRODUCT // max(1, numbers(rates).size * max(8, outputs)))
-    for begin in range(0, pieces, length):
-        part = slice(begin, min(begin + length, pieces))
+    for begin in range(within.start, within.stop, length):
+        part = slice(begin, min(begin + length, within.stop))
         some = StraightDrive(*(each[part] for each in drive))
         following = float(drive.starts[part.stop] if part.stop < pieces else drive.ends[-1])
         if plan.compiled:
