@@ -81,11 +81,10 @@ def batched_eigenvalues(nodes, weights, constant) -> Callable[[], np.ndarray]:
 
 def squares_in_numpy(many, draws) -> np.ndarray:
     """Return the attraction of fingers under a quadratic law, (times, fingers), by a loop over the times."""
-    arrays = many._together  # noqa: SLF001 - the modes of the fingers are no signals
     columns = {path: np.asarray(each, dtype=float)[:, None] for path, each in many.columns(draws).items()}
     member = with_columns(many.scenario, columns)
-    ((name, transfer),) = arrays._asked(member).items()  # noqa: SLF001
-    ((_, drive),) = arrays.drive.terms(columns)
+    ((name, transfer),) = many.asked(member).items()
+    ((_, drive),) = many.drive.terms(columns)
     rates, residues, direct = transfer.rates, transfer.gains * transfer.rates, transfer.direct[:, 0]
     voltage, steps = drive.voltage, drive.moments.steps
     weights = [_of_duration(rates, residues, duration) for duration in steps.duration.tolist()]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.discovery import papers
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.solve.population.response import some_of
+from electrovib.solve.population.arrays import some_of
 from electrovib.solve.stack.expand import reduce_material
 from electrovib.solve.stack.section import CLEARANCE, TOLERANCE, inverse_root_thickness
 from electrovib.solve.stack.transfer import (

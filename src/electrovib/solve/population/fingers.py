@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, gathered, nearest, refuse
-from electrovib.core.paths import quantity_at
+from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
+from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.one_by_one import KERNEL, ParametricScenario, over_which
-from electrovib.solve.population.arrays import Arrays
+from electrovib.solve.population.arrays import asked_of, has_modes, over_time, refuse_beyond_arrays, some_of
+from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
+from electrovib.solve.population.drive import SharedDrive, excitation, shared_drive
 from electrovib.solve.population.kernels import kernel_name
+from electrovib.solve.stack.expand import modes_of, phasors
+from electrovib.solve.stack.harmonics import refuse_unrepeated
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
@@ -23,6 +29,8 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.stack.keys import Key
+    from electrovib.solve.stack.transfer import Transfer
 
 TOGETHER: Final = (
     "together: arrays over fingers (linear layers, a fixed gap, a drive of straight pieces or sines, friction without"
@@ -31,6 +39,21 @@ TOGETHER: Final = (
 """Method that is stated where fingers are computed in arrays."""
 GRIDS: Final = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
+STACKS: Final = 1024
+"""Fingers whose modes are in memory together."""
+RESPONSES: Final = 1 << 16
+"""Numbers of the responses in memory together, about."""
+FEWEST: Final = 64
+"""Smallest number of fingers whose responses are computed together."""
+AGREE: Final = 1e-11
+"""Largest difference over the peak of a signal; a formula that is no formula of one finger differs by more."""
+OF_CURRENT: Final = 1e-9
+"""The same of a current: rounding of the time decides what remains of the fastest mode after a corner, some 1e-10."""
+SCALED: Final = 1e-6
+"""The same where a permittivity is scaled: the least squares of the scaled one end elsewhere within their own error, 1e-5."""
+_NUDGE: Final = 0.05
+_FAINT: Final = 1e-9
+"""Share of the largest value that is compared for a parameter whose value is 0."""
 
 
 def population(
@@ -74,6 +97,8 @@ class Population:
         Output times [s]; None for signals over frequency.
     frequency : ndarray, shape (n,), or None
         Frequencies [Hz]; None for signals over time.
+    drive : SharedDrive or None
+        The drive of all fingers as a sum; None where each has times or frequencies of its own, and where none is needed.
 
     Raises
     ------
@@ -108,34 +133,49 @@ class Population:
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
         self.prepared, self._band = ParametricScenario(scenario, self.free), band
+        self._lock = Lock()  # one scenario at a time is prepared for fingers that are solved one by one
         self.method, self.kernel = TOGETHER, kernel_name()
-        self._together: Arrays | None = None
+        self.drive: SharedDrive | None = None
         try:
-            self._together = Arrays(scenario, self.prepared, self.names, self.time, band)
+            self._prepare()
         except NotInArraysError as reason:
             self.method, self.kernel = f"one by one: {reason}", KERNEL
 
     @property
     def shares_times(self) -> bool:
         """Whether the drives of all fingers have the same times and frequencies, where signals are over time."""
-        return self._together is None or self._together.drive is not None
+        return self.method != TOGETHER or self.drive is not None
 
     def signals(self, draws: Mapping[str, ArrayLike]) -> dict[str, Any]:
         """Compute the signals of fingers."""
-        columns = self.columns(draws)
-        return self._alone(columns) if self._together is None else self._together.signals(columns)
+        columns, found = self.columns(draws), dict[str, Any]()
+        count = len(next(iter(columns.values())))
+        for fingers, rows in self.parts(columns):
+            for name, each in rows.items():
+                if name not in found:
+                    found[name] = np.empty((count, *each.shape[1:]), each.dtype)
+                found[name][fingers] = each
+        return {name: found[name] for name in self.names}
 
     def parts(self, draws: Mapping[str, ArrayLike]) -> Iterator[tuple[Any, dict[str, Any]]]:
         """Yield the indices and the signals of some fingers after the other; several threads may do so at once."""
         columns = self.columns(draws)
-        if self._together is None:
+        if self.method != TOGETHER:
             yield slice(None), self._alone(columns)
-        else:
-            yield from self._together.parts(columns)
-
-    def _alone(self, columns: Mapping[str, Real]) -> dict[str, Any]:
-        """Return the signals of fingers, each computed by itself."""
-        return self.prepared.of_many(columns, names=self.names, time=self.time, band=self._band)
+            return
+        check_values(self.scenario, self._quantities, columns)
+        for fingers in _of_one_form(columns):
+            for begin in range(0, len(fingers), STACKS):
+                left = fingers[begin : begin + STACKS]
+                some = {path: values[left] for path, values in columns.items()}
+                try:
+                    for rows, size in self._in_arrays(some, len(left)):
+                        yield _range(left[:size]), rows
+                        left = left[size:]
+                except NotInArraysError:  # fingers with fewer modes among others
+                    with self._lock:
+                        rows = self._alone({path: values[left] for path, values in columns.items()})
+                    yield _range(left), rows
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger."""
@@ -153,6 +193,167 @@ class Population:
         count = shapes.pop()
         begin = self.prepared.begin
         return {path: given[path] if path in given else np.full(count, begin[path]) for path in self.free}
+
+    def asked(self, member: Scenario) -> dict[Key, Transfer]:
+        """Return the linear quantities that the signals need, of a scenario with columns."""
+        if not has_modes(member, self.names):
+            return {}
+        return asked_of(member, modes_of(member, debye_of(member, self._reduced, self.free)), self.names)
+
+    def _alone(self, columns: Mapping[str, Real]) -> dict[str, Any]:
+        """Return the signals of fingers, each computed by itself."""
+        return self.prepared.of_many(columns, names=self.names, time=self.time, band=self._band)
+
+    def _prepare(self) -> None:
+        """Compute what fingers in arrays share; refused where arrays do not cover the scenario or what differs."""
+        scenario, free, time = self.scenario, self.free, self.time
+        refuse_beyond_arrays(scenario, free, self.names)
+        self._quantities = {path: quantity_at(scenario, path) for path in free}
+        of_drive = tuple(path for path in free if path.startswith("drive."))
+        settled, band = scenario.time.settled, time if self._band is None else self._band
+        self._largest: Any = scenario.drive.largest() if time is None else 0.0
+        if time is not None or of_drive:
+            times = scenario.time.times(scenario.drive) if time is None else time
+            try:
+                self.drive = shared_drive(scenario, of_drive, times, settled=settled)
+            except NotInArraysError:  # each finger may have a drive of its own
+                if time is None or not scenario.force.causal:
+                    raise
+                excitation(scenario.drive, times, settled=settled)
+        if time is None and self.drive is not None:
+            self._largest = _largest_per_parameter(scenario, self.drive)
+        self._reduced = {}
+        if band is not None and has_modes(scenario, self.names):
+            self._reduced = shared_reductions(scenario, free, band)
+        if self._reduced and self.drive is None:
+            raise NotInArraysError(
+                "the band over which materials are reduced follows from the drive of each finger"
+            )
+        self._compare()
+
+    def _in_arrays(self, draws: Mapping[str, Real], count: int) -> Iterator[tuple[dict[str, Any], int]]:
+        """Yield the signals of some fingers after the other, and how many these are."""
+        columns = {path: np.ascontiguousarray(each, dtype=float)[:, None] for path, each in draws.items()}
+        inner = {path: column for path, column in columns.items() if not path.startswith("drive.")}
+        asked = self.asked(with_columns(self.scenario, inner))
+        outputs = self.frequency if self.time is None else self.time
+        assert outputs is not None
+        at_once = max(FEWEST, RESPONSES // len(outputs))
+        for first in range(0, count, at_once):
+            part = slice(first, min(first + at_once, count))
+            some = with_columns(self.scenario, {path: each[part] for path, each in inner.items()})
+            mine = {path: each[part] for path, each in columns.items()}
+            driven = self._driven(mine)
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                found = (
+                    self._over_frequency(some, mine)
+                    if self.time is None
+                    else over_time(some, some_of(asked, part), driven, self.names)
+                )
+            size = part.stop - first
+            for name, each in found.items():
+                axes = len(SIGNALS[name].dims)
+                found[name] = np.broadcast_to(each, (size, *each.shape[each.ndim - axes :]))
+            yield found, size
+
+    def _driven(self, columns: Mapping[str, Real]) -> list[tuple[slice, list[Any]]]:
+        """Return ranges of fingers, and the factors and drives that add up to the drive of each range."""
+        if self.time is None:
+            return []
+        if self.drive is not None:
+            return [(slice(None), self.drive.terms(columns))]
+        settled, found = self.scenario.time.settled, []
+        mine = {path: values[:, 0].tolist() for path, values in columns.items() if path.startswith("drive.")}
+        for finger, values in enumerate(zip(*mine.values(), strict=True)):
+            with self._lock:
+                drive = self.prepared.scenario(dict(zip(mine, values, strict=True))).drive
+            if settled:
+                refuse_unrepeated(drive)
+            own = excitation(drive, self.time, settled=settled)
+            found.append((slice(finger, finger + 1), [(1.0, own)]))
+        return found
+
+    def _over_frequency(self, member: Scenario, columns: Mapping[str, Real]) -> dict[str, Any]:
+        """Return the signals over frequency of some fingers."""
+        largest: Any = self._largest
+        if not isinstance(largest, float):
+            largest = np.abs(columns[largest[0]]) * largest[1]
+        assert self.frequency is not None
+        exact = phasors(member, self.frequency)
+        found = over_frequency(member, exact, amplitude=largest, wanted=frozenset(self.names))
+        if missing := [name for name in self.names if name not in found]:
+            raise NotInArraysError(f"the scenario has no {missing[0]}")
+        return {name: found[name][1] for name in self.names}
+
+    def _compare(self) -> None:
+        """Refuse arrays whose fingers differ from the same fingers one by one."""
+        draws = self._two()
+        try:
+            expected = self._alone(draws)
+        except ElectrovibError as error:
+            raise NotInArraysError(
+                f"not all values next to those of the scenario are allowed: {error}"
+            ) from None
+        try:
+            ((found, _),) = self._in_arrays(draws, 2)
+        except (TypeError, ValueError, AttributeError, AssertionError) as error:
+            raise NotInArraysError(
+                f"a formula of the scenario does not run on arrays ({type(error).__name__})"
+            ) from None
+        is_scaled = any(each.is_scaled for each in self._reduced.values())
+        for name, rows in expected.items():
+            limit = SCALED if is_scaled else OF_CURRENT if name == "current" else AGREE
+            for mine, its in zip(found[name], rows, strict=True):
+                if not _agree(mine, its, limit):
+                    raise NotInArraysError(f"{name} in arrays differs from that of one finger")
+
+    def _two(self) -> dict[str, Real]:
+        """Return the values of the scenario, and values next to them within the ranges."""
+        found = {}
+        for path, value in self.prepared.begin.items():
+            if not isinstance(value, float):
+                raise NotInArraysError(f"{path} has no value in the scenario")
+            quantity = self._quantities[path]
+            step = _NUDGE * abs(value) or _FAINT * max(abs(quantity.low), abs(quantity.high))
+            begin = value or step  # a number of 0 may give fewer modes than others
+            found[path] = np.array([begin, begin - step if begin + step > quantity.high else begin + step])
+        return found
+
+
+def _largest_per_parameter(scenario: Scenario, drive: SharedDrive) -> tuple[str, float]:
+    """Return the path to which the largest value of the drive [V] is proportional, and the factor."""
+    if drive.fixed is not None or len(drive.shares) != 1:
+        raise NotInArraysError("the largest voltage is not proportional to one parameter of the drive")
+    (path,) = drive.shares
+    value = abs(float(value_at(scenario, path)))
+    if not value:
+        raise NotInArraysError("the largest voltage of the scenario is 0")
+    return path, scenario.drive.largest() / value
+
+
+def _of_one_form(draws: Mapping[str, Real]) -> list[Any]:
+    """Return groups of fingers whose values of 0 are those of the same parameters: these may have fewer modes."""
+    zero = np.array([values == 0 for values in draws.values()])
+    if not zero.any():
+        return [np.arange(zero.shape[1])]
+    _, group = np.unique(zero, axis=1, return_inverse=True)
+    group = group.reshape(-1)
+    return [np.flatnonzero(group == each) for each in range(int(group.max()) + 1)]
+
+
+def _range(fingers: Any) -> Any:
+    """Return indices as a range where they are one: it is written faster than a list."""
+    first, stop = int(fingers[0]), int(fingers[-1]) + 1
+    return slice(first, stop) if stop - first == len(fingers) else fingers
+
+
+def _agree(mine: Any, its: Any, limit: float) -> bool:
+    """Return whether the signals of one finger agree, NaN included."""
+    unknown = np.isnan(its)
+    if mine.shape != its.shape or not np.array_equal(unknown, np.isnan(mine)):
+        return False
+    peak = float(np.max(np.abs(its[~unknown]), initial=0.0))
+    return bool(np.all(np.abs(mine[~unknown] - its[~unknown]) <= limit * peak))
 
 
 def _checked(time: ArrayLike) -> Real:

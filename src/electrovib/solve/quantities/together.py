@@ -20,7 +20,7 @@ from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import Solution, fields, linear_quantities, name_interface
 from electrovib.solve.expanded import LATER_PERIODS, Record
 from electrovib.solve.mechanics.mechanical import mechanical
-from electrovib.solve.population.response import in_tones
+from electrovib.solve.population.arrays import in_tones
 from electrovib.solve.quantities.answer import QuantityNumbers, answer, judged
 from electrovib.solve.quantities.resolve import (
     TOLERANCE,

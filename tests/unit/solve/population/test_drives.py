@@ -9,8 +9,9 @@ from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import SLACK
 from electrovib.solve.population import population
-from electrovib.solve.population.arrays import _agree
-from electrovib.solve.population.response import excitation, respond
+from electrovib.solve.population.arrays import respond
+from electrovib.solve.population.drive import excitation
+from electrovib.solve.population.fingers import _agree
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integrated
 
 SQUARE = {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}

@@ -13,6 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population import arrays, population
+from electrovib.solve.population import fingers as computed
 from electrovib.solve.population.columns import check_values, shared_reductions, with_columns
 from electrovib.solve.stack.transfer import NotInArraysError
 
@@ -284,7 +285,7 @@ def test_a_finger_does_not_depend_on_the_company_or_on_the_parts_in_memory(
 
     assert_parts(slice(5, 6), slice(count - 1, None), slice(3, 10), slice(7, None), slice(None, None, -1))
     for name, value in {"STACKS": 7, "RESPONSES": 1, "FEWEST": 3}.items():
-        monkeypatch.setattr(arrays, name, value)
+        monkeypatch.setattr(computed, name, value)
     many = population(member, free, names, time)
     assert many.method.startswith("together")
     assert_parts(slice(0, 17))
@@ -309,7 +310,7 @@ def test_a_stack_that_arrays_refuse_is_computed_one_by_one(monkeypatch, fingers)
     member, free = ev.load(GAP), [BETWEEN, "contact.area"]
     many, draws = population(member, free, time=fingers.times_of(member)), fingers.draw(member, free, 8)
     expected = many.signals(draws)["electrostatic_force"]
-    monkeypatch.setattr(arrays, "STACKS", 3)
+    monkeypatch.setattr(computed, "STACKS", 3)
     known, calls = arrays.linear_quantities, []
 
     def sometimes(*each):

@@ -1,30 +1,27 @@
-"""The drive that fingers share, straight pieces on a grid of all outputs and corners and sines, and the responses to it."""
+"""The drive that fingers share: straight pieces on a grid of all outputs and corners, and sines."""
 
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.physics.drive.parts import SLACK, Linear, Smooth, Tones, circling
-from electrovib.solve.population.kernels import TimeSteps, first_order_hold_many, time_steps
-from electrovib.solve.recursion import hold_weights
+from electrovib.solve.population.kernels import TimeSteps, time_steps
 from electrovib.solve.stack.harmonics import drive_mean, settled_integral
-from electrovib.solve.stack.section import total_of
-from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral_weight, without_integrators
+from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
-    from electrovib.core.arrays import Complex, Indices, Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
 
-K = TypeVar("K")
 MOST_CORNERS: Final = 200_000
 """Corners of a drive up to the last output time beyond which fingers are computed one by one."""
 MOST_PIECES: Final = 4096
@@ -47,8 +44,8 @@ class Moments:
         Time 0, outputs and corners of the straight pieces, not decreasing; a discontinuity has its time twice [s].
     places : ndarray of int, shape (n,)
         Index of each output in `time`.
-    lengths : tuple of ndarray, shape (pieces,)
-        Durations of the pieces of each part that has been repeating since long before time 0 [s].
+    breaks : tuple of ndarray, shape (pieces + 1,)
+        Breaks in one period of each part that has been repeating since long before time 0 [s].
     frequencies : ndarray, shape (tones,)
         Frequencies of the sines, which are on at all outputs [Hz]; 0 for a constant.
     settled, is_straight : bool
@@ -58,7 +55,7 @@ class Moments:
     outputs: Real
     time: Real
     places: Indices
-    lengths: tuple[Real, ...]
+    breaks: tuple[Real, ...]
     frequencies: Real
     settled: bool
     is_straight: bool
@@ -77,7 +74,7 @@ class Moments:
 
     def agrees_with(self, other: Moments) -> bool:
         """Return whether another drive has the same times and frequencies."""
-        mine, its = ((each.time, each.places, each.frequencies, *each.lengths) for each in (self, other))
+        mine, its = ((each.time, each.places, each.frequencies, *each.breaks) for each in (self, other))
         return len(mine) == len(its) and all(map(np.array_equal, mine, its))
 
 
@@ -103,12 +100,12 @@ class Excitation:
         self.slopes, self.integral, self.rises, self.voltage, mean, level, real, imag, self._ends = parts
         self.mean, self.level, self.tones = float(mean[0]), float(level[0]), real + 1j * imag
 
-    def periods(self) -> list[tuple[Real, Real, Real]]:
-        """Return duration, begin and end of the pieces of each repeated part."""
+    def repeated(self) -> list[Linear]:
+        """Return each repeated part."""
         rest, found = self._ends, []
-        for lengths in self.moments.lengths:
-            begins, ends, rest = np.split(rest, [len(lengths), 2 * len(lengths)])
-            found.append((lengths, begins, ends))
+        for times in self.moments.breaks:
+            before, after, rest = np.split(rest, [len(times), 2 * len(times)])
+            found.append(Linear(times, before, after, period=float(times[-1])))
         return found
 
     def values(self) -> Real:
@@ -159,18 +156,20 @@ def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
     grid, voltage, places = _grid(straight, time, kind) if straight else _only_outputs(time)
     rises = _rises(straight, grid, voltage)
     slopes = sum((part.slope(time) for part in straight), start=np.zeros(len(time)))
-    periods = [_period(part, kind) for part in straight] if settled else []
+    repeated = straight if settled else []
+    if any(part.period is None or len(part.times) > MOST_PIECES for part in repeated):
+        raise NotInArraysError(f"{kind} has more than {MOST_PIECES} straight pieces in a period")
     amplitudes = np.concatenate([np.zeros(0), *(part.amplitudes for part in tones)])
     moments = Moments(
         outputs=time,
         time=grid,
         places=places,
-        lengths=tuple(lengths for lengths, _, _ in periods),
+        breaks=tuple(part.times for part in repeated),
         frequencies=np.concatenate([np.zeros(0), *(part.frequencies for part in tones)]),
         settled=settled,
         is_straight=bool(straight),
     )
-    ends = [each for _, begins, ends in periods for each in (begins, ends)]
+    ends = [each for part in repeated for each in (part.before, part.after)]
     mean = drive_mean(drive) if settled else 0.0
     integral = settled_integral(drive, time) if settled and not mean else np.zeros(len(time))
     row: list[Any] = [
@@ -189,13 +188,6 @@ def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
 def _only_outputs(time: Real) -> tuple[Real, Real, Indices]:
     """Return time 0 and the outputs, at which there is no voltage of straight pieces."""
     return np.concatenate([[0.0], time]), np.zeros(len(time) + 1), np.arange(1, len(time) + 1)
-
-
-def _period(part: Linear, kind: str) -> tuple[Real, Real, Real]:
-    """Return duration, begin and end of the pieces of one period."""
-    if part.period is None or len(part.times) > MOST_PIECES:
-        raise NotInArraysError(f"{kind} has more than {MOST_PIECES} straight pieces in a period")
-    return np.diff(part.times), part.after[:-1], part.before[1:]
 
 
 def _grid(parts: Sequence[Linear], time: Real, kind: str) -> tuple[Real, Real, Indices]:
@@ -284,136 +276,3 @@ def _value(scenario: Scenario, path: str) -> float:
     if not isinstance(value, float):
         raise NotInArraysError(f"{path} has no value in the scenario")
     return value
-
-
-def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Excitation]]) -> dict[K, Real]:
-    """Compute the response of linear quantities to a sum of drives with factors.
-
-    `terms` are factors, 1 or a column (fingers, 1), and drives with common moments; returns rows (fingers, n), or
-    (1, n) for what does not differ.
-    """
-    known: dict[Any, Real] = {}
-    found = {}
-    for key, transfer in transfers.items():
-        total = total_of(
-            _driven(transfer if np.ndim(factor) == 0 else transfer * factor, drive, known)
-            for factor, drive in terms
-        )
-        found[key] = total + _left(transfer, terms[0][1]) if np.any(transfer.free) else total
-    return found
-
-
-def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:
-    """Return the transfer functions of some fingers; what several have in common stays common."""
-    known: dict[int, Any] = {}
-
-    def some(number: Any) -> Any:
-        if np.ndim(number) < 2:
-            return number
-        return known.setdefault(id(number), number[part])
-
-    names = ("rates", "gains", "direct", "slope", "free", "static")
-    return {
-        key: replace(each, **{name: some(getattr(each, name)) for name in names})
-        for key, each in transfers.items()
-    }
-
-
-def joined(parts: Iterable[Real]) -> Real:
-    """Return rows of ranges of fingers below each other."""
-    found = list(parts)
-    return found[0] if len(found) == 1 else np.concatenate(found)
-
-
-def _rows(*arrays: Real) -> list[Real]:
-    """Return arrays (modes,) and (fingers, modes) as arrays of one shape (fingers, modes)."""
-    shape = np.broadcast_shapes(*(np.atleast_2d(each).shape for each in arrays))
-    return [np.broadcast_to(each, shape) for each in arrays]
-
-
-def _driven(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> Real:
-    """Return the response to a drive, without that to charge, shape (fingers or 1, n)."""
-    moments, lags = drive.moments, transfer.static is not None
-    if moments.settled and np.any(weight := integral_weight(transfer)):
-        if drive.mean:
-            raise NotInArraysError("the integral of a drive with a mean has no period")
-        relaxing = _driven(without_integrators(transfer), drive, known)
-        return np.asarray(relaxing + weight * drive.integral)
-    at_once = np.atleast_2d(transfer.direct if transfer.static is None else transfer.static)
-    rates, gains = _rows(transfer.rates, transfer.gains, at_once * np.ones(transfer.rates.shape[-1]))[:2]
-    active = np.any(gains != 0, axis=0)
-    rates, gains = rates[:, active], gains[:, active]
-    state = sum(
-        (gains * each[:, active] for each in _settled(transfer, drive, known)), start=np.zeros(rates.shape)
-    )
-    if lags:  # gain (x - v) in the place of gain x
-        state = state - gains * drive.voltage[0]
-    steady = zip(moments.frequencies.tolist(), drive.tones.tolist(), strict=True)
-    for frequency, tone in () if moments.settled else steady:
-        state = state - gains * (rates * tone / (rates + 2j * np.pi * frequency)).real
-    if not (moments.is_straight or np.any(state)):
-        found = np.zeros((len(rates), len(moments.outputs)))
-    else:
-        direct = np.broadcast_to(at_once, (len(rates), 1))[:, 0]
-        found = _stepped(drive, rates, gains if lags else gains * rates, direct, state, lags=lags)
-        if np.any(transfer.slope):
-            found = found + transfer.slope * drive.slopes
-    if drive.level:
-        found = found + np.atleast_1d(transfer.at(0.0)).real[:, None] * drive.level
-    if len(moments.frequencies):
-        found = found + in_tones(transfer, moments.frequencies, drive.tones, moments.waves)
-    return found
-
-
-def in_tones(transfer: Transfer, frequencies: Real, tones: Complex, waves: Real) -> Real:
-    """Return the response to sines that have always been on, shape (fingers or 1, n).
-
-    `frequencies` (tones,) or (tones, fingers) [Hz]; `tones` (tones,) or (fingers, tones) [V]; `waves` (2 tones, n) or
-    (fingers, 2 tones, n), cosines and minus sines at the outputs.
-    """
-    gain = np.stack([np.atleast_1d(transfer.at(each)) for each in frequencies], axis=1)
-    own = gain * tones
-    shares = np.concatenate([own.real, own.imag], axis=1)
-    return np.asarray(shares @ waves if waves.ndim == 2 else (shares[:, None] @ waves)[:, 0])
-
-
-def _settled(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> list[Real]:
-    """Return the states of all modes at the beginning of each repeated part, computed once for modes in common."""
-    found = []
-    for place, period in enumerate(drive.periods()):
-        key = id(transfer.rates), id(drive), place
-        if key not in known:
-            known[key] = settled_state(np.atleast_2d(transfer.rates), *period)
-        found.append(known[key])
-    return found
-
-
-def _left(transfer: Transfer, drive: Excitation) -> Real:
-    """Return the response to charge at time 0; in the periodic state only trapped charge remains."""
-    rates, free = _rows(transfer.rates, transfer.free)
-    left = np.where(rates == 0, free, 0.0) if drive.moments.settled else free
-    nothing = Excitation(drive.moments, np.zeros(len(drive.row)))
-    return _stepped(nothing, rates, np.zeros(rates.shape), np.zeros(len(rates)), left, lags=False)
-
-
-def _stepped(
-    drive: Excitation, rates: Real, residues: Real, direct: Real, state: Real, *, lags: bool
-) -> Real:
-    """Return the response of modes to the straight pieces of a drive at its outputs."""
-    moments, rises = drive.moments, drive.rises if lags else None
-    return first_order_hold_many(
-        rates, residues, direct, state, drive.voltage, moments.steps, rises=rises, places=moments.places
-    )
-
-
-def settled_state(rates: Real, lengths: Real, begins: Real, ends: Real) -> Real:
-    """Return rate times the state of modes at the beginning of a period, in the periodic state.
-
-    `rates` (...) [1/s], `lengths`, `begins`, `ends` (pieces,).
-    """
-    positive = np.where(rates > 0, rates, 1.0)  # the drive does not excite trapped charge
-    state = np.zeros(rates.shape)
-    for length, begin, end in zip(lengths.tolist(), begins.tolist(), ends.tolist(), strict=True):
-        decay, first, last = hold_weights(-positive * length)
-        state = decay * state + first * begin + last * end
-    return np.asarray(state / -np.expm1(-positive * float(np.sum(lengths))))
