@@ -11,8 +11,14 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from electrovib.solve.choice import refuse_unsolved, solve
-from electrovib.solve.diagnostics.judge import judge_run, solved, watched
-from electrovib.solve.diagnostics.memory import CURRENT, answer_errors, known_band, memory_diagnostics
+from electrovib.solve.diagnostics.judge import judge_run, watched
+from electrovib.solve.diagnostics.memory import (
+    CURRENT,
+    answer_errors,
+    extremes,
+    known_band,
+    memory_diagnostics,
+)
 from electrovib.solve.diagnostics.memory import FORCE as OF_FORCE
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.over_frequency import capacitance
@@ -20,6 +26,7 @@ from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.closed_form import attraction_in_pieces
 from electrovib.solve.mechanics.mechanical import Mechanics, mechanical, refuse_unsolved_mechanics
 from electrovib.solve.stack.expand import band_of_run, modes, phasors
+from electrovib.solve.walk import walked
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
@@ -28,7 +35,7 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.memory import Judged
+    from electrovib.solve.diagnostics.memory import Extremes, Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.electrics.solution import Solution
     from electrovib.solve.mechanics.closed_form import ExponentialSum
@@ -66,6 +73,8 @@ class Record:
         Quantities with limits over the whole run; None where these times resolve them.
     errors : tuple or None
         Times [s], and the errors there of the quantities due to the reduction of materials; None where they were not computed.
+    noted : Extremes or None
+        Extremes of a long record between the times at which such errors are computed.
     """
 
     times: Real
@@ -75,6 +84,7 @@ class Record:
     diagnostics: list[Diagnostic]
     peaks: PeakRecord | None = None
     errors: tuple[Real, Mapping[Key, Judged]] | None = None
+    noted: Extremes | None = None
 
 
 class Last(NamedTuple):
@@ -190,12 +200,16 @@ class Expanded:
         scenario, section = self.scenario, self.section
         asked = None if wanted is None else frozenset(wanted)
         peaks: PeakRecord | None = None
+        noted: Extremes | None = None
+        moved: Mechanics | None
         if closely:
-            solution, peaks = solved(scenario, section, times)
+            if self.reduction_error:
+                noted = extremes(scenario, times, known_band(scenario))
+            solution, peaks, moved = walked(scenario, section, times, noted)
         else:
             solution = self._solution(times, asked and asked & OF_ELECTRICS - FORCE)
-        moved = Mechanics()
-        if asked is None or not asked <= OF_ELECTRICS:
+            moved = Mechanics() if asked is not None and asked <= OF_ELECTRICS else None
+        if moved is None:
             between = functools.partial(solve, scenario, section, asked=())
             moved = mechanical(scenario, times, solution, between, closed=self._closed, wanted=asked)
         read = capacitance(scenario, times) if asked is None or "capacitance" in asked else {}
@@ -206,6 +220,7 @@ class Expanded:
             how=solution.how() | moved.how,
             diagnostics=moved.diagnostics,
             peaks=peaks,
+            noted=noted,
         )
 
     def _solution(self, times: Real, asked: frozenset[str] | None) -> Solution:
@@ -241,7 +256,9 @@ class Expanded:
         if not self.reduction_error:
             return seen.times, {}
         times = seen.times[None]
-        (errors,) = answer_errors([self.scenario], self.section, seen.solution, times, known=known)
+        (errors,) = answer_errors(
+            [self.scenario], self.section, seen.solution, times, known=known, noted=seen.noted
+        )
         return seen.times, errors
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
@@ -280,6 +297,7 @@ class Expanded:
             signals={},
             diagnostics=[],
             peaks=None,
+            noted=None,
         )
 
 
