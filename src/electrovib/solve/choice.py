@@ -20,6 +20,7 @@ from electrovib.solve.electrics.solution import (
     PERIODIC,
     RENEWAL,
     TRANSIENT,
+    Along,
     Question,
     fields,
     linear_quantities,
@@ -27,6 +28,7 @@ from electrovib.solve.electrics.solution import (
     some_quantities,
 )
 from electrovib.solve.electrics.transient import (
+    along_linear,
     answer_linear,
     of_drive,
     refuse_behind_amplifier,
@@ -158,6 +160,32 @@ def solve(
     )
     pull = total_pull(scenario, found.amplitudes()) if found.pull is None else found.pull
     return replace(found, force=attraction(scenario, pull, times))
+
+
+def along(scenario: Scenario, section: ModalSection, times: Real) -> Along:
+    """Return the response with its attraction in stretches of the times, one stretch where a solver needs all times at once.
+
+    `times` (n,) [s].
+    """
+    solver, found = chosen(scenario), None
+    if solver.method.each_alone:
+        solver.refuse(scenario)
+        wanted = functools.partial(linear_quantities, scenario)
+        found = along_linear(Question(scenario=scenario, section=section, times=times, wanted=wanted))
+    if found is None:
+        return Along(
+            lambda _: solve(scenario, section, times),
+            lambda moments: solve_fields(scenario, section, moments).found,
+            len(times),
+        )
+    through = found.through
+
+    def pulled(stretch: slice) -> Solution:
+        answer = through(stretch)
+        pull = total_pull(scenario, answer.amplitudes())
+        return replace(answer, force=attraction(scenario, pull, times[stretch]))
+
+    return found._replace(through=pulled)
 
 
 def solve_fields(scenario: Scenario, section: ModalSection, times: Real) -> Solution:

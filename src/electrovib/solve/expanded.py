@@ -11,8 +11,14 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from electrovib.solve.choice import chosen, refuse_unsolved, solve
-from electrovib.solve.diagnostics.judge import judge_run, solved, watched
-from electrovib.solve.diagnostics.memory import CURRENT, answer_errors, known_band, memory_diagnostics
+from electrovib.solve.diagnostics.judge import judge_run, watched
+from electrovib.solve.diagnostics.memory import (
+    CURRENT,
+    answer_errors,
+    extremes,
+    known_band,
+    memory_diagnostics,
+)
 from electrovib.solve.diagnostics.memory import FORCE as OF_FORCE
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.over_frequency import capacitance
@@ -25,6 +31,7 @@ from electrovib.solve.mechanics.mechanical import (
     refuse_unsolved_mechanics,
 )
 from electrovib.solve.stack.expand import band_of_run, modes, phasors
+from electrovib.solve.walk import walked
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
@@ -33,7 +40,7 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.memory import Judged
+    from electrovib.solve.diagnostics.memory import Extremes, Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.mechanics.closed_form import ExponentialSum
     from electrovib.solve.stack.keys import Key
@@ -70,6 +77,8 @@ class Record:
         Quantities with limits over the whole run; None where these times resolve them.
     errors : tuple or None
         Times [s], and the errors there of the quantities due to the reduction of materials; None where they were not computed.
+    noted : Extremes or None
+        Extremes of a long record between the times at which such errors are computed.
     """
 
     times: Real
@@ -79,6 +88,7 @@ class Record:
     diagnostics: list[Diagnostic]
     peaks: PeakRecord | None = None
     errors: tuple[Real, Mapping[Key, Judged]] | None = None
+    noted: Extremes | None = None
 
 
 class Last(NamedTuple):
@@ -194,15 +204,19 @@ class Expanded:
         scenario, section = self.scenario, self.section
         asked = None if wanted is None else frozenset(wanted)
         peaks: PeakRecord | None = None
+        noted: Extremes | None = None
+        moved: Mechanics | None
         method = chosen(scenario).method
         if closely:
-            solution, peaks = solved(scenario, section, times)
+            if self.reduction_error:
+                noted = extremes(scenario, times, known_band(scenario))
+            solution, peaks, moved = walked(scenario, section, times, noted)
         elif asked is not None and asked <= BEHIND_FILTERS and method.by_modes:
-            solution = Solution(found={}, method=method, reason="")
+            solution, moved = Solution(found={}, method=method, reason=""), None
         else:
             solution = self._solution(times, asked and asked & OF_ELECTRICS - FORCE)
-        moved = Mechanics()
-        if asked is None or not asked <= OF_ELECTRICS:
+            moved = Mechanics() if asked is not None and asked <= OF_ELECTRICS else None
+        if moved is None:
             between = functools.partial(solve, scenario, section, asked=())
             moved = mechanical(scenario, times, solution, between, closed=self._closed, wanted=asked)
         read = capacitance(scenario, times) if asked is None or "capacitance" in asked else {}
@@ -213,6 +227,7 @@ class Expanded:
             how=solution.how() | moved.how,
             diagnostics=moved.diagnostics,
             peaks=peaks,
+            noted=noted,
         )
 
     def _solution(self, times: Real, asked: frozenset[str] | None) -> Solution:
@@ -248,7 +263,9 @@ class Expanded:
         if not self.reduction_error:
             return seen.times, {}
         times = seen.times[None]
-        (errors,) = answer_errors([self.scenario], self.section, seen.solution, times, known=known)
+        (errors,) = answer_errors(
+            [self.scenario], self.section, seen.solution, times, known=known, noted=seen.noted
+        )
         return seen.times, errors
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
@@ -287,6 +304,7 @@ class Expanded:
             signals={},
             diagnostics=[],
             peaks=None,
+            noted=None,
         )
 
 

@@ -219,6 +219,27 @@ def test_an_error_judged_by_stretches_is_that_of_every_time(seed, monkeypatch):
     probes = np.unique(np.append(rng.integers(0, len(times), 300), [0, len(times) - 1]))
     given_ = row[None], times[None], probes, 1e-5 * rng.random((1, len(probes))), np.ones(len(times), bool)
     found = memory.judge(*given_)
+    in_stretches = memory.Extremes(times, probes)
+    for first in range(0, len(times), 4000):
+        in_stretches.take(first, {"row": row[first : first + 4000]})
+    noted = memory.judge(*given_, "row", in_stretches)
+    monkeypatch.setattr(memory, "_MANY", 10**9)
+    assert found == noted == memory.judge(*given_)
+
+
+@pytest.mark.parametrize("unjudged", [[0], [0, 30_000], [700]])
+def test_times_at_corners_do_not_count_in_stretches(unjudged, monkeypatch):
+    """A probe at a corner is an interval of its own; any other time is looked at by itself."""
+    rng = np.random.default_rng(3)
+    times = np.linspace(0, 1, 30_001)
+    row, judged = 2 + np.cos(40 * times), np.ones(len(times), bool)
+    row[unjudged], judged[unjudged] = 0.0, False
+    probes = np.unique(np.append(rng.integers(1000, len(times), 300), [0, len(times) - 1]))
+    bounds = 1e-5 * rng.random((1, len(probes)))
+    bounds[0, 0] = 1.0
+    bounds[0, 1] = 0.9e-5
+    given_ = row[None], times[None], probes, bounds * np.where(judged[probes], 1, 1e-9), judged
+    found = memory.judge(*given_)
     monkeypatch.setattr(memory, "_MANY", 10**9)
     assert found == memory.judge(*given_)
 
@@ -247,14 +268,25 @@ def test_errors_of_several_cases_are_those_of_a_plain_loop(begin):
         assert begin or np.isfinite(lost)
 
 
-def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):
+@pytest.mark.parametrize("stretch", [5001, 640])
+def test_few_of_very_many_times_decide_on_the_largest_values(stretch, monkeypatch):
+    """Also of a record that comes in stretches, with a value that is not known."""
     monkeypatch.setattr(peaks, "_MANY", 1000)
     times = np.linspace(0, 1, 5001)
-    rows = {"across": np.sin(7 * times), "current": np.cos(90 * times) * times}
+    rows = {"across": np.sin(7 * times), "current": -np.cos(90 * times) * times}
+    rows["current"][700] = np.nan
     whole, moments = peaks.PeakRecord(times, rows), np.array([0.2501, 0.90005])
-    few = whole.among(moments)
-    assert len(few.times) < 30
-    assert few.whole is whole
+    largest = peaks.Largest()
+    for first in range(0, 5001, stretch):
+        largest.take(first, {name: row[first : first + stretch] for name, row in rows.items()})
+    kept = largest.kept(times, moments)
+    assert len(kept) < 30
+    few = peaks.PeakRecord(times[kept], {name: row[kept] for name, row in rows.items()})
     other = peaks.PeakRecord(moments, {name: np.array([0.0, 2.0]) for name in rows})
     assert few.joined(other).peaks() == whole.joined(other).peaks()
     assert few.peaks() == whole.peaks()
+    beside = largest.just_beside(times)
+    for name, peak in few.peaks().items():
+        place = int(np.nanargmax(np.abs(rows[name])))
+        assert peak >= abs(rows[name][place])
+        assert np.min(np.abs(beside - times[place])) < 1e-8

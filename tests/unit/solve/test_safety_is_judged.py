@@ -13,7 +13,7 @@ import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
-from electrovib.solve.diagnostics.judge import solved
+from electrovib.solve.walk import walked
 from electrovib.solve.stack.expand import modes
 
 AREA, FILM, SKIN = 1e-4, 90e-6 / 3.35, 200e-6 / 1560
@@ -170,7 +170,7 @@ def test_checks_do_not_depend_on_the_output_times(with_gap, stack, drive):
 def test_a_sines_largest_values_are_met_between_evaluation_times(vezzoli):
     """300 V of 777 Hz from the periodic state: |i| = C V w and E = V/(T eps_film/eps0) to 1e-6."""
     one, time = vezzoli.replace({"drive": SINE} | IN_GAP | PERIODIC | BARE), np.array([0.0, 1e-9])
-    peaks = solved(one, modes(one, time)[0], time)[1].peaks()
+    peaks = walked(one, modes(one, time)[0], time).peaks.peaks()
     assert peaks["interface"] == pytest.approx(300 / (FILM + SKIN), rel=1e-6)
     assert peaks["current"] == pytest.approx(CAPACITANCE * 300 * 2 * np.pi * 777, rel=1e-6)
     assert peaks["charge"] == pytest.approx(CAPACITANCE * 300, rel=1e-6)

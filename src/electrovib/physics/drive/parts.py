@@ -69,7 +69,7 @@ class Linear:
     @functools.cached_property
     def jumps(self) -> Real:
         """Height of the step at each break [V]."""
-        return self.after - self.before
+        return np.zeros(len(self.times)) if self.before is self.after else self.after - self.before
 
     def begins_with(self, time: Real) -> bool:
         """Tell whether these times [s] are exactly the first breaks."""

@@ -137,8 +137,10 @@ class Sampled(Drive):
             time = stamps - stamps[0]
             step = _even_step(time, float(np.max(np.abs(stamps[[0, -1]]))))
         after = self.readback.driving(time, voltage)
-        before = after.copy()
-        before[0] = 0.0
+        before = after  # one array where nothing jumps, not even at time 0
+        if after[0]:
+            before = after.copy()
+            before[0] = 0.0
         for each in (time, before, after):
             each.flags.writeable = False
         return Linear(time, before, after, step=step)

@@ -5,6 +5,7 @@ The largest values of a solution are found here, and judged: of films, air, skin
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ from electrovib.physics.safety import (
 )
 from electrovib.physics.stack import in_one_piece
 from electrovib.scenario.experiment import moisture_diagnostic
-from electrovib.solve.choice import chosen, solve, solve_fields
+from electrovib.solve.choice import chosen, solve_fields
 from electrovib.solve.diagnostics.assumptions import (
     contact_diagnostics,
     moving_gap,
@@ -37,10 +38,9 @@ from electrovib.solve.diagnostics.assumptions import (
 from electrovib.solve.diagnostics.closed_gap import with_closed_gap
 from electrovib.solve.diagnostics.peaks import (
     PeakRecord,
-    around_kinks,
     evaluation_times,
-    refined,
-    shows_every_sample,
+    joined,
+    resolved,
 )
 from electrovib.solve.electrics.transient import caveat
 from electrovib.solve.stack.expand import Surroundings
@@ -49,52 +49,18 @@ from electrovib.solve.stack.keys import FieldOf
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.physics.circuit import Circuit
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Solution
-    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
-SQUEEZED = 8
-"""Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
 MET = 1e-6
 """Relative distance from a largest value within which it is reached: rounding, and the error of a time step."""
 LESS = 0.01
 """Share of the asked voltage whose absence at the plate a bandwidth is named for; a choice."""
 ROUNDED = 1e-9
 """Height of a discontinuity over the largest value of the drive, or distance from a limit over it, below which it is rounding."""
-
-
-def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solution, PeakRecord]:
-    """Compute the electrical response at the output times, and its largest values between them.
-
-    `times` (n,) [s].
-
-    A solver in closed form is evaluated again at further times; a time-stepping solver returns all times of one run, and an
-    amplifier with limits in a second run the values around the times at which it reaches or leaves a limit.
-    """
-    settled = scenario.time.settled
-    moved = scenario.motion.moved_gap
-    beside = 0.0 if moved is None else SQUEEZED * moved.fastest
-    wanted = evaluation_times(
-        scenario.drive, end=float(times[-1]), settled=settled, beside=beside, seen=times
-    )
-
-    if chosen(scenario).method.is_marched:
-        both = np.union1d(times, wanted)
-        whole = solve(scenario, section, both)
-        record = PeakRecord.of(scenario, both, whole.found)
-        around = np.setdiff1d(around_kinks(np.array(whole.kinks), float(times[-1])), both)
-        return whole.at(np.searchsorted(both, times)), _joined(scenario, section, record, around)
-
-    answer = solve(scenario, section, times)
-    record = PeakRecord.of(scenario, times, answer.found)
-    if shows_every_sample(scenario.drive, times):
-        wanted = np.union1d(wanted, record.just_before())
-    between = wanted[times[np.minimum(np.searchsorted(times, wanted), len(times) - 1)] != wanted]
-    record = _joined(scenario, section, record.among(between), between)
-    return answer, _refined(scenario, section, record)
 
 
 def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solution) -> PeakRecord:
@@ -107,27 +73,14 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
         return record
 
     corners = np.union1d(scenario.drive.corners(float(times[-1]))[0], answer.kinks)
-    whole = _joined(scenario, section, record, np.setdiff1d(record.before_corners(corners), times))
-    return whole if method.by_regimes else _refined(scenario, section, whole)
+    look = functools.partial(at_moments, scenario, section)
+    whole = joined(record, np.setdiff1d(record.before_corners(corners), times), look)
+    return whole if method.by_regimes else resolved(whole, look)
 
 
-def _at(scenario: Scenario, section: ModalSection, times: Real) -> PeakRecord:
+def at_moments(scenario: Scenario, section: ModalSection, times: Real) -> PeakRecord:
     """Return the quantities with limits at further times [s]."""
     return PeakRecord.of(scenario, times, solve_fields(scenario, section, times).found)
-
-
-def _joined(scenario: Scenario, section: ModalSection, record: PeakRecord, times: Real) -> PeakRecord:
-    """Add further times [s], if any, to a record."""
-    return record.joined(_at(scenario, section, times)) if len(times) else record
-
-
-def _refined(scenario: Scenario, section: ModalSection, record: PeakRecord) -> PeakRecord:
-    """Add times around largest values that a record does not resolve; of a solver in closed form."""
-
-    def look(_: Indices, times: Real) -> dict[Key, Real]:
-        return {name: row[None] for name, row in _at(scenario, section, times[0]).rows.items()}
-
-    return refined([record], look)[0]
 
 
 def judge_run(
@@ -169,7 +122,7 @@ def _running_currents(
         if drive.period is not None:
             periodic = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
             wanted = evaluation_times(drive, end=end, settled=True)
-            repeated = _at(periodic, section, wanted).peaks()
+            repeated = at_moments(periodic, section, wanted).peaks()
             return {name: repeated[name] for name in names}
         stepped = scenario.replace({"drive": {"model": "Step", "level": float(drive.voltage(0.0))}})
         records = [record] if record.whole is None else [record, record.whole]
@@ -259,7 +212,7 @@ def supplied_voltages(scenario: Scenario, record: PeakRecord) -> tuple[float, fl
 
 def _no_less(stated: float, record: PeakRecord) -> float:
     """Return the largest voltage that a drive states, or the one that was met where its formula states too little."""
-    met = float(np.max(np.abs((record.whole or record).rows["voltage"])))
+    met = float(np.max(np.abs(record.rows["voltage"])))
     return met if met > stated * (1 + MET) else stated
 
 

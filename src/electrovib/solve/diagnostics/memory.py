@@ -80,11 +80,13 @@ def answer_errors(
     *,
     known: tuple[float, float],
     respond: Callable[[dict[Key, Transfer], Real], dict[Key, Real]] | None = None,
+    noted: Extremes | None = None,
 ) -> list[dict[Key, Judged]]:
     """Bound the errors of responses in time due to the reduction of materials.
 
     `times` (cases, n) [s] of one scenario, or of several of one stack in the periodic state of their tones, whose answer has
-    one case after the other; `respond` gives the responses to their drives at some times (cases, m) [s].
+    one case after the other; `respond` gives the responses to their drives at some times (cases, m) [s]. `noted` has the
+    extremes of the answer of one scenario at these times.
 
     The error is the response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
     residual of the fit of D over frequency.
@@ -93,14 +95,13 @@ def answer_errors(
     unknown = [
         bool(settled and known[0] and lowest_frequency(each) < known[0] * (1 - SAME)) for each in members
     ]
-    lasts = 1 / (2 * np.pi * known[0]) if known[0] and not settled else np.inf
-    judged = (first <= lasts) & ~_at_corner(scenario.drive, first, bends=False)
+    judged = _judged(scenario, first, known)
     steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
     fit = None if all(unknown) else _fit(scenario, first, known, steady=steady)
     if fit is None or not np.any(judged):
         return [{} for _ in members]
     differences, residuals = _differences(scenario, section, fit, settled=settled)
-    probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
+    probes = _probes_among(judged)
     found = {
         name: row.reshape(times.shape)
         for name, row in answer.found.items()
@@ -112,7 +113,7 @@ def answer_errors(
     straight = judged & ~_at_corner(scenario.drive, first, bends=True)
     found[FORCE] = answer.attraction.reshape(times.shape)
     each = {
-        name: judge(found[name], times, probes, bound, straight if name == CURRENT else judged)
+        name: judge(found[name], times, probes, bound, straight if name == CURRENT else judged, name, noted)
         for name, bound in bounds.items()
     }
     return [
@@ -333,19 +334,28 @@ class Judged(NamedTuple):
 
 
 def judge(
-    rows: Real, times: Real, probes: NDArray[np.intp], bounds: Real, judged: NDArray[np.bool_]
+    rows: Real,
+    times: Real,
+    probes: NDArray[np.intp],
+    bounds: Real,
+    judged: NDArray[np.bool_],
+    name: Key = "",
+    noted: Extremes | None = None,
 ) -> list[Judged]:
     """Compare error bounds at the probes with a quantity of every case at all output times.
 
     `rows` at `times` [s], (cases, n); `bounds` (cases, m) in its unit at the indices `probes` (m,); only times that `judged`
-    (n,) marks count.
+    (n,) marks count. `noted` has the extremes of this quantity of one case, by its name.
     """
     if not np.any(judged):
         return [Judged(0.0, 0.0, np.inf, 0.0) for _ in rows]
-    if len(judged) > _MANY and np.all(judged[probes[0] : probes[-1] + 1]):
-        found = _judge_by_stretches(rows, times, probes, bounds)
+    if noted is None and len(judged) > _MANY and len(rows) == 1:
+        noted = Extremes(times[0], probes)
+        noted.take(0, {name: rows[0]})
+    if noted is not None:
+        found = noted.judge(name, rows[0], bounds, judged)
         if found is not None:
-            return found
+            return [found]
     sizes, places = np.where(judged, np.abs(rows), 0.0), np.arange(len(judged))
     larger = np.where(judged, _between_probes(probes, bounds, places), 0.0)
     left = np.maximum.accumulate(sizes[:, ::-1], axis=1)[:, ::-1]
@@ -377,29 +387,82 @@ def _compared(low: Real, high: Real, left: Real, larger: Real, times: Real) -> l
     return [Judged(*each) for each in zip(*columns, strict=True)]
 
 
-def _judge_by_stretches(
-    rows: Real, times: Real, probes: NDArray[np.intp], bounds: Real
-) -> list[Judged] | None:
-    """Return the result of `judge` for one case from the values between probes; None where these do not suffice.
+class Extremes:
+    """Smallest and largest absolute values of quantities between the probes, from a record of one case in stretches.
 
-    Between two probes the bound is constant, so the smallest value has the largest relative error. The remaining
-    amplitude never grows, so the share is largest at the end of an interval.
+    `times` (n,) [s], `probes` (m,) indices. Between two probes the bound is constant, so the smallest value has the largest
+    relative error. The remaining amplitude never grows, so the share is largest at the end of an interval.
     """
-    sizes, begin = np.abs(rows[0, probes[0] : probes[-1] + 1]), probes[0]
-    starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - begin
-    ends = np.append(starts[1:], len(sizes)) - 1
-    back = np.maximum(np.searchsorted(times[0], LOOKING_BACK * times[0, ends + begin]) - begin, 0)
-    marks = np.union1d(starts, back)
-    low, highs = np.minimum.reduceat(sizes, starts), np.maximum.reduceat(sizes, marks)
-    high = np.maximum.reduceat(highs, np.searchsorted(marks, starts))
-    peak = TAIL * float(np.max(high))
-    for place in np.flatnonzero((low <= peak) & (high > peak)):
-        some = sizes[starts[place] : ends[place] + 1]
-        low[place] = np.min(some[some > peak])
-    left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(marks, back)]
-    larger = _between_probes(probes, bounds, starts + begin)
-    (found,) = _compared(low[None], high[None], left[None], larger, times)
-    return [found] if peak > 0 and np.all(left > peak) and found.share <= LARGEST else None
+
+    def __init__(self, times: Real, probes: NDArray[np.intp]) -> None:
+        self.times, self.probes, self.end = times, probes, int(probes[-1]) + 1
+        self.starts = np.unique(np.concatenate([probes, probes[:-1] + 1]))
+        ends = np.append(self.starts[1:], self.end) - 1
+        self.back = np.maximum(np.searchsorted(times, LOOKING_BACK * times[ends]), probes[0])
+        self.marks = np.union1d(self.starts, self.back)
+        self.found: dict[Key, tuple[Real, Real]] = {}
+
+    def take(self, first: int, rows: Mapping[Key, Real]) -> None:
+        """Note the values of a stretch that begins with this index."""
+        rows = {name: row for name, row in rows.items() if row.ndim == 1}
+        inside = slice(max(int(self.starts[0]) - first, 0), max(self.end - first, 0))
+        sizes = np.abs([row[inside] for row in rows.values()])
+        begin, count = first + inside.start, sizes.shape[1]
+        if not count:
+            return
+        for which, (edges, compare) in enumerate(((self.starts, np.minimum), (self.marks, np.maximum))):
+            begins = max(int(np.searchsorted(edges, begin, side="right")) - 1, 0)
+            some = slice(begins, int(np.searchsorted(edges, begin + count)))
+            seen = compare.reduceat(sizes, np.maximum(edges[some] - begin, 0), axis=1)
+            for name, row in zip(rows, seen, strict=True):
+                if name not in self.found:
+                    self.found[name] = np.full(len(self.starts), np.inf), np.zeros(len(self.marks))
+                known = self.found[name][which][some]
+                compare(known, row, out=known)
+
+    def judge(
+        self, name: Key, row: Real, bounds: Real, judged: NDArray[np.bool_] | None = None
+    ) -> Judged | None:
+        """Return the result of `judge` for a quantity (n,) with bounds (1, m); None where these values do not suffice.
+
+        Times that are not `judged` (n,) are whole intervals, for instance a probe at a corner.
+        """
+        low, highs = (each.copy() for each in self.found[name])
+        starts, begin = self.starts, self.starts[0]
+        larger = _between_probes(self.probes, bounds, starts)
+        if judged is not None:
+            whole = np.logical_and.reduceat(judged[begin : self.end], starts - begin)
+            if np.any(np.logical_or.reduceat(judged[begin : self.end], starts - begin) != whole):
+                return None
+            low, larger = np.where(whole, low, np.inf), np.where(whole, larger, 0.0)
+            highs[~whole[np.searchsorted(starts, self.marks, side="right") - 1]] = 0.0
+        high = np.maximum.reduceat(highs, np.searchsorted(self.marks, starts))
+        peak = TAIL * float(np.max(high))
+        for place in np.flatnonzero((low <= peak) & (high > peak)):
+            some = np.abs(row[starts[place] : self.end if place + 1 == len(starts) else starts[place + 1]])
+            low[place] = np.min(some[some > peak])
+        left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(self.marks, self.back)]
+        (found,) = _compared(low[None], high[None], left[None], larger, self.times[None])
+        return found if peak > 0 and np.all(left > peak) and found.share <= LARGEST else None
+
+
+def extremes(scenario: Scenario, times: Real, known: tuple[float, float]) -> Extremes | None:
+    """Return what to note of very many times (n,) [s] for `answer_errors`; None where it needs all values."""
+    judged = _judged(scenario, times, known)
+    if len(times) <= _MANY or not np.any(judged):
+        return None
+    return Extremes(times, _probes_among(judged))
+
+
+def _judged(scenario: Scenario, times: Real, known: tuple[float, float]) -> NDArray[np.bool_]:
+    """Return which times (n,) [s] are judged: those at which the material is known, without discontinuities of the drive."""
+    lasts = 1 / (2 * np.pi * known[0]) if known[0] and not scenario.time.settled else np.inf
+    return (times <= lasts) & ~_at_corner(scenario.drive, times, bends=False)
+
+
+def _probes_among(judged: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the indices of the probes among the judged times."""
+    return np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
 
 
 def known_band(scenario: Scenario) -> tuple[float, float]:

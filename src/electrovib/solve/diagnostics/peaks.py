@@ -180,7 +180,7 @@ class PeakRecord:
         Field of each layer [V/m], ``interface`` [V/m], ``gap`` [m] and ``breakdown`` [1] where there is a gap,
         ``across`` (voltage of the stack) [V], and the quantities that `Limits` names.
     whole : PeakRecord or None
-        Record at all times, where this one holds only those that determine the largest values.
+        Voltages and currents at all times, where this record holds only those that determine the largest values.
     """
 
     times: Real
@@ -214,25 +214,6 @@ class PeakRecord:
         stray = scenario.circuit.supply.stray_capacitance
         rows["stored_energy"] = (1 + around.second) * around.area * energy + stray * rows["voltage"] ** 2 / 2
         return cls(times, rows)
-
-    def among(self, moments: Real) -> PeakRecord:
-        """Omit, of very many times, those that are neither near a largest value nor next to given further times."""
-        if len(self.times) <= _MANY:
-            return self
-        largest = self._crests.places
-        beside = np.searchsorted(self.times, moments)
-        near = [largest + step for step in range(-_BESIDE, _BESIDE + 1)] + [beside - 1, beside]
-        last = len(self.times) - 1
-        kept = np.unique(np.clip(np.concatenate([*near, [0, last]]), 0, last))
-        return PeakRecord(self.times[kept], {name: row[kept] for name, row in self.rows.items()}, self)
-
-    def just_before(self) -> Real:
-        """Return times just before and just after each largest value, which distinguish a corner from a crest [s]."""
-        places = self._crests.places
-        inner = places[(places > 0) & (places < len(self.times) - 1)]
-        before = self.times[inner] - _JUST * (self.times[inner] - self.times[inner - 1])
-        after = self.times[inner] + _JUST * (self.times[inner + 1] - self.times[inner])
-        return np.unique(np.concatenate([before, after]))
 
     def before_corners(self, corners: Real) -> Real:
         """Return times just before the corners of the drive that are next to the largest values."""
@@ -279,6 +260,40 @@ class PeakRecord:
         if share == 0:
             return float(abs(self.rows["interface"][place])), gap
         return share * paschen_voltage(gap=gap) / gap, gap
+
+
+class Largest:
+    """Places of the largest absolute values of quantities whose record comes in stretches; `places` (quantities,)."""
+
+    def __init__(self) -> None:
+        self.places, self.sizes = np.zeros(0, np.intp), np.zeros(0)
+
+    def take(self, first: int, rows: Mapping[Key, Real]) -> None:
+        """Note the largest values of a stretch that begins with this index."""
+        own = np.array([_largest(row) for row in rows.values()])
+        sizes = np.abs([row[place] for row, place in zip(rows.values(), own.tolist(), strict=True)])
+        sizes = np.where(np.isfinite(sizes), sizes, -1.0)
+        if not first:
+            self.places, self.sizes = own, sizes
+        larger = sizes > self.sizes
+        self.places = np.where(larger, first + own, self.places)
+        self.sizes = np.where(larger, sizes, self.sizes)
+
+    def just_beside(self, times: Real) -> Real:
+        """Return times just before and just after each largest value, which distinguish a corner from a crest [s]."""
+        inner = self.places[(self.places > 0) & (self.places < len(times) - 1)]
+        before = times[inner] - _JUST * (times[inner] - times[inner - 1])
+        after = times[inner] + _JUST * (times[inner + 1] - times[inner])
+        return np.unique(np.concatenate([before, after]))
+
+    def kept(self, times: Real, moments: Real) -> Indices:
+        """Return the indices of very many times that are near a largest value or next to further times, or of all times."""
+        if len(times) <= _MANY:
+            return np.arange(len(times))
+        beside = np.searchsorted(times, moments)
+        near = [self.places + step for step in range(-_BESIDE, _BESIDE + 1)] + [beside - 1, beside]
+        last = len(times) - 1
+        return np.unique(np.clip(np.concatenate([*near, [0, last]]), 0, last))
 
 
 class _Crests(NamedTuple):
@@ -383,6 +398,20 @@ def _padded(rows: Sequence[Real]) -> Real:
     if all(len(row) == count for row in rows):
         return rows[0][None] if len(rows) == 1 else np.array(rows)
     return np.array([np.append(row, np.full(count - len(row), row[-1])) for row in rows])
+
+
+def joined(record: PeakRecord, moments: Real, look: Callable[[Real], PeakRecord]) -> PeakRecord:
+    """Add further times [s], if any, to a record; `look` returns the quantities there."""
+    return record.joined(look(moments)) if len(moments) else record
+
+
+def resolved(record: PeakRecord, look: Callable[[Real], PeakRecord]) -> PeakRecord:
+    """Add times around largest values that a record does not resolve; `look` returns the quantities at other times [s]."""
+
+    def rows(_: Indices, times: Real) -> dict[Key, Real]:
+        return {name: row[None] for name, row in look(times[0]).rows.items()}
+
+    return refined([record], rows)[0]
 
 
 def refined(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,12 @@ ACROSS = (
     "gap",
 )
 """Signals with one number at each time that a solver may compute."""
+OF_LAYERS: Final = {"field": FieldOf, "displacement": DisplacementOf}
+"""Signals with one number for each layer at each time."""
+
+
+STRETCH: Final = 1 << 15
+"""Times of a long record that are computed together, so that what is made of them is made in the cache."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,6 +126,8 @@ class Solution:
         Why this solver ran, and its accuracy.
     force : ndarray, shape (n,), optional
         Attraction [N], where it was asked for.
+    of_layers : mapping of str to ndarray, shape (layers, n)
+        Fields and displacements of all layers, where those in `found` are rows of one array.
     pull : ndarray, shape (n,), optional
         Attraction per area [Pa], where it does not follow from the amplitudes in `found`: a mean over places.
     errors : mapping of str to float
@@ -137,6 +145,7 @@ class Solution:
     method: Method
     reason: str
     force: Real | None = None
+    of_layers: Mapping[str, Real] = field(default_factory=dict)
     pull: Real | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
     events: tuple[float, ...] = ()
@@ -157,7 +166,7 @@ class Solution:
     def at(self, places: Indices | slice) -> Solution:
         """Return the response at some of its times."""
         found = {key: row[..., places] for key, row in self.found.items()}
-        return replace(self, found=found, force=self.attraction[places])
+        return replace(self, found=found, force=self.attraction[places], of_layers={})
 
     def how(self) -> dict[str, Any]:
         """Return solver, reason and errors as attributes of a Trace."""
@@ -168,13 +177,32 @@ class Solution:
         signals: dict[str, Any] = {
             name: (("time",), self.found[name]) for name in ACROSS if name in self.found
         }
-        for quantity, key in (("field", FieldOf), ("displacement", DisplacementOf)):
+        for quantity, key in OF_LAYERS.items():
             if all(key(name) in self.found for name in names):
-                rows = np.array([self.found[key(name)] for name in names])
+                rows = self.of_layers.get(quantity)
+                rows = np.array([self.found[key(name)] for name in names]) if rows is None else rows
                 signals[quantity] = (("layer", "time"), rows)
         if self.force is not None:
             signals["electrostatic_force"] = ("time",), self.force
         return signals
+
+
+class Along(NamedTuple):
+    """A response along a record.
+
+    Parameters
+    ----------
+    through : callable
+        Returns the response at the times of a stretch (slice); the stretches follow one another.
+    at : callable
+        Returns voltages, currents and fields at any other times [s], afterwards.
+    stretch : int
+        Number of times in a stretch.
+    """
+
+    through: Callable[[slice], Solution]
+    at: Callable[[Real], dict[Key, Real]]
+    stretch: int
 
 
 def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:

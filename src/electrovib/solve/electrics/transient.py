@@ -15,7 +15,15 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
-from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
+from electrovib.solve.electrics.solution import (
+    CURRENT_DRIVE,
+    PERIODIC,
+    STRETCH,
+    TRANSIENT,
+    Along,
+    Solution,
+    name_interface,
+)
 from electrovib.solve.electrics.straight import SharedModes, fading
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.expand import Surroundings
@@ -30,7 +38,7 @@ if TYPE_CHECKING:
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
-    from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.electrics.solution import Method, Question
     from electrovib.solve.electrics.straight import InStretches, Rows
     from electrovib.solve.stack.keys import Key
 
@@ -145,11 +153,11 @@ class Response:
         driven = [_of_part(modes, part, time, settled=self.settled) for part in self.parts]
 
         def through(stretch: slice) -> Rows:
-            total: Rows = []
-            for each in driven:
-                found = each(stretch)
-                total = [row + more for row, more in zip(total, found, strict=True)] if total else found
-            return total if driven else [np.zeros(len(time[stretch])) for _ in modes.direct]
+            found = [each(stretch) for each in driven]
+            if len(found) == 1:
+                return found[0]
+            nothing = np.zeros(len(time[stretch]))
+            return [sum((rows[place] for rows in found), nothing) for place in range(len(modes.direct))]
 
         return through
 
@@ -239,21 +247,51 @@ def linear_response(
     settled: bool = False,
 ) -> Solution:
     """Compute the response of quantities that are linear in a current, or in the voltage of the plate; `time` (n,) [s]."""
+    if amplifier is not None:
+        transfers = amplified(transfers, amplifier)
+    method, reason = _how_linear(drive, amplifier=amplifier, settled=settled)
+    return Solution(found=transient(transfers, drive, time, settled=settled), method=method, reason=reason)
+
+
+def _how_linear(drive: Drive, *, amplifier: Amplifier | None, settled: bool) -> tuple[Method, str]:
+    """Return the method of linear layers, and the reason for it."""
     method, how = (
         PERIODIC if settled else TRANSIENT,
         "linear layers, fixed gap and a voltage drive: real modes",
     )
     if amplifier is not None:
-        transfers = amplified(transfers, amplifier)
         how = "linear layers behind an amplifier without limits: its gain and pole are a filter before the stack,"
     elif drive.quantity == "current":
         method, what = CURRENT_DRIVE, "modes of each layer, blocking layers integrate the current"
         how = f"linear layers, fixed gap and a current drive: {what},"
-    return Solution(
-        found=transient(transfers, drive, time, settled=settled),
-        method=method,
-        reason=f"{how} {how_it_begins(drive, settled=settled)}",
-    )
+    return method, f"{how} {how_it_begins(drive, settled=settled)}"
+
+
+def along_linear(question: Question) -> Along | None:
+    """Return the response of linear layers to a voltage in stretches; None if it has integrators in the periodic state."""
+    scenario, transfers, settled = question.scenario, question.wanted(question.section), question.settled
+    drive, amplifier, times = scenario.drive, scenario.circuit.amplifier, question.times
+    if settled:
+        refuse_unrepeated(drive)
+    if amplifier is not None:
+        transfers = amplified(transfers, amplifier)
+    if settled and any(integral_weight(each) for each in transfers.values()):
+        return None
+    method, reason = _how_linear(drive, amplifier=amplifier, settled=settled)
+    response, voltage = Response(transfers, drive.parts(), settled=settled), drive.voltage(times)
+    rows_of = response.along(times)
+
+    def through(stretch: slice) -> Solution:
+        found = rows_of(stretch) | {"drive_voltage": voltage[stretch]}
+        name_interface(scenario, found)
+        return Solution(found=found, method=method, reason=reason)
+
+    def at(moments: Real) -> dict[Key, Real]:
+        found = response.at(moments) | {"drive_voltage": drive.voltage(moments)}
+        name_interface(scenario, found)
+        return found
+
+    return Along(through, at, STRETCH)
 
 
 def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:

@@ -99,6 +99,12 @@ def mechanical(
     return moved
 
 
+def is_instant(scenario: Scenario) -> bool:
+    """Return whether friction and contact at a time follow from load and attraction at that time."""
+    remembers = scenario.friction.deflects or scenario.friction.has_memory
+    return not remembers and scenario.finger is None and scenario.rig is None
+
+
 def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
     """Refuse mechanical models that cannot be combined, before any computation."""
     chain = _without_attraction(scenario)
