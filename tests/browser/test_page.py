@@ -365,26 +365,6 @@ def test_a_tab_that_is_being_computed_says_so(opened, tmp_path, tmp_path_factory
         server.stop()
 
 
-def test_a_page_for_other_machines_needs_its_token(opened, browser, tmp_path_factory):
-    server = started(tmp_path_factory, "token", "--host", "0.0.0.0")
-    try:
-        assert "token=" in server.address
-        assert _status(server) == 403
-        page = browser.new_context().new_page()
-        page.goto(f"http://127.0.0.1:{server.port}/")
-        assert "needs its token" in page.content()
-        page.context.close()
-        page = opened(f"?{server.address.partition('?')[2]}&preset=bau_2010/sine", port=server.port)
-        assert "token" not in page.url
-        (cookie,) = page.context.cookies()
-        assert cookie["httpOnly"]
-        assert cookie["sameSite"] == "Strict"
-        assert page.evaluate("() => document.cookie") == ""
-        page.context.close()
-    finally:
-        server.stop()
-
-
 def test_servers_that_are_started_together_take_a_port_each(tmp_path_factory):
     with ThreadPoolExecutor(3) as pool:
         servers = list(pool.map(lambda name: started(tmp_path_factory, name), ("one", "two", "three")))

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import struct
 import tokenize
+import warnings
 import zlib
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
-from electrovib.core.errors import DataFileError, closest_file
+from electrovib.core.errors import DataFileError, InputError, closest_file
 from electrovib.core.file_kinds import foreign, is_address
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
+T = TypeVar("T")
 DAMAGE: Final = (
     OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError,
     ArithmeticError, SyntaxError, AssertionError, struct.error, tokenize.TokenError, zlib.error,
@@ -50,3 +53,18 @@ def damaged(path: Path, what: str, error: BaseException) -> DataFileError:
     """Return the error for a damaged file, with the first line of the message of the library."""
     said = (str(error).splitlines() or [""])[0][:160] or type(error).__name__
     return DataFileError(f"is damaged or not {what} ({said}).", path=path)
+
+
+def read_by_library(read: Callable[[], T], path: Path, what: str) -> T:
+    """Return what a library reads from a file; whatever it raises is a fault of the file."""
+    check_file(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return read()
+    except InputError:
+        raise
+    except MemoryError:
+        raise packed(path, "its content does not fit into memory") from None
+    except Exception as error:  # noqa: BLE001  # packages have many kinds, of which none derives from a common one
+        raise damaged(path, what, error) from None

@@ -1,7 +1,8 @@
-"""Readers of foreign binary formats, run in a separate process with limits on time and memory.
+"""Readers of HDF5 and MATLAB files, run in a separate process with limits on time and memory.
 
-That process receives a request as JSON on standard input. It returns on standard output a line of JSON for each item, and
-behind that of an array its bytes; nothing is unpickled on either side.
+Of the libraries that read files these two do not survive damage: HDF5 does not return from some damaged files, and SciPy ends the
+interpreter at some of MATLAB's version 5. The process receives a request as JSON on standard input. It returns on standard
+output a line of JSON for each item, and behind that of an array its bytes; nothing is unpickled on either side.
 """
 
 from __future__ import annotations
@@ -199,6 +200,8 @@ def read_guarded(
 ) -> dict[Any, Any]:
     """Read a file in a separate process, and wait for it."""
     with GuardedReading(reader, path, limits=limits, **arguments) as reading:
+        import xarray  # noqa: F401  # which every caller needs, while the other process begins
+
         return reading.content()
 
 

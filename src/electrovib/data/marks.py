@@ -100,20 +100,24 @@ def _is_unchanged(path: Path, form: Form) -> bool | None:
         return file.read(len(_EMPTY)) == _checksum(file, place)
 
 
-def verified(trace: xarray.Dataset, path: Path, form: Form) -> xarray.Dataset:
-    """Return a Trace that was read; one whose file was changed is refused, and one without a checksum says so."""
+def has_checksum(path: Path, form: Form) -> bool:
+    """Return whether a file has the content of its checksum, False without one; a file that was changed is refused."""
     unchanged = _is_unchanged(path, form)
-    if unchanged is None:
-        why = f"not verified: {path.name} states no checksum, so that damage of its numbers would not be noticed"
-        told = json.loads(trace.attrs.get("validity", "[]"))
-        told.append(Diagnostic(VERIFIED, "warning", why).to_dict())
-        trace.attrs["validity"] = json.dumps(told)
-    elif not unchanged:
+    if unchanged is False:
         raise DataFileError(
             "is damaged, or was edited: its content is not that of its checksum. Make it again; a file that was edited on"
             f" purpose is read, not verified, without its attribute {WRITTEN_BY}",
             path=path,
         )
+    return bool(unchanged)
+
+
+def not_verified(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
+    """Return a Trace that was read from a file without a checksum, which says so."""
+    why = f"not verified: {path.name} states no checksum, so that damage of its numbers would not be noticed"
+    told = json.loads(trace.attrs.get("validity", "[]"))
+    told.append(Diagnostic(VERIFIED, "warning", why).to_dict())
+    trace.attrs["validity"] = json.dumps(told)
     return trace
 
 

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import warnings
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError
-from electrovib.data.faults import check_file
-from electrovib.data.guarded import Reader, read_guarded
+from electrovib.data.faults import check_file, read_by_library
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
 MOST_BYTES: Final = 20_000_000
 """Largest file of a picture [bytes]; a choice."""
-_READER: Final = Reader(
-    "electrovib.data.picture:unpacked", ("numpy", "PIL.Image", "PIL.PngImagePlugin"), "a PNG picture"
-)
 _HOW: Final = "Save it as 8-bit greyscale PNG without transparency."
 
 
@@ -35,12 +30,11 @@ def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
             f"has {megabytes(size)}, and a picture may have {megabytes(MOST_BYTES)}. Reduce its resolution.",
             path=path,
         )
-    found: NDArray[np.uint8] = read_guarded(_READER, path, most_pixels=most_pixels)["values"]
-    return found
+    return read_by_library(lambda: _unpacked(path, most_pixels), path, "a PNG picture")
 
 
-def unpacked(path: str | Path, most_pixels: int) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-    """Yield the grey values of a picture under the name ``values``."""
+def _unpacked(path: Path, most_pixels: int) -> NDArray[np.uint8]:
+    """Return the grey values of a picture."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -66,10 +60,10 @@ def unpacked(path: str | Path, most_pixels: int) -> Iterator[tuple[str, NDArray[
             raise DataFileError(
                 f"has pixels of the kind '{picture.mode}', and 8-bit grey is needed. {_HOW}", path=path
             )
-        yield "values", _grey(path, np.asarray(picture.convert("L" if picture.mode in "1L" else "RGB")))
+        return _grey(path, np.asarray(picture.convert("L" if picture.mode in "1L" else "RGB")))
 
 
-def _grey(path: str | Path, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _grey(path: Path, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
     if values.ndim == 2:
         return values
     if np.any(values != values[..., :1]):

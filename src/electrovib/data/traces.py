@@ -20,7 +20,7 @@ from electrovib.core.signals import FORMAT, stamp
 from electrovib.core.units import unit_in_files, unit_of_files
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
-from electrovib.data.marks import WRITTEN_BY, Form, unsigned, verified
+from electrovib.data.marks import WRITTEN_BY, Form, has_checksum, not_verified, unsigned
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -167,13 +167,16 @@ def load_mat(path: Path) -> xarray.Dataset:
     """Read a Trace from a MATLAB file, also one that MATLAB has saved again; checksums of variables are verified."""
     from electrovib.data.readers.matlab import read_variables
 
-    found = read_variables(path)
+    check_file(path)
+    is_whole = has_checksum(path, Form.MATLAB)
+    found = read_variables(path, is_whole=is_whole)
     try:
         text = found.get("trace_json", "{}")
         about = json.loads(text) if isinstance(text, str) else {}
         if not isinstance(about, dict) or about.get("format") != FORMAT:
             raise not_a_trace(path)
-        return verified(_rebuilt(about, found), path, Form.MATLAB)
+        trace = _rebuilt(about, found)
+        return trace if is_whole else not_verified(trace, path)
     except DAMAGE as error:
         raise damaged(path, "a MATLAB file", error) from None
 
@@ -221,14 +224,13 @@ def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
 
 def load_nc(path: Path) -> xarray.Dataset:
     """Read a Trace from netCDF."""
-    from electrovib.data.guarded import GuardedReading
-    from electrovib.data.readers.hdf5 import decoded, reader
+    import xarray
+
+    from electrovib.data.readers.hdf5 import contents, decoded
 
     check_file(path)
-    with GuardedReading(reader(path), path, texts=True) as reading:
-        import xarray  # while the other process reads
-
-        content = reading.content()
+    is_whole = has_checksum(path, Form.NETCDF)
+    content = contents(path, is_whole=is_whole, texts=True)
     attributes = content.pop("attributes")
     if attributes.get("format") != FORMAT:
         raise not_a_trace(path)
@@ -247,7 +249,8 @@ def load_nc(path: Path) -> xarray.Dataset:
         loaded = xarray.decode_cf(
             stored, decode_times=False, decode_timedelta=False, mask_and_scale=False, concat_characters=False
         )
-        return verified(_as_saved(loaded), path, Form.NETCDF)
+        found = _as_saved(loaded)
+        return found if is_whole else not_verified(found, path)
     except DAMAGE as error:
         raise damaged(path, "a netCDF file", error) from None
 

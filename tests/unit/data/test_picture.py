@@ -12,7 +12,7 @@ from PIL import Image
 
 from electrovib.core.errors import DataFileError
 from electrovib.data import picture as module
-from electrovib.data.picture import read_picture, unpacked
+from electrovib.data.picture import _unpacked, read_picture
 
 GREY = np.array([[0, 255, 7], [128, 1, 254]], dtype=np.uint8)
 
@@ -33,7 +33,7 @@ def file(tmp_path):
 
 
 def in_process(path, most_pixels=10**6):
-    return dict(unpacked(path, most_pixels))["values"]
+    return _unpacked(path, most_pixels)
 
 
 def test_grey_values_are_read_as_they_are(file):

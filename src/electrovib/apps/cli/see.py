@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 @takes("""
 scenario  [default: vezzoli_2014/fig6]
 --port N        Port of the page. Default: the first that is free from 8080 on.
---host ADDRESS  Address at which the page is served; any other than 127.0.0.1 can be reached from other machines and needs the
-    token of the printed address. [default: 127.0.0.1]
 --no-browser    Do not open a browser.
 --set
 --models

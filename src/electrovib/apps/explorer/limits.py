@@ -30,10 +30,6 @@ LONGEST_LINE: Final = 20_000
 """Letters of a line of a recording that is a text."""
 LONGEST_NAME: Final = 120
 """Letters of the name of a file or of a column that are shown."""
-MOST_PAGES: Final = 60
-"""Pages that are open at the same time, of all visitors together."""
-MOST_CONNECTIONS: Final = 5
-"""Websockets of one page at the same time (one, and those that were interrupted before), and of all that belong to no page."""
 LARGEST_MESSAGE: Final = 1_000_000
 """Bytes of a message of a browser."""
 LONGEST_RUN: Final = 20.0

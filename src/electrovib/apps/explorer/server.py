@@ -1,4 +1,4 @@
-"""The server of the page: what it takes, how many pages are open, how it starts and ends."""
+"""The server of the page: what it takes, how it starts and ends."""
 
 from __future__ import annotations
 
@@ -9,16 +9,13 @@ import signal
 import socket
 import sys
 import threading
-import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Final
-from urllib.parse import parse_qs
 
-from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token, refuse
-from electrovib.apps.explorer.limits import LARGEST_MESSAGE, LARGEST_REQUEST, MOST_CONNECTIONS, MOST_PAGES
+from electrovib.apps.explorer.access import LOOPBACK, AccessControl, refuse
+from electrovib.apps.explorer.limits import LARGEST_MESSAGE, LARGEST_REQUEST
 from electrovib.apps.explorer.runner import SERVER_ENDS
 from electrovib.core.errors import InputError
 from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
@@ -28,11 +25,8 @@ if TYPE_CHECKING:
 
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
-EVERYWHERE: Final = ("0.0.0.0", "::")  # noqa: S104 - compared with
-"""Addresses of a server on all interfaces."""
 UNCONNECTED: Final = 15.0
-"""Seconds for which a page is kept that no browser is connected with, as long as the server is not full: a busy machine or
-network may interrupt for some."""
+"""Seconds for which a page is kept that no browser is connected with: a busy machine may interrupt for some."""
 YOURS: Final = "yours"
 """Name of a scenario that is no paper's."""
 
@@ -42,7 +36,6 @@ def explore(
     *,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     port: int | None = None,
-    host: str = "127.0.0.1",
     browser: bool = True,
     say: Callable[[str], None] = print,
 ) -> None:
@@ -56,9 +49,6 @@ def explore(
         Dotted path to value, put into the scenario.
     port : int, optional
         Port of the page; by default the first that is free from 8080 on.
-    host : str
-        Address at which the page is served. Any other than 127.0.0.1 or localhost can be reached from other machines: the
-        page then needs a token, which is part of the address that is printed.
     browser : bool
         Whether a browser is opened.
     say : callable
@@ -71,8 +61,8 @@ def explore(
 
     Notes
     -----
-    The function returns when the page is ended, by Ctrl-C. No request reads or writes a file of this machine, and what a
-    visitor can ask for is limited (`electrovib.apps.explorer.limits`).
+    The function returns when the page is ended, by Ctrl-C. The page is served on 127.0.0.1, which no other machine reaches; no
+    request reads or writes a file of this machine, and what can be asked for is limited (`electrovib.apps.explorer.limits`).
     """
     try:
         from nicegui import app, ui
@@ -80,25 +70,21 @@ def explore(
         raise InputError("the page needs the extra 'explore': pip install 'electrovib[explore]'") from None
     from electrovib.apps.explorer.page import build
 
-    host = host.strip().removeprefix("[").removesuffix("]")
     own, first = _first(scenario, set)
-    chosen, sockets = listening(host, port)
-    token = "" if is_loopback(host) else new_token()
-    path = f"/?{TOKEN}={token}" if token else "/"
-    address = f"http://{_names(host)[0]}:{chosen}{path}"
-    with served_on(sockets), _orderly_end():
-        _guard(app, host, chosen, token)
+    chosen, listener = listening(port)
+    with served_on(listener), _orderly_end():
+        _guard(app, chosen)
         _import_all()
         SERVER_ENDS.clear()
         build(own, first)
-        app.on_startup(lambda: say(f"The page is at {address} ; Ctrl-C ends it."))
+        app.on_startup(lambda: say(f"The page is at http://{LOOPBACK[0]}:{chosen}/ ; Ctrl-C ends it."))
         ui.run(
-            host=host,
+            host=LOOPBACK[0],
             port=chosen,
             title="electrovib explorer",
             reload=False,
             language="en-US",
-            show=path if browser else False,
+            show=browser,
             show_welcome_message=False,
             message_history_length=HISTORY,
             reconnect_timeout=UNCONNECTED,
@@ -118,7 +104,7 @@ def _orderly_end() -> Iterator[None]:
         return
 
     def end(number: int, _: FrameType | None) -> None:
-        gc.freeze()  # else Python looks through all that visitors have left, several times, before it ends
+        gc.freeze()  # else Python looks through all that pages have left, several times, before it ends
         sys.exit(128 + number)
 
     before = signal.signal(signal.SIGTERM, end)
@@ -128,29 +114,20 @@ def _orderly_end() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _guard(app: Any, host: str, port: int, token: str) -> None:
+def _guard(app: Any, port: int) -> None:
     """Put the checks in front of everything else that the framework puts in front of its pages."""
-    from nicegui import Client, core
+    from nicegui import core
 
     from electrovib.apps.explorer.frames import Frames, check_events, is_kept
 
-    def put_last(client: Client) -> None:
-        if client.id in Client.instances:
-            Client.instances[client.id] = Client.instances.pop(client.id)
-
-    app.on_disconnect(put_last)
     handlers = core.sio.handlers["/"]
     check_events(handlers)
-    # by requests of HTTP, sessions would be opened that no connection limits
+    # by requests of HTTP, messages would come that nothing checks
     core.sio.eio.transports = ["websocket"]
     inner = app.build_middleware_stack
-    names = LOOPBACK if is_loopback(host) else (*LOOPBACK, *_names(host))
-
-    def stack() -> AccessControl:
-        limited = RequestLimits(Frames(inner(), events=handlers), pages=Client.instances)
-        return AccessControl(limited, hosts=names, port=port, token=token, any_address=host in EVERYWHERE)
-
-    app.build_middleware_stack = stack
+    app.build_middleware_stack = lambda: AccessControl(
+        RequestLimits(Frames(inner(), events=handlers)), port=port
+    )
     logging.getLogger("nicegui").addFilter(is_kept)
 
 
@@ -174,82 +151,39 @@ def _import_all() -> None:
     import electrovib.view.report  # noqa: F401 - as above
 
 
-def _names(host: str) -> tuple[str, ...]:
-    """Return the names under which a browser addresses this machine."""
-    if host in EVERYWHERE:
-        name = socket.gethostname()
-        try:
-            found = {str(entry[4][0]) for entry in socket.getaddrinfo(name, None, socket.AF_INET)}
-        except OSError:
-            found = set()
-        return (name.lower(), *sorted(found))
-    return (f"[{host}]" if ":" in host else host.lower(),)
-
-
 FIRST_PORT: Final = 8080
 """Port that is tried first."""
 TRIED_PORTS: Final = 50
 
 
-def listening(host: str, port: int | None) -> tuple[int, list[socket.socket]]:
-    """Take a port, without a number the first from `FIRST_PORT` on that nothing else listens on, and return its sockets.
+def listening(port: int | None) -> tuple[int, socket.socket]:
+    """Take a port, without a number the first from `FIRST_PORT` on that nothing else listens on, and return its socket.
 
-    There is one for each address of the host; they listen from now on, so that no other program can take the
-    port.
+    It listens from now on, so that no other program can take the port.
     """
-    if not host:
-        raise InputError(
-            "host is empty: give an address, for instance 127.0.0.1, or 0.0.0.0 for all interfaces"
-        )
     candidates = [port] if port is not None else range(FIRST_PORT, FIRST_PORT + TRIED_PORTS)
     for each in candidates:
         if not 1 <= each <= 65535:
             raise InputError(f"port = {each}: a port is a number from 1 to 65535")
         try:
-            return each, _opened(host, each)
-        except (socket.gaierror, UnicodeError):
-            raise InputError(f"host = {host}: no address of this machine has this name") from None
+            return each, socket.create_server((LOOPBACK[0], each))
         except PermissionError:
             raise InputError(f"port = {each}: this user may not open it; take one above 1023") from None
         except OSError as error:
             reason = error
     if port is None:
-        raise InputError(
-            f"no port from {FIRST_PORT} to {FIRST_PORT + TRIED_PORTS - 1} can be opened at {host}: {reason}"
-        )
+        last = FIRST_PORT + TRIED_PORTS - 1
+        raise InputError(f"no port from {FIRST_PORT} to {last} can be opened: {reason}")
     in_use, reached = "another program listens there", reason.strerror or str(reason)
     why = in_use if reason.errno == errno.EADDRINUSE else reached.partition(" (")[0]
     raise InputError(
-        f"port = {port}: it cannot be opened at {host} ({why}); choose another with --port, or omit --port for one that is free"
+        f"port = {port}: it cannot be opened ({why}); choose another with --port, or omit --port for one that is free"
     )
 
 
-def _opened(host: str, port: int) -> list[socket.socket]:
-    """Return a listening socket for each address of a host; an address that this machine does not have is left out."""
-    found: list[socket.socket] = []
-    missing: OSError | None = None
-    for family, *_, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM):
-        try:
-            found.append(socket.create_server(address, family=family))
-        except OSError as error:
-            if error.errno not in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
-                close(found)
-                raise
-            missing = error
-    if missing is not None and not found:
-        raise missing
-    return found
-
-
-def close(sockets: list[socket.socket]) -> None:
-    """Close sockets."""
-    for each in sockets:
-        each.close()
-
-
 @contextmanager
-def served_on(sockets: list[socket.socket]) -> Iterator[None]:
-    """Let the framework serve on sockets that listen already, and close them at the end.
+def served_on(listener: socket.socket) -> Iterator[None]:
+    """Let the framework serve on a socket that listens already, and close it at the end.
 
     By itself the framework opens its port only after everything is imported, when another server may have
     taken it.
@@ -258,99 +192,34 @@ def served_on(sockets: list[socket.socket]) -> Iterator[None]:
 
     run = Server.run
 
-    def run_on_sockets(self: Server, _: list[socket.socket] | None = None) -> None:
-        run(self, sockets)
+    def run_on_socket(self: Server, _: list[socket.socket] | None = None) -> None:
+        run(self, [listener])
 
-    Server.run = run_on_sockets  # type: ignore[assignment, method-assign]
+    Server.run = run_on_socket  # type: ignore[assignment, method-assign]
     try:
         yield
     finally:
         Server.run = run  # type: ignore[method-assign]
-        close(sockets)
-
-
-_OF_FRAMEWORK: Final = "/_nicegui"
-"""Beginning of the addresses that open no page."""
-FIRST_CONNECTION: Final = 5.0
-"""Seconds for which a page is kept on a full server until a browser connects with it."""
-
-
-def has_room(pages: Mapping[str, Any], coming: int = 0) -> bool:
-    """Return whether one more page can be opened; on a full server those are closed first whose browsers have left.
-
-    `pages` are in the order in which they were requested or, later, left by their browsers; `coming` are
-    opened before this one.
-    """
-    latest = time.time() - FIRST_CONNECTION
-    left = [
-        each
-        for each in pages.values()
-        if not each.has_socket_connection and (each.environ is not None or each.created < latest)
-    ]
-    for each in left[: max(len(pages) + coming - MOST_PAGES + 1, 0)]:
-        for waiting in each._delete_tasks.values():  # noqa: SLF001 - they would delete it again
-            waiting.cancel()
-        each.delete()
-    return len(pages) + coming < MOST_PAGES
+        listener.close()
 
 
 class RequestLimits:
-    """Limits in front of an ASGI application: bytes of a request, and pages and connections that are open at the same time.
+    """Limit of the bytes of a request, in front of an ASGI application.
 
     The browser refuses a large file itself, but not every sender is a browser: the bytes are counted as they
     arrive, and those beyond the limit are not read. A connection that ends in the middle of a request is no
     error of the server.
     """
 
-    def __init__(self, app: App, *, pages: Mapping[str, Any]) -> None:
-        self._app, self._pages = app, pages
-        self._connections: Counter[str] = Counter()
-        self._coming = 0
+    def __init__(self, app: App) -> None:
+        self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Hand a request to the application, unless it is too large, or one page or connection too many."""
-        if scope["type"] == "websocket":
-            await self._connect(scope, receive, send)
-        elif scope["type"] != "http":
+        """Hand a request to the application, unless it is too large."""
+        if scope["type"] != "http":
             await self._app(scope, receive, send)
-        elif str(scope["path"]).startswith(_OF_FRAMEWORK):
-            await self._answer(scope, receive, send)
-        else:
-            await self._open(scope, receive, send)
-
-    async def _connect(self, scope: Scope, receive: Receive, send: Send) -> None:
-        wanted = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("client_id", [""])[0]
-        page = wanted if wanted in self._pages else ""
-        if self._connections[page] >= MOST_CONNECTIONS:
-            await refuse(scope, receive, send, f"{MOST_CONNECTIONS} connections are open already.")
             return
-        self._connections[page] += 1
-        try:
-            await self._app(scope, receive, send)
-        finally:
-            self._connections -= Counter([page])
-
-    async def _open(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Open a page; one that is being made counts until its answer begins, when it exists."""
-        if has_room(self._pages, self._coming):
-            with ExitStack() as coming:
-                self._coming += 1
-                coming.callback(self._came)
-                await self._answer(scope, receive, send, coming.close)
-            return
-        full = (
-            f"This server has {MOST_PAGES} pages open, which is as many as it shows at once."
-            " Close one and load this address again after some seconds."
-        )
-        await refuse(scope, receive, send, full, 503)
-
-    def _came(self) -> None:
-        self._coming -= 1
-
-    async def _answer(
-        self, scope: Scope, receive: Receive, send: Send, begins: Callable[[], object] = bool
-    ) -> None:
-        counted = _Counted(scope, receive, send, begins)
+        counted = _Counted(scope, receive, send)
         if counted.declares_too_much:
             await counted.refuse()
             return
@@ -364,10 +233,10 @@ class RequestLimits:
 
 
 class _Counted:
-    """A request whose bytes are counted; `begins` is called before each part of its answer."""
+    """A request whose bytes are counted."""
 
-    def __init__(self, scope: Scope, receive: Receive, send: Send, begins: Callable[[], object]) -> None:
-        self._scope, self._receive, self._send, self._begins = scope, receive, send, begins
+    def __init__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        self._scope, self._receive, self._send = scope, receive, send
         self._bytes, self._has_answered, self._has_left = 0, False, False
         declared = [value for name, value in scope["headers"] if name.lower() == b"content-length"]
         self.declares_too_much = any(not each.isdigit() or int(each) > LARGEST_REQUEST for each in declared)
@@ -390,7 +259,6 @@ class _Counted:
 
     async def send(self, message: MutableMapping[str, Any]) -> None:
         """Send a part of the answer; nothing of the application's once the request has ended early."""
-        self._begins()
         if not self.is_too_large:
             self._has_answered = True
             await self._send(message)

@@ -1,6 +1,6 @@
 """Files of netCDF (of version 4, which is HDF5, and of the classic one) and HDF5: variables, and arrays in groups.
 
-What looks into a file is called in a guarded process.
+What looks into a file of HDF5 is called in a guarded process, unless the file is known to be whole.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.data.array_columns import chosen_columns, table_of_arrays
-from electrovib.data.faults import packed
+from electrovib.data.faults import check_file, packed, read_by_library
 from electrovib.data.guarded import Reader, read_guarded
 from electrovib.data.recorded import CanRead, FileFormat, NotRead
 from electrovib.data.unit_words import name_and_unit
@@ -54,24 +54,30 @@ _DEEPEST: Final = 12
 _TOO_MANY: Final = f"is beyond the first {_MOST_OBJECTS} objects, or {_DEEPEST} groups deep"
 
 
-def reader(path: Path) -> Reader:
-    """Return `variables` as a reader, with the library that the file needs."""
+_READER: Final = Reader(f"{__name__}:variables", ("h5py",), "a netCDF file")
+
+
+def contents(path: Path, *, is_whole: bool = False, **arguments: Any) -> dict[Any, Any]:
+    """Return what `variables` yields; of HDF5 from a guarded process, unless the file `is_whole`."""
+    check_file(path)
     with path.open("rb") as file:
-        needs = ("scipy.io",) if file.read(3) == _CLASSIC else ("h5py",)
-    return Reader(f"{__name__}:variables", needs, "a netCDF file")
+        is_classic = file.read(len(_CLASSIC)) == _CLASSIC
+    if is_classic or is_whole:
+        return read_by_library(lambda: dict(variables(path, **arguments)), path, _READER.format_name)
+    return read_guarded(_READER, path, **arguments)
 
 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read variables by name; their attribute ``units`` has priority over a unit in the name."""
     del missing
     names = [each for each in columns if isinstance(each, str)]
-    content = read_guarded(reader(path), path, wanted=names if len(names) == len(columns) else None)
+    content = contents(path, wanted=names if len(names) == len(columns) else None)
     return chosen_columns(path, (each[:3] for each in _arrays(content)), columns)
 
 
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     """Read the arrays of a netCDF or HDF5 file that have the length with most numbers, or that of the array `part`."""
-    arrays = list(_arrays(read_guarded(reader(path), path)))
+    arrays = list(_arrays(contents(path)))
     clocks = {name: dimension for name, *_, dimension, _ in arrays}
     found = table_of_arrays(path, [each[:3] for each in arrays], part=part, clocks=clocks)
     outside = [NotRead(name=f"{count} values of {name}", why=_OUTSIDE) for name, *_, count in arrays if count]

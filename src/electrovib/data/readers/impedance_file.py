@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.data.guarded import Reader, read_guarded
+from electrovib.data.faults import read_by_library
 from electrovib.data.recorded import CanRead, FileFormat, recorded_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
+    from electrovib.core.arrays import Real
     from electrovib.data.recorded import Recorded
 
 _PACKAGE: Final = "impedance"
@@ -39,26 +39,21 @@ def read_impedance_file(path: Path) -> Recorded:
     """Read the spectrum of an impedance analyser: frequency [Hz], real and imaginary part of the impedance [ohm]."""
     with path.open("rb") as file:
         instrument = _instrument_of(file.read(65536))
-    found = read_guarded(
-        Reader(f"{__name__}:spectrum", (f"{_PACKAGE}.preprocessing",), "a file of an impedance analyser"),
-        path,
-        instrument=instrument or "gamry",
+    table = read_by_library(
+        lambda: _spectrum(path, instrument or "gamry"), path, "a file of an impedance analyser"
     )
-    table = [(name, unit, values) for (name, unit), values in found.items()]
     return recorded_of(path, table, attributes={"instrument": instrument})
 
 
-def spectrum(path: Path, instrument: str) -> Iterator[tuple[Any, Any]]:
-    """Yield frequency and parts of the impedance; called in a guarded process."""
+def _spectrum(path: Path, instrument: str) -> list[tuple[str, str, Real]]:
+    """Return frequency and parts of the impedance, each with name and unit."""
     from impedance import preprocessing
 
     frequency, impedance = preprocessing.readFile(str(path), instrument=instrument)
     grid, values = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
     if grid.ndim != 1 or values.shape != grid.shape or grid.size < 2:
         raise ValueError("it holds no spectrum of two or more frequencies")
-    yield ("frequency", "Hz"), grid
-    yield ("Z'", "ohm"), values.real.copy()
-    yield ("Z''", "ohm"), values.imag.copy()
+    return [("frequency", "Hz", grid), ("Z'", "ohm", values.real), ("Z''", "ohm", values.imag)]
 
 
 def _can_read(head: bytes, suffix: str) -> CanRead:

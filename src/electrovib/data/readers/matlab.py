@@ -9,7 +9,6 @@ import functools
 import io
 import itertools
 import re
-import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -19,7 +18,7 @@ import numpy as np
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.array_columns import chosen_columns, table_of_arrays
-from electrovib.data.faults import check_file, packed
+from electrovib.data.faults import check_file, packed, read_by_library
 from electrovib.data.guarded import Reader, read_guarded
 from electrovib.data.recorded import CanRead, FileFormat
 
@@ -58,10 +57,10 @@ def _arrays(path: Path) -> list[tuple[str, str, NDArray[Any] | str]]:
     return [(name, "", value["why"] if isinstance(value, dict) else value.T) for name, value in found.items()]
 
 
-def read_variables(path: Path) -> dict[str, NDArray[Any] | str]:
+def read_variables(path: Path, *, is_whole: bool = False) -> dict[str, NDArray[Any] | str]:
     """Read all arrays of real or complex numbers, and texts, of a MATLAB file, as MATLAB shows them."""
     read: dict[str, NDArray[Any] | str] = {}
-    for name, value in _read(path, texts=True).items():
+    for name, value in _read(path, is_whole=is_whole, texts=True).items():
         if isinstance(value, dict):
             read[name] = value["text"]
         else:
@@ -70,8 +69,8 @@ def read_variables(path: Path) -> dict[str, NDArray[Any] | str]:
     return read
 
 
-def _read(path: Path, **arguments: Any) -> dict[str, Any]:
-    """Call `contents` in a guarded process."""
+def _read(path: Path, *, is_whole: bool = False, **arguments: Any) -> dict[str, Any]:
+    """Call `contents`, in a guarded process unless the file `is_whole`."""
     check_file(path)
     is_hdf5 = _is_hdf5(path)
     with path.open("rb") as file:
@@ -81,8 +80,10 @@ def _read(path: Path, **arguments: Any) -> dict[str, Any]:
         raise DataFileError(
             "is not a MATLAB file of version 4, 5 or 7.3; in MATLAB save it with -v7.", path=path
         )
-    needs = ("h5py",) if is_hdf5 else ("scipy.io",)
-    return read_guarded(Reader(f"{__name__}:contents", needs, "a MATLAB file"), path, **arguments)
+    reader = Reader(f"{__name__}:contents", ("h5py",) if is_hdf5 else ("scipy.io",), "a MATLAB file")
+    if is_whole:
+        return read_by_library(lambda: dict(contents(path, **arguments)), path, reader.format_name)
+    return read_guarded(reader, path, **arguments)
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,6 @@ def _of_version5(path: Path) -> Iterator[tuple[str, _Entry]]:
     """Iterate over the variables, and what is in them; each is unpacked when its turn comes."""
     import scipy.io
 
-    warnings.simplefilter("ignore")  # of what SciPy finds in a damaged file; this process reads no other
     raw = path.read_bytes()
     if _VERSION_4.match(raw):
         for name, value in scipy.io.loadmat(io.BytesIO(raw)).items():

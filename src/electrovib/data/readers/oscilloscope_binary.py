@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.guarded import Reader, read_guarded
+from electrovib.data.faults import read_by_library
 from electrovib.data.recorded import CanRead, FileFormat, NotRead, check_declared, recorded_of, text_of
 
 if TYPE_CHECKING:
@@ -37,9 +37,7 @@ def _is_known(head: bytes) -> bool:
 
 def read_oscilloscope_binary(path: Path) -> Recorded:
     """Read the analogue channels of a binary file of an oscilloscope."""
-    found = read_guarded(
-        Reader(f"{__name__}:channels", (f"{_PACKAGE}.wfm", "numpy"), "a binary file of an oscilloscope"), path
-    )
+    found = read_by_library(lambda: dict(_channels(path)), path, "a binary file of an oscilloscope")
     step, start, model, frames = found.pop("about")
     table = [(name, unit, values) for (_, name, unit), values in found.items()]
     later = NotRead(name=f"frames 2 to {frames} of {frames}", why="of a file the first frame is read")
@@ -92,8 +90,8 @@ def _step(times: Real, stated: object) -> float:
     return float(stated) if abs(step - spread) <= 1e-9 * spread else step
 
 
-def channels(path: Path) -> Iterator[tuple[Any, Any]]:
-    """Yield step, start, model and frames, then number, name, unit and values of each channel; called in a guarded process."""
+def _channels(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Yield step, start, model and frames, then number, name, unit and values of each channel."""
     from RigolWFM import wfm
 
     unit, frames = _tektronix(path) or (None, 1)

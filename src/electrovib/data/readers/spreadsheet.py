@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import zipfile
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
-from electrovib.core.budget import megabytes, memory_allowed
+from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.faults import DAMAGE, damaged, packed
-from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
+from electrovib.data.faults import DAMAGE, damaged, packed, read_by_library
 from electrovib.data.readers.text import read_laboratory_bytes
 from electrovib.data.recorded import OTHER_PART, FileFormat, NotRead, begins
 
@@ -26,7 +23,6 @@ _UNPACKED: Final = 40
 """Largest ratio of the unpacked size to the size of the file; that of plain tables is about 10."""
 _BASE: Final = 16 * 1024**2
 _MOST_ENTRIES: Final = 2000
-_SECONDS: Final = 20.0
 _MOST_SHEETS: Final = 20
 _MOST_FILLED: Final = 64
 """Columns up to which shorter rows are filled with empty cells."""
@@ -38,12 +34,7 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
     unpacked = _declared_size(path)
     if unpacked > _UNPACKED * size + _BASE:
         raise packed(path, f"{megabytes(size)} would unpack to {megabytes(unpacked)}", "Save it as .csv.")
-    seconds = _SECONDS + unpacked / 1e6
-    limits = ReaderLimits(
-        memory=memory_allowed(size) + 4 * unpacked, content=2 * unpacked + _BASE, processor_time=seconds,
-        waiting_time=3 * seconds,
-    )  # fmt: skip
-    found = read_guarded(Reader(f"{__name__}:sheets", (_PACKAGE,), "a spreadsheet"), path, limits=limits)
+    found = read_by_library(lambda: dict(_sheets(path)), path, "a spreadsheet")
     if part and part not in found:
         raise DataFileError(
             f"part = {part}: there is no such sheet with content.{suggestion(part, found)} It has {', '.join(found)}.",
@@ -52,9 +43,7 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
     problem: DataFileError | None = None
     for name, content in ({part: found[part]} if part else found).items():
         try:
-            read = read_laboratory_bytes(
-                path, content.tobytes(), delimiter="\t", decimal_comma=False, origin=name
-            )
+            read = read_laboratory_bytes(path, content, delimiter="\t", decimal_comma=False, origin=name)
         except DataFileError as error:
             problem = problem or error
             continue
@@ -77,13 +66,10 @@ def _declared_size(path: Path) -> int:
     return sum(entry.file_size for entry in entries)
 
 
-def sheets(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield each sheet as bytes of text with tabs; called in a guarded process."""
-    import warnings
-
+def _sheets(path: Path) -> Iterator[tuple[str, bytes]]:
+    """Yield each sheet as bytes of text with tabs."""
     import openpyxl
 
-    warnings.simplefilter("ignore")
     book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
     for sheet in book.worksheets[:_MOST_SHEETS]:
         sheet.reset_dimensions()  # the declared size of a sheet may be false
@@ -91,7 +77,7 @@ def sheets(path: Path) -> Iterator[tuple[str, Any]]:
         if any(lines):
             width = min(max(line.count("\t") for line in lines), _MOST_FILLED)
             lines = [line and line + "\t" * (width - line.count("\t")) for line in lines]
-            yield sheet.title, np.frombuffer("\n".join(lines).encode("utf-8", "replace"), np.uint8)
+            yield sheet.title, "\n".join(lines).encode("utf-8", "replace")
 
 
 def _cell(value: object) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.data.guarded import Reader, read_guarded
+from electrovib.data.faults import read_by_library
 from electrovib.data.recorded import (
     ChannelClock,
     FileFormat,
@@ -33,7 +34,7 @@ def read_tdms(path: Path, *, part: str = "") -> Recorded:
 
     The times of waveforms count from the earliest start among all channels of the file.
     """
-    found = read_guarded(Reader(f"{__name__}:channels", (_PACKAGE, "numpy"), "an NI TDMS file"), path)
+    found = read_by_library(lambda: dict(_channels(path)), path, "an NI TDMS file")
     others = [NotRead(name=name, why=why) for name, why in found.pop("not read", [])]
     origin = found.pop("first time", "")
     table = [(name, unit, values) for (_, name, unit, *_), values in found.items()]
@@ -51,10 +52,12 @@ def read_tdms(path: Path, *, part: str = "") -> Recorded:
     )
 
 
-def channels(path: Path) -> Iterator[tuple[Any, Any]]:
-    """Yield number, name, unit, step and start, and the values, of each channel of numbers; called in a guarded process."""
+def _channels(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Yield number, name, unit, step and start, and the values, of each channel of numbers."""
     from nptdms import TdmsFile
+    from nptdms.log import log_manager
 
+    log_manager.set_level(logging.ERROR)  # it would warn on the terminal of a last segment that is not whole
     with TdmsFile.open(path) as file:
         all_channels = {
             f"{group.name}/{each.name}": each for group in file.groups() for each in group.channels()
