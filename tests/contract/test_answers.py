@@ -236,12 +236,17 @@ def test_a_listing_is_pickled_and_copied(listed):
             ]
 
 
-def test_text_notebook_and_page_say_the_same(found, tmp_path):
+@pytest.fixture(scope="module")
+def written(found, tmp_path_factory):
+    """Save an answer as a folder, once for all tests of it: figures take most of their time."""
+    return ev.save(found, tmp_path_factory.mktemp("saved") / "answer")
+
+
+def test_text_notebook_and_page_say_the_same(found, written):
     said = found.document
     assert said.title
     assert said.sentences or said.tables
-    (page,) = ev.save(found, tmp_path / "page.html")
-    shown = html.unescape(page.read_text())
+    shown = html.unescape(written[0].read_text())
     warnings = [line for line in warning_lines(said.diagnostics) if line.startswith("warning")]
     in_notebook = html.unescape(found._repr_html_())
     for text in [*said.sentences, *warnings]:
@@ -253,28 +258,36 @@ def test_text_notebook_and_page_say_the_same(found, tmp_path):
         assert f"<{tag}>{table.title}</{tag}>" in shown.replace("µ", "u").replace("Ω", "ohm")
         assert {len(row) for row in table.rows} <= {len(table.headings)}
     assert said.title in shown
-    assert is_ours(page, Form.PAGE)
+    assert is_ours(written[0], Form.PAGE)
 
 
-def test_a_folder_holds_the_page_and_all_files(found, tmp_path):
-    written = ev.save(found, tmp_path / "answer")
+def test_a_folder_holds_the_page_and_all_files(found, written, tmp_path):
     figures = [f"{part.id}.pdf" for each in found.document.figures for part in parts(each)]
     assert [path.name for path in written] == ["report.html", *found.files, *figures]
     firsts = {path.suffix: path for path in reversed(written)}
-    if figures:
-        firsts[".pdf"] = tmp_path / "answer" / f"{parts(found.document.main)[0].id}.pdf"
     for path in written[1:]:
         form = found.files.get(path.name, Form.FIGURE)
         assert form is None or is_ours(path, Form(form)), path.name
-        if firsts[path.suffix] == path:
+        if firsts[path.suffix] == path and path.suffix != ".pdf":
             (alone,) = ev.save(found, tmp_path / f"alone{path.suffix}")
             assert alone.read_bytes() == path.read_bytes()
-    (tmp_path / "answer" / "report.html").write_text("mine")
+
+
+def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_force_replaces(tmp_path):
+    found = ANSWERS["PlateDesign"]()
+    folder = tmp_path / "answer"
+    written = ev.save(found, folder)
+    main = folder / f"{parts(found.document.main)[0].id}.pdf"
+    for path in (folder / "report.html", main):
+        (alone,) = ev.save(found, tmp_path / f"alone{path.suffix}")
+        assert alone.read_bytes() == path.read_bytes()
+    (folder / "report.html").write_text("mine")
     before = {path: path.read_bytes() for path in written}
     with pytest.raises(InputError, match=r"report\.html: exists already and is no HTML page"):
-        ev.save(found, tmp_path / "answer")
+        ev.save(found, folder)
     assert {path: path.read_bytes() for path in written} == before
-    ev.save(found, tmp_path / "answer", force=True)
+    ev.save(found, folder, force=True)
+    assert is_ours(folder / "report.html", Form.PAGE)
 
 
 def test_other_suffixes_are_refused_before_the_computation(found, tmp_path):

@@ -52,7 +52,14 @@ def figures(source):
     return tuple(SOURCES[source]())
 
 
-@pytest.fixture(scope="module", params=SOURCES)
+LONG = {"all evidence", *(name for name in SOURCES if name in papers())}
+"""A whole paper or all that was measured takes seconds to tens of seconds."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in SOURCES],
+)
 def shown(request):
     return figures(request.param)
 
@@ -166,7 +173,11 @@ def test_friction_over_time_stands_beside_the_forces_of_a_swipe():
 
 def test_a_single_abscissa_is_seen():
     """A threshold at one frequency has a mark, and its spread a bar."""
-    panel = next(each for each in figures("all evidence") if each.id == "israr_2006_cylinder")
+    (panel,) = (
+        each
+        for each in ev.evidence("israr_2006/cylinder", n=4).document.figures
+        if each.id == "israr_2006_cylinder"
+    )
     (axes,) = drawn(panel).axes
     assert axes.collections
     assert all(line.get_marker() not in {"", "None", None} for line in axes.lines)

@@ -199,8 +199,11 @@ def test_moisture_moves_skin_gap_and_friction_together():
 
 def test_bristles_that_slide_follow_the_steady_friction(vezzoli):
     """A rigid finger at 0.5 m/s and stiff bristles: Coulomb but for the 0.05 mm of their deflection."""
-    trace = simulate(vezzoli.replace({"friction": lugre(1e6, static_ratio=1.0), "motion.speed": 0.5}))
-    steady = lateral(vezzoli)
+    trace = simulate(
+        vezzoli.replace({"friction": lugre(1e6, static_ratio=1.0), "motion.speed": 0.5}),
+        time=np.linspace(0, 40e-3, 401),
+    )
+    steady = lateral(vezzoli, trace.time.values)
     assert largest(trace.lateral_force.values - steady) < 2e-3 * np.ptp(steady)
     assert trace.attrs["energy_residual"] < 1e-6
     with pytest.raises(InputError, match=r"motion\.speed"):

@@ -121,7 +121,7 @@ def test_a_share_contains_how_thresholds_differ_between_people_where_the_space_d
         "compliance": {"model": "ElasticSkin", "stiffness": 400.0},
     }
     given = STATIC.replace({"perception": person})
-    asked = {**ASKED, "space": {**SPACE, "perception.threshold": spread}, "n": 200}
+    asked = {**ASKED, "space": {**SPACE, "perception.threshold": spread}, "n": 60}
     found = ev.design(given, seed=3, **asked)
     random = np.random.default_rng(3)
     thickness = MEDIAN * FACTOR ** random.normal(size=200000)
@@ -158,6 +158,7 @@ def _percentile(seed):
     return np.quantile(forces, 0.9)
 
 
+@pytest.mark.slow
 def test_the_typical_factors_are_those_of_the_absolute_forces_that_were_measured_on_fingers():
     """What is quoted is computed again; another seed of what is not printed changes it by less than a third."""
     words = widths.COMMAND.removeprefix("electrovib evidence ").split()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from html.parser import HTMLParser
 
@@ -58,10 +59,17 @@ def written(tmp_path, traces, **more):
     return text, page
 
 
-def test_a_page_needs_nothing_from_elsewhere_and_is_the_same_twice(tmp_path, trace, other, swept, measured):
-    texts = []
-    for traces in (trace, [trace, other, measured], swept, measured):
-        text, page = written(tmp_path, traces)
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory, trace, other, swept, measured):
+    """Return a function that writes the report of some Traces once: text and parsed page."""
+    traces = {"run": trace, "swept": swept, "measured": measured}
+    traces["two"] = {"Maxwell stress in the gap": trace, "effective medium": other}
+    return functools.cache(lambda name: written(tmp_path_factory.mktemp("pages"), traces[name]))
+
+
+def test_a_page_needs_nothing_from_elsewhere_and_is_the_same_twice(tmp_path, pages, trace):
+    for name in ("run", "two", "swept", "measured"):
+        text, page = pages(name)
         assert page.fetched == []
         assert not {"script", "iframe", "object", "img", "embed"} & set(page.tags)
         for address in ("http://", "https://", "@import"):
@@ -69,13 +77,12 @@ def test_a_page_needs_nothing_from_elsewhere_and_is_the_same_twice(tmp_path, tra
         assert not re.search(r"url\((?!#)", text)
         assert set(re.findall(r"url\(#([^)]*)\)", text)) <= set(page.names)
         assert len(page.names) == len(set(page.names))
-        texts.append(text)
-    assert written(tmp_path, trace)[0] == texts[0]
+    assert written(tmp_path, trace)[0] == pages("run")[0]
 
 
-def test_what_a_report_of_a_run_holds(tmp_path, trace):
+def test_what_a_report_of_a_run_holds(tmp_path, pages, trace):
     """It opens with the result and its validity."""
-    text, page = written(tmp_path, trace)
+    text, page = pages("run")
     headings = {"Validity", "Key numbers", "Stack", "Over time", "Over frequency", "Parameters", "Models"}
     shown = {"Glass & <film>", "warning", "ok", "90 µm", "data sheet of the film", "pressure = ε₀·E²/2"}
     assert headings | shown | {trace.attrs["scenario_hash"]} <= set(page.words)
@@ -98,9 +105,9 @@ def test_what_a_report_of_a_run_holds(tmp_path, trace):
     assert "unknown" in page.words, "Paschen's law says nothing of it"
 
 
-def test_several_traces_show_first_what_differs(tmp_path, trace, other):
+def test_several_traces_show_first_what_differs(tmp_path, pages, other):
     """An effective voltage stands where the law has one."""
-    text, page = written(tmp_path, {"Maxwell stress in the gap": trace, "effective medium": other})
+    text, page = pages("two")
     assert "2 Traces compared" in page.words
     assert sum(word.startswith("effective medium: Largest") for word in page.words) == 1
     differs, same = page.words.index("Parameters: what differs"), page.words.index("What is the same")
@@ -111,12 +118,12 @@ def test_several_traces_show_first_what_differs(tmp_path, trace, other):
     assert page.tags.count("svg") == 4
     assert text.count("<summary>Scenario of") == 2
     assert 'aria-label="Over time: drive, effective voltage,' in written(tmp_path, other)[0]
-    assert 'aria-label="Over time: drive, voltage across each layer,' in written(tmp_path, trace)[0]
+    assert 'aria-label="Over time: drive, voltage across each layer,' in pages("run")[0]
 
 
-def test_a_sweep_says_what_was_swept(tmp_path, swept):
+def test_a_sweep_says_what_was_swept(pages):
     """A curve over the parameter, never records on top of each other."""
-    _, page = written(tmp_path, swept)
+    _, page = pages("swept")
     for words in (
         "Each diagnostic is that of the case nearest to its limit, or furthest beyond it.",
         "Over the thickness of the gap",
@@ -128,8 +135,8 @@ def test_a_sweep_says_what_was_swept(tmp_path, swept):
     assert page.tags.count("svg") == 2
 
 
-def test_a_measurement_shows_what_there_is_and_its_text_stays_text(tmp_path, measured):
-    _, page = written(tmp_path, measured)
+def test_a_measurement_shows_what_there_is_and_its_text_stays_text(tmp_path, pages, measured):
+    _, page = pages("measured")
     assert page.tags.count("svg") == 1
     assert "N. N." in page.words
     assert "Parameters" not in page.words
@@ -152,7 +159,7 @@ def test_files_scenarios_and_labels(tmp_path, scenario, measured):
     found = reported([str(file), file, measured, scenario], page)
     assert list(found) == ["film", "film (2)", "tribometer", "Glass & <film>"]
     assert "electrostatic_force" in found["film"]
-    assert list(reported({"mine": file}, page)) == ["mine"]
+    assert list(reported({"mine": measured}, page)) == ["mine"]
     assert list(reported(measured, page)) == ["tribometer"]
 
 

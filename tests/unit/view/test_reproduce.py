@@ -28,7 +28,7 @@ BAND = Curve(label="a, b", x=X, y=X, upper=X + 1)
 SHORT = Curve(label="c", x=X[:2] / 3, y=np.array([np.nan, 0.1]))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def found():
     return Reproduction(
         paper="nobody_2099",
@@ -75,6 +75,14 @@ def paper(found, monkeypatch):
 
 BESIDE = {"numbers.json", "rest.md", "causes.csv", "sources.csv"}
 FILES = BESIDE | {"report.html"} | {f"fig{n}.{kind}" for n in (1, 2) for kind in ("svg", "png", "csv")}
+
+
+@pytest.fixture(scope="module")
+def folder(found, tmp_path_factory):
+    """Return a folder with what was found, written once: drawing takes most of the time."""
+    place = tmp_path_factory.mktemp("written")
+    _write(found, place)
+    return place
 
 
 def read(folder, name):
@@ -132,11 +140,10 @@ def test_a_drawing_has_no_curves_and_panels_below_have_a_file_each(tmp_path, fou
     assert "fig3.csv" not in text
 
 
-def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tmp_path, found):
+def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(folder, found):
     counted = "1 reproduced, 2 consistent, 1 disagree, 2 open, 1 quantities of ours, 1 checks"
     assert found.count() == counted
-    _write(found, tmp_path)
-    text = read(tmp_path, "report.html")
+    text = read(folder, "report.html")
     order = [
         *(counted, "One thing to know.", "Another: 5 µm."),
         *("Numbers of the paper", "its own reading", "capacitance", "roughly constant", "time constant"),
@@ -151,9 +158,8 @@ def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tm
     assert "a short one" not in between
 
 
-def test_the_page_fetches_nothing_and_names_the_files_of_what_it_shortens(tmp_path, found):
-    _write(found, tmp_path)
-    text = read(tmp_path, "report.html")
+def test_the_page_fetches_nothing_and_names_the_files_of_what_it_shortens(folder):
+    text = read(folder, "report.html")
     for words in (
         *("a short one", "Shortened.", "In full: rest.md", "<td>sliding</td>", "Whole table: causes.csv"),
         *(f'<span class="word {name}">{name}</span>' for name in ("reproduced", "open", "disagrees")),
@@ -166,14 +172,15 @@ def test_the_page_fetches_nothing_and_names_the_files_of_what_it_shortens(tmp_pa
     for words in (*left_out, "http://", "https://", "<script", "<img", "src="):
         assert words not in text, words
     assert text.count("<svg") == 2 + 2
-    assert "a long note" in read(tmp_path, "numbers.json")
-    assert read(tmp_path, "rest.md") == "# The rest\n\nIn full, and at length.\n\nMore.\n"
-    assert read(tmp_path, "causes.csv") == 'cause,"how, exactly"\nsliding,fresh film\n'
-    assert read(tmp_path, "sources.csv") == "source\nsomewhere\n"
+    assert "a long note" in read(folder, "numbers.json")
+    assert read(folder, "rest.md") == "# The rest\n\nIn full, and at length.\n\nMore.\n"
+    assert read(folder, "causes.csv") == 'cause,"how, exactly"\nsliding,fresh film\n'
+    assert read(folder, "sources.csv") == "source\nsomewhere\n"
 
 
 def test_what_it_wrote_is_replaced_and_what_it_did_not_write_is_kept(tmp_path, found):
     """The same reproduction gives the same bytes; other numbers replace the earlier ones."""
+    found = replace(found, panels=found.panels[:1], equations={})
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
 
     def content():
@@ -183,7 +190,7 @@ def test_what_it_wrote_is_replaced_and_what_it_did_not_write_is_kept(tmp_path, f
     first = content()
     _write(found, tmp_path)
     assert content() == first
-    assert set(first) == FILES | {"mine.txt"}
+    assert set(first) == BESIDE | {"report.html", "fig1.svg", "fig1.png", "fig1.csv", "mine.txt"}
     _write(replace(found, rows=found.rows[:1]), tmp_path)
     assert content()["numbers.json"] != first["numbers.json"]
     changed = {"fig1.csv": "changed since", "report.html": "another page", "numbers.json": "[]"}
@@ -206,6 +213,7 @@ def test_what_it_wrote_is_replaced_and_what_it_did_not_write_is_kept(tmp_path, f
 @pytest.mark.parametrize("at", [0, 1, 6])
 def test_what_fails_or_is_interrupted_leaves_nothing_half_done(tmp_path, monkeypatch, found, older, at):
     """While a figure is drawn, or at the first or the sixth file."""
+    found = replace(found, panels=found.panels[:1], equations={})
     folder, calls, whole = tmp_path / "out", [], Path.write_bytes
     for name, text in older.items():
         folder.mkdir()

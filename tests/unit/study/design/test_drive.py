@@ -45,6 +45,7 @@ def misfit(force, wanted):
     return math.sqrt(np.mean((force - wanted) ** 2) / np.mean(wanted**2))
 
 
+@pytest.mark.slow
 def test_carrier_tracks_a_tenth_of_its_frequency_to_1_percent_and_without_correction_dispersion_remains():
     """Leak, dispersion and sampling are compensated; a square-root modulation, exact in v^2, departs and says so."""
     target = "sine 100 Hz 0.2 mN for 20 ms"
