@@ -212,7 +212,7 @@ class Expanded:
                 noted = extremes(scenario, times, known_band(scenario))
             solution, peaks, moved = walked(scenario, section, times, noted)
         elif asked is not None and asked <= BEHIND_FILTERS and method.by_modes:
-            solution, moved = Solution(found={}, method=method, reason=""), None
+            solution, moved = Solution(found={}, method=method, reason=""), None if asked else Mechanics()
         else:
             solution = self._solution(times, asked and asked & OF_ELECTRICS - FORCE)
             moved = Mechanics() if asked is not None and asked <= OF_ELECTRICS else None
