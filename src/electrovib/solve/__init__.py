@@ -13,8 +13,12 @@ One chain, from top to bottom; every number may be a column of shape (cases, 1),
         <- `simulate`                      all signals, judged, as a Trace
         <- `one_by_one.ParametricScenario` a few signals for values of a few parameters, one point after the other: fits
         <- `quantities.resolve`            means and extremes: polynomials on pieces that are halved until they resolve it
-            <- `prepare`, `quantities.together`   many points on one mesh, or on meshes of equal size
-    `population`                               the same text for columns: many fingers, else `ParametricScenario.of_many`
+    `population.Population.signals(columns)`   the same text for columns (cases, 1)            rows (cases, n)
+        linear quantities   rates, gains (modes,) or (cases, modes)                            `population.arrays`
+        drive               times (m,), sum of factor (cases, 1) times voltage (m,) or tones   `population.drive`
+    `quantities.cases`                         cases on a mesh: rows (cases, n) -> (cases, pieces, nodes) -> numbers (cases,)
+        <- `prepare.Prepared`              many points in columns on common meshes
+        <- `answers`                       a sweep; scenarios under tones at once, each on pieces of its own period
 
 Values are exact at the output times, whatever these are; an interpolation, a time stepping or a reduced material states its
 error in the Trace. A scenario needs no option for its solver: `choice.SOLVERS` is ordered, the first that accepts the scenario

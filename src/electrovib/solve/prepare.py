@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,46 +12,22 @@ from electrovib.core.errors import ElectrovibError, gathered
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.one_by_one import ParametricScenario
-from electrovib.solve.population.fingers import GRIDS, TOGETHER, Population
+from electrovib.solve.population.fingers import GRIDS, TOGETHER
 from electrovib.solve.quantities.answer import answer, numbers, validity
+from electrovib.solve.quantities.cases import FEWEST_POINTS, on_meshes, population_on
 from electrovib.solve.quantities.names import DEFAULTS, read_name
-from electrovib.solve.quantities.resolve import (
-    TOLERANCE,
-    first_mesh,
-    relative_tails,
-    solved,
-    taken_from,
-    times_of_window,
-)
+from electrovib.solve.quantities.resolve import first_mesh, solved
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.solve.quantities.answer import QuantityNumbers
     from electrovib.solve.quantities.names import Named
-    from electrovib.solve.quantities.resolve import Mesh
-
-_CHUNK: Final = 1024
-"""Points whose signals are in memory together, at most."""
-_NUMBERS: Final = 1_000_000
-"""Numbers of these signals, about."""
-_PROBES: Final = 32
-"""Points on which a mesh is refined."""
-_ROUNDS: Final = 8
-"""Largest number of rounds in which pieces of a mesh are halved."""
-_MOST_NUMBERS: Final = 4_000_000
-"""Numbers of their signals, beyond which it is not refined."""
-_MOST_OPEN: Final = 0.5
-"""Share of these points that a mesh may leave unresolved."""
-_MESHES: Final = 4
-"""Meshes that are tried, each for the points that the one before does not resolve."""
-_FEWEST: Final = 32
-"""Smallest number of points for which a mesh is made; fewer are evaluated one by one."""
 
 
 def prepare(
@@ -146,7 +122,7 @@ class Prepared(ParametricScenario):
         if any(not isinstance(value, float) for value in self.begin.values()):
             return "one by one: a parameter has no value in the scenario"
         try:
-            many = self._population(first_mesh(solved(self.base)))
+            many = population_on(self, self._names, first_mesh(solved(self.base)))
         except ElectrovibError as error:
             return f"one by one: {error.problems[0]}"
         return (
@@ -185,9 +161,9 @@ class Prepared(ParametricScenario):
         """Return the quantities of many points, each of shape (points,)."""
         found, left = {name: np.full(count, np.nan) for name in self.quantities}, np.arange(count)
         report = progress or (lambda _done, _count: None)
-        if count >= _FEWEST and self.method == TOGETHER:
+        if count >= FEWEST_POINTS and self.method == TOGETHER:
             try:
-                left = self._on_meshes(draws, left, found, report)
+                left = on_meshes(self, self._names, draws, found, report)
                 if len(left) == count:
                     self.method = "one by one: no mesh resolved the points of a call"
             except BudgetError:
@@ -202,84 +178,7 @@ class Prepared(ParametricScenario):
             self.scenario(_point(draws, -1))
         return found
 
-    def _on_meshes(
-        self, draws: Mapping[str, Real], left: Indices, found: Mapping[str, Real], report: Callable[..., None]
-    ) -> Indices:
-        """Write the quantities of the points that a mesh resolves, and return the other points."""
-        count = len(left)
-        for _ in range(_MESHES):
-            if len(left) < _FEWEST or (made := self._mesh(_of(draws, _probes(draws, left)))) is None:
-                break
-            mesh, many = made
-            size = max(1, min(_CHUNK, _NUMBERS // (len(mesh.times()) * len(many.names))))
-            open_ = [left[:0]]
-            for start in range(0, len(left), size):
-                report(count - len(left) + start - sum(len(each) for each in open_), count)
-                some = left[start : start + size]
-                rows = self._rows(many, _of(draws, some))
-                open_.append(some[~self._taken(mesh, rows, some, found)])
-            left = np.concatenate(open_)
-        return left
-
-    def _population(self, mesh: Mesh) -> Population:
-        signals = dict.fromkeys(each.signal for each in self._names)
-        band = times_of_window(self.base)
-        return Population(self.base, free=self.free, signals=tuple(signals), time=mesh.times(), band=band)
-
-    def _mesh(self, draws: Mapping[str, Real]) -> tuple[Mesh, Population] | None:
-        """Return a mesh that resolves some points, or None where they are not computed together on it.
-
-        The first pieces are those of the point with the fastest mode among the ends of the parameters.
-        """
-        runs = [solved(self.scenario(_point(draws, point)), mechanics=False) for point in _ends(draws)]
-        mesh = first_mesh(max(runs, key=lambda run: float(np.max(run.section.modes.rates, initial=0.0))))
-        for further in reversed(range(_ROUNDS)):
-            many = self._population(mesh)
-            if many.method != TOGETHER:
-                return None
-            tails = [relative_tails(mesh.series(row)) for row in self._rows(many, draws).values()]
-            open_ = np.max(tails, axis=0) > TOLERANCE
-            finer = mesh.halved(open_.any(axis=0))
-            if not open_.any() or not further or len(finer.times()) * len(open_) > _MOST_NUMBERS:
-                break
-            mesh = finer
-        return (mesh, many) if np.mean(open_.any(axis=1)) <= _MOST_OPEN else None
-
-    def _rows(self, many: Population, draws: Mapping[str, Real]) -> dict[tuple[str, str], Real]:
-        """Return the signals of which quantities are taken by their keys, each of shape (points, n)."""
-        found, layers = many.signals(draws), list(self.base.stack.layers)
-        keys = dict.fromkeys(each.key for each in self._names)
-        return {key: found[key[0]][:, layers.index(key[1])] if key[1] else found[key[0]] for key in keys}
-
-    def _taken(
-        self, mesh: Mesh, rows: Mapping[tuple[str, str], Real], points: Indices, found: Mapping[str, Real]
-    ) -> NDArray[np.bool_]:
-        """Write the quantities of some points, and return which points a mesh resolves, shape (points,)."""
-        resolved = np.ones(len(points), dtype=bool)
-        for key, row in rows.items():
-            series = mesh.series(row)
-            resolved &= ~np.any(relative_tails(series) > TOLERANCE, axis=1)
-            for each in [each for each in self._names if each.key == key]:
-                found[each.name][points] = taken_from(each.taken, mesh, series)
-        return resolved
-
 
 def _point(draws: Mapping[str, Real], point: int) -> dict[str, float]:
     """Return the values of one point [SI units]."""
     return {path: float(values[point]) for path, values in draws.items()}
-
-
-def _of(draws: Mapping[str, Real], points: Indices) -> dict[str, Real]:
-    """Return the values of some points [SI units]."""
-    return {path: values[points] for path, values in draws.items()}
-
-
-def _probes(draws: Mapping[str, Real], points: Indices) -> Indices:
-    """Return some of the points: evenly spaced ones, and those with the smallest and the largest value of a parameter."""
-    spaced = np.arange(0, len(points), -(-len(points) // _PROBES))
-    return points[np.union1d(spaced, _ends(_of(draws, points)))]
-
-
-def _ends(draws: Mapping[str, Real]) -> list[int]:
-    """Return the points with the smallest and the largest value of each parameter."""
-    return [int(end(values)) for values in draws.values() for end in (np.argmin, np.argmax)]

@@ -26,9 +26,9 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import counted
 from electrovib.solve.meter import Meter, measured
+from electrovib.solve.quantities.cases import answers
 from electrovib.solve.quantities.names import DEFAULTS, Named, read_name
 from electrovib.solve.quantities.resolve import window
-from electrovib.solve.quantities.together import Together
 from electrovib.solve.simulate import provenance, simulate
 from electrovib.studies.perceive import perceive
 from electrovib.studies.widths import HIGHEST_LEVEL, LEVEL, LOWEST_LEVEL
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     import xarray
+
+    from electrovib.solve.quantities.answer import QuantityNumbers
 
 
 CASE_NUMBERS: Final = 5000
@@ -124,11 +126,12 @@ def sweep_cases(
         for values in itertools.product(*axes.values())
     ]
     cases = []
-    together = Together(_scenarios(scenario, points), asked.solved)
-    for done, point in enumerate(points):
+    members = _scenarios(scenario, points)
+    found = answers(members, asked.solved)
+    for done, (point, member) in enumerate(zip(points, members, strict=True)):
         report(done, len(points))
         try:
-            cases.append(_solved(point, together, done, asked, records=records))
+            cases.append(_solved(point, member, next(found), asked, records=records))
         except ElectrovibError as error:
             where = f" (at {point_words(scenario, point)})" if point else ""
             kind = BudgetError if isinstance(error, BudgetError) else InputError
@@ -224,9 +227,8 @@ def _stored(scenario: Scenario, point: Mapping[str, float]) -> dict[str, float]:
 
 
 def _solved(
-    point: Mapping[str, float], together: Together, case: int, asked: Asked, *, records: bool
+    point: Mapping[str, float], member: Scenario, found: QuantityNumbers, asked: Asked, *, records: bool
 ) -> Case:
-    member, found = together.members[case], together.answer(case)
     values, diagnostics = dict(found.values), list(found.diagnostics)
     for name in asked.felt:
         values[name], spoken = felt(name, member)

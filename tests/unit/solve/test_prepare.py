@@ -12,11 +12,11 @@ from electrovib.core.paths import with_numbers
 from electrovib.papers import palmar_1995
 from electrovib.scenario.space import read_space
 from electrovib.solve import expanded
-from electrovib.solve import prepare as preparing
 from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population import population
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared, prepare
+from electrovib.solve.quantities import cases
 
 SINE = "bau_2010/sine"
 FORCE, MEAN, PEAK = "electrostatic_force", "mean electrostatic_force", "peak electrostatic_force"
@@ -262,7 +262,7 @@ def test_the_value_of_a_point_does_not_depend_on_the_parts_of_a_call(monkeypatch
     draws, text = around(OF_GAP, count), "rms electrostatic_force"
     many = made(OF_GAP, text)
     whole, seen = many(draws)[text], []
-    monkeypatch.setattr(preparing, "_CHUNK", 8)
+    monkeypatch.setattr(cases, "_CHUNK", 8)
     assert many(draws, progress=lambda *at: seen.append(at))[text].tobytes() == whole.tobytes()
     assert seen == [(start, count) for start in range(0, count, 8)]
 
@@ -273,8 +273,8 @@ def test_points_that_the_mesh_of_the_others_does_not_resolve_are_solved_alone(mo
     values = np.full(100, OF_GAP.stack.layers["stratum_corneum"].material.conductivity)
     values[[1, 2, 5]] *= 1e6
     many = made(OF_GAP, text, free=(CONDUCTS,))
-    assert {1, 4, 8} < set(preparing._probes({CONDUCTS: values}, np.arange(100)).tolist())
-    monkeypatch.setattr(preparing, "_probes", lambda _draws, left: left[6:])
+    assert {1, 4, 8} < set(cases._probes({CONDUCTS: values}, np.arange(100)).tolist())
+    monkeypatch.setattr(cases, "_probes", lambda _draws, left: left[6:])
     evaluated = recorded(monkeypatch, many)
     found = many({CONDUCTS: values})[text]
     assert len(evaluated) == 3
@@ -283,17 +283,17 @@ def test_points_that_the_mesh_of_the_others_does_not_resolve_are_solved_alone(mo
 
 def test_a_mesh_may_leave_some_of_its_probes_to_be_solved_alone(monkeypatch):
     """Where rounding limits the polynomials of a point, the others stay in arrays."""
-    many, draws, whole = made(OF_SINE, MEAN), around(OF_SINE, 64), preparing.relative_tails
+    many, draws, whole = made(OF_SINE, MEAN), around(OF_SINE, 64), cases.relative_tails
 
     def limited(series):
         found = whole(series)
         found[np.argmax(np.abs(series).sum(axis=(1, 2)))] += len(series) > 1
         return found
 
-    monkeypatch.setattr(preparing, "relative_tails", limited)
+    monkeypatch.setattr(cases, "relative_tails", limited)
     evaluated = recorded(monkeypatch, many)
     found = many(draws)[MEAN]
-    assert 1 <= len(evaluated) <= preparing._MESHES
+    assert 1 <= len(evaluated) <= cases._MESHES
     np.testing.assert_allclose(found, alone(OF_SINE, [MEAN], draws)[MEAN], rtol=1e-12)
 
 

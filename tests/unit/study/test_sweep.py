@@ -13,11 +13,11 @@ from electrovib.exports.save import save
 from electrovib.papers import palmar_1995
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load, scenario_of
-from electrovib.solve.quantities import together
+from electrovib.solve.quantities import cases
 from electrovib.solve.quantities.answer import answer
+from electrovib.solve.quantities.cases import answers
 from electrovib.solve.quantities.names import DEFAULTS, read_name
 from electrovib.solve.quantities.resolve import solved
-from electrovib.solve.quantities.together import Together
 from electrovib.solve.simulate import simulate
 from electrovib.studies.felt_spectrum import lines
 from electrovib.studies.perceive import perceive
@@ -320,15 +320,15 @@ def test_cases_of_one_stack_answer_as_each_alone(preset, changes, over, alone, m
     names = [read_name(text, tuple(scenario.stack.layers)) for text in ASKED]
     grid = np.array(np.meshgrid(*over.values(), indexing="ij")).reshape(len(over), -1)
     points = [dict(zip(over, values, strict=True)) for values in grid.T.tolist()]
-    found = Together(_scenarios(scenario, points), names)
+    found = answers(_scenarios(scenario, points), names)
     asked_alone = []
     monkeypatch.setattr(
-        "electrovib.solve.quantities.together.answer",
+        "electrovib.solve.quantities.cases.answer",
         lambda expanded, names: asked_alone.append(expanded) or answer(expanded, names),
     )
-    for place, point in enumerate(points):
+    for point in points:
         own = answer(solved(scenario.replace(point)), names)
-        assert_same(found.answer(place), own)
+        assert_same(next(found), own)
         if changes is TABLE:  # below its first frequency
             remembered = point["drive.frequency"] >= Tabulated.example["frequency_samples"][0]
             assert ("memory" in [each.name for each in own.diagnostics]) == remembered
@@ -347,9 +347,8 @@ def test_cases_with_other_numbers_of_tones_are_apart():
     ]
     names = [read_name(text, tuple(scenario.stack.layers)) for text in ASKED]
     members = [scenario.replace({"drive": each}) for each in drives]
-    found = Together(members, names)
-    for place, member in enumerate(members):
-        assert_same(found.answer(place), answer(solved(member), names))
+    for found, member in zip(answers(members, names), members, strict=True):
+        assert_same(found, answer(solved(member), names))
 
 
 def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
@@ -375,8 +374,8 @@ def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
 )
 def test_other_drives_states_and_circuits_are_left_to_their_own_solvers(change):
     scenario = settled(BAU, {})
-    assert together.is_of_tones(scenario)
-    assert not together.is_of_tones(scenario.replace(change))
+    assert cases.is_of_tones(scenario)
+    assert not cases.is_of_tones(scenario.replace(change))
 
 
 def test_a_drive_of_nothing_among_others_and_more_cases_than_are_held_at_once(monkeypatch):
@@ -384,7 +383,7 @@ def test_a_drive_of_nothing_among_others_and_more_cases_than_are_held_at_once(mo
     values = trace["mean electrostatic_force"].values
     assert values[0] == 0
     np.testing.assert_allclose(values[2], 4 * values[1], rtol=1e-12)
-    monkeypatch.setattr("electrovib.solve.quantities.together.MOST", 260)  # three of 86 times
+    monkeypatch.setattr("electrovib.solve.quantities.cases.MOST", 260)  # three of 86 times
     frequencies = [100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0]
     scenario, asked = settled(FIG6, {}), ["peak current"]
     found = sweep(scenario, {"drive.frequency": frequencies}, quantities=asked)["peak current"].values

@@ -1,11 +1,12 @@
-"""Quantities of many scenarios that share parts.
+"""Cases on a mesh: quantities of many scenarios from polynomials in arrays with an axis of cases.
 
-Results that depend on these parts alone are computed once. Scenarios of one stack under tones in their periodic state are
-computed at once, in arrays with an axis of cases.
+Points that differ in numbers share one mesh (`on_meshes`); scenarios of one stack under tones in their periodic state have
+meshes of equal size, each its own (`answers`). What a mesh does not resolve is solved one by one.
 """
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,6 +22,7 @@ from electrovib.solve.electrics.solution import Solution, fields, linear_quantit
 from electrovib.solve.expanded import LATER_PERIODS, Record
 from electrovib.solve.mechanics.mechanical import mechanical
 from electrovib.solve.population.arrays import in_tones
+from electrovib.solve.population.fingers import TOGETHER, Population
 from electrovib.solve.quantities.answer import QuantityNumbers, answer, judged
 from electrovib.solve.quantities.resolve import (
     TOLERANCE,
@@ -36,76 +38,169 @@ from electrovib.solve.quantities.resolve import (
 from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.expanded import Expanded
+    from electrovib.solve.one_by_one import ParametricScenario
     from electrovib.solve.quantities.names import Named
     from electrovib.solve.stack.keys import Key
 
+_CHUNK: Final = 1024
+"""Points whose signals are in memory together, at most."""
+_NUMBERS: Final = 1_000_000
+"""Numbers of these signals, about."""
+_PROBES: Final = 32
+"""Points on which a mesh is refined."""
+_ROUNDS: Final = 8
+"""Largest number of rounds in which pieces of a mesh are halved."""
+_MOST_NUMBERS: Final = 4_000_000
+"""Numbers of their signals, beyond which it is not refined."""
+_MOST_OPEN: Final = 0.5
+"""Share of these points that a mesh may leave unresolved."""
+_MESHES: Final = 4
+"""Meshes that are tried, each for the points that the one before does not resolve."""
+FEWEST_POINTS: Final = 32
+"""Smallest number of points for which a mesh is made; fewer are evaluated one by one."""
 FEWEST: Final = 2
-"""Smallest number of scenarios that are computed at once."""
+"""Smallest number of scenarios under tones that are computed at once."""
 MOST: Final = 1 << 15
 """Number of times of all scenarios that are in memory together, about."""
 _DRIVE: Final = Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=1.0)
 
 
-class Together:
-    """Scenarios of which the same quantities are requested.
+def on_meshes(
+    prepared: ParametricScenario,
+    names: Sequence[Named],
+    draws: Mapping[str, Real],
+    found: Mapping[str, Real],
+    report: Callable[[int, int], None],
+) -> Indices:
+    """Write the quantities of the points that a mesh resolves, each (points,), and return the other points."""
+    count = len(next(iter(draws.values())))
+    left = np.arange(count)
+    for _ in range(_MESHES):
+        if (
+            len(left) < FEWEST_POINTS
+            or (made := _mesh(prepared, names, of_points(draws, _probes(draws, left)))) is None
+        ):
+            break
+        mesh, many = made
+        size = max(1, min(_CHUNK, _NUMBERS // (len(mesh.times()) * len(many.names))))
+        open_ = [left[:0]]
+        for start in range(0, len(left), size):
+            report(count - len(left) + start - sum(map(len, open_)), count)
+            some = left[start : start + size]
+            series = _series(mesh, many, names, of_points(draws, some))
+            for each in names:
+                found[each.name][some] = taken_from(each.taken, mesh, series[each.key])
+            open_.append(some[~_resolved(series).all(axis=1)])
+        left = np.concatenate(open_)
+    return left
 
-    Parameters
-    ----------
-    members : sequence of Scenario
-        Those that differ only in their drive share all other parts as the same objects.
-    names : sequence of Named
-        Quantities of each.
+
+def population_on(prepared: ParametricScenario, names: Sequence[Named], mesh: Mesh) -> Population:
+    """Return the signals of points at the times of a mesh, whose materials are reduced as those of the scenario."""
+    signals, band = dict.fromkeys(each.signal for each in names), times_of_window(prepared.base)
+    return Population(prepared.base, free=prepared.free, signals=tuple(signals), time=mesh.times(), band=band)
+
+
+def _mesh(
+    prepared: ParametricScenario, names: Sequence[Named], draws: Mapping[str, Real]
+) -> tuple[Mesh, Population] | None:
+    """Return a mesh that resolves some points, or None where they are not computed together on it.
+
+    The first pieces are those of the point with the fastest mode among the ends of the parameters.
     """
+    ends = (prepared.scenario({path: float(row[end]) for path, row in draws.items()}) for end in _ends(draws))
+    runs = [solved(each, mechanics=False) for each in ends]
+    mesh = first_mesh(max(runs, key=lambda run: float(np.max(run.section.modes.rates, initial=0.0))))
+    for further in reversed(range(_ROUNDS)):
+        many = population_on(prepared, names, mesh)
+        if many.method != TOGETHER:
+            return None
+        open_ = np.logical_not(_resolved(_series(mesh, many, names, draws)))
+        finer = mesh.halved(np.any(open_, axis=0))
+        if not open_.any() or not further or len(finer.times()) * len(open_) > _MOST_NUMBERS:
+            break
+        mesh = finer
+    return (mesh, many) if np.mean(open_.any(axis=1)) <= _MOST_OPEN else None
 
-    def __init__(self, members: Sequence[Scenario], names: Sequence[Named]) -> None:
-        self.members, self.names = members, names
-        self._found: dict[int, QuantityNumbers] = {}
-        self._groups: dict[tuple[int, ...], list[int]] = {}
-        for place, member in enumerate(members):
-            self._groups.setdefault(_rest(member), []).append(place)
-        self._expanded: dict[tuple[int, ...], Expanded] = {}
-        self._alone: set[int] = set()
 
-    def answer(self, place: int) -> QuantityNumbers:
-        """Return the quantities of one of the scenarios."""
-        if place not in self._found:
-            rest = _rest(self.members[place])
-            group = self._groups[rest]
-            expanded = solved(self.members[place], before=self._expanded.pop(rest, None))
-            if place not in self._alone:
-                self._at_once(expanded, [each for each in group if each not in self._alone])
-            if place not in self._found:
-                self._found[place] = answer(expanded, self.names)
-            group[:] = [each for each in group if each not in self._found]
-            if group:
-                self._expanded[rest] = expanded
-        return self._found.pop(place)
+def _series(
+    mesh: Mesh, many: Population, names: Sequence[Named], draws: Mapping[str, Real]
+) -> dict[tuple[str, str], Real]:
+    """Return the polynomials (points, pieces, nodes) of the signals of which quantities are taken, by their keys."""
+    found, layers = many.signals(draws), list(many.scenario.stack.layers)
+    keys = dict.fromkeys(each.key for each in names)
+    rows = {(name, of): found[name][:, layers.index(of)] if of else found[name] for name, of in keys}
+    return {key: mesh.series(row) for key, row in rows.items()}
 
-    def _at_once(self, expanded: Expanded, group: list[int]) -> None:
-        """Compute scenarios of a group with the stack of this one; those that arrays do not cover are left alone."""
-        if not is_of_tones(expanded.scenario):
-            return
-        cases: dict[int, _Case] = {}
-        for place in group:
-            case = _Case.of(expanded, self.members[place])
-            if case is not None and case.shape == next(iter(cases.values()), case).shape:
-                cases[place] = case
-                if (len(cases) + 1) * case.shape[0] > MOST:
-                    break
-        self._alone |= {*cases}
-        if len(cases) < FEWEST:
-            return
-        try:
-            found = _Cases(expanded, [*cases.values()]).answers(self.names)
-        except (ElectrovibError, KeyError):  # computed alone, each scenario raises its own error
-            return
-        self._found |= {place: each for place, each in zip(cases, found, strict=True) if each is not None}
+
+def _resolved(series: Mapping[tuple[str, str], Real]) -> NDArray[np.bool_]:
+    """Return which pieces of each case resolve all signals, shape (cases, pieces)."""
+    return np.asarray(np.max([relative_tails(each) for each in series.values()], axis=0) <= TOLERANCE)
+
+
+def of_points(draws: Mapping[str, Real], points: Indices) -> dict[str, Real]:
+    """Return the values of some points [SI units]."""
+    return {path: values[points] for path, values in draws.items()}
+
+
+def _probes(draws: Mapping[str, Real], points: Indices) -> Indices:
+    """Return some of the points: evenly spaced ones, and those with the smallest and the largest value of a parameter."""
+    spaced = np.arange(0, len(points), -(-len(points) // _PROBES))
+    return points[np.union1d(spaced, _ends(of_points(draws, points)))]
+
+
+def _ends(draws: Mapping[str, Real]) -> list[int]:
+    """Return the points with the smallest and the largest value of each parameter."""
+    return [int(end(values)) for values in draws.values() for end in (np.argmin, np.argmax)]
+
+
+def answers(members: Sequence[Scenario], names: Sequence[Named]) -> Iterator[QuantityNumbers]:
+    """Yield the quantities of one scenario after the other; those that share a part have it as the same object."""
+    groups: dict[tuple[int, ...], list[int]] = {}  # equal in all parts except the drive
+    for place, member in enumerate(members):
+        groups.setdefault(_rest(member), []).append(place)
+    before: dict[tuple[int, ...], Expanded] = {}
+    found: dict[int, QuantityNumbers | None] = {}
+    for place, member in enumerate(members):
+        rest = _rest(member)
+        own = found.get(place)
+        if own is None:
+            before[rest] = expanded = solved(member, before=before.pop(rest, None))
+            if place not in found and is_of_tones(member):
+                left = (each for each in groups[rest] if each not in found)
+                found |= _at_once(expanded, {each: members[each] for each in left}, names)
+                own = found.get(place)
+        yield answer(before[rest], names) if own is None else own
+        found[place] = None
+        if place == groups[rest][-1]:
+            before.pop(rest, None)
+
+
+def _at_once(
+    expanded: Expanded, members: Mapping[int, Scenario], names: Sequence[Named]
+) -> dict[int, QuantityNumbers | None]:
+    """Compute scenarios that have the stack of this one, as many as memory holds; None of one that is to be solved alone."""
+    cases: dict[int, _Case] = {}
+    for place, member in members.items():
+        case = _Case.of(expanded, member)
+        if case is not None and case.shape == next(iter(cases.values()), case).shape:
+            cases[place] = case
+            if (len(cases) + 1) * case.shape[0] > MOST:
+                break
+    if len(cases) >= FEWEST:
+        # computed alone, each scenario raises its own error
+        with contextlib.suppress(ElectrovibError, KeyError):
+            found = _Cases(expanded, [*cases.values()]).answers(names)
+            return dict(zip(cases, found, strict=True))
+    return dict.fromkeys(cases)
 
 
 def _rest(member: Scenario) -> tuple[int, ...]:
@@ -182,13 +277,12 @@ class _Cases:
         if charged or any(np.any(integral_weight(each)) for each in self.transfers.values()):
             return [None for _ in self.runs]
         records = self._records()
-        keys = dict.fromkeys(each.key for each in names)
-        rows = {key: np.array([values_of(each, self.expanded, key) for each in records]) for key in keys}
-        series = {key: self.mesh.series(row) for key, row in rows.items()}
-        known = [
-            np.isfinite(each).all(axis=(1, 2)) & np.all(relative_tails(each) <= TOLERANCE, axis=1)
-            for each in series.values()
-        ]
+        series = {
+            key: self.mesh.series(np.array([values_of(each, self.expanded, key) for each in records]))
+            for key in dict.fromkeys(each.key for each in names)
+        }
+        finite = [np.isfinite(each).all(axis=(1, 2)) for each in series.values()]
+        known = np.all([*finite, _resolved(series).all(axis=1)], axis=0)
         values = {each.name: taken_from(each.taken, self.mesh, series[each.key]).tolist() for each in names}
         errors = {each.name: missed(self.mesh, series[each.key]).tolist() for each in names}
         return [
@@ -200,7 +294,7 @@ class _Cases:
             )
             if resolved
             else None
-            for case, (run, resolved) in enumerate(zip(self.runs, np.all(known, axis=0), strict=True))
+            for case, (run, resolved) in enumerate(zip(self.runs, known, strict=True))
         ]
 
     def _records(self) -> list[Record]:
