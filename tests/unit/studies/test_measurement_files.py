@@ -163,7 +163,7 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
     with pytest.raises(InputError) as caught:
         import_measurement("points.csv", {})
     told = list(map(str, caught.value.problems))
-    names = "title source group scenario quantity values spread spread_of over at"
+    names = "title source group scenario quantity values spread spread_of at over"
     assert [each.partition(":")[0] for each in told] == names.split()
     assert all("missing, for instance " in each for each in told)
     assert '--column value="force [mN]"' in told[5]
@@ -234,7 +234,7 @@ def test_each_mistake_is_one_sentence(changes, words):
 def test_two_values_need_what_was_varied():
     with pytest.raises(InputError) as caught:
         read(values=["1 mN", "2 mN"], over=None, at=None)
-    assert [each.path for each in caught.value.problems] == ["over", "at"]
+    assert [each.path for each in caught.value.problems] == ["at", "over"]
 
 
 def test_mistakes_of_several_parts_are_told_together():
@@ -301,7 +301,7 @@ def test_what_is_printed_in_another_form_is_reduced_to_value_and_spread(printed,
     ("printed", "words"),
     [
         ({"printed_range": [2, 1], "spread": 0.1}, "printed_range: expected the least and the largest value"),
-        ({"printed_range": [1, 2], "values": 3, "spread": 0.1}, "printed_range: stands in the place of values"),
+        ({"printed_range": [1, 2], "values": 3, "spread": 0.1}, "values: printed_range stands in their place; state one of both"),
         ({"runs": [[1, 2]], "over": "drive.level", "at": [50, 100]}, "runs: expected two or more rows"),
         ({"devices": [1]}, "devices: expected two or more values"),
         ({"line": [1, 2], "over": "drive.level", "at": [50, 100]}, "line: expected start, its error"),

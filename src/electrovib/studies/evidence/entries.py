@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Final, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Literal
 
+import numpy as np
 from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
-    ModelWrapValidatorHandler,
     StrictFloat,
     StrictStr,
     ValidationError,
     ValidationInfo,
     WrapValidator,
-    model_validator,
+    field_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import PydanticCustomError
 
 from electrovib.core.mistakes import read_entries
 from electrovib.scenario.toml import SCHEMA
@@ -68,17 +68,6 @@ class Entries(BaseModel):
     quantity: str = Field(
         examples=["peak electrostatic_force"], description="a quantity of a run, or one that is computed"
     )
-    values: Several = Field([], examples=[["1.1 mN", "4.2 mN"]], description="all above 0")
-    spread: Several = Field(
-        [], examples=["10 %"], description="standard deviation, over the value or in its unit"
-    )
-    spread_of: str = Field(
-        examples=[SPREADS[1]],
-        description="between what it is, or 'a choice'",
-        json_schema_extra={"enum": list(SPREADS)},
-    )
-    over: str = Field("", examples=["drive.high"], description="dotted path of what was varied")
-    at: Several = Field([], examples=[["500 V", "1 kV"]], description="its values")
     printed_range: list[Number] = Field(
         [], description="in place of `values`, least and largest: their geometric mean"
     )
@@ -93,12 +82,35 @@ class Entries(BaseModel):
         [],
         description="in place of `values`, a fitted straight line over `at`: start, its error, slope, its error, in SI",
     )
+    values: Several = Field(
+        [], validate_default=True, examples=[["1.1 mN", "4.2 mN"]], description="all above 0"
+    )
+    spread: Several = Field(
+        [],
+        validate_default=True,
+        examples=["10 %"],
+        description="standard deviation, over the value or in its unit",
+    )
+    spread_of: str = Field(
+        examples=[SPREADS[1]],
+        description="between what it is, or 'a choice'",
+        json_schema_extra={"enum": list(SPREADS)},
+    )
+    at: Several = Field([], validate_default=True, examples=[["500 V", "1 kV"]], description="its values")
+    over: str = Field(
+        "", validate_default=True, examples=["drive.high"], description="dotted path of what was varied"
+    )
     how: str = Field(DATA, description="how the numbers came here", json_schema_extra={"enum": list(HOW)})
     status: str = Field("full text", description="how the publication was read")
     changes: dict[str, Any] = Field({}, description="changes of the scenario, by dotted path")
     per: str = Field("", description="second quantity, by which the first is divided")
     scale: Plain = Field(1.0, description="factor on the computed quantity")
-    unit: str = Field("", description="SI unit of the values; that of the quantity if absent")
+    unit: str = Field(
+        "",
+        validate_default=True,
+        examples=["Pa"],
+        description="SI unit of the values; that of the quantity if absent, but needed beside a scale",
+    )
     unknown: dict[str, Any] = Field({}, description="distributions of what is not printed, by dotted path")
     of_model: dict[str, Any] = Field(
         {}, description="the same of one model, by its name; false for a layer that it replaces"
@@ -113,50 +125,30 @@ class Entries(BaseModel):
         "", description="of what no candidate reaches: likely cause, and the experiment that would decide"
     )
 
-    @model_validator(mode="wrap")
+    @field_validator("values", "spread", "at", "over", "unit")
     @classmethod
-    def _together(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
-        """Tell what is missing because of other entries together with every other mistake, in the order of the entries."""
-        wrong: list[tuple[str, str, tuple[int | str, ...], Any]] = []
-        if isinstance(content, Mapping) and "measurements" not in content:
-            wrong = [("needed", why, (name,), None) for name, why in _needed(content, info.context)]
-        try:
-            found = handler(content)
-            if not wrong:
-                return found
-        except ValidationError as error:
-            told = error.errors(include_url=False)
-            wrong += [(each["type"], each["msg"], each["loc"], each["input"]) for each in told]
-        order = [*cls.model_fields]
-        wrong.sort(key=lambda each: order.index(str(each[2][0])) if each[2][0] in order else -1)
-        raise ValidationError.from_exception_data(
-            cls.__name__,
-            [
-                InitErrorDetails(type=PydanticCustomError(kind, "{why}", {"why": why}), loc=loc, input=given)
-                for kind, why, loc, given in wrong
-            ],
-        )
-
-
-def _needed(content: Mapping[str, Any], columns: Mapping[str, str] | None) -> Iterator[tuple[str, str]]:
-    """Find what has to be stated because of what else is, or is not, with the reason; `columns` of a table of points."""
-    has = {name for name, each in content.items() if each not in ("", [])}
-    has |= {COLUMNS[each] for each in columns or ()}
-    replaced, values = has & set(IN_PLACE_OF_VALUES), content.get("values")
-    needed = set() if replaced else {"values"}
-    needed |= {"spread"} if replaced <= {"printed_range"} else set()
-    if (
-        columns is not None
-        or {"over", "at", "runs", "line"} & has
-        or (isinstance(values, list) and len(values) > 1)
-    ):
-        needed |= {"over", "at"}
-    examples = EXAMPLES | (_OF_TABLE if columns is not None else {})
-    yield from ((name, f"missing, for instance {examples[name]}") for name in needed - has)
-    if "unit" not in has and content.get("scale", 1) != 1:
-        yield "unit", 'missing beside scale, for instance unit = "Pa"'
-    if "values" in content:
-        yield from ((name, "stands in the place of values; state one of both") for name in replaced)
+    def _needed(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse an entry that is missing because of those before it; the context has the columns of a table of points."""
+        columns, name = info.context, str(info.field_name)
+        given = {key for key, each in info.data.items() if each not in ("", [])}
+        replaced, values = given & set(IN_PLACE_OF_VALUES), info.data.get("values")
+        several = columns is not None or {"runs", "line", "at"} & given or np.size(values or 0) > 1
+        needed = {
+            "values": not replaced,
+            "spread": replaced <= {"printed_range"},
+            "at": several,
+            "over": several,
+            "unit": info.data.get("scale", 1) != 1,
+        }
+        if value in ("", []):
+            if needed[name] and name not in {COLUMNS[each] for each in columns or ()}:
+                example = (_OF_TABLE if columns is not None else {}).get(name) or EXAMPLES[name]
+                why = "missing beside scale" if name == "unit" else "missing"
+                raise PydanticCustomError("needed", "{why}, for instance {it}", {"why": why, "it": example})
+        elif name == "values" and replaced:
+            why = "{others} stands in their place; state one of both"
+            raise PydanticCustomError("needed", why, {"others": ", ".join(replaced)})
+        return value
 
 
 Part = dict[str, Any]
@@ -187,7 +179,7 @@ EXAMPLES: Final = {
     for name, each in Entries.model_fields.items()
     if each.examples
 }
-"""What a measurement has to state, `over` and `at` where it has several points, with an example of each."""
+"""An example of each entry that may have to be stated."""
 
 
 def entries_of(content: Mapping[str, Any], columns: Mapping[str, str] | None = None) -> Entries:
