@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -115,33 +116,34 @@ def shown(value: Any) -> str:
 _EXPECTED: Final = {
     "string_type": "expected a text",
     "dict_type": "expected a table",
-    "list_type": "expected a list",
+    "list_type": "expected a list of names",
     "tuple_type": "expected a list",
 }
 """What is expected where a validation error is of this type."""
 
 
-def read_entries(kind: type[B], content: object, *, of: str) -> B:
-    """Read the tables of a file by their declaration and list every mistake at once; `of` says of what they are the entries."""
+def read_entries(kind: type[B], content: object, *, of: str, beside: object = None) -> B:
+    """Read the tables of a file by their declaration and list every mistake at once.
+
+    `of` says of what they are the entries; `beside` is what a validator of the declaration gets as its context.
+    """
     try:
-        return kind.model_validate(content)
+        return kind.model_validate(content, context=beside)
     except ValidationError as error:
         raise InputError(entry_problem(kind, each, of) for each in error.errors(include_url=False)) from None
 
 
 def entry_problem(kind: type[BaseModel], item: Mapping[str, Any], of: str) -> Problem:
-    """Convert a validation error of entries: with the nearest name, or an example of what is missing."""
-    name = str(item["loc"][-1]) if item["loc"] else ""
-    path = ".".join(map(str, item["loc"]))
+    """Convert a validation error of entries, with the nearest name, or an example of what is missing."""
+    loc, why = item["loc"], _EXPECTED.get(item["type"], item["msg"])
+    path, name = ".".join(map(str, loc)), str(loc[-1]) if loc else ""
     if item["type"] == "extra_forbidden":
-        known = (
-            [field.alias or each for each, field in kind.model_fields.items()]
-            if len(item["loc"]) == 1
-            else ()
-        )
+        known = (field.alias or each for each, field in kind.model_fields.items()) if len(loc) == 1 else ()
         return Problem(f"no entry of {of}.{nearest(name, known)}", path=path)
     if item["type"] == "missing":
         field = kind.model_fields.get(name)
-        told = field and (field.examples or [field.description])
-        return Problem(f"missing, for instance {told}" if told else "missing", path=path)
-    return Problem(_EXPECTED.get(item["type"], item["msg"]), path=path, value=shown(item["input"]))
+        examples = " or ".join(map(json.dumps, (field and field.examples) or ()))
+        why = f"missing, for instance {name} = {examples}" if examples else "missing"
+    return Problem(
+        why, path=path, value="" if item["type"] in {"missing", "needed"} else shown(item["input"])
+    )

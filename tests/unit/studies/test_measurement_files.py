@@ -163,7 +163,7 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
     with pytest.raises(InputError) as caught:
         import_measurement("points.csv", {})
     told = list(map(str, caught.value.problems))
-    names = "title source group scenario quantity values spread spread_of over at"
+    names = "title source group scenario quantity values spread spread_of at over"
     assert [each.partition(":")[0] for each in told] == names.split()
     assert all("missing, for instance " in each for each in told)
     assert '--column value="force [mN]"' in told[5]
@@ -181,7 +181,7 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
         ({"over": "drive.levl"}, "over = drive.levl: no physical parameter has this path. Did you mean 'drive.level'?"),
         ({"over": None}, 'over: missing, for instance over = "drive.high"'),
         ({"at": None}, "at: missing"),
-        ({"scale": [2], "unit": "N"}, "scale = [[2]]: expected one list of numbers"),
+        ({"scale": [2], "unit": "N"}, "scale = [2]: expected a plain number"),
         ({"at": ["50 V", "100 V"]}, "one number for each point; they have 3, 3 and 2"),
         ({"at": ["50 N", 1, 2]}, "at = 50 N: expected a voltage"),
         ({"at": ["1 GV", 1, 2]}, "drive.level = 1000000000.0"),
@@ -194,7 +194,7 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
         ({"values": [0, 1, 2]}, "positive numbers, unlike 0"),
         ({"values": [-1.0, 1, 2]}, "positive numbers, unlike -1"),
         ({"values": [float("nan"), 1, 2]}, "expected a finite number"),
-        ({"values": [True, 1, 2]}, "values = True: expected"),
+        ({"values": [True, 1, 2]}, "values = [True, 1, 2]: expected a number"),
         ({"spread": 0}, "positive numbers, unlike 0"),
         ({"spread": "5 V"}, "spread = 5 V: expected a force"),
         ({"scenario": "vezzoli_2014/fig66"}, "has no scenario 'fig66'"),
@@ -211,12 +211,12 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
         ({"status": "derived"}, "neither derived nor cited from memory"),
         ({"titel": "x"}, "titel: no entry of a measurement. Did you mean 'title'?"),
         ({"title": 3}, "title = 3: expected a text"),
-        ({"scale": "big", "unit": "N"}, "scale = big: expected a plain number"),
+        ({"scale": "big", "unit": "N"}, "scale = 'big': expected a plain number"),
         ({"made": "EffectiveMedium"}, "made = 'EffectiveMedium': expected a list of names"),
         ({"schema": 2}, "schema = 2: this version reads"),
-        ({"values": [[1.0], 1, 2]}, "values = [[1.0], 1, 2]: expected one list of numbers"),
-        ({"spread": [[], 1, 2]}, "spread = [[]]: expected one list of numbers"),
-        ({"made": [["a"]]}, "['a']: no model of force."),
+        ({"values": [[1.0], 1, 2]}, "values = [[1.0], 1, 2]: expected a number, a text with a unit, or one list"),
+        ({"spread": [[], 1, 2]}, "spread = [[], 1, 2]: expected a number"),
+        ({"made": [["a"]]}, "made.0 = ['a']: expected a text"),
         ({"scenario": "a" * 300}, "is neither a file nor a paper's scenario"),
         ({"unknown": {"stack.gap.thickness": {"model": ["a"]}}}, "unknown.stack.gap.thickness: expected a table"),
         (
@@ -234,7 +234,7 @@ def test_each_mistake_is_one_sentence(changes, words):
 def test_two_values_need_what_was_varied():
     with pytest.raises(InputError) as caught:
         read(values=["1 mN", "2 mN"], over=None, at=None)
-    assert [each.path for each in caught.value.problems] == ["over", "at"]
+    assert [each.path for each in caught.value.problems] == ["at", "over"]
 
 
 def test_mistakes_of_several_parts_are_told_together():
@@ -301,7 +301,7 @@ def test_what_is_printed_in_another_form_is_reduced_to_value_and_spread(printed,
     ("printed", "words"),
     [
         ({"printed_range": [2, 1], "spread": 0.1}, "printed_range: expected the least and the largest value"),
-        ({"printed_range": [1, 2], "values": 3, "spread": 0.1}, "printed_range: stands in the place of values"),
+        ({"printed_range": [1, 2], "values": 3, "spread": 0.1}, "values: printed_range stands in their place; state one of both"),
         ({"runs": [[1, 2]], "over": "drive.level", "at": [50, 100]}, "runs: expected two or more rows"),
         ({"devices": [1]}, "devices: expected two or more values"),
         ({"line": [1, 2], "over": "drive.level", "at": [50, 100]}, "line: expected start, its error"),

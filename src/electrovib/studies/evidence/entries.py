@@ -1,17 +1,54 @@
-"""What the file of a measurement, or of a publication with several, may state: one declaration, its JSON schema too."""
+"""What the file of a measurement, or of a publication with several, may state: one declaration, and its JSON schema."""
 
 from __future__ import annotations
 
 import json
-from typing import Any, Final, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+import numpy as np
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    StrictFloat,
+    StrictStr,
+    ValidationError,
+    ValidationInfo,
+    WrapValidator,
+    field_validator,
+)
+from pydantic_core import PydanticCustomError
 
+from electrovib.core.mistakes import read_entries
 from electrovib.scenario.toml import SCHEMA
 from electrovib.studies.evidence.measurement import DATA, HOW, SPREADS
 
-Number = float | str
-"""A number in SI, or a text with a unit."""
+
+def _expected(what: str) -> WrapValidator:
+    """Say in one sentence what is expected where several types are allowed."""
+
+    def read(value: Any, handler: Any) -> Any:
+        try:
+            return handler(value)
+        except ValidationError:
+            raise PydanticCustomError("expected", "expected {what}", {"what": what}) from None
+
+    return WrapValidator(read)
+
+
+Number = Annotated[StrictFloat | StrictStr, _expected("a number in SI, or a text with a unit")]
+Several = Annotated[Number | list[Number], _expected("a number, a text with a unit, or one list of them")]
+Plain = Annotated[float, _expected("a plain number")]
+IN_PLACE_OF_VALUES: Final = ("printed_range", "runs", "devices", "line")
+COLUMNS: Final = {"value": "values", "at": "at", "spread": "spread"}
+"""Columns of a table of points, to the entries that they become."""
+_OF_TABLE: Final = {
+    "values": '--column value="force [mN]"',
+    "spread": '--column spread="deviation [mN]", or --set spread="10 %"',
+    "at": '--column at="voltage [V]"',
+}
+"""How these are stated where a measurement is made of a table of points."""
 
 
 class Entries(BaseModel):
@@ -24,24 +61,13 @@ class Entries(BaseModel):
         examples=["our tribometer, March 2026"], description="where in the publication it stands"
     )
     group: str = Field(examples=["our laboratory"], description="the people who measured")
-    scenario: str | dict[str, Any] = Field(
+    scenario: Annotated[str | dict[str, Any], _expected("a scenario of a paper, a file or a table")] = Field(
         examples=["vezzoli_2014/fig6_gap", "my_screen.toml"],
         description="set-up: a scenario of a paper, a file or a table",
     )
     quantity: str = Field(
         examples=["peak electrostatic_force"], description="a quantity of a run, or one that is computed"
     )
-    values: Number | list[Number] = Field([], examples=[["1.1 mN", "4.2 mN"]], description="all above 0")
-    spread: Number | list[Number] = Field(
-        [], examples=["10 %"], description="standard deviation, over the value or in its unit"
-    )
-    spread_of: str = Field(
-        examples=[SPREADS[1]],
-        description="between what it is, or 'a choice'",
-        json_schema_extra={"enum": list(SPREADS)},
-    )
-    over: str = Field("", examples=["drive.high"], description="dotted path of what was varied")
-    at: Number | list[Number] = Field([], examples=[["500 V", "1 kV"]], description="its values")
     printed_range: list[Number] = Field(
         [], description="in place of `values`, least and largest: their geometric mean"
     )
@@ -56,14 +82,37 @@ class Entries(BaseModel):
         [],
         description="in place of `values`, a fitted straight line over `at`: start, its error, slope, its error, in SI",
     )
+    values: Several = Field(
+        [], validate_default=True, examples=[["1.1 mN", "4.2 mN"]], description="all above 0"
+    )
+    spread: Several = Field(
+        [],
+        validate_default=True,
+        examples=["10 %"],
+        description="standard deviation, over the value or in its unit",
+    )
+    spread_of: str = Field(
+        examples=[SPREADS[1]],
+        description="between what it is, or 'a choice'",
+        json_schema_extra={"enum": list(SPREADS)},
+    )
+    at: Several = Field([], validate_default=True, examples=[["500 V", "1 kV"]], description="its values")
+    over: str = Field(
+        "", validate_default=True, examples=["drive.high"], description="dotted path of what was varied"
+    )
     how: str = Field(DATA, description="how the numbers came here", json_schema_extra={"enum": list(HOW)})
     status: str = Field("full text", description="how the publication was read")
     changes: dict[str, Any] = Field({}, description="changes of the scenario, by dotted path")
     per: str = Field("", description="second quantity, by which the first is divided")
-    scale: Number = Field(1.0, description="factor on the computed quantity")
-    unit: str = Field("", description="SI unit of the values; that of the quantity if absent")
+    scale: Plain = Field(1.0, description="factor on the computed quantity")
+    unit: str = Field(
+        "",
+        validate_default=True,
+        examples=["Pa"],
+        description="SI unit of the values; that of the quantity if absent, but needed beside a scale",
+    )
     unknown: dict[str, Any] = Field({}, description="distributions of what is not printed, by dotted path")
-    of_model: dict[str, dict[str, Any]] = Field(
+    of_model: dict[str, Any] = Field(
         {}, description="the same of one model, by its name; false for a layer that it replaces"
     )
     made: list[str] = Field(
@@ -75,6 +124,31 @@ class Entries(BaseModel):
     cause: str = Field(
         "", description="of what no candidate reaches: likely cause, and the experiment that would decide"
     )
+
+    @field_validator("values", "spread", "at", "over", "unit")
+    @classmethod
+    def _needed(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse an entry that is missing because of those before it; the context has the columns of a table of points."""
+        columns, name = info.context, str(info.field_name)
+        given = {key for key, each in info.data.items() if each not in ("", [])}
+        replaced, values = given & set(IN_PLACE_OF_VALUES), info.data.get("values")
+        several = columns is not None or {"runs", "line", "at"} & given or np.size(values or 0) > 1
+        needed = {
+            "values": not replaced,
+            "spread": replaced <= {"printed_range"},
+            "at": several,
+            "over": several,
+            "unit": info.data.get("scale", 1) != 1,
+        }
+        if value in ("", []):
+            if needed[name] and name not in {COLUMNS[each] for each in columns or ()}:
+                example = (_OF_TABLE if columns is not None else {}).get(name) or EXAMPLES[name]
+                why = "missing beside scale" if name == "unit" else "missing"
+                raise PydanticCustomError("needed", "{why}, for instance {it}", {"why": why, "it": example})
+        elif name == "values" and replaced:
+            why = "{others} stands in their place; state one of both"
+            raise PydanticCustomError("needed", why, {"others": ", ".join(replaced)})
+        return value
 
 
 Part = dict[str, Any]
@@ -100,18 +174,17 @@ ENTRIES: Final = ("schema", *Entries.model_fields)
 """Names of what a measurement may state."""
 TABLES: Final = tuple(name for name, each in Entries.model_fields.items() if each.default == {})
 """Those of them that are tables."""
-IN_PLACE_OF_VALUES: Final = ("printed_range", "runs", "devices", "line")
-NEEDED: Final = {
+EXAMPLES: Final = {
     name: f"{name} = {' or '.join(map(json.dumps, each.examples))}"
     for name, each in Entries.model_fields.items()
     if each.examples
 }
-"""What a measurement has to state, `over` and `at` where it has several points, with an example of each."""
+"""An example of each entry that may have to be stated."""
 
 
-def usual() -> dict[str, Any]:
-    """Return what a measurement states where its file does not, but what is needed."""
-    return {name: each.default for name, each in Entries.model_fields.items() if name not in NEEDED}
+def entries_of(content: Mapping[str, Any], columns: Mapping[str, str] | None = None) -> Entries:
+    """Read the entries of a measurement, or those beside the columns of a table of points; every mistake at once."""
+    return read_entries(Entries, content, of="a measurement", beside=columns)
 
 
 def measurement_schema() -> dict[str, Any]:

@@ -9,13 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.discovery import find_offer, offers
-from electrovib.core.errors import InputError, Problem, gathered, nearest, refuse
-from electrovib.core.mistakes import shown
+from electrovib.core.discovery import find_offer
+from electrovib.core.errors import InputError, Problem, gathered, located, nearest, refuse
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity, parse_quantity
@@ -26,7 +25,7 @@ from electrovib.scenario import Scenario, read_scenario
 from electrovib.scenario.reading import paper_of_preset, without_schema
 from electrovib.scenario.space.reading import flattened, read_number, read_space
 from electrovib.scenario.toml import SCHEMA
-from electrovib.studies.evidence.entries import ENTRIES, IN_PLACE_OF_VALUES, NEEDED, usual
+from electrovib.studies.evidence.entries import COLUMNS, IN_PLACE_OF_VALUES, Entries, entries_of
 from electrovib.studies.evidence.measurement import Measurement, check_unit, unit_of
 from electrovib.studies.evidence.predicted import candidates
 from electrovib.studies.evidence.publication import parts, publication_files, tables_of
@@ -36,20 +35,9 @@ from electrovib.studies.evidence.reduced import of_devices, of_line, of_range, o
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
-_OF_TABLE: Final = {
-    "values": '--column value="force [mN]"',
-    "spread": '--column spread="deviation [mN]", or --set spread="10 %"',
-    "at": '--column at="voltage [V]"',
-}
-"""How these are stated where a measurement is made of a table of points."""
-_USUAL: Final = usual()
-_WORDS: Final[dict[type, str]] = {str: "a text", dict: "a table", list: "a list of names"}
-COLUMNS: Final = {"value": "values", "at": "at", "spread": "spread"}
-"""Columns of a table of points, to the entries that they become."""
-
 
 def measurements(word: str = "") -> dict[str, Measurement]:
-    """Collect what the papers, ours and those of other packages, declare as measured; or read a measurement of your own.
+    """Collect what publications, ours and those of other packages, have measured; or read a measurement of your own.
 
     Parameters
     ----------
@@ -76,10 +64,8 @@ def measurements(word: str = "") -> dict[str, Measurement]:
     if path.suffix.lower() == ".toml":
         advice = "'electrovib import points.csv --as measurement -o mine.toml' writes one"
         return _of_file(read_toml_file(path, kind="a measurement", advice=advice), path)
-    known: dict[str, Measurement] = offers(("measurements",))
-    for name in publication_files():
-        known |= {f"{name}/{key}": each for key, each in of_publication(name).items()}
-    known = dict(sorted(known.items(), key=lambda each: each[0].partition("/")[0]))
+    names = sorted(publication_files())
+    known = {f"{name}/{key}": each for name in names for key, each in of_publication(name).items()}
     found = {
         name: each
         for name, each in known.items()
@@ -105,61 +91,13 @@ def _of_file(content: dict[str, Any], path: Path) -> dict[str, Measurement]:
     with gathered(problems):
         for part, entries in parts(content).items():
             with gathered(problems, within=f"measurements.{part}" if part else ""):
-                stated = _stated(without_schema(entries), path.parent)
-                found[f"{name}/{part}" if part else name] = _measurement(stated)
+                own = _with_files(without_schema(entries), lambda name: str(path.parent / name))
+                found[f"{name}/{part}" if part else name] = _measurement(entries_of(own))
     if "measurements" in content:
         told = map(Problem.read, problems)
         problems = [Problem(each.reason, path=f"{path.name}: {each.path}", value=each.value) for each in told]
     refuse(problems)
     return found
-
-
-def _stated(
-    content: Mapping[str, Any], folder: Path, columns: Mapping[str, str] | None = None
-) -> dict[str, Any]:
-    """Read the entries of a file, or those beside the columns of a table; all that is missing is listed at once."""
-    has = {name for name, each in content.items() if each not in ("", [])}
-    has |= {COLUMNS[each] for each in columns or ()}
-    if replaced := has & set(IN_PLACE_OF_VALUES):
-        has |= {"values"} if replaced == {"printed_range"} else {"values", "spread"}
-    several = (
-        {"over", "at"} & has
-        or columns is not None
-        or len(_listed(content.get("values"))) > 1
-        or {"runs", "line"} & has
-    )
-    examples = NEEDED if columns is None else NEEDED | _OF_TABLE
-    unknown = [name for name in content if name not in ENTRIES]
-    problems = [f"{name}: no entry of a measurement.{nearest(name, ENTRIES)}" for name in unknown]
-    problems += [
-        f"{name}: missing, for instance {example}"
-        for name, example in examples.items()
-        if name not in has and (several or name not in {"over", "at"})
-    ]
-    scale = 1.0
-    with gathered(problems):
-        (scale,) = _numbers("scale", [content.get("scale", scale)], "1")
-    if scale != 1 and "unit" not in has:
-        problems.append('unit: missing beside scale, for instance unit = "Pa"')
-    for name, given in content.items():
-        kind = type(_USUAL.get(name, ""))
-        table = name == "scenario" and isinstance(given, Mapping)
-        if name not in {"schema", "scale", *COLUMNS.values(), *IN_PLACE_OF_VALUES} | set(unknown) and not (
-            table or isinstance(given, kind)
-        ):
-            problems.append(f"{name} = {shown(given)}: expected {_WORDS[kind]}")
-    problems += [
-        f"{name}: stands in the place of values; state one of both"
-        for name in replaced
-        if "values" in content
-    ]
-    refuse(problems)
-    return (
-        _USUAL
-        | {"over": "", "at": (), "values": [], "spread": []}
-        | _with_files(content, lambda name: str(folder / name))
-        | {"scale": scale}
-    )
 
 
 def _with_files(content: Mapping[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
@@ -176,10 +114,6 @@ def _with_files(content: Mapping[str, Any], move: Callable[[str], str]) -> dict[
     return dict(found)
 
 
-def _listed(given: Any) -> list[Any]:
-    return list(given) if isinstance(given, (list, tuple)) else [given]
-
-
 def _computed(name: str) -> ComputedQuantity | None:
     """Return a quantity that a function computes, ours or a paper's as ``author_year/name``; None for one of a run."""
     if name in QUANTITIES:
@@ -188,96 +122,87 @@ def _computed(name: str) -> ComputedQuantity | None:
     return found
 
 
-def _set_up(stated: Mapping[str, Any]) -> tuple[Scenario, str, str]:
+def _set_up(stated: Entries) -> tuple[Scenario, str, str]:
     """Return the set-up, the unit of the values, and that of the parameter that was varied."""
-    scenario = read_scenario(stated["scenario"])
-    problems: list[str] = []
-    with gathered(problems, within="changes"):
-        scenario = scenario.replace(stated["changes"])
-    refuse(problems)
-    unit, of_over = stated["unit"], "1"
-    if computed := _computed(stated["quantity"]):
+    scenario, problems = read_scenario(stated.scenario), list[str]()
+    with located("changes"):
+        scenario = scenario.replace(stated.changes)
+    unit, of_over = stated.unit, "1"
+    if computed := _computed(stated.quantity):
         if unit not in {"", computed.unit}:
-            problems.append(f"unit = '{unit}': {stated['quantity']} is in {computed.unit}")
+            problems.append(f"unit = '{unit}': {stated.quantity} is in {computed.unit}")
         unit = computed.unit
     with gathered(problems):
-        unit = unit or (unit_of(stated["quantity"], stated["per"], scenario) if stated["scale"] == 1 else "")
+        unit = unit or (unit_of(stated.quantity, stated.per, scenario) if stated.scale == 1 else "")
         if not computed:
-            check_unit(unit, stated["quantity"], stated["per"], stated["scale"], scenario)
+            check_unit(unit, stated.quantity, stated.per, stated.scale, scenario)
     try:
-        of_over = quantity_at(scenario, stated["over"]).unit if stated["over"] else "1"
+        of_over = quantity_at(scenario, stated.over).unit if stated.over else "1"
     except InputError as error:
-        problems += [Problem(each.reason, path="over", value=stated["over"]) for each in error.problems]
+        problems += [Problem(each.reason, path="over", value=stated.over) for each in error.problems]
     refuse(problems)
     return scenario, unit, of_over
 
 
-def _measurement(stated: Mapping[str, Any]) -> Measurement:
+def _measurement(stated: Entries) -> Measurement:
     """Build the measurement; mistakes in its parts are refused together."""
     scenario, unit, of_over = _set_up(stated)
-    problems: list[str] = []
-    of_at: list[str] = []
+    of_values, of_at, problems = list[str](), list[str](), list[str]()
     at: tuple[float, ...] = ()
     with gathered(of_at):
-        at = _numbers("at", stated["at"], of_over) if stated["over"] else ()
+        at = _numbers("at", stated.at, of_over) if stated.over else ()
         for each in at:
-            scenario.replace({stated["over"]: each})
-    with gathered(problems):
+            scenario.replace({stated.over: each})
+    with gathered(of_values):
         values, spread = _values(stated, unit, at)
-    problems += of_at
-    unknown = flattened(stated["unknown"])
+    unknown = flattened(stated.unknown)
     with gathered(problems, within="unknown"):
         if unknown:
             read_space(scenario, {"space": unknown})
-    refuse(problems)
+    refuse([*of_values, *of_at, *problems])
     of_model: dict[str, dict[str, Any]] = {}
-    for path, table in flattened(stated["of_model"]).items():
+    for path, table in flattened(stated.of_model).items():
         model, _, inner = path.partition(".")
         if not inner or not (table is False or isinstance(table, Mapping)):
             raise InputError(
                 f"of_model.{path}: expected MODEL.PATH with a table, or false for a layer that it replaces"
             )
         of_model.setdefault(model, {})[inner] = table or None
-    left_out = {"schema", "changes", *IN_PLACE_OF_VALUES}
-    kept = {name: each for name, each in stated.items() if name not in left_out}
-    computed = _computed(stated["quantity"])
-    quantity = computed.compute if computed else stated["quantity"]
+    computed = _computed(stated.quantity)
     made = {
-        "scenario": scenario, "quantity": quantity, "unit": unit, "values": values, "spread": spread, "at": at,
-        "unknown": unknown, "of_model": of_model, "made": tuple(map(str, stated["made"])),
+        "scenario": scenario, "quantity": computed.compute if computed else stated.quantity, "unit": unit, "values": values,
+        "spread": spread, "at": at, "unknown": unknown, "of_model": of_model, "made": tuple(stated.made),
     }  # fmt: skip
-    found = Measurement(**kept | made)
+    found = Measurement(**stated.model_dump(exclude={"changes", *IN_PLACE_OF_VALUES}) | made)
     known = candidates(found)
     if wrong := [name for name in (*of_model, *found.made) if name not in known]:
         raise InputError(f"{name}: no model of {found.judges}.{nearest(name, known)}" for name in wrong)
     return found
 
 
-def _values(stated: Mapping[str, Any], unit: str, at: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+def _values(stated: Entries, unit: str, at: Sequence[float]) -> tuple[tuple[float, ...], ...]:
     """Return values and relative spread, of what is printed in another form too."""
-    own, given = None, stated["spread"]
-    if stated["printed_range"]:
-        values = of_range(_numbers("printed_range", stated["printed_range"], unit))
-    elif stated["runs"]:
-        rows = [_numbers("runs", each, unit) for each in _listed(stated["runs"])]
+    own, given = None, stated.spread
+    if stated.printed_range:
+        values = of_range(_numbers("printed_range", stated.printed_range, unit))
+    elif stated.runs:
+        rows = [_numbers("runs", each, unit) for each in stated.runs]
         values, own = of_runs(rows, *_numbers("spread", given or 0.0, "1"))
-    elif stated["devices"]:
-        values, own = of_devices(_numbers("devices", stated["devices"], unit))
-    elif stated["line"]:
-        values, own = of_line(_numbers("line", stated["line"], "1"), at)
+    elif stated.devices:
+        values, own = of_devices(_numbers("devices", stated.devices, unit))
+    elif stated.line:
+        values, own = of_line(_numbers("line", stated.line, "1"), at)
     else:
-        values = np.array(_numbers("values", stated["values"], unit))
+        values = np.array(_numbers("values", stated.values, unit))
     found = tuple(values.tolist())
     if own is not None:
         return found, tuple(own.tolist())
-    given = given if isinstance(given, list) else [given] * len(found)
-    return found, tuple(_relative(*each, unit) for each in zip(given, found, strict=False))
+    each_of = given if isinstance(given, list) else [given] * len(found)
+    return found, tuple(_relative(*each, unit) for each in zip(each_of, found, strict=False))
 
 
 def _numbers(name: str, given: Any, unit: str) -> tuple[float, ...]:
-    found: tuple[float, ...] = read_number(name, _listed(given), unit)
-    if any(isinstance(each, tuple) for each in found):
-        raise InputError(f"{name} = {shown(given)}: expected one list of numbers")
+    found: tuple[float, ...] = read_number(name, given if isinstance(given, list) else [given], unit)
     return found
 
 
@@ -367,8 +292,7 @@ def import_measurement(
             f"columns.{name}: no column of a measurement.{nearest(name, COLUMNS)}" for name in wrong
         )
     content = {name: each for name, each in entries.items() if name != "schema"}
-    stated = _stated(content, Path(), columns)
-    _, unit, of_over = _set_up(stated)
+    _, unit, of_over = _set_up(entries_of(content, columns))
     recorded = read_recorded(
         place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
     )
@@ -380,7 +304,7 @@ def import_measurement(
         content["spread"] = _written(_spread(chosen["spread"], place, unit, values), "1")
     origin = ", ".join(f"{COLUMNS[name]} from '{each.name}' [{each.unit}]" for name, each in chosen.items())
     return ImportedMeasurement(
-        measurement=_measurement(_stated(content, Path())),
+        measurement=_measurement(entries_of(content)),
         entries=_with_files(content, lambda name: os.path.relpath(name, folder or ".")),
         history=f"{len(values)} points of {place.name}: {origin}",
     )
