@@ -6,11 +6,11 @@ import functools
 from collections.abc import Mapping
 from typing import Any, Final
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import refuse
 from electrovib.core.model import Model
-from electrovib.core.tables import stored_changes
+from electrovib.core.tables import changed
 from electrovib.scenario.experiment import Scenario
-from electrovib.scenario.files import read_part, with_offers
+from electrovib.scenario.files import read_part, sources_of_offers
 from electrovib.scenario.reading import read_scenario
 from electrovib.scenario.sources import is_default
 
@@ -40,15 +40,12 @@ def preset(
     start = plain() if base is None else read_scenario(base)
     told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
-    values, offered = with_offers(values)
-    stored, problems = stored_changes(start, values)
+    found = changed(start, values)
+    refuse(found.problems)
     beside = {path.rpartition(".")[0]: told[path] for path in values if path in told}
-    told |= {path: beside.get(path.rpartition(".")[0], "") for path in stored if path not in values}
-    content = start.to_dict()
-    problems += Scenario.put_into(content, stored)
-    if problems:
-        raise InputError(problems)
-    built = read_part(Scenario, content | {"title": title, "sources": {}})
+    told |= {path: beside.get(path.rpartition(".")[0], "") for path in found.stored if path not in values}
+    offered = sources_of_offers(found)
+    built = read_part(Scenario, found.content | {"title": title, "sources": {}})
     kept = {path: unchanged or source for path, source in start.sources.items()}
     sources = {}
     for path, value, _ in built.parameters():
