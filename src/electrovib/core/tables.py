@@ -6,7 +6,7 @@ derives those that it stores.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -31,17 +31,6 @@ class _Given:
 
     value: Any = _NOTHING
     within: dict[str, _Given] = field(default_factory=dict)
-
-    @classmethod
-    def tree(cls, changes: Mapping[str, Any]) -> _Given:
-        """Return changes by dotted path as a tree."""
-        root = cls()
-        for path, value in changes.items():
-            place = root
-            for key in path.split("."):
-                place = place.within.setdefault(key, cls())
-            place.value = value
-        return root
 
     def paths(self, path: str) -> Iterator[str]:
         """Iterate over the dotted paths that were given, from this place on."""
@@ -74,7 +63,7 @@ class Changed:
     stored: dict[str, Any] = field(default_factory=dict)
     offers: dict[str, tuple[type[Model], str]] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
-    _whole: list[str] = field(default_factory=list)
+    _around: str = ""
 
     def opened(self, kind: type[Model] | None, value: Any, path: str) -> Any:
         """Copy what is given for a part, names replaced by the tables that they stand for; an unknown name is kept."""
@@ -96,95 +85,92 @@ class Changed:
         return value
 
     def within(self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool) -> Any:
-        """Return what stands at a path, a table, a list or a model, with what is given within it.
+        """Return what stands at a path after what is given there and within.
 
         In a `fresh` table every name may be set, and validation follows; elsewhere only those that are there.
         """
-        if here is None and (fresh or kind is not None):
-            if kind is not None and not fresh and kind.is_family and "model" not in given.within:
-                known = ", ".join(sorted(find_members(kind)))
-                why = f"'{path}' is not given; choose its model too, {path}.model, one of: {known}"
-                self.problems += [Problem(why, path=each) for each in given.paths(path)]
-                return None
-            here, fresh = {}, True
-        if isinstance(here, (BaseModel, Mapping)):
-            return self._within_table(path, kind, here, given, fresh=fresh)
-        places = list(here) if isinstance(here, (list, tuple)) else here
-        for name, each in given.within.items():
-            place = place_of(here, name) if isinstance(here, (list, tuple)) else None
-            if place is None:
-                self._refuse(places, path, name, each)
-            else:
-                places[place] = self._at(_joined(path, name), kind, here[place], each, fresh=fresh)
-                self._store(_joined(path, name), each, places[place])
-        return places
-
-    def _within_table(
-        self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool
-    ) -> dict[str, Any]:
-        """Return a table, or a model as one, with what is given within it; another model keeps nothing of the former one."""
-        owner = here if isinstance(here, BaseModel) else None
-        own: Any = type(owner) if owner is not None else kind.chosen(here) if kind is not None else None
-        content = ({"model": own.__name__} if getattr(owner, "is_member", False) else {}) | dict(here)
-        names = dict(given.within)
-        model = names["model"].value if "model" in names else _NOTHING
-        if model is not _NOTHING and (not content or content.get("model", model) != model):
-            for table in self._whole[:1] if content else ():
-                why = f"is set beside the table '{table}', which it would replace as a whole; give one of the two"
-                self.problems.append(Problem(why, path=f"{path}.model"))
-            content, owner, fresh = {"model": model}, None, True
-            own = kind.chosen(content) if kind is not None else None
-        elif owner is not None:
-            names = {
-                own.present(each) if _is_former(own, each, names) else each: names[each] for each in names
-            }
+        if given.value is not _NOTHING:
+            return self._whole(path, kind, given)
+        if not isinstance(here, (BaseModel, Mapping)):
+            return self._within_other(path, kind, here, given, fresh=fresh)
+        model = given.within["model"].value if "model" in given.within else _NOTHING
+        own, owner, content = self._table(path, kind, here, model)
+        fresh = fresh or (owner is None and isinstance(here, BaseModel))
         numbers, typed = dict[str, Any](), dict[str, Any]()
-        for name, each in names.items():
-            new = name not in content
+        for typed_name, each in given.within.items():
+            name = _present(owner, typed_name, given.within.keys())
+            where, new = _joined(path, name), name not in content
             if new and own is not None:
                 content = own.with_place(content, name, each.table)
             derived = each.value is not _NOTHING and name in getattr(own, "derived", {})
             if not (fresh or derived or name in content):
                 self._refuse(content, path, name, each)
                 continue
-            where, part = _joined(path, name), own.part(name) if own is not None else None
-            if part is None and each.value is not _NOTHING and own is not None:
-                typed[name] = each.value
+            part, is_fresh = own.part(name) if own is not None else None, fresh or (new and not derived)
+            typed[name] = each.value
+            if part is None and own is not None:
                 each.value = self._number(own, name, each.value, where, fresh=fresh)
             if each.value is _NOTHING and not each.within:
                 continue  # refused
-            is_fresh = fresh or (new and name in content)
-            found = self._at(where, part, content.get(name), each, fresh=is_fresh)
-            if owner is None or is_fresh or each.value is _NOTHING:
+            found = self.within(where, part, content.get(name), each, fresh=is_fresh)
+            if owner is None or is_fresh or typed[name] is _NOTHING:
                 content[name] = found
                 self._store(where, each, found)
             else:
                 numbers[name] = found
-        if owner is not None and numbers:
+        if numbers:
             content |= self._stored_by(owner, path, numbers, typed)
-        if content.get("file") and any(map(_says_how_to_read, given.paths(""))):
-            content = {
-                name: each.to_dict() if isinstance(each, BaseModel) else each  # type: ignore[attr-defined]
-                for name, each in content.items()
-                if not isinstance(each, Samples)
-            }
-        return content
+        return _read_anew(content, given)
 
-    def _at(self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool) -> Any:
-        """Return what stands at a path after what is given there."""
-        if given.value is _NOTHING:
-            return self.within(path, kind, here, given, fresh=fresh)
-        found = self.opened(kind, given.value, path)
+    def _table(
+        self, path: str, kind: type[Model] | None, here: Any, model: Any
+    ) -> tuple[Any, Any, dict[str, Any]]:
+        """Return the class of a part, the model that it is, if it is one, and its table; a new model keeps nothing of it."""
+        owner = here if isinstance(here, BaseModel) else None
+        own: Any = type(owner) if owner is not None else kind.chosen(here) if kind is not None else None
+        content = ({"model": own.__name__} if getattr(owner, "is_member", False) else {}) | dict(here)
+        if model is _NOTHING or (content and content.get("model", model) == model):
+            return own, owner, content
+        if content and self._around:
+            why = f"is set beside the table '{self._around}', which it would replace as a whole; give one of the two"
+            self.problems.append(Problem(why, path=f"{path}.model"))
+        return kind.chosen({"model": model}) if kind is not None else None, None, {"model": model}
+
+    def _whole(self, path: str, kind: type[Model] | None, given: _Given) -> Any:
+        """Return a value or a table that is given in the place of what is there, with what is given within it."""
+        found, around = self.opened(kind, given.value, path), self._around
         if given.within:
-            around, self._whole = self._whole, self._whole or [path] * isinstance(given.value, Mapping)
-            found = self.within(path, kind, found, given, fresh=True)
-            self._whole = around
+            self._around = around or (path if isinstance(given.value, Mapping) else "")
+            found = self.within(path, kind, found, _Given(within=given.within), fresh=True)
+            self._around = around
         return found
+
+    def _within_other(
+        self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool
+    ) -> Any:
+        """Return a list with what is given within it, or a table in the place of nothing; refuse what is given in a value."""
+        if here is None and kind is not None and kind.is_family and not fresh and "model" not in given.within:
+            known = ", ".join(sorted(find_members(kind)))
+            why = f"'{path}' is not given; choose its model too, {path}.model, one of: {known}"
+            self.problems += [Problem(why, path=each) for each in given.paths(path)]
+            return None
+        if here is None and (fresh or kind is not None):
+            return self.within(path, kind, {}, given, fresh=True)
+        is_list = isinstance(here, (list, tuple))
+        places = list(here) if is_list else here
+        for name, each in given.within.items():
+            place = place_of(here, name) if is_list else None
+            if place is None:
+                self._refuse(places, path, name, each)
+            else:
+                places[place] = self.within(_joined(path, name), kind, here[place], each, fresh=fresh)
+                self._store(_joined(path, name), each, places[place])
+        return places
 
     def _number(self, own: type[Model], name: str, value: Any, where: str, *, fresh: bool) -> Any:
         """Read a physical parameter; what cannot be read is refused, by validation where a table is `fresh`."""
         quantity = quantity_of(own, name) or own.derived.get(name)
-        if quantity is None or value is None:
+        if quantity is None or value is None or value is _NOTHING:
             return value
         try:
             return quantity.read(value)
@@ -227,21 +213,35 @@ class Changed:
             self.problems.append(problem)
 
 
-def changed(model: Model, changes: Mapping[str, Any]) -> Changed:
-    """Put changes by dotted path into a model."""
-    found = Changed(model)
-    found.content = found.within("", None, model, _Given.tree(changes), fresh=False)
+def changed(
+    here: Model | Mapping[str, Any], changes: Mapping[str, Any], kind: type[Model] | None = None
+) -> Changed:
+    """Put changes by dotted path into a model, or into the tables of a `kind` of model, in which missing ones are made."""
+    found, root = Changed(None if isinstance(here, Mapping) else here), _Given()
+    for path, value in changes.items():
+        place = root
+        for key in path.split("."):
+            place = place.within.setdefault(key, _Given())
+        place.value = value
+    found.content = found.within("", kind, here, root, fresh=found.model is None)
     return found
 
 
-def mended(kind: type[Model], content: Mapping[str, Any], changes: Mapping[str, Any]) -> Any:
-    """Put changes into nested tables of a kind of model, as far as they fit; missing ones are made."""
-    return Changed().within("", kind, content, _Given.tree(changes), fresh=True)
+def _present(owner: Any, name: str, names: Container[str]) -> str:
+    """Return the present name of a parameter of a model; a former one warns, unless the present one is given beside it."""
+    former = getattr(owner, "former", {})
+    return owner.present(name) if name in former and former[name].now not in names else name
 
 
-def _is_former(own: type[Model], name: str, names: Mapping[str, Any]) -> bool:
-    """Tell whether a name is a former one, and the present one is not given beside it."""
-    return name in own.former and own.former[name].now not in names
+def _read_anew(content: dict[str, Any], given: _Given) -> dict[str, Any]:
+    """Return a table without what was read from its file, where that is named or read otherwise."""
+    if not (content.get("file") and any(map(_says_how_to_read, given.paths("")))):
+        return content
+    return {
+        name: each.to_dict() if isinstance(each, BaseModel) else each  # type: ignore[attr-defined]
+        for name, each in content.items()
+        if not isinstance(each, Samples)
+    }
 
 
 def _says_how_to_read(path: str) -> bool:

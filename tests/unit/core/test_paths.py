@@ -18,7 +18,7 @@ from electrovib.core.errors import (
 )
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.samples import Samples
-from electrovib.core.tables import meant, mended
+from electrovib.core.tables import changed, meant
 from electrovib.scenario import Scenario, load
 
 
@@ -108,11 +108,15 @@ def test_reading_changing_and_declaring_say_it_once(scenario, path):
         )
 
 
+def mended(tables, changes):
+    return changed(tables, changes, Scenario).content
+
+
 def test_a_new_model_comes_before_its_parameters_and_the_same_model_keeps_them():
     tables = {"drive": {"model": "Sine", "amplitude": 1.0}}
-    assert mended(Scenario, tables, {"drive.model": "Sine"}) == tables
+    assert mended(tables, {"drive.model": "Sine"}) == tables
     step = {"drive": {"model": "Step", "level": 5.0}}
-    assert mended(Scenario, tables, {"drive.level": 5.0, "drive.model": "Step"}) == step
+    assert mended(tables, {"drive.level": 5.0, "drive.model": "Step"}) == step
 
 
 @pytest.mark.parametrize("key", ["file", "time_column", "voltage_unit"])
@@ -120,13 +124,13 @@ def test_samples_do_not_outlive_how_they_were_read(key):
     read = {"time_column": "time", "voltage_unit": "V", "level": 1.0}
     for file in ("old.csv", ""):
         tables = {"drive": read | {"file": file, "time_samples": Samples([0, 1])}}
-        assert "time_samples" in mended(Scenario, tables, {"drive.level": 2.0})["drive"]
-        changed = mended(Scenario, tables, {f"drive.{key}": "new"})["drive"]
-        assert ("time_samples" in changed) == (not file and key != "file")
+        assert "time_samples" in mended(tables, {"drive.level": 2.0})["drive"]
+        again = mended(tables, {f"drive.{key}": "new"})["drive"]
+        assert ("time_samples" in again) == (not file and key != "file")
 
 
 def test_tables_can_be_made_on_the_way_and_a_part_that_is_not_given_is_told_apart_from_a_value(scenario):
-    assert mended(Scenario, {}, {"a.b.c": 1, "a.b.d": 2}) == {"a": {"b": {"c": 1, "d": 2}}}
+    assert mended({}, {"a.b.c": 1, "a.b.d": 2}) == {"a": {"b": {"c": 1, "d": 2}}}
     with pytest.raises(InputError, match=r"'drive\.repeat' is not given, .*set it whole"):
         scenario.replace({"drive.repeat.x": 1})
     with pytest.raises(InputError, match=r"'time\.samples' is not given, .*set it whole"):
