@@ -6,7 +6,7 @@ import functools
 import hashlib
 import inspect
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NoReturn, Self, TypeVar, get_args
 
 from pydantic import (
@@ -22,12 +22,12 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.deprecation import Former
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
+from electrovib.core.errors import LONGEST_QUOTED, InputError, refuse, shortened, suggestion
 from electrovib.core.files import DeclaresFile
 from electrovib.core.mistakes import explained, near_members, problems, wants
 from electrovib.core.own_results import check_results
 from electrovib.core.quantity import Quantity, quantity_of
-from electrovib.core.tables import explained_path, put, stored_changes
+from electrovib.core.tables import Changed, changed
 from electrovib.core.unchangeable import frozen
 
 M = TypeVar("M", bound="Model")
@@ -56,24 +56,6 @@ class Written(BaseModel):
             Member of a family: with its ``model`` name first.
         """
         return self._tables(hashed=False)
-
-    def opened(self, names: Collection[str]) -> dict[str, Any]:
-        """Give the tables of some parts, and the other parts as the models that they are.
-
-        Parameters
-        ----------
-        names : collection of str
-            Parameters whose tables are given.
-
-        Returns
-        -------
-        dict
-            Builds this model again; parts that stay models are not validated again.
-        """
-        return {
-            name: value if isinstance(value, Written) and name not in names else _plain(value, hashed=False)
-            for name, value in self
-        }
 
     def _tables(self, *, hashed: bool) -> dict[str, Any]:
         content = {"model": type(self).__name__} if self.is_member else {}
@@ -342,20 +324,16 @@ class Model(Immutable, DeclaresFile, Written):
         )
         return sorted(name for name in names if not name.startswith("_"))
 
-    def to_change(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the nested tables into which changes by dotted path are put."""
-        del changes
-        return self.to_dict()
-
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:
         """Build the model from tables in which something was changed."""
         return read_model(cls, content)
 
     @classmethod
-    def put_into(cls, content: dict[str, Any], changes: Mapping[str, Any]) -> list[Problem]:
-        """Put changes by dotted path into nested tables of this model, and return what is wrong with them."""
-        return put(content, changes)
+    def with_place(cls, tables: dict[str, Any], name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return tables with an empty one for a new part, from what is given of it; by default there is none to add."""
+        del name, given
+        return tables
 
     @classmethod
     def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
@@ -381,16 +359,17 @@ class Model(Immutable, DeclaresFile, Written):
         InputError
             For every path that does not exist and every value that does not fit, all at once.
         """
-        changes, problems = stored_changes(self, changes)
-        content = self.to_change(changes)
-        problems += [explained_path(self, problem) for problem in self.put_into(content, changes)]
+        return self._after(changed(self, changes))
+
+    def _after(self, found: Changed) -> Self:
+        """Build the changed model, or refuse every mistake at once."""
+        problems = [*found.problems]
         try:
-            changed = self.rebuilt(content)
+            built = self.rebuilt(found.content)
         except InputError as error:
             problems += error.problems
-        if problems:
-            raise InputError(problems)
-        return changed
+        refuse(problems)
+        return built
 
     def parameters(self, prefix: str = "") -> Iterator[tuple[str, float | None, Quantity]]:
         """Walk over all physical parameters of this tree of models, in the order of the file.

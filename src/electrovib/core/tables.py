@@ -1,124 +1,259 @@
-"""Nested tables, as a scenario file has them, changed by dotted paths, also of parameters that a model derives."""
+"""A frozen tree of models, or nested tables, changed by dotted paths: one walk from the top to each value.
+
+On its way a text becomes the number that its parameter is, a name the table that it stands for, and parameters that a model
+derives those that it stores.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel
+from pydantic_core import PydanticCustomError
 
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import InputError, Problem, closest, nearest, question
+from electrovib.core.errors import ElectrovibError, InputError, Problem, closest, nearest, question
+from electrovib.core.mistakes import shown
+from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
 
+_NOTHING: Final = object()
 
-def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[Problem]:
-    """Put changes by dotted path into nested tables, in place; return a problem for each that is refused.
 
-    A table is set before single values in it. A new ``model`` is set first and keeps no parameter of the
-    former one, so that its own parameters can be given beside it. If `strict`, paths that do not exist are
-    refused; otherwise missing tables are made, and validation follows.
+@dataclass
+class _Given:
+    """What is given at one place: a value in the place of what is there, changes within it, or both."""
+
+    value: Any = _NOTHING
+    within: dict[str, _Given] = field(default_factory=dict)
+
+    def paths(self, path: str) -> Iterator[str]:
+        """Iterate over the dotted paths that were given, from this place on."""
+        if self.value is not _NOTHING:
+            yield path
+        for name, each in self.within.items():
+            yield from each.paths(_joined(path, name))
+
+    @property
+    def table(self) -> Mapping[str, Any]:
+        """The values within, whether they were given as a table or one by one."""
+        whole = self.value if isinstance(self.value, Mapping) else {}
+        return {**whole, **{name: each.value for name, each in self.within.items()}}
+
+
+def _joined(path: str, name: object) -> str:
+    return f"{path}.{name}" if path else str(name)
+
+
+@dataclass
+class Changed:
+    """Nested tables in which changes are put, or what is wrong with them.
+
+    Parts of a model without a change stay the models that they are. `stored` has the changes by the paths of the parameters
+    that are stored; `offers` the names that stood in the place of tables, by path, with the kind of model of each.
     """
-    ordered = sorted(changes, key=lambda path: (path.count("."), not path.endswith(".model")))
-    fresh: list[Any] = []
-    problems = [_put(content, path, changes[path], fresh, strict=strict) for path in ordered]
-    return _dropped(changes) + [problem for problem in problems if problem]
+
+    model: Model | None = None
+    content: Any = None
+    stored: dict[str, Any] = field(default_factory=dict)
+    offers: dict[str, tuple[type[Model], str]] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    _around: str = ""
+
+    def opened(self, kind: type[Model] | None, value: Any, path: str) -> Any:
+        """Copy what is given for a part, names replaced by the tables that they stand for; an unknown name is kept."""
+        if kind is not None and isinstance(value, str) and kind.is_offer(value):
+            try:
+                found = kind.from_offer(kind.offer(value))
+            except ElectrovibError:
+                return value  # validation refuses it
+            self.offers[path] = kind, value
+            return found.to_dict()
+        if isinstance(value, Mapping):
+            own = kind.chosen(value) if kind is not None else None
+            return {
+                name: self.opened(own.part(str(name)) if own is not None else None, each, _joined(path, name))
+                for name, each in value.items()
+            }
+        if isinstance(value, (list, tuple)):
+            return [self.opened(kind, each, _joined(path, place)) for place, each in enumerate(value)]
+        return value
+
+    def within(self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool) -> Any:
+        """Return what stands at a path after what is given there and within.
+
+        In a `fresh` table every name may be set, and validation follows; elsewhere only those that are there.
+        """
+        if given.value is not _NOTHING:
+            return self._whole(path, kind, given)
+        if not isinstance(here, (BaseModel, Mapping)):
+            return self._within_other(path, kind, here, given, fresh=fresh)
+        model = given.within["model"].value if "model" in given.within else _NOTHING
+        own, owner, content = self._table(path, kind, here, model)
+        fresh = fresh or (owner is None and isinstance(here, BaseModel))
+        numbers, typed = dict[str, Any](), dict[str, Any]()
+        for typed_name, each in given.within.items():
+            name = _present(owner, typed_name, given.within.keys())
+            where, new = _joined(path, name), name not in content
+            if new and own is not None:
+                content = own.with_place(content, name, each.table)
+            derived = each.value is not _NOTHING and name in getattr(own, "derived", {})
+            if not (fresh or derived or name in content):
+                self._refuse(content, path, name, each)
+                continue
+            part, is_fresh = own.part(name) if own is not None else None, fresh or (new and not derived)
+            typed[name] = each.value
+            if part is None and own is not None:
+                each.value = self._number(own, name, each.value, where, fresh=fresh)
+            if each.value is _NOTHING and not each.within:
+                continue  # refused
+            found = self.within(where, part, content.get(name), each, fresh=is_fresh)
+            if owner is None or is_fresh or typed[name] is _NOTHING:
+                content[name] = found
+                self._store(where, each, found)
+            else:
+                numbers[name] = found
+        if numbers:
+            content |= self._stored_by(owner, path, numbers, typed)
+        return _read_anew(content, given)
+
+    def _table(
+        self, path: str, kind: type[Model] | None, here: Any, model: Any
+    ) -> tuple[Any, Any, dict[str, Any]]:
+        """Return the class of a part, the model that it is, if it is one, and its table; a new model keeps nothing of it."""
+        owner = here if isinstance(here, BaseModel) else None
+        own: Any = type(owner) if owner is not None else kind.chosen(here) if kind is not None else None
+        content = ({"model": own.__name__} if getattr(owner, "is_member", False) else {}) | dict(here)
+        if model is _NOTHING or (content and content.get("model", model) == model):
+            return own, owner, content
+        if content and self._around:
+            why = f"is set beside the table '{self._around}', which it would replace as a whole; give one of the two"
+            self.problems.append(Problem(why, path=f"{path}.model"))
+        return kind.chosen({"model": model}) if kind is not None else None, None, {"model": model}
+
+    def _whole(self, path: str, kind: type[Model] | None, given: _Given) -> Any:
+        """Return a value or a table that is given in the place of what is there, with what is given within it."""
+        found, around = self.opened(kind, given.value, path), self._around
+        if given.within:
+            self._around = around or (path if isinstance(given.value, Mapping) else "")
+            found = self.within(path, kind, found, _Given(within=given.within), fresh=True)
+            self._around = around
+        return found
+
+    def _within_other(
+        self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool
+    ) -> Any:
+        """Return a list with what is given within it, or a table in the place of nothing; refuse what is given in a value."""
+        if here is None and kind is not None and kind.is_family and not fresh and "model" not in given.within:
+            known = ", ".join(sorted(find_members(kind)))
+            why = f"'{path}' is not given; choose its model too, {path}.model, one of: {known}"
+            self.problems += [Problem(why, path=each) for each in given.paths(path)]
+            return None
+        if here is None and (fresh or kind is not None):
+            return self.within(path, kind, {}, given, fresh=True)
+        is_list = isinstance(here, (list, tuple))
+        places = list(here) if is_list else here
+        for name, each in given.within.items():
+            place = place_of(here, name) if is_list else None
+            if place is None:
+                self._refuse(places, path, name, each)
+            else:
+                places[place] = self.within(_joined(path, name), kind, here[place], each, fresh=fresh)
+                self._store(_joined(path, name), each, places[place])
+        return places
+
+    def _number(self, own: type[Model], name: str, value: Any, where: str, *, fresh: bool) -> Any:
+        """Read a physical parameter; what cannot be read is refused, by validation where a table is `fresh`."""
+        quantity = quantity_of(own, name) or own.derived.get(name)
+        if quantity is None or value is None or value is _NOTHING:
+            return value
+        try:
+            return quantity.read(value)
+        except PydanticCustomError as error:
+            if fresh:
+                return value
+            self.problems.append(Problem(error.message(), path=where, value=shown(value)))
+            return _NOTHING
+
+    def _stored_by(
+        self, owner: Any, path: str, given: dict[str, Any], typed: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Return given parameters of a model as those that it stores; what it refuses is shown as it was `typed`."""
+        try:
+            kept: dict[str, Any] = owner.stored(given)
+        except InputError as error:
+            self.problems += [
+                Problem(
+                    each.reason,
+                    path=_joined(path, each.path),
+                    value=shown(typed[each.path]) if each.value and each.path in typed else each.value,
+                )
+                for each in error.problems
+            ]
+            kept = {name: value for name, value in given.items() if name not in owner.derived}
+        self.stored |= {_joined(path, name): value for name, value in kept.items()}
+        return kept
+
+    def _store(self, path: str, given: _Given, value: Any) -> None:
+        if given.value is not _NOTHING:
+            self.stored[path] = value
+
+    def _refuse(self, table: Any, path: str, name: str, given: _Given) -> None:
+        """Refuse what is given under a name that is not there, with how to add it or what may be meant."""
+        for where in given.paths(_joined(path, name)):
+            problem = unknown(table, path, name, where)
+            if self.model is not None:
+                how = type(self.model).how_to_add(self.model.to_dict(), where)
+                problem = explained_path(self.model, Problem(how, path=where) if how else problem)
+            self.problems.append(problem)
 
 
-def _dropped(changes: Mapping[str, Any]) -> list[Problem]:
-    """List tables that would be dropped as a whole because another model is set in their place."""
-    return [
-        Problem(
-            f"is set beside the table '{table}', which it would replace as a whole; give one of the two",
-            path=path,
-        )
-        for table, content in changes.items()
-        for path, model in changes.items()
-        if path.endswith(".model") and path.startswith(f"{table}.")
-        if _has_another_model(content, path[len(table) + 1 :].split(".")[:-1], model)
-    ]
+def changed(
+    here: Model | Mapping[str, Any], changes: Mapping[str, Any], kind: type[Model] | None = None
+) -> Changed:
+    """Put changes by dotted path into a model, or into the tables of a `kind` of model, in which missing ones are made."""
+    found, root = Changed(None if isinstance(here, Mapping) else here), _Given()
+    for path, value in changes.items():
+        place = root
+        for key in path.split("."):
+            place = place.within.setdefault(key, _Given())
+        place.value = value
+    found.content = found.within("", kind, here, root, fresh=found.model is None)
+    return found
 
 
-def _has_another_model(table: Any, keys: Sequence[str], model: object) -> bool:
-    for key in keys:
-        table = table.get(key) if isinstance(table, Mapping) else None
-    return isinstance(table, Mapping) and table.get("model") != model
+def _present(owner: Any, name: str, names: Container[str]) -> str:
+    """Return the present name of a parameter of a model; a former one warns, unless the present one is given beside it."""
+    former = getattr(owner, "former", {})
+    return owner.present(name) if name in former and former[name].now not in names else name
+
+
+def _read_anew(content: dict[str, Any], given: _Given) -> dict[str, Any]:
+    """Return a table without what was read from its file, where that is named or read otherwise."""
+    if not (content.get("file") and any(map(_says_how_to_read, given.paths("")))):
+        return content
+    return {
+        name: each.to_dict() if isinstance(each, BaseModel) else each  # type: ignore[attr-defined]
+        for name, each in content.items()
+        if not isinstance(each, Samples)
+    }
+
+
+def _says_how_to_read(path: str) -> bool:
+    """Tell whether a change is one of how a file is read, so that what was read from it is not kept."""
+    last = path.rpartition(".")[2]
+    return last in {"file", "model", "column", "unit"} or last.endswith(("_column", "_unit"))
 
 
 def place_of(table: Sequence[Any], key: str) -> int | None:
     """Return the index that a key names, or None; only decimal notation is read, so that each entry has one path."""
     known = key.isascii() and key.isdecimal() and len(key) < 10 and str(int(key)) == key
     return int(key) if known and int(key) < len(table) else None
-
-
-def _put(content: dict[str, Any], path: str, value: Any, fresh: list[Any], *, strict: bool) -> Problem | None:
-    *parents, last = path.split(".")
-    tables: list[Any] = [content]
-    for depth, key in enumerate(parents):
-        new = not strict or _among(tables[-1], fresh)
-        inner = _inner(
-            tables[-1], key, strict=not new, optional=last == "model" and depth == len(parents) - 1
-        )
-        if inner is None:
-            return unknown(tables[-1], ".".join(parents[:depth]), key, path)
-        if new and inner == [{}]:
-            fresh += inner
-        tables += inner
-    if not _set(tables[-1], last, value, fresh, strict=strict):
-        return unknown(tables[-1], ".".join(parents), last, path)
-    if last in {"file", "model", "column", "unit"} or last.endswith(("_column", "_unit")):
-        _forget_samples(tables)
-    return None
-
-
-def _inner(table: Any, key: str, *, strict: bool, optional: bool) -> list[Any] | None:
-    """Return the inner table of a key in a list, or None; an absent optional model begins as an empty table."""
-    if isinstance(table, list):
-        return None if (place := place_of(table, key)) is None else [table[place]]
-    if not isinstance(table, dict) or (strict and key not in table):
-        return None
-    if key not in table or (optional and table[key] is None):
-        table[key] = {}
-    return [table[key]]
-
-
-def _set(table: Any, key: str, value: Any, fresh: list[Any], *, strict: bool) -> bool:
-    """Set an item; return whether its key exists."""
-    if isinstance(table, list) and (place := place_of(table, key)) is not None:
-        table[place] = _own(value, fresh)
-        return True
-    if not isinstance(table, dict):
-        return False
-    if key == "model" and (table == {} or ("model" in table and table[key] != value)):
-        table.clear()
-        fresh.append(table)
-    elif strict and key not in table and not _among(table, fresh):
-        return False
-    table[key] = _own(value, fresh)
-    return True
-
-
-def _own(value: Any, fresh: list[Any]) -> Any:
-    """Copy given tables, in which more can then be set; the originals are not changed."""
-    if isinstance(value, Mapping):
-        fresh.append({key: _own(item, fresh) for key, item in value.items()})
-        return fresh[-1]
-    return [_own(item, fresh) for item in value] if isinstance(value, (list, tuple)) else value
-
-
-def _among(table: Any, tables: list[Any]) -> bool:
-    return any(table is other for other in tables)
-
-
-def _forget_samples(tables: list[Any]) -> None:
-    """Remove numbers that were read from a file after a change of how it is read."""
-    for table in tables:
-        if isinstance(table, dict) and table.get("file"):
-            for key in [key for key, item in table.items() if isinstance(item, Samples)]:
-                del table[key]
 
 
 def unknown(table: Any, where: str, key: str, path: str) -> Problem:
@@ -135,34 +270,10 @@ def unknown(table: Any, where: str, key: str, path: str) -> Problem:
     return Problem(why, path=path)
 
 
-def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return changes by the paths of the parameters that a model stores, and a problem for each that is refused.
-
-    A path may end in a derived parameter; what is set within a table that is given
-    along with it keeps its names, because the table has no stored values yet.
-    """
-    problems: list[Problem] = []
-    present = {path: present_path(model, path) for path in changes}
-    changes = {path if present[path] in changes else present[path]: changes[path] for path in changes}
-    fresh = {path.removesuffix(".model") for path, value in changes.items() if _is_fresh(model, path, value)}
-    found: dict[str, Any] = {}
-    together: dict[str, dict[str, Any]] = {}
-    for path, value in changes.items():
-        parent, _, last = path.rpartition(".")
-        if any(f"{parent}.".startswith(f"{table}.") for table in fresh):
-            found[path] = value
-        else:
-            together.setdefault(parent, {})[last] = value
-    for parent, given in together.items():
-        owner = _descended(model, parent.split(".") if parent else [])
-        start = f"{parent}." if parent else ""
-        try:
-            kept = owner.stored(given) if hasattr(owner, "stored") else given
-        except InputError as error:
-            problems += [problem.within(parent) if parent else problem for problem in error.problems]
-            kept = {name: value for name, value in given.items() if name not in type(owner).derived}
-        found |= {f"{start}{name}": value for name, value in kept.items()}
-    return found, problems
+def stored_changes(model: Model, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Return changes by the paths of the parameters that a model stores, and a problem for each that is refused."""
+    found = changed(model, changes)
+    return found.stored, found.problems
 
 
 def present_path(model: Any, path: str) -> str:
@@ -195,14 +306,6 @@ def is_stored_as_given(model: BaseModel, path: str, kind: type[BaseModel]) -> bo
     owner = _descended(model, parents)
     plain = getattr(type(owner), "stored", None) is kind.stored  # type: ignore[attr-defined]
     return plain and last not in getattr(type(owner), "derived", {})
-
-
-def _is_fresh(model: BaseModel, path: str, value: Any) -> bool:
-    """Tell whether a change sets a whole table, or another model, in place of what is stored."""
-    if path.rpartition(".")[2] != "model":
-        return isinstance(value, (Mapping, list, tuple, BaseModel))
-    owner = _descended(model, path.split(".")[:-1])
-    return bool(type(owner).__name__ != value)
 
 
 def _descended(model: Any, keys: list[str]) -> Any:

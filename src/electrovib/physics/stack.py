@@ -115,6 +115,15 @@ class Stack(Model):
         return Layer
 
     @classmethod
+    def with_place(cls, tables: dict[str, Any], name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Insert an empty table for a layer whose role is known: implied by its name (``insulator``) or given."""
+        if (role := IMPLIED.get(name) or given.get("role")) not in ORDER:
+            return tables
+        layers = [*tables.items()]
+        place = sum(_lies_before(IMPLIED.get(other) or _role(table), role) for other, table in layers)
+        return dict([*layers[:place], (name, {}), *layers[place:]])
+
+    @classmethod
     def from_offer(cls, offer: Any) -> Self:
         """Return the stack of a ready-made scenario, or a stack as it is."""
         return cls.model_validate(getattr(offer, "stack", offer))
@@ -191,6 +200,16 @@ class Stack(Model):
     def thickness(self) -> float:
         """Sum of the thicknesses [m]."""
         return sum(layer.thickness for layer in self.layers.values())
+
+
+def _role(layer: Any) -> object:
+    """Return the role that a layer, or the table of one, declares."""
+    return layer.get("role") if isinstance(layer, dict) else getattr(layer, "role", None)
+
+
+def _lies_before(role: Any, new: Any) -> bool:
+    """Tell whether a layer of one role lies on the plate's side of a new layer of another role."""
+    return role in ORDER and (ORDER.index(role) < ORDER.index(new) or role == new == "plate")
 
 
 def pieces(layers: Mapping[str, Layer]) -> list[tuple[str, ...]]:

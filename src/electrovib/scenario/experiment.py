@@ -10,11 +10,12 @@ from pydantic import AfterValidator, Field, model_validator
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import InputError, Problem, suggestion
-from electrovib.core.model import Model, read_model
+from electrovib.core.errors import InputError, suggestion
+from electrovib.core.model import Model
+from electrovib.core.paths import with_numbers
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
-from electrovib.core.tables import put, stored_changes
+from electrovib.core.tables import Changed, changed
 from electrovib.core.unchangeable import FrozenDict
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Circuit
@@ -28,8 +29,8 @@ from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
-from electrovib.physics.stack import IMPLIED, ORDER, Stack, beside_interface
-from electrovib.scenario.files import read_part, with_offers
+from electrovib.physics.stack import IMPLIED, Stack, beside_interface
+from electrovib.scenario.files import read_part, sources_of_offers
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
 from electrovib.scenario.sources import BY_THE_USER, ready_made
 from electrovib.scenario.toml import SCHEMA, to_toml
@@ -85,9 +86,10 @@ class Scenario(Model):
         """Replace names of what papers offer by its tables, and note the source of each value."""
         if isinstance(content.get("stack"), Stack):
             return content  # nothing else can be a name
-        content, told = with_offers(content)
-        given = content.get("sources", {})
-        return content | {"sources": told | given} if told and isinstance(given, dict) else content
+        found = Changed()
+        tables: dict[str, Any] = found.opened(cls, content, "")
+        told, given = sources_of_offers(found), content.get("sources", {})
+        return tables | {"sources": told | given} if told and isinstance(given, dict) else tables
 
     @model_validator(mode="after")
     def _law_finds_its_layers(self) -> Self:
@@ -119,11 +121,9 @@ class Scenario(Model):
     def _moistened(self) -> Self:
         """Let moisture set its parameters, so that every table shows the values of the computation."""
         if self.moisture is not None:
-            content = self.to_dict()
-            put(content, moistened(self, self.moisture))
-            object.__setattr__(self, "stack", read_model(Stack, content["stack"]))
-            friction = read_model(Friction, content["friction"])  # type: ignore[type-abstract]
-            object.__setattr__(self, "friction", friction)
+            moved = with_numbers(self.model_copy(update={"moisture": None}), moistened(self, self.moisture))
+            object.__setattr__(self, "stack", moved.stack)
+            object.__setattr__(self, "friction", moved.friction)
         return self
 
     @model_validator(mode="after")
@@ -145,17 +145,6 @@ class Scenario(Model):
         """Return the canonical JSON of the physics, without title and sources."""
         content = self.model_copy(update={"title": "", "sources": {}})
         return Model.canonical(content)
-
-    @classmethod
-    def put_into(
-        cls, content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True
-    ) -> list[Problem]:
-        """Put changes into tables of a scenario; optional parts that they lead into are added."""
-        changes, problems = with_parts(cls, content, changes)
-        for problem in put(content, changes, strict=strict):
-            how = cls.how_to_add(content, problem.path)
-            problems.append(Problem(how, path=problem.path) if how else problem)
-        return problems
 
     @classmethod
     def how_to_add(cls, content: Mapping[str, Any], path: str) -> str:
@@ -180,10 +169,6 @@ class Scenario(Model):
         first = f'model = "{min(find_members(family))}", ' if family is not None else ""
         return f"'{part}' is not given. Add it, for instance with --set {part}='{{ {first}{last} = ... }}'"
 
-    def to_change(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the nested tables of the parts that changes lead into; the other parts stay the models that they are."""
-        return self.opened({path.split(".")[0] for path in changes})
-
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:
         """Build a scenario from changed tables, reading the files that are newly named."""
@@ -207,27 +192,23 @@ class Scenario(Model):
         InputError
             Every mistake at once.
         """
-        stored, problems = stored_changes(self, changes)
-        if problems:
-            return Model.replace(self, changes)  # which refuses them, with every other mistake
-        changes, told = with_offers(stored)
-        changed = Model.replace(self, changes)
-        if changed.moisture is not None:
-            refuse_what_moisture_sets(changed, changes)
+        found = changed(self, changes)
+        built, told = self._after(found), sources_of_offers(found)
+        if built.moisture is not None:
+            refuse_what_moisture_sets(built, found.stored)
+        tables = tuple(f"{path.removesuffix('.model')}." for path in found.stored)
         kept = {
             path: text
             for path, text in self.sources.items()
-            if not any(
-                path == change or path.startswith(f"{change.removesuffix('.model')}.") for change in changes
-            )
+            if path not in found.stored and not path.startswith(tables)
         }
-        paths = [path for path, _, _ in changed.parameters()]
+        tables = tuple(f"{path}." for path in found.stored)
         theirs = {
             path: f"{BY_THE_USER} to {told[path]}" if path in told else BY_THE_USER
-            for path in dict.fromkeys([*paths, *told])
-            if any(path == change or path.startswith(f"{change}.") for change in changes)
+            for path in dict.fromkeys([*(path for path, _, _ in built.parameters()), *told])
+            if path in found.stored or path.startswith(tables)
         }
-        return changed.model_copy(update={"sources": kept | theirs})
+        return built.model_copy(update={"sources": kept | theirs})
 
     def titled(self, *, without: Collection[str] = ()) -> str:
         """Return the title, and after that of a ready-made scenario what was changed: ``..., changed: drive.high = 500 V``.
@@ -316,63 +297,6 @@ def _text(value: Any) -> str:
     if isinstance(value, tuple):
         return f"({', '.join(map(_text, value))})"
     return repr(value) if isinstance(value, str) else str(value)
-
-
-def with_parts(
-    kind: type[Model], content: dict[str, Any], changes: Mapping[str, Any]
-) -> tuple[dict[str, Any], list[Problem]]:
-    """Prepare nested tables for changes that add optional parts; a new layer gets its place in ``stack`` here.
-
-    A layer is added where its role is known: implied by the name (``insulator``, ``gap``, ``stratum_corneum``) or given as
-    its ``role``. Changes of a part whose model has to be chosen first are left out, with one problem for each.
-    """
-    found, problems = dict(changes), list[Problem]()
-    tables = [path.removesuffix(".model") for path in changes]
-    _place_layers(content, found)
-    for path in changes:
-        part, family = _absent(kind, content, path.split(".")[:-1])
-        if not part or any(part == each or part.startswith(f"{each}.") for each in tables):
-            continue
-        if family is None:
-            found.setdefault(part, {})
-        else:
-            del found[path]
-            known = ", ".join(sorted(find_members(family)))
-            why = f"'{part}' is not given; choose its model too, {part}.model, one of: {known}"
-            problems.append(Problem(why, path=path))
-    return found, problems
-
-
-def _place_layers(content: dict[str, Any], changes: dict[str, Any]) -> None:
-    """Insert an empty table for each new layer into the stack, which may be new as a whole, and into the changes."""
-    tables = changes if isinstance(changes.get("stack"), Mapping) else content
-    stack = tables.get("stack")
-    if not isinstance(stack, Mapping):
-        return
-    placed, added = dict(stack), dict[str, Any]()
-    for path in tuple(changes):
-        name = path.split(".")[1] if path.startswith("stack.") else ""
-        table = changes.get(f"stack.{name}")
-        role = _role(
-            name, table if isinstance(table, Mapping) else {"role": changes.get(f"stack.{name}.role")}
-        )
-        if name and name not in placed and role in ORDER:
-            layers = list(placed.items())
-            place = sum(_lies_before(added.get(other) or _role(other, own), role) for other, own in layers)
-            placed = dict([*layers[:place], (name, {}), *layers[place:]])
-            added[name] = role
-            changes.setdefault(f"stack.{name}", {})
-    tables["stack"] = placed
-
-
-def _role(name: str, table: Any) -> Any:
-    """Role of a layer: that of its name, else the declared one, else None."""
-    return IMPLIED.get(name) or (table.get("role") if isinstance(table, Mapping) else None)
-
-
-def _lies_before(role: Any, new: Any) -> bool:
-    """Return whether a layer of one role lies on the plate's side of a new layer of another role."""
-    return role in ORDER and (ORDER.index(role) < ORDER.index(new) or role == new == "plate")
 
 
 def _absent(kind: type[Model], content: Any, keys: Sequence[str]) -> tuple[str, type[Model] | None]:

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from electrovib.core.discovery import offers, paper
-from electrovib.core.errors import DataFileError, ElectrovibError, InputError, NoColumnError, Problem
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
 from electrovib.core.files import note_input
 from electrovib.core.mistakes import shown
 from electrovib.core.model import Model, read_model
-from electrovib.physics.material import Material
+from electrovib.core.tables import Changed
 from electrovib.physics.material.library import Substance
 from electrovib.physics.skin import Skin
-from electrovib.physics.stack import Stack
 from electrovib.scenario.sources import is_default
 
 M = TypeVar("M", bound=Model)
@@ -92,50 +91,41 @@ def skins() -> dict[str, Skin]:
     return offers(("skins",))
 
 
-def with_offers(changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Replace names of materials and stacks by their tables; an unknown name is kept for the validation to refuse.
+def sources_of_offers(changed: Changed) -> dict[str, str]:
+    """Return the source of each value that was given by the name of a material or a stack, unless it was given anew as well."""
+    found: dict[str, str] = {}
+    for path, (kind, name) in changed.offers.items():
+        anew = [each.removesuffix(".model") for each in changed.stored if each.startswith(f"{path}.")]
+        told = sources_of_offer(path, kind, name)
+        found |= {
+            where: text
+            for where, text in told.items()
+            if not f"{where}.".startswith(tuple(f"{each}." for each in anew))
+        }
+    return found
 
-    Beside the changes, `sources` maps each parameter that such a table gives to the name, the source of the
-    value and its status; the breakdown strengths of the library stand under the path of ``substance``.
+
+def sources_of_offer(path: str, kind: type[Model], name: str) -> dict[str, str]:
+    """Return the name, the source and its status for each parameter that something ready-made gives in the place of a table.
+
+    The breakdown strengths of a material of the library stand under the path of ``substance``.
     """
-    found, sources = dict(changes), dict[str, str]()
-    for path in sorted(changes, key=lambda path: path.count(".")):
-        table = path.removesuffix(".model")
-        for told in [told for told in sources if f"{told}.".startswith(f"{table}.")]:
-            del sources[told]  # set again by this change
-        found[path] = _by_name(changes[path], path, sources)
-    return found, sources
-
-
-def _by_name(value: Any, path: str, sources: dict[str, str]) -> Any:
-    parts = path.split(".")
-    if parts[0] == "stack" and isinstance(value, Mapping) and len(parts) < 3:
-        return {key: _by_name(item, f"{path}.{key}", sources) for key, item in value.items()}
-    kind: type[Model] | None = Stack if parts == ["stack"] else None
-    if len(parts) == 3 and parts[0] == "stack" and parts[2] == "material":
-        kind = Material
-    if kind is None or not isinstance(value, str):
-        return value
-    try:
-        offer = kind.offer(value)
-        model = kind.from_offer(offer)
-    except ElectrovibError:
-        return value
+    offer, found = kind.offer(name), dict[str, str]()
+    model = kind.from_offer(offer)
     for inner, number, _ in model.parameters():
         if number is not None and not is_default(model, inner, number):
-            where = f"{path}.{inner}"
-            sources[where] = f"{value}: {_source(offer, value, where)}"
+            found[f"{path}.{inner}"] = f"{name}: {_source(offer, name, path, inner)}"
     if isinstance(offer, Substance) and offer.strengths:
-        sources[f"{path}.substance"] = f"{value}: {offer.strength_words}"
-    return model.to_dict()
+        found[f"{path}.substance"] = f"{name}: {offer.strength_words}"
+    return found
 
 
-def _source(offer: Any, name: str, path: str) -> str:
+def _source(offer: Any, name: str, path: str, inner: str) -> str:
     """Return the source of a value of an offer, and its status."""
     if isinstance(offer, Skin):
         return f"{offer.source} ({offer.status}; {offer.note})"
     if isinstance(offer, Substance):
-        return offer.origin(path.rpartition(".material.")[2])[0]
+        return offer.origin(inner)[0]
     module = paper(name.partition("/")[0])
-    told: str = getattr(offer, "sources", {}).get(path) or f"{module.CITATION} ({module.STATUS})"
+    told: str = getattr(offer, "sources", {}).get(f"{path}.{inner}") or f"{module.CITATION} ({module.STATUS})"
     return told

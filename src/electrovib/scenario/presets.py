@@ -6,10 +6,10 @@ import functools
 from collections.abc import Mapping
 from typing import Any, Final
 
-from electrovib.core.errors import InputError, Problem, nearest
-from electrovib.core.tables import stored_changes
+from electrovib.core.errors import InputError, Problem, nearest, refuse
+from electrovib.core.tables import changed
 from electrovib.scenario.experiment import Scenario
-from electrovib.scenario.files import read_part, with_offers
+from electrovib.scenario.files import read_part, sources_of_offers
 from electrovib.scenario.reading import read_scenario
 from electrovib.scenario.sources import is_default
 
@@ -42,15 +42,12 @@ def preset(
     start = plain() if base is None else read_scenario(base)
     told = {path.removesuffix(".model"): "" for path in changes} | dict(sources)
     told |= {path: sources[table] for path in told if (table := _nearest_table(path, sources)) is not None}
-    values, offered = with_offers(changes)
-    stored, problems = stored_changes(start, values)
-    beside = {path.rpartition(".")[0]: told[path] for path in values if path in told}
-    told |= {path: beside.get(path.rpartition(".")[0], "") for path in stored if path not in values}
-    content = start.to_dict()
-    problems += Scenario.put_into(content, stored)
-    if problems:
-        raise InputError(problems)
-    built = read_part(Scenario, content | {"title": title, "sources": {}})
+    put = changed(start, changes)
+    refuse(put.problems)
+    beside = {path.rpartition(".")[0]: told[path] for path in changes if path in told}
+    told |= {path: beside.get(path.rpartition(".")[0], "") for path in put.stored if path not in changes}
+    offered = sources_of_offers(put)
+    built = read_part(Scenario, put.content | {"title": title, "sources": {}})
     kept = {path: unchanged or source for path, source in start.sources.items()}
     paths = [path for path, _, _ in built.parameters()]
     if wrong := [

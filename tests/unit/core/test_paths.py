@@ -18,8 +18,8 @@ from electrovib.core.errors import (
 )
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.samples import Samples
-from electrovib.core.tables import meant, put
-from electrovib.scenario import load
+from electrovib.core.tables import changed, meant
+from electrovib.scenario import Scenario, load
 
 
 @pytest.fixture(scope="module")
@@ -108,12 +108,15 @@ def test_reading_changing_and_declaring_say_it_once(scenario, path):
         )
 
 
+def mended(tables, changes):
+    return changed(tables, changes, Scenario).content
+
+
 def test_a_new_model_comes_before_its_parameters_and_the_same_model_keeps_them():
     tables = {"drive": {"model": "Sine", "amplitude": 1.0}}
-    assert put(tables, {"drive.model": "Sine"}) == []
-    assert tables == {"drive": {"model": "Sine", "amplitude": 1.0}}
-    assert put(tables, {"drive.level": 5.0, "drive.model": "Step"}) == []
-    assert tables == {"drive": {"model": "Step", "level": 5.0}}
+    assert mended(tables, {"drive.model": "Sine"}) == tables
+    step = {"drive": {"model": "Step", "level": 5.0}}
+    assert mended(tables, {"drive.level": 5.0, "drive.model": "Step"}) == step
 
 
 @pytest.mark.parametrize("key", ["file", "time_column", "voltage_unit"])
@@ -121,20 +124,21 @@ def test_samples_do_not_outlive_how_they_were_read(key):
     read = {"time_column": "time", "voltage_unit": "V", "level": 1.0}
     for file in ("old.csv", ""):
         tables = {"drive": read | {"file": file, "time_samples": Samples([0, 1])}}
-        assert put(tables, {"drive.level": 2.0}) == []
-        assert "time_samples" in tables["drive"]
-        assert put(tables, {f"drive.{key}": "new"}) == []
-        assert ("time_samples" in tables["drive"]) == (not file and key != "file")
+        assert "time_samples" in mended(tables, {"drive.level": 2.0})["drive"]
+        again = mended(tables, {f"drive.{key}": "new"})["drive"]
+        assert ("time_samples" in again) == (not file and key != "file")
 
 
-def test_tables_can_be_made_on_the_way_and_a_part_that_is_not_given_is_told_apart_from_a_value():
-    tables = {}
-    assert put(tables, {"a.b.c": 1, "a.b.d": 2}, strict=False) == []
-    assert tables == {"a": {"b": {"c": 1, "d": 2}}}
-    assert len(put(tables, {"a.x.c": 1})) == 1
-    (problem,) = put({"perception": None}, {"perception.threshold": 1e-6})
-    assert "'perception' is not given, " in problem
-    assert "set it whole" in problem
+def test_tables_can_be_made_on_the_way_and_a_part_that_is_not_given_is_told_apart_from_a_value(scenario):
+    assert mended({}, {"a.b.c": 1, "a.b.d": 2}) == {"a": {"b": {"c": 1, "d": 2}}}
+    with pytest.raises(InputError, match=r"'drive\.repeat' is not given, .*set it whole"):
+        scenario.replace({"drive.repeat.x": 1})
+    with pytest.raises(InputError, match=r"'time\.samples' is not given, .*set it whole"):
+        scenario.replace({"time.samples.x": 1})
+    with pytest.raises(
+        InputError, match=r"drive\.model: is set beside the table 'drive', which it would replace"
+    ):
+        scenario.replace({"drive": {"model": "Step", "level": 1.0}, "drive.model": "Sine"})
 
 
 def test_every_error_lists_its_problems_and_all_are_of_one_family():

@@ -17,9 +17,10 @@ from electrovib.core.quantity import quantity_of
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.levels import LEVELS, SWING, LevelledDrive
 from electrovib.physics.force import ForceLaw
+from electrovib.physics.material import Material
 from electrovib.physics.material.library import materials
 from electrovib.physics.perception import Perception, SkinCompliance
-from electrovib.scenario.files import skins, with_offers
+from electrovib.scenario.files import skins, sources_of_offer
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -287,7 +288,7 @@ def chosen(state: PageState, choice: Choice, name: str, own: Mapping[str, Scenar
 def _with_material(state: PageState, path: str, name: str, own: Mapping[str, Scenario]) -> PageState:
     """Replace a material; changes of parameters that its source does not state are kept where the new material has them."""
     found = state.changed(path, name)
-    stated = with_offers({path: name})[1]
+    stated = sources_of_offer(path, Material, name)
     for inner, text in state.changes.items():
         if not inner.startswith(f"{path}.") or inner in stated:
             continue

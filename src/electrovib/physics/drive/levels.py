@@ -102,7 +102,13 @@ class LevelledDrive(Drive, family=True):
                     example = f"low = {_negative(given[name])} for a drive symmetric about 0"
                     why = f"needs 'low' beside it, for instance {example}; {_PAIRS}"
                 raise InputError(why, path=name, value=shown(given[name]))
-        return cls._converted(given, rest)
+        problems: list[str] = []
+        numbers = dict[str, float]()
+        for name, value in given.items():
+            with gathered(problems):
+                numbers[name] = cls._number(name, value)
+        refuse(problems)
+        return cls._converted(numbers, rest)
 
     def stored(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return given parameters as those that the drive stores; one of a pair is completed from what is stored."""
@@ -129,29 +135,20 @@ class LevelledDrive(Drive, family=True):
         symmetric = self.offset == 0 and (self.high != 0 or self._stored_pair == SWING)
         if pair == SWING or not symmetric:
             return {name: named[name], other: getattr(self, other)}
-        try:
-            number = self._number(name, named[name])
-        except InputError:
-            return {name: named[name], other: getattr(self, other)}  # validation refuses the value
+        number = named[name]
         if name == "low" and number == 0:
             why = f"high is -low in this drive, so both would be 0; give 'high' as well, for instance high = {self.high:g}"
-            raise InputError(why, path=name, value=shown(named[name]))
+            raise InputError(why, path=name, value=shown(number))
         return {name: number, other: 0.0 - number}
 
     @classmethod
-    def _converted(cls, pair: Mapping[str, Any], others: Mapping[str, Any]) -> dict[str, Any]:
+    def _converted(cls, pair: Mapping[str, float], others: Mapping[str, Any]) -> dict[str, Any]:
         """Convert a whole derived pair into the stored one."""
-        problems: list[str] = []
-        numbers = {}
-        for name, value in pair.items():
-            with gathered(problems):
-                numbers[name] = cls._number(name, value)
-        refuse(problems)
         crest = cls._crest_of(others)
         if cls._stored_pair == LEVELS:
-            amplitude, offset = numbers["amplitude"], numbers["offset"]
+            amplitude, offset = pair["amplitude"], pair["offset"]
             return {"high": offset + crest * amplitude, "low": offset - crest * amplitude}
-        high, low = numbers["high"], numbers["low"]
+        high, low = pair["high"], pair["low"]
         if high < low:
             raise InputError(
                 f"must not be below low, which is {low:g}", path="high", value=shown(pair["high"])
