@@ -18,6 +18,15 @@ settings.register_profile("repeatable", deadline=None, derandomize=True, print_b
 settings.register_profile("search", deadline=None, print_blob=True, max_examples=1000)
 settings.load_profile("repeatable")
 
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """Give each process of `-n` tests that stand together: what a module shares is made once."""
+    from xdist.scheduler import WorkStealingScheduling
+
+    return WorkStealingScheduling(config, log) if config.option.dist == "load" else None
+
+
 ALLOWED_SKIPS = ("shared/data", "device")
 """What a skip may be for where everything else is installed."""
 

@@ -39,7 +39,7 @@ TABLES = [b"", b"\0", b"x", b"1,2", b"1," * 9_000_000, b"\n" * 19_000_000, bytes
 TABLES += [b"t," + b"<b>" * 1000 + b"\n1,2\n2,3\n", b"\xff\xfe" + b"\xd8" * 99, RANDOM]
 FILES = [
     *((b"a.csv", content) for content in TABLES),
-    *((b"a.xlsx", content) for content in (_zip(300_000_000), _zip(1000), b"PK\x03\x04" + RANDOM)),
+    *((b"a.xlsx", content) for content in (_zip(1000), b"PK\x03\x04" + RANDOM)),
     *((b"a.npy", b"\x93NUMPY" + content) for content in (b"\x01\0v\0" + HUGE.ljust(117) + b"\n", RANDOM)),
     (b"a.npy", _objects()),
     *((b"a.nc", b"\x89HDF\r\n\x1a\n" + content) for content in (bytes(100), RANDOM)),
@@ -158,7 +158,7 @@ async def _sentences(port):
         yield link, visitor.alert
         await visitor.close()
     visitor = await _connected(port)
-    for name, content in FILES:
+    for name, content in [*FILES, (b"a.xlsx", _zip(300_000_000))]:
         for _ in range(2):  # a busy machine may have answered too late
             if not visitor.socket.connected:
                 await visitor.close()

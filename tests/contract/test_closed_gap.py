@@ -36,7 +36,10 @@ SCREEN = {
             "breakdown_field": STRENGTH,
         },
         "gap": {"thickness": GAP},
-        "stratum_corneum": {"thickness": "200 um", "material": "gabriel_1996/wet"},
+        "stratum_corneum": {
+            "thickness": "200 um",
+            "material": {"model": "Constant", "permittivity": 1560, "conductivity": "1.79 uS/m"},
+        },
     },
 }
 OVER = {"drive.amplitude": [100.0, 150.0, 250.0, 300.0]}
