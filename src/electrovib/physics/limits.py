@@ -24,9 +24,8 @@ class LimitedQuantity(Quantity):
     """The range of a limit, and the quantity that it is compared with.
 
     `named` are its words where they are not those of the meaning of the limit. `order` is the power of the drive in which it
-    grows while the set-up responds linearly, and `of_rate` tells whether the rate of change of the drive causes it;
-    `statistic` is `PEAK` or `MEAN_SQUARE` where the name of the limit does not say
-    which value counts.
+    grows while the set-up responds linearly, `of_rate` whether it follows the rate of change of the drive; `statistic` is `PEAK`
+    or `MEAN_SQUARE` where the name of the limit does not say which value counts.
     """
 
     named: str = ""

@@ -130,23 +130,22 @@ def read_wanted(scenario: Scenario, *, want: WantSource, free: FreeSource, bande
     )
 
 
+def _numbers(source: Any, unit: str, path: str) -> list[float]:
+    """Read a number, or several of a text ``LOW:HIGH`` or a sequence, in SI."""
+    several = list(source) if isinstance(source, Sequence) else [source]
+    parts = [each.strip() for each in source.split(":")] if isinstance(source, str) else several
+    return [read_number(each, unit, path) for each in parts]
+
+
 def _band(value: Any, unit: str, path: str) -> tuple[float, float]:
     """Return the smallest and the largest wanted value; of a single value the largest is infinite."""
-    parts = (
-        value.split(":")
-        if isinstance(value, str)
-        else [value]
-        if isinstance(value, int | float)
-        else list(value)
-    )
-    low, *others = (read_number(each, unit, path) for each in parts[:2])
-    if len(parts) > 2 or (others and not low < others[0]):
-        raise InputError(
-            "expected LOW:HIGH, for instance '20 mN:60 mN'",
-            path=path,
-            value=shortened(str(value), LONGEST_QUOTED),
-        )
-    return low, others[0] if others else math.inf
+    found = _numbers(value, unit, path)
+    if len(found) == 1:
+        return found[0], math.inf
+    if len(found) != 2 or not found[0] < found[1]:
+        why = "expected LOW:HIGH, for instance '20 mN:60 mN'"
+        raise InputError(why, path=path, value=shortened(str(value), LONGEST_QUOTED))
+    return found[0], found[1]
 
 
 def _parted(want: WantSource, *, banded: bool) -> tuple[str, Any]:
@@ -203,14 +202,16 @@ def read_number(value: Any, unit: str, path: str) -> float:
 
 def _free(source: FreeSource) -> tuple[str, str | Sequence[str | float] | None]:
     """Return the path of the free parameter, and the range in which it is sought; None for its own."""
-    if isinstance(source, Mapping) and len(source) == 1:
-        ((name, between),) = source.items()
-        return name, between
-    if not isinstance(source, str):
-        why = "expected the dotted path of one parameter, for instance 'drive.amplitude'"
+    if isinstance(source, str):
+        name, sign, ends = (part.strip() for part in source.partition("="))
+        return name, ends if sign else None
+    name, between = (
+        next(iter(source.items())) if isinstance(source, Mapping) and len(source) == 1 else (None, None)
+    )
+    if not isinstance(name, str) or not (between is None or isinstance(between, str | Sequence)):
+        why = "expected the dotted path of one parameter, for instance 'drive.amplitude', or 'drive.amplitude=10V:400V'"
         raise InputError(why, path="free", value=shortened(repr(source), LONGEST_QUOTED))
-    name, sign, ends = (part.strip() for part in source.partition("="))
-    return name, ends if sign else None
+    return name, between
 
 
 def _parameter(scenario: Scenario, free: str) -> tuple[Quantity, float]:
@@ -229,25 +230,15 @@ def _parameter(scenario: Scenario, free: str) -> tuple[Quantity, float]:
 
 def _ends(between: str | Sequence[str | float], free: str, declared: Quantity) -> tuple[float, float]:
     """Return the ends of a given range within the declared one."""
-    parts = between.split(":") if isinstance(between, str) else list(between)
+    ends = _numbers(between, declared.unit, free)
+    why = "expected two values, the smaller first"
+    if len(ends) != 2:
+        low, high = (format_quantity(each, declared.unit) for each in (declared.low, declared.high))
+        why = f"expected PATH=LOW:HIGH, for instance {free}={low}:{high}"
+    elif declared.low <= ends[0] < ends[1] <= declared.high:
+        return ends[0], ends[1]
     shown = shortened(between if isinstance(between, str) else repr(between), LONGEST_QUOTED)
-    allowed = f"{free} allows {declared.range(' to ')}"
-    if len(parts) != 2:
-        example = (
-            f"{format_quantity(declared.low, declared.unit)}:{format_quantity(declared.high, declared.unit)}"
-        )
-        raise InputError(
-            f"expected PATH=LOW:HIGH, for instance {free}={example}; {allowed}",
-            path="free",
-            value=f"{free}={shown}",
-        )
-    numbers = (part.strip() if isinstance(part, str) else part for part in parts)
-    low, high = (read_number(each, declared.unit, free) for each in numbers)
-    if not declared.low <= low < high <= declared.high:
-        raise InputError(
-            f"expected two values, the smaller first; {allowed}", path="free", value=f"{free}={shown}"
-        )
-    return low, high
+    raise InputError(f"{why}; {free} allows {declared.range(' to ')}", path="free", value=f"{free}={shown}")
 
 
 _LEAST: Final = 5.0

@@ -287,6 +287,7 @@ WRONG = {
     "free in the space": ({"free": PATH}, "differs between the fingers of the space"),
     "few draws": ({"n": 5}, "n = 5: expected a whole number of draws, 20 or more"),
     "band reversed": ({"want": f"{MEAN} = 2 mN:1 mN"}, "= 2 mN:1 mN: expected LOW:HIGH"),
+    "band of none": ({"want": {MEAN: []}}, "expected LOW:HIGH, for instance '20 mN:60 mN'"),
     "band of three": ({"want": {MEAN: (1, 2, 3)}}, "expected LOW:HIGH, for instance '20 mN:60 mN'"),
     "no value": ({"want": MEAN}, "expected one quantity and its value"),
     "band unit": ({"want": f"{MEAN} = 2 V:3 V"}, "electrostatic_force = 2 V: expected a force"),
