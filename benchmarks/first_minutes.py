@@ -53,7 +53,7 @@ TASKS = [
             "electrovib list parylene",
             "electrovib run my.toml --set stack.insulator.material=parylene_c -o film.nc",
             "electrovib run my.toml --set stack.insulator.material=parylene_c --set force.model=MaxwellStressInGap -o film.nc",
-            "electrovib compare my.toml --material silica,pet,parylene_c",
+            "electrovib compare my.toml --materials silica,pet,parylene_c",
         ],
         [0, 2, 0, 0],
     ),

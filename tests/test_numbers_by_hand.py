@@ -108,9 +108,9 @@ def test_six_lines_and_the_scenario_of_the_commands():
 
 def test_the_voltage_that_an_example_designs_for_1_mn():
     """The force is a square of the voltage: 1 kV times the root of 1 mN over the peak at 1 kV."""
-    shown = 'design my.toml --want "peak electrostatic_force = 1 mN" --free drive.high'
+    shown = 'find-value my.toml --want "peak electrostatic_force = 1 mN" --free drive.high'
     assert shown in document("docs/how_to/commands.md")
-    found = ev.design(my_toml(), want="peak electrostatic_force = 1 mN", free="drive.high")
+    found = ev.find_value(my_toml(), want="peak electrostatic_force = 1 mN", free="drive.high")
     _, force = attraction(TRAPEZIUM, conductivity=1.79e-6)
     value = 1000 * math.sqrt(1e-3 / force.max())
     assert sorted(each.value for each in found.solutions) == pytest.approx([-value, value], rel=1e-4)

@@ -19,7 +19,7 @@ The page is made from the declarations of the library, and a test keeps it as th
 
 *Status* says how far the source was read: {", ".join(STATUSES[:-1])} or {STATUSES[-1]}, that is cited from memory. A
 derived value was computed here from values that were read. Unverified values are marked wherever they are used: in the
-sources of a scenario, in the diagnostics of a run and in `electrovib compare SCENARIO --material all`.
+sources of a scenario, in the diagnostics of a run and in `electrovib compare SCENARIO --materials all`.
 
 A layer of the library is compared with its breakdown strength. Of several strengths the one is taken that was measured on
 the thinnest layer which is at least as thick as that of the scenario, because strength usually falls with thickness. A

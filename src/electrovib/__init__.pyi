@@ -42,8 +42,10 @@ from electrovib.studies.check import check as check
 from electrovib.studies.check.series import series_resistor as series_resistor
 from electrovib.studies.compare import compare as compare
 from electrovib.studies.compare import compare_materials as compare_materials
-from electrovib.studies.design import design as design
-from electrovib.studies.design.plate import design_plate as design_plate
+from electrovib.studies.design import find_value as find_value
+from electrovib.studies.design import value_for_share as value_for_share
+from electrovib.studies.design.drive import drive_for_force as drive_for_force
+from electrovib.studies.design.plate import plan_plate as plan_plate
 from electrovib.studies.evidence import Measurement as Measurement
 from electrovib.studies.evidence.files import measurements as measurements
 from electrovib.studies.evidence.function import evidence as evidence

@@ -55,7 +55,7 @@ assert "{said}" in text.getvalue()
     return loaded_after(statement)
 
 
-@pytest.mark.parametrize("command", ["", "run", "report", "reproduce", "init", "design", "list", "fit"])
+@pytest.mark.parametrize("command", ["", "run", "report", "reproduce", "init", "find-value", "list", "fit"])
 def test_help_imports_nothing_heavy(command):
     assert not among(loaded_by(f"{command} --help", command or "reproduce"), [*HEAVY, "numpy"])
 

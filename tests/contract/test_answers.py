@@ -97,10 +97,10 @@ ANSWERS = {
     "CheckResult": lambda: ev.check(SINE, limits={"voltage": "1 kV"}),
     "SeriesResistor": lambda: ev.series_resistor(SINE, limits={"current": "1 mA"}),
     "Sensitivity": lambda: ev.sensitivity(SINE, "fingers", quantity=MEAN, n=4, seed=1),
-    "PlateDesign": lambda: ev.design_plate(SINE, {"drive.amplitude": [50.0, 100.0]}, refine=0),
-    "DesignedParameter": lambda: ev.design(SINE, want=f"{MEAN} = 1 mN", free="drive.amplitude"),
-    "DesignedDrive": lambda: ev.design(SINE, target="sine 5 Hz 1 mN", method="carrier", set=LIMITS),
-    "DesignedForShare": lambda: ev.design(
+    "PlateDesign": lambda: ev.plan_plate(SINE, {"drive.amplitude": [50.0, 100.0]}, refine=0),
+    "DesignedParameter": lambda: ev.find_value(SINE, want=f"{MEAN} = 1 mN", free="drive.amplitude"),
+    "DesignedDrive": lambda: ev.drive_for_force(SINE, target="sine 5 Hz 1 mN", method="carrier", set=LIMITS),
+    "DesignedForShare": lambda: ev.value_for_share(
         SINE, want=f"{MEAN} = 1 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1, n=20
     ),
     "Percept": lambda: ev.perceive(SINE),

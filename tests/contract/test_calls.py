@@ -29,11 +29,11 @@ GIVEN = {
     "calibrate": {"reading": [0.0, 1.0, 2.0], "known": [0.0, 1.0, 2.0]},
     "check": {"drive": SINE},
     "compare_percepts": {"first": None, "second": None},
-    "design": WANT,
-    "design_plate": {"over": {"drive.amplitude": [50.0, 100.0]}, "refine": 0},
+    "drive_for_force": {"target": "sine 5 Hz 1 mN", "method": "carrier"},
     "evidence": {"measured": "rauf_2025/voltage", "n": 2},
     "export": {"path": "o.cir"},
     "export_waveform": {"path": "o.csv", "edge": "line"},
+    "find_value": WANT,
     "fit": FREE,
     "fit_separately": FREE,
     "fit_material": {"files": "s.csv", **FILM},
@@ -49,7 +49,8 @@ GIVEN = {
     "open_study": {"path": "none.zarr"},
     "open_trace": {"path": "none.nc"},
     "perceive": {"source": SINE},
-    "plan_experiment": {"laws": LAWS, "over": {"drive.amplitude": [10.0]}, "space": SPACE, "n": 2},
+    "plan_experiment": {"models": LAWS, "over": {"drive.amplitude": [10.0]}, "space": SPACE, "n": 2},
+    "plan_plate": {"over": {"drive.amplitude": [50.0, 100.0]}, "refine": 0},
     "prepare": {"free": ["load.normal_force"], "quantities": [MEAN]},
     "read_recording": {"path": "c.csv", "channels": None},
     "read_space": {"source": SPACE},
@@ -64,6 +65,7 @@ GIVEN = {
     "sweep": {"over": {"load.normal_force": [0.4]}},
     "texture_drive": {"texture": TEXTURE, "path": "50 mm/s", "carrier": "3 kHz"},
     "texture_stream": {"texture": TEXTURE},
+    "value_for_share": {**WANT, "space": SPACE, "share": 0.5, "seed": 1, "n": 20},
 }
 """Public function to what it needs besides a scenario."""
 FUNCTIONS = [

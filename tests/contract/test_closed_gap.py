@@ -93,23 +93,23 @@ def test_runs_sweeps_studies_and_comparisons(screen):
 
 
 def test_designs_stay_within_the_strength_with_the_gap_closed(screen):
-    want, peak = "mean electrostatic_force", {"between": "10 V:1 kV"}
+    want, free = "mean electrostatic_force", "drive.amplitude = 10 V:1 kV"
     at_most = ev.simulate(screen.replace({"drive.amplitude": LARGEST}))
     over = 2 * float(at_most.electrostatic_force.max())
-    found = ev.design(screen, want={want: over}, free="drive.amplitude", **peak)
+    found = ev.find_value(screen, want={want: over}, free=free)
     assert not found.is_achieved
     assert found.obtainable.value == pytest.approx(LARGEST, rel=1e-6)
     assert CLOSED in found.obtainable.row.quantity
-    plate = ev.design_plate(screen, OVER, refine=0)
+    plate = ev.plan_plate(screen, OVER, refine=0)
     assert [each.is_allowed for each in plate.candidates] == [True, True, False, False]
     assert plate.best.at["drive.amplitude"] == 150
     assert plate.check.state == "pass"
     space = {"stack.gap.thickness": {"model": "LogNormal", "median": GAP, "factor": 1.2}}
-    asked = {"free": "drive.amplitude", "space": space, "seed": 1, "share": 0.9, **peak}
-    shared = ev.design(screen, want={want: over}, **asked)
+    asked = {"free": free, "space": space, "seed": 1, "share": 0.9}
+    shared = ev.value_for_share(screen, want={want: over}, **asked)
     assert CLOSED in {each.quantity for each in shared.failed}
     assert shared.within.value <= LARGEST * (1 + 1e-9)
-    driven = ev.design(screen, target="sine 20 Hz 1 N", method="carrier", carrier="2 kHz")
+    driven = ev.drive_for_force(screen, target="sine 20 Hz 1 N", method="carrier", carrier="2 kHz")
     assert driven.check.value("peak voltage") > LARGEST
     assert CLOSED in {each.quantity for each in driven.check.forbidding}
     assert not driven.is_achieved

@@ -15,6 +15,10 @@ from electrovib.apps.cli.import_ import _OF_SIGNALS as TABLES
 from electrovib.core.errors import InputError
 
 SCENARIO = "vezzoli_2014/fig6"
+WANTED, LAWS = (
+    ["--want", "peak electrostatic_force = 1 mN", "--free", "drive.high"],
+    "MaxwellStressInGap,Vezzoli2014Causal",
+)
 TYPED = {
     "run": [SCENARIO],
     "compare": [SCENARIO],
@@ -26,7 +30,12 @@ TYPED = {
     "fit": [SCENARIO, "record.csv", "--free", "friction.coefficient"],
     "bench run": [SCENARIO, "--simulate"],
     "bench init": [],
-    "design": [SCENARIO, "--want", "peak electrostatic_force = 1 mN", "--free", "drive.high"],
+    "find-value": [SCENARIO, *WANTED],
+    "value-for-share": [SCENARIO, *WANTED, "--space", "fingers", "--share", "0.9", "--seed", "1"],
+    "drive-for-force": [SCENARIO, "--target", "sine 5 Hz 1 mN", "--method", "carrier"],
+    "texture-drive": [SCENARIO, "--texture", "grating.toml", "--path", "30 mm/s"],
+    "plan-plate": [SCENARIO, "--over", "drive.high=100V:1kV:3"],
+    "plan-experiment": [SCENARIO, "--models", LAWS, "--over", "drive.high=100V:1kV:3", "--space", "fingers"],
     "check": [SCENARIO],
     "export": [SCENARIO, "-o", "drive.csv"],
     "explore": [SCENARIO, "--no-browser"],
@@ -212,16 +221,13 @@ def test_a_span_of_time_is_a_text_or_two_ends(said, tmp_path, crop):
     assert times.size == 3
 
 
-PLAN = f"design {SCENARIO} --models MaxwellStressInGap,Vezzoli2014Causal --over drive.high=100V:1kV:3 --space fingers --seed 1"
-WANTED = (
-    f"design {SCENARIO} --want 'peak electrostatic_force = 1 mN' --free drive.high --space fingers --seed 1"
-)
-PLATE = f"design {SCENARIO} --over drive.high=100V:1kV:3 --want 'peak electrostatic_force = maximum'"
+PLAN = f"plan-experiment {SCENARIO} --models {LAWS} --over drive.high=100V:1kV:3 --space fingers --seed 1"
+SHARE = f"value-for-share {SCENARIO} {shlex.join(WANTED)} --space fingers --share 0.9 --seed 1"
+PLATE = f"plan-plate {SCENARIO} --over drive.high=100V:1kV:3 --maximise 'peak electrostatic_force'"
 COUNTED = {
     "evidence": ("evidence vezzoli -n", ["0", "1", "-1"]),
     "plan": (f"{PLAN} -n", ["0", "1", "-1"]),
-    "uncertain": (f"{WANTED} -n", ["0", "1", "-1"]),
-    "share": (f"{WANTED} --share 0.9 -n", ["0", "1", "-1"]),
+    "share": (f"{SHARE} -n", ["0", "1", "-1"]),
     "rounds": (f"{PLATE} --refine", ["-1"]),
     "study": (f"study {SCENARIO} --space fingers --seed 1 -o s.zarr -n", ["0", "-1"]),
     "sensitivity": (

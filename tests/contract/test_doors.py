@@ -51,7 +51,7 @@ SPACE = {
 LAWS = ["MaxwellStressInGap", "MaxwellStressInInsulator"]
 TEXTURE = {"model": "Grating", "period": "1 mm", "amplitude": "0.01 mN"}
 FILM, LOADS = ["stack.insulator.thickness"], {LOAD: [0.5, 1.0]}
-WANT = {"want": f"{MEAN} = 1 mN", "free": "drive.amplitude", "between": "10 V:400 V"}
+WANT = {"want": f"{MEAN} = 1 mN", "free": "drive.amplitude = 10 V:400 V"}
 PLATE = {"over": {"drive.amplitude": [50.0, 100.0]}, "refine": 0}
 DRAWS = {"n": 4, "seed": 1}
 WAVE = {"path": "50 mm/s", "carrier": "3 kHz"}
@@ -99,15 +99,13 @@ DOORS = {
     "compare": lambda one: ev.compare(one, models=LAWS),
     "compare_materials": lambda one: ev.compare_materials(one, materials=["silica"]),
     "compare_percepts": lambda one: ev.compare_percepts(ev.perceive(one), ev.perceive(one)),
-    "design": lambda one: ev.design(one, **WANT),
-    "design for a target": lambda one: ev.design(one, target="sine 5 Hz 1 mN", method="carrier"),
-    "design for a share": lambda one: ev.design(one, **WANT, space=SPACE, share=0.9, seed=1, n=20),
-    "design without a solution": lambda one: ev.design(one, **WANT | {"want": f"{MEAN} = 1 kN"}),
-    "design_plate": lambda one: ev.design_plate(one, **PLATE),
+    "drive_for_force": lambda one: ev.drive_for_force(one, target="sine 5 Hz 1 mN", method="carrier"),
     "equilibrium": ev.equilibrium,
     "explore": explored,
     "export": lambda one: ev.export(one, "out.cir", force=True),
     "export_waveform": lambda one: ev.export_waveform(one, "out.csv", edge="line", force=True),
+    "find_value": lambda one: ev.find_value(one, **WANT),
+    "find_value without a solution": lambda one: ev.find_value(one, **WANT | {"want": f"{MEAN} = 1 kN"}),
     "fit": lambda one: ev.fit(one, record(), free=FILM),
     "fit_separately": lambda one: ev.fit_separately(one, record(), free=FILM),
     "open_study": stored,
@@ -117,6 +115,7 @@ DOORS = {
     "plan_experiment": lambda one: ev.plan_experiment(
         one, LAWS, over=LOADS, space={GAP: SPACE[GAP]}, quantity=MEAN, n=4
     ),
+    "plan_plate": lambda one: ev.plan_plate(one, **PLATE),
     "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),
     "run": ev.run,
@@ -129,6 +128,7 @@ DOORS = {
     "sweep": lambda one: ev.sweep(one, LOADS),
     "texture_drive": lambda one: ev.texture_drive(one, texture=TEXTURE, **WAVE),
     "texture_stream": lambda one: ev.texture_stream(one, texture=TEXTURE),
+    "value_for_share": lambda one: ev.value_for_share(one, **WANT, space=SPACE, share=0.9, seed=1, n=20),
 }
 """Public function to a result of it, or the file that it writes."""
 READING = {
@@ -141,17 +141,18 @@ READING = {
 VALUES = {
     "compare": lambda found: [each.static for each in found.entries],
     "compare_materials": lambda found: [each.force for each in found.entries],
-    "design": lambda found: found.values,
-    "design_plate": lambda found: [each.values[MEAN] for each in found.candidates],
+    "drive_for_force": lambda found: found.values,
     "equilibrium": lambda found: found.force,
     "explore": lambda found: found.trace[FORCE].values,
     "export": lambda found: found.read_text(encoding="utf-8"),
     "export_waveform": lambda found: found.waveform.voltages,
+    "find_value": lambda found: found.values,
     "fit": lambda found: [*found.best.estimate.values.values()],
     "fit_separately": lambda found: [row.value for row in found.fits[0].rows],
     "perceive": lambda found: found.level,
     "plan_bench": lambda found: found.codes,
     "plan_experiment": lambda found: [*found.best.log_odds, *found.own.log_odds],
+    "plan_plate": lambda found: [each.values[MEAN] for each in found.candidates],
     "prepare": lambda found: [*found({LOAD: 1.0}).values()],
     "run": lambda found: found[FORCE].values,
     "run_bench": lambda found: found.lateral_force.values,
@@ -162,6 +163,7 @@ VALUES = {
     "sweep": lambda found: found[MEAN].values,
     "texture_drive": lambda found: found.voltages,
     "texture_stream": lambda found: found.render(0.0, 0.0),
+    "value_for_share": lambda found: found.value,
 }
 """Public function whose first argument is a scenario, to the numbers of its result that are compared."""
 READS, LISTS = "reads what computes nothing", "lists what is shipped"
@@ -275,7 +277,7 @@ def test_anything_else_is_refused_in_one_sentence(name, wrong, tmp_path):
 
 
 FREE = f'--want "{MEAN} = 1 mN" --free "drive.amplitude=10 V:400 V"'
-TARGET = f'--want "{FORCE} = sine 5 Hz 1 mN" --method carrier'
+TARGET = '--target "sine 5 Hz 1 mN" --method carrier'
 OVER = "--over drive.amplitude=50:100:2 --refine 0"
 PATTERN = '{ model = "Grating", period = "1 mm", amplitude = "0.01 mN" }'
 STUDY = "--space space.toml -n 4 --seed 1"
@@ -284,17 +286,19 @@ COMMANDS = [
     "bench run s.toml --simulate -o t.csv",
     *(f"check s.toml -o out.{form}" for form in ("csv", "json", "html")),
     "compare s.toml -o out.html",
-    "compare s.toml --material silica",
-    f"design s.toml {FREE} -o out.json",
-    f"design s.toml {FREE} --space space.toml --share 0.9 --seed 1 -n 20 -o out.json",
-    f"design s.toml {TARGET} -o out.json",
-    f"design s.toml {TARGET} --edge line -o out.csv",
-    *(f"design s.toml {OVER} -o out.{form}" for form in ("csv", "html")),
-    f"design s.toml --texture '{PATTERN}' --path '100 mm/s' --carrier '3 kHz' --edge line -o out.csv",
+    "compare s.toml --materials silica",
+    f"find-value s.toml {FREE} -o out.json",
+    f"value-for-share s.toml {FREE} --space space.toml --share 0.9 --seed 1 -n 20 -o out.json",
+    f"drive-for-force s.toml {TARGET} -o out.json",
+    f"drive-for-force s.toml {TARGET} --edge line -o out.csv",
+    *(f"plan-plate s.toml {OVER} -o out.{form}" for form in ("csv", "html")),
+    f"texture-drive s.toml --texture '{PATTERN}' --path '100 mm/s' --carrier '3 kHz' --edge line -o out.csv",
     "export s.toml -o out.cir",
     "export s.toml --edge line -o out.csv",
     "fit s.toml r.nc --free contact.area -o out",
     "fit s.toml r.nc --free contact.area --separately -o out",
+    f"plan-experiment s.toml --models {','.join(LAWS)} --over {LOAD}=0.5:1:2 --space space.toml --quantity '{MEAN}' -n 4"
+    " -o out.html",
     "report s.toml -o out.html",
     "report s.toml t.nc -o out.html",
     *(f"run s.toml {option}" for option in ("", "--all", "--states", "-o out.csv --report out.html")),

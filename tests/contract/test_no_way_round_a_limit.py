@@ -141,7 +141,7 @@ def test_a_film_in_two_is_no_way_round():
         for name in ("first", "second"):
             assert row(found.rows, f"film strength, {name}, gap closed").value >= 299 / THICKNESS
         assert len(found.failed) == 2
-        plate = ev.design_plate(SCREEN | {"stack": stack}, {"drive.amplitude": [90.0, 300.0]}, refine=0)
+        plate = ev.plan_plate(SCREEN | {"stack": stack}, {"drive.amplitude": [90.0, 300.0]}, refine=0)
         assert [each.is_allowed for each in plate.candidates] == [True, False]
 
 
@@ -189,8 +189,8 @@ def test_a_share_is_that_of_films_of_which_the_thinnest_holds():
         "stack.gap.thickness": {"model": "LogNormal", "median": 3e-6, "factor": 2.0},
     }
     thinnest = ev.read_space(SCREEN, space).draw(2, 0, 40)["stack.insulator.thickness"].min()
-    asked = {"between": "100 V:140 V", "space": space, "seed": 2, "n": 40, "share": 0.9}
-    found = ev.design(SCREEN, want={"mean electrostatic_force": 0.01}, free="drive.amplitude", **asked)
+    asked = {"free": "drive.amplitude = 100 V:140 V", "space": space, "seed": 2, "n": 40, "share": 0.9}
+    found = ev.value_for_share(SCREEN, want={"mean electrostatic_force": 0.01}, **asked)
     assert found.top.value > STRENGTH * thinnest
     assert [each.quantity for each in found.failed] == [CLOSED]
     assert found.failed[0].value == pytest.approx(found.top.value / thinnest, rel=1e-9)

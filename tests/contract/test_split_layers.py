@@ -139,9 +139,9 @@ def compared(one):
 
 DOORS = {
     "texture": lambda one: ev.texture_drive(one, texture=GRATING, path=PATH).voltages,
-    "target": lambda one: ev.design(one, target="sine 50 Hz 0.5 mN", method="carrier").values,
-    "value": lambda one: ev.design(one, **WANT).best.value,
-    "share": lambda one: ev.design(one, **WANT, **PART).value,
+    "target": lambda one: ev.drive_for_force(one, target="sine 50 Hz 0.5 mN", method="carrier").values,
+    "value": lambda one: ev.find_value(one, **WANT).best.value,
+    "share": lambda one: ev.value_for_share(one, **WANT, **PART).value,
     "perceive": lambda one: ev.perceive(one).level,
     "compare": compared,
     "study": lambda one: ev.study(one, AREA, n=64, seed=1)["electrostatic_force_mean"].values,

@@ -205,15 +205,15 @@ WISH = {"want": "mean electrostatic_force = 50 mN", "free": "drive.amplitude"}
 SHARE = {"want": "mean electrostatic_force = 5 mN", "space": "fingers", "share": 0.5, "seed": 1, "n": 20}
 TARGET = {"target": "constant 1 mN for 2 ms", "method": "carrier", "carrier": 3e3}
 DESIGNS = [
-    (WISH, "drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN."),
-    (WISH | SHARE, "drive.amplitude = "),
-    (TARGET, "target: a constant force of 1 mN"),
+    (ev.find_value, WISH, "drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN."),
+    (ev.value_for_share, WISH | SHARE, "drive.amplitude = "),
+    (ev.drive_for_force, TARGET, "target: a constant force of 1 mN"),
 ]
 
 
-@pytest.mark.parametrize(("asked", "begins"), DESIGNS)
-def test_every_design_shows_its_answer(shown, asked, begins):
-    found = ev.design("bau_2010/sine", **asked)
+@pytest.mark.parametrize(("function", "asked", "begins"), DESIGNS)
+def test_every_design_shows_its_answer(shown, function, asked, begins):
+    found = function("bau_2010/sine", **asked)
     page, text, plain = shown(found)
     assert plain == "\n".join(found.lines)
     assert text.startswith(begins)
@@ -223,7 +223,7 @@ def test_every_design_shows_its_answer(shown, asked, begins):
 
 
 def test_a_designed_plate_shows_its_answer_and_tables(shown):
-    found = ev.design_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
+    found = ev.plan_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
     page, text, _ = shown(found)
     assert text.startswith(found.sentences[0])
     assert page.count("<table") == len(found.tables) == 2

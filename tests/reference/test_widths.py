@@ -80,7 +80,7 @@ def drawn(seed, count):
 @pytest.mark.parametrize("seed", [5, 6])
 def test_each_width_holds_what_it_names_and_all_together_hold_the_voltage_of_any_nature(seed):
     """Nature has some threshold, skin and law and all fingers; the answer knows published ends, a factor and twenty fingers."""
-    found, random = ev.design(STATIC, seed=seed, **ASKED), np.random.default_rng(seed)
+    found, random = ev.value_for_share(STATIC, seed=seed, **ASKED), np.random.default_rng(seed)
     spans, own = by_name(found), drawn(seed, 20)[17]
     middle = math.sqrt(THRESHOLDS[0] * THRESHOLDS[1])
     assert found.value == pytest.approx(voltage(own, middle), rel=1e-3)
@@ -122,7 +122,7 @@ def test_a_share_contains_how_thresholds_differ_between_people_where_the_space_d
     }
     given = STATIC.replace({"perception": person})
     asked = {**ASKED, "space": {**SPACE, "perception.threshold": spread}, "n": 60}
-    found = ev.design(given, seed=3, **asked)
+    found = ev.value_for_share(given, seed=3, **asked)
     random = np.random.default_rng(3)
     thickness = MEDIAN * FACTOR ** random.normal(size=200000)
     felt_from = voltage(thickness, 400.0 * 1e-7 * 2.0 ** random.normal(size=200000))
@@ -178,7 +178,7 @@ def test_the_typical_factors_are_those_of_the_absolute_forces_that_were_measured
 
 
 def test_the_record_and_the_sentences_have_the_same_ends():
-    found = ev.design(STATIC, seed=5, **ASKED)
+    found = ev.value_for_share(STATIC, seed=5, **ASKED)
     kept = json.loads(json.dumps(found.to_dict(), allow_nan=False))["widths"]
     assert [each["name"] for each in kept] == [each.name for each in found.widths]
     assert kept[1]["interval"] == list(found.widths[1].interval)

@@ -23,7 +23,6 @@ _UNITS: Final = {
 _ALIAS: Final = re.compile(r"Any|\w*(Source|Limits|Amount)")
 """Names that stand for several types, which their functions read and refuse themselves."""
 _MEANT: Final = {
-    "BetweenSource": "str | Sequence[str | float]",
     "Channels": "TribometerChannels | Mapping[str, Any] | str | Path",
     "Progress": "Callable[[int, int], bool | None]",
     "Recorded": "Recording | MeasuredTrace | xarray.Dataset | str | Path",

@@ -21,6 +21,7 @@ from electrovib.solve.effort import refuse_large
 from electrovib.solve.simulate import simulate
 from electrovib.studies.design.drive import DesignedDrive
 from electrovib.studies.design.result import Designed
+from electrovib.studies.texture.drive import TextureDrive
 from electrovib.view.files import check_document, save_answer
 
 if TYPE_CHECKING:
@@ -108,7 +109,12 @@ def export_netlist(
 
 
 def check_design_file(
-    path: str | Path, *, edge: float | str | None = None, inputs: Iterable[Path] = (), force: bool = False
+    kind: type[Designed],
+    path: str | Path,
+    *,
+    edge: float | str | None = None,
+    inputs: Iterable[Path] = (),
+    force: bool = False,
 ) -> None:
     """Check before a computation that its result can be written."""
     place = output_path(path)
@@ -116,20 +122,15 @@ def check_design_file(
         check_waveform_file(place, edge=edge, inputs=inputs, force=force)
     else:
         waveforms = {f"drive{suffix}": None for suffix in FORMATS if place.suffix}
-        check_document(place, {**Designed.FILES, **waveforms}, inputs=inputs, force=force)
+        check_document(place, {**kind.FILES, **waveforms}, inputs=inputs, force=force)
 
 
 def write_design(
-    found: Designed,
-    path: str | Path,
-    *,
-    edge: float | str | None = None,
-    amplifier_present: bool = False,
-    force: bool = False,
+    found: Designed, path: str | Path, *, edge: float | str | None = None, force: bool = False
 ) -> list[str]:
     """Write the drive of a design as a waveform, or the design as any other answer."""
     place = output_path(path)
-    check_design_file(place, edge=edge, force=force)
+    check_design_file(type(found), place, edge=edge, force=force)
     suffix = place.suffix.lower()
     if suffix not in {".toml", *FORMATS}:
         return [f"written: {path}" for path in save_answer(found, place, force=force)]
@@ -140,9 +141,8 @@ def write_design(
         )
     if suffix == ".toml":
         return [f"written: {path}" for path in save_answer(found, place, force=force)]
-    rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive) else (None, ())
+    rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive | TextureDrive) else (None, ())
     written = export_waveform(
         found.scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes, edge=edge,
-        amplifier_present=amplifier_present,
     )  # fmt: skip
-    return [*(each for each in written.notes if each not in notes), f"written: {written.path}"]
+    return [*(each for each in written.document.sentences if each not in notes), f"written: {written.path}"]

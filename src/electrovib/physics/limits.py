@@ -24,12 +24,13 @@ class LimitedQuantity(Quantity):
     """The range of a limit, and the quantity that it is compared with.
 
     `named` are its words where they are not those of the meaning of the limit. `order` is the power of the drive in which it
-    grows while the set-up responds linearly; `statistic` is `PEAK` or `MEAN_SQUARE` where the name of the limit does not say
-    which value counts.
+    grows while the set-up responds linearly, `of_rate` whether it follows the rate of change of the drive; `statistic` is `PEAK`
+    or `MEAN_SQUARE` where the name of the limit does not say which value counts.
     """
 
     named: str = ""
     order: int = 1
+    of_rate: bool = False
     statistic: str = ""
 
     @property
@@ -58,7 +59,10 @@ class Limits(Model):
     current: Annotated[
         Number | None,
         LimitedQuantity(
-            "A", 1e-9, 10, f"largest current {_CURRENT}", named=f"the current {_INTO}", statistic=PEAK
+            *("A", 1e-9, 10, f"largest current {_CURRENT}"),
+            named=f"the current {_INTO}",
+            statistic=PEAK,
+            of_rate=True,
         ),
     ] = None
     charge: Annotated[
@@ -71,7 +75,8 @@ class Limits(Model):
         ),
     ] = None
     body_current: Annotated[
-        Number | None, LimitedQuantity("A", 1e-9, 10, "largest current through the finger", statistic=PEAK)
+        Number | None,
+        LimitedQuantity("A", 1e-9, 10, "largest current through the finger", statistic=PEAK, of_rate=True),
     ] = None
     rms_voltage: Annotated[
         Number | None,
@@ -89,7 +94,9 @@ class Limits(Model):
     ] = None
     slew_rate: Annotated[
         Number | None,
-        LimitedQuantity("V/s", 1e-3, 1e13, "largest rate of change of the drive times the gain"),
+        LimitedQuantity(
+            "V/s", 1e-3, 1e13, "largest rate of change of the drive times the gain", of_rate=True
+        ),
     ] = None
     example: ClassVar[dict[str, Any]] = {}
 

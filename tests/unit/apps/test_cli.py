@@ -181,7 +181,7 @@ def test_a_comparison_prints_the_surfaces_explains_and_writes_a_page(said, here)
 
 def test_materials_are_compared_in_a_table(said, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    out = said("compare vezzoli_2014/fig6 --material 'pet, Kapton'")
+    out = said("compare vezzoli_2014/fig6 --materials 'pet, Kapton'")
     recommended, _, table = out.partition("\n\n")
     assert recommended.startswith("Take none yet: no coating is shown to be safe.\n")
     lines = table.splitlines()

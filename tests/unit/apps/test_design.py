@@ -1,6 +1,5 @@
-"""``electrovib design`` and ``electrovib bench``: the answer first, files only within limits, exit codes."""
+"""``electrovib find-value``, its sisters, and ``electrovib bench``: the answer first, files only within limits, exit codes."""
 
-import inspect
 import json
 
 import numpy as np
@@ -8,18 +7,16 @@ import pytest
 
 import electrovib as ev
 from electrovib.bench.settings import read_settings
-from electrovib.core.errors import InputError
-from electrovib.studies.design.function import FORMS, form_of
 
 WISH = "mean electrostatic_force = 50 mN"
-ASKED = f"design bau_2010/sine --want '{WISH}' --free drive.amplitude"
+ASKED = f"find-value bau_2010/sine --want '{WISH}' --free drive.amplitude"
 
 
 def test_the_answer_comes_first_and_its_files_hold_it(said, here):
     out = said(f"{ASKED} -o found.json")
     assert out.startswith(f"drive.amplitude = 50.8183 V gives {WISH}.\n")
     found = json.loads((here / "found.json").read_text())
-    direct = ev.design("bau_2010/sine", want=WISH, free="drive.amplitude")
+    direct = ev.find_value("bau_2010/sine", want=WISH, free="drive.amplitude")
     assert found["value"] == direct.value
     assert found["elasticities"] == {each.path: each.value for each in direct.influences}
     assert found["written_by"].startswith("electrovib design as JSON, checksum ")
@@ -47,33 +44,23 @@ def test_what_can_be_played_is_written_within_limits_alone(said, refused, cli, h
 
 
 def test_a_wrong_suffix_is_refused_before_anything_is_computed(refused, monkeypatch):
-    monkeypatch.setattr("electrovib.studies.design.function.design", lambda *_, **__: pytest.fail("computed"))
+    monkeypatch.setattr("electrovib.studies.design.find_value", lambda *_, **__: pytest.fail("computed"))
     assert (
         "written as .html, .pdf, .svg, .png, .tex, .txt, .csv, .pwl, .wav, .mat, .npy, .toml, .json"
         in refused(f"{ASKED} -o found.xyz")
     )
 
 
-def test_a_space_with_its_draws(said):
-    drawn = "over 5 draws from 'fingertips of adults, dry and moist' (seed 2, each draw solved anew)"
-    assert drawn in said(f"{ASKED} --space fingers -n 5 --seed 2")
-
-
-@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.__name__)
-def test_every_argument_of_a_form_is_one_of_the_function(form):
-    taken = inspect.signature(form).parameters
-    assert set(taken) <= set(inspect.signature(ev.design).parameters)
-    needs = [name for name, each in taken.items() if each.default is each.empty and name != "scenario"]
-    assert form_of(dict.fromkeys(needs, "given")) is form
-    with pytest.raises(InputError, match=rf"{needs[1]}: not given, but the design of .* needs it"):
-        form_of({needs[0]: "given"})
-    with pytest.raises(InputError, match=r"colour: does not belong to the design of .*omit it"):
-        form_of(dict.fromkeys([*needs, "colour"], "given"))
+def test_a_share_and_the_values_for_others(said):
+    asked = ASKED.replace("find-value", "value-for-share")
+    out = said(f"{asked} --space fingers --share 0.5 -n 20 --seed 2 --all")
+    assert "drive.amplitude at which a share of the draws has it: 5 %: " in out
+    assert "20 draws, seed 2; the quantity of each: " in out
 
 
 def test_a_parameter_is_sought_in_a_range_and_the_rest_of_the_answer_is_asked_for(said):
     """Everything of the verdict is in the rest too, in the same words; what it depends on and how are not in the verdict."""
-    wanted = "design vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN'"
+    wanted = "find-value vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN'"
     *verdict, more = said(f"{wanted} --free drive.high").splitlines()
     told = [line for line in verdict if not line.startswith("warning: ")]
     everything = said(f"{wanted} --free drive.high --all").splitlines()
@@ -91,15 +78,15 @@ def test_a_parameter_is_sought_in_a_range_and_the_rest_of_the_answer_is_asked_fo
 
 def test_what_is_largest_in_a_plate_is_a_wish(said):
     grid, smallest, largest = "drive.amplitude=20V:40V:2", "mean electrostatic_force", "peak voltage"
-    wishes = f"--want '{smallest} = minimum' --want '{largest} = maximum'"
-    out = said(f"design bau_2010/sine --over {grid} --refine 0 {wishes}")
+    wishes = f"--minimise '{smallest}' --maximise '{largest}'"
+    out = said(f"plan-plate bau_2010/sine --over {grid} --refine 0 {wishes}")
     asked = {"maximise": [largest], "minimise": [smallest], "refine": 0}
-    found = ev.design_plate("bau_2010/sine", [grid], **asked)
+    found = ev.plan_plate("bau_2010/sine", [grid], **asked)
     assert out.splitlines()[: len(found.sentences)] == list(found.sentences)
 
 
 GRATING = '{ model = "Grating", period = "1 mm", amplitude = "0.5 mN" }'
-DRAWN = f"design vezzoli_2014/fig6 --texture '{GRATING}' --carrier '3 kHz' --rate '96 kHz'"
+DRAWN = f"texture-drive vezzoli_2014/fig6 --texture '{GRATING}' --carrier '3 kHz' --rate '96 kHz'"
 HELD = "--set 'limits.voltage=1 kV'"
 
 
@@ -120,9 +107,7 @@ def test_the_drive_of_a_texture_is_that_of_the_function(said, here):
     [
         ("--path '100 mm/s' --edge line -o drive.csv", "limits.voltage"),
         (f"{HELD} --path path.csv --edge line -o path.csv --force", "path.csv"),
-        (f"{HELD} --path path.csv --edge line -o drive.txt --force", "drive.txt"),
-        (f"{HELD} --path path.csv --as hp_33120a", "--as: belongs to a file; name one with -o drive.csv"),
-        (f"{HELD} --path path.csv --edge line", "--edge: belongs to a file"),
+        (f"{HELD} --path path.csv --edge line -o drive.gif --force", "drive.gif"),
         (f"{HELD} --path path.csv -o drive.csv", "how the samples follow each other where a CSV is played"),
     ],
 )

@@ -2,13 +2,13 @@
 
 import pytest
 
-DESIGN = "design vezzoli_2014/fig6 --set time.samples=21"
+SHORT = "vezzoli_2014/fig6 --set time.samples=21"
 LIMITED = "--set limits.voltage='1 kV' --set limits.current='250 uA'"
 LINES = [
     "run vezzoli_2014/fig6 --set time.samples=21",
     "run vezzoli_2014/fig6 --over drive.high=100V:1kV:3",
     "compare vezzoli_2014/fig6 --models Vezzoli2014Causal,MaxwellStressInInsulator",
-    "compare bau_2010/sine --material silica,pet",
+    "compare bau_2010/sine --materials silica,pet",
     "check vezzoli_2014/fig6",
     "report t.nc",
     "times t.nc --quantity drive_voltage",
@@ -16,12 +16,12 @@ LINES = [
     "study vezzoli_2014/fig6 --space fingers -n 20 --seed 1 -o s.zarr",
     "study vezzoli_2014/fig6 --space fingers -n 8 --seed 1 --sensitivity --quantity 'peak electrostatic_force'",
     "evidence vezzoli -n 4",
-    f"{DESIGN} --want 'peak electrostatic_force = 1 mN' --free drive.high",
-    "design bau_2010/sine --want 'mean electrostatic_force = 1 mN' --free drive.amplitude --space fingers --share 0.9"
+    f"find-value {SHORT} --want 'peak electrostatic_force = 1 mN' --free drive.high",
+    "value-for-share bau_2010/sine --want 'mean electrostatic_force = 1 mN' --free drive.amplitude --space fingers --share 0.9"
     " --seed 1 -n 20",
-    f"{DESIGN} --want 'electrostatic_force = sine 50 Hz 1 mN' --method carrier --carrier '3 kHz' {LIMITED}",
-    "design bau_2010/sine --over stack.insulator.thickness=1um:20um:2log --material silica",
-    'design vezzoli_2014/fig6 --texture \'{ model = "Grating", period = "2 mm", amplitude = "1 mN" }\' --path \'30 mm/s\''
+    f"drive-for-force {SHORT} --target 'sine 50 Hz 1 mN' --method carrier --carrier '3 kHz' {LIMITED}",
+    "plan-plate bau_2010/sine --over stack.insulator.thickness=1um:20um:2log --materials silica",
+    'texture-drive vezzoli_2014/fig6 --texture \'{ model = "Grating", period = "2 mm", amplitude = "1 mN" }\' --path \'30 mm/s\''
     f" --carrier '3 kHz' {LIMITED}",
 ]
 

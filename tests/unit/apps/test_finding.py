@@ -12,7 +12,6 @@ import typer
 
 import electrovib as ev
 from electrovib.apps.cli import app
-from electrovib.apps.cli.plan import design
 from electrovib.core.budget import ONE_THREAD
 
 PROGRAM = typer.main.get_command(app)
@@ -23,6 +22,16 @@ def every(group, before=""):
     for name, each in group.commands.items():
         whole = f"{before}{name}"
         yield from every(each, f"{whole} ") if hasattr(each, "commands") else [(whole, each)]
+
+
+DESIGNS = (
+    "find-value",
+    "value-for-share",
+    "drive-for-force",
+    "texture-drive",
+    "plan-plate",
+    "plan-experiment",
+)
 
 
 @pytest.fixture
@@ -58,7 +67,7 @@ def test_help_lists_every_command_by_what_it_is_for_in_a_whole_sentence_of_one_l
     assert list(groups)[-4:] == ["Predict", "Measure", "Plan", "See"]
     lines = {title: groups[title].splitlines() for title in list(groups)[-4:]}
     listed = {title: [line.split()[0] for line in rows] for title, rows in lines.items()}
-    assert listed["Plan"] == ["design", "check", "export"]
+    assert listed["Plan"] == [*DESIGNS, "check", "export"]
     assert listed["Predict"][:3] == ["run", "compare", "study"]
     assert {name for names in listed.values() for name in names} == set(PROGRAM.commands)
     for line in [line for rows in lines.values() for line in rows]:
@@ -68,7 +77,7 @@ def test_help_lists_every_command_by_what_it_is_for_in_a_whole_sentence_of_one_l
     assert "..." not in out.partition("Commands:")[2]
 
 
-@pytest.mark.parametrize("name", ["design", "check", "fit"])
+@pytest.mark.parametrize("name", ["find-value", "drive-for-force", "check", "fit"])
 def test_help_begins_with_an_example_that_runs(name, said, here):
     (here / "my.toml").write_text(ev.init("vezzoli_2014/fig6"), encoding="utf-8")
     (here / "drive.csv").write_text("time,voltage\n0,0\n0.01,100\n0.02,0\n")
@@ -134,9 +143,9 @@ LAWS = "MaxwellStressInGap MaxwellStressInInsulator MaxwellStressInStratumCorneu
         ("init nobody_2014/f", ""),
         ("reproduce v", "vardar_2017 veijgen_2013 vezzoli_2014"),
         ("list Max", LAWS),
-        ("design nobody/none --free drive.a", ""),
-        ("design bau_2010/sine --space f", "fingers"),
-        *((f"{name} bau_2010/", "bau_2010/sine") for name in ("run", "compare", "study", "design")),
+        ("find-value nobody/none --free drive.a", ""),
+        ("value-for-share bau_2010/sine --space f", "fingers"),
+        *((f"{name} bau_2010/", "bau_2010/sine") for name in ("run", "compare", "study", "find-value")),
         *((f"{name} bau_2010/", "bau_2010/sine") for name in ("export", "init", "bench run")),
     ],
 )
@@ -146,8 +155,8 @@ def test_names_are_completed(line, expected, complete):
 
 def test_long_lists_are_completed_too(complete):
     assert "gabriel_1996/wet" in complete("list gabriel")
-    assert "drive.amplitude" in complete("design bau_2010/sine --free drive.a")
-    assert "mean" in complete("design bau_2010/sine --want mean")
+    assert "drive.amplitude" in complete("find-value bau_2010/sine --free drive.a")
+    assert "mean" in complete("find-value bau_2010/sine --want mean")
 
 
 def test_every_argument_that_is_a_scenario_or_a_paper_is_completed():
@@ -201,22 +210,27 @@ def test_commands_and_options_are_few_and_one_name_has_one_form_everywhere():
     for name, each in every(PROGRAM):
         for option, parameter in options(each).items():
             forms.setdefault(option, {})[name] = parameter.multiple
-    assert 15 <= len(PROGRAM.commands) <= 16
-    assert len({*forms, *options(PROGRAM)}) <= 80
+    assert len(PROGRAM.commands) <= 21
+    assert len({*forms, *options(PROGRAM)}) <= 82
     mixed = {option for option, found in forms.items() if len(set(found.values())) > 1}
     # several files of a study; one parameter is sought by a design, several by a fit; one signal has edges
     assert mixed == {"--output", "--free", "--quantity"}
 
 
-def test_a_design_takes_every_option_of_its_function(said, monkeypatch):
-    own = set(inspect.signature(design).parameters)
-    # --want has the band and the force over time too, and --free the range
-    inside = {"band", "target", "between"}
-    assert set(inspect.signature(ev.design).parameters) - own == {"progress", *inside}
+@pytest.mark.parametrize("name", DESIGNS)
+def test_a_design_has_the_name_and_the_arguments_of_its_function(name, said, monkeypatch):
+    function = getattr(ev, name.replace("-", "_"))
+    taken = set(inspect.signature(function).parameters)
+    assert len(taken) <= 10
+    own = {each.opts[0].strip("-").replace("-", "_") for each in PROGRAM.commands[name].params} - {"help"}
+    assert taken - own == taken & {"progress"}
+    further = {"output", "style", "edge", "all", "force", "models"}
+    assert own - taken <= further
     monkeypatch.setenv("COLUMNS", "200")
-    shown = said("design -h")
-    for option in ("--want", "--free", "--texture", "--limits", "--space", "--output", "--set"):
-        assert option in shown
+    assert all(
+        f"--{each.replace('_', '-')}" in said(f"{name} -h")
+        for each in taken & {"want", "free", "target", "texture"}
+    )
 
 
 OTHER_WORDS = """

@@ -160,13 +160,13 @@ export drive.csv my.toml -o w.csv => electrovib:
 # comparisons
 compare my.toml --models MaxwellStressInGp => Did you mean 'MaxwellStressInGap' ( && 'MaxwellStressInInsulator' (
 compare --models MaxwellStressInGap => --models: needs a scenario
-compare --material pet => --material: needs a scenario
+compare --materials pet => --materials: needs a scenario
 compare my.toml --over stack.gap.thickness=1um:9um:3 => --set stack.gap='{{
 compare my.toml --models , => names no force law
 compare my.toml --models Persson2018RoughGap => mean_gap: missing
-compare my.toml --material kaptn => no material 'kaptn'. Nearest: polyimide
-compare my.toml --material pet --models x => --models: does not belong to --material
-compare my.toml --material pet --layer gap => layer 'gap': the stack has none
+compare my.toml --materials kaptn => no material 'kaptn'. Nearest: polyimide
+compare my.toml --materials pet --models x => --models: does not belong to --materials
+compare my.toml --materials pet --layer gap => layer 'gap': the stack has none
 # times and swipes
 times --swipes . => .: is a folder; give the name of a file in it.
 times a.nc --swipes --by x => --by: does not belong to --swipes
@@ -191,16 +191,18 @@ fit my.toml a.nc --free x --zero-error 'impedance=1 V' => --zero-error impedance
 fit a.csv --noise x => FILE=SHARE
 fit a.csv --band x => LOW..HIGH
 # designs
-design sine.toml --want 'mean electrostatic_force = 1 mN' --free voltage => Did you mean 'drive.amplitude' (peak voltage
-design my.toml --over a=1:2:3 --seed 0 => --seed: does not belong to the design of a plate
-design my.toml --path '1 m/s' => --path: does not belong to the design of a parameter or a drive
-design my.toml --texture {{}} --want 'x = 1' => --want: does not belong to the drive of a texture
-design my.toml --texture {{}} => --path: not given, but a texture is rendered along a path
-design my.toml --want 'a = 1' --want 'b = 2' => --want: given several times
-design my.toml --over a=1:2:3 --want 'a = 1' => of a plate expected 'NAME = maximum'
-design my.toml --want 'electrostatic_force = sine 5 Hz' --method dc => target
-design my.toml --texture grey.png --path '30 mm/s' {LIMITED} => {PICTURE}
-design my.toml --texture '{PICTURE.replace("grey", "gone")}' --path 30mm/s => gone.png: there is no such file
+find-value sine.toml --want 'mean electrostatic_force = 1 mN' --free voltage => Did you mean 'drive.amplitude' (peak voltage
+find-value my.toml --want 'a = 1' --want 'b = 2' --free c => --want: given 2 times; give it once
+find-value my.toml --free drive.high => Missing option '--want'
+find-value my.toml --want 'x = 1' --free y --seed 0 => '--seed' belongs to 'study', && 'find-value' has no such option
+value-for-share my.toml --want 'x = 1' --free y --space fingers --share 0.9 => Missing option '--seed'
+plan-plate my.toml --over a=1:2:3 --want 'a = 1' => no option '--want' of 'electrovib plan-plate'
+plan-plate my.toml => over: name at least one parameter that is varied
+plan-experiment my.toml --models a,b --space fingers => Missing option '--over'
+drive-for-force my.toml --target 'sine 5 Hz' --method dc => target
+texture-drive my.toml --texture {{}} => Missing option '--path'
+texture-drive my.toml --texture grey.png --path '30 mm/s' {LIMITED} => {PICTURE}
+texture-drive my.toml --texture '{PICTURE.replace("grey", "gone")}' --path 30mm/s => gone.png: there is no such file
 # studies
 study my.toml -n 4 --seed 1 => --space: not given; for instance --space fingers
 {FINGERS} => --output: name one folder
@@ -239,7 +241,7 @@ def test_a_hint_helps_or_is_left_out(here, refused):
     assert all(f"'{name}'" in line for name in ("normal", "lateral", "clock"))
     (here / "twice.toml").write_text(f"{GOOD}[load]\n")
     assert "quotes" not in refused("run twice.toml")
-    assert "limits" not in refused("design my.toml --texture gone.png --path 30mm/s")
+    assert "limits" not in refused("texture-drive my.toml --texture gone.png --path 30mm/s")
     gap = "--set 'stack.gap.thickness=1 um'"
     assert "no gap either" not in refused(f"run vezzoli_2014/fig6 --states {gap}")
 

@@ -117,7 +117,7 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(files):
     limits, thickness = {"voltage": 1e4, "current": 1.0}, ["stack.insulator.thickness"]
     ev.fit("b.toml", "t.nc", free=thickness, signals=["electrostatic_force"], output="fit")
     write_design(
-        ev.design("b.toml", want="peak electrostatic_force = 1 mN", free="drive.high"), "design.json"
+        ev.find_value("b.toml", want="peak electrostatic_force = 1 mN", free="drive.high"), "design.json"
     )
     Path("study").mkdir()
     write_group(Path("study"), {})

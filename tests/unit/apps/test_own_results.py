@@ -107,7 +107,7 @@ DOORS = {
     "study": ["study", FIG6, "--space", "fingers", "-n", "20", "--seed", "1", "-o", "o.zarr"],
     "check": ["check", FIG6],
     "fit": ["fit", FIG6, "good.nc", "--free", "stack.gap.thickness", "-o", "o.csv"],
-    "design": ["design", FIG6, "--want", "mean electrostatic_force = 1 mN", "--free", "drive.high"],
+    "find-value": ["find-value", FIG6, "--want", "mean electrostatic_force = 1 mN", "--free", "drive.high"],
 }
 
 

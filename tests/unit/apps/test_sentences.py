@@ -99,13 +99,12 @@ import_material m.csv => electrovib import'
 merge_traces => electrovib import'
 export_waveform => electrovib export'
 series_resistor => electrovib check'
-design_plate => electrovib design'
-texture_drive => electrovib design --texture'
-texture_stream => electrovib design --texture'
-compare_materials => electrovib compare SCENARIO --material A,B'
+design => electrovib find-value'
+design_plate => electrovib plan-plate'
+texture_stream => electrovib texture-drive'
+compare_materials => electrovib compare SCENARIO --materials A,B'
 plan_bench => electrovib bench run'
 run_bench => electrovib bench run'
-plan_experiment => electrovib evidence'
 measurements => electrovib evidence'
 # words of other tools, and of people
 version => electrovib --version'
@@ -130,8 +129,8 @@ create => electrovib init'
 template => electrovib init'
 validate => electrovib check'
 verify => electrovib check'
-optimise => electrovib design'
-optimize => electrovib design'
+optimise => electrovib plan-plate'
+optimize => electrovib plan-plate'
 estimate => electrovib fit'
 read m.csv => electrovib import'
 open m.csv => electrovib import'
@@ -141,7 +140,7 @@ sobol => electrovib study --sensitivity'
 monte_carlo => electrovib study'
 play => electrovib bench run'
 record => electrovib bench run'
-texture => electrovib design --texture'
+texture => electrovib texture-drive'
 swipe t.nc => electrovib times --swipes'
 RUN ok.toml => electrovib run
 runn => Did you mean 'run'?
@@ -179,8 +178,7 @@ run ok.toml --html r.html => takes '--report'
 compare ok.toml --law MaxwellStressInGap => takes '--models'
 study ok.toml --samples 5 => takes '-n'
 study ok.toml --number 5 => takes '-n'
-design ok.toml --target 'sine 5 Hz 1 mN' => takes '--want'
-design ok.toml --maximise x => takes '--want'
+find-value ok.toml --maximise x => takes '--want'
 study ok.toml --signal lateral_force => takes '--quantity'
 run ok.toml --quantities x => takes '--quantity'
 fit ok.toml t.nc --varying x => takes '--vary'
@@ -194,8 +192,8 @@ run ok.toml -x => 'electrovib run -h' shows
 init ok.toml --report x => '--report' belongs to 'run', 'study'
 init ok.toml --over x => '--over' && takes '--set'
 bench init -o x => 'electrovib bench init' prints && > FILE
-design target=x => 'target=x' && --want 'x'
-design ok.toml 'target=sine 5 Hz 1 mN' => --want 'sine 5 Hz 1 mN'
+find-value want=x => 'want=x' && --want 'x'
+drive-for-force ok.toml 'target=sine 5 Hz 1 mN' => --target 'sine 5 Hz 1 mN'
 study ok.toml signal=lateral_force => --quantity 'lateral_force'
 study ok.toml seed=1 => --seed '1'
 study ok.toml n=4 => -n '4'
@@ -242,7 +240,7 @@ times t.nc --levels 0.1:0.9 => --levels 0.1:0.9 && in per cent; write 10:90
 times t.nc --levels 0.2:0.8 => write 20:80
 times t.nc --levels 10-90 => such as 10:90
 explore --port 80a => --port = 80a && whole number
-design ok.toml --refine two --over drive.amplitude=1:2:3 => --refine = two
+plan-plate ok.toml --refine two --over drive.amplitude=1:2:3 => --refine = two
 fit ok.toml t.nc --free contact.area=1um:5um => --free contact.area=1um:5um && --free contact.area; && --set contact.area=1um
 fit ok.toml t.nc --free 'contact.area=1 cm2' => --set contact.area=1 cm2
 # values within tables

@@ -467,11 +467,11 @@ def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
     for wrong, words in (
         ({"noise": ("ten", 0.0)}, "such as '10 %, 20 mN'"),
         ({"noise": (0.0, 0.0)}, "one of them above 0"),
-        ({"laws": ["MaxwellStressInGap"]}, "two different"),
-        ({"laws": ["MaxwellStressInGap", "EffectiveMediums"]}, "Did you mean 'EffectiveMedium'"),
+        ({"models": ["MaxwellStressInGap"]}, "two different"),
+        ({"models": ["MaxwellStressInGap", "EffectiveMediums"]}, "Did you mean 'EffectiveMedium'"),
         ({"over": {"drive.high": list(range(1, 300))}}, "299 points"),
     ):
-        asked = {"laws": ["MaxwellStressInGap", "EffectiveMedium"], **content} | wrong
+        asked = {"models": ["MaxwellStressInGap", "EffectiveMedium"], **content} | wrong
         with pytest.raises(InputError, match=re.escape(words)):
             plan_experiment(pulse, **asked)
 
@@ -481,7 +481,7 @@ def test_an_experiment_is_planned_at_the_command_line(tmp_path, monkeypatch):
     space = 'space."stack.gap.thickness" = { model = "LogUniform", low = "1 um", high = "4 um" }'
     Path("space.toml").write_text(space, encoding="utf-8")
     call = [
-        "design",
+        "plan-experiment",
         "vezzoli_2014/fig6_gap",
         "--models",
         "MaxwellStressInGap,MaxwellStressInStratumCorneum",

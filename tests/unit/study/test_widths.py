@@ -33,7 +33,7 @@ def designed():
 
 
 def level(**changes):
-    return ev.design(SINE, want=LEVEL, free=VOLTS, set=changes or None)
+    return ev.find_value(SINE, want=LEVEL, free=VOLTS, set=changes or None)
 
 
 def test_a_level_of_one_finger_is_designed_at_the_ends_of_the_thresholds_and_of_the_law():
@@ -46,20 +46,20 @@ def test_a_level_of_one_finger_is_designed_at_the_ends_of_the_thresholds_and_of_
     assert names[widths.TOGETHER].interval == pytest.approx((ends[0] / root, ends[1] * root), rel=1e-6)
     assert [each.name for each in found.widths if each.interval is None] == [widths.SAMPLING, widths.PEOPLE]
     for which, end in (("lowest", 1), ("highest", 0)):
-        wanted = ev.design(SINE, want=f"{which} {LEVEL}", free=VOLTS)
+        wanted = ev.find_value(SINE, want=f"{which} {LEVEL}", free=VOLTS)
         assert wanted.value == pytest.approx(ends[end], rel=1e-6)
 
 
 @pytest.mark.slow
 def test_a_value_that_falls_with_the_quantity_and_an_end_outside_the_range():
     thickness = "stack.gap.thickness"
-    found = ev.design(SINE, want=LEVEL, free=thickness, set={VOLTS: 20.0}, between="100 nm:1 mm")
+    found = ev.find_value(SINE, want=LEVEL, free=f"{thickness} = 100 nm:1 mm", set={VOLTS: 20.0})
     low, high = by_name(found)[widths.THRESHOLDS].interval
     assert low < found.value < high
     for at, sign in ((low, -1), (high, 1)):
         percept = ev.perceive(SINE, set={VOLTS: 20.0, thickness: at})
         assert percept.sensation + sign * percept.uncertainty == pytest.approx(0.0, abs=1e-4)
-    near = ev.design(SINE, want=LEVEL, free=thickness, set={VOLTS: 20.0}, between=(found.value / 1.2, 1e-3))
+    near = ev.find_value(SINE, want=LEVEL, free={thickness: (found.value / 1.2, 1e-3)}, set={VOLTS: 20.0})
     low, high = by_name(near)[widths.THRESHOLDS].interval
     assert math.isnan(low)
     assert high == pytest.approx(by_name(found)[widths.THRESHOLDS].interval[1], rel=1e-5)
@@ -105,7 +105,7 @@ def test_the_factor_of_a_law_stands_where_the_quantity_is_proportional_to_the_at
 
 
 def test_a_quantity_that_no_law_scales_says_that_this_is_not_included():
-    found = ev.design(
+    found = ev.value_for_share(
         SINE, want="peak lateral_force = 0.4 N", free=VOLTS, space="fingers", share=0.5, seed=1, n=30
     )
     (law,) = (each for each in found.widths if each.name == widths.LAW)
@@ -117,21 +117,13 @@ def test_a_quantity_that_no_law_scales_says_that_this_is_not_included():
     assert widths.TOGETHER not in by_name(found)
 
 
-def test_a_distribution_of_needed_values_has_the_interval_of_its_median():
-    found = ev.design(SINE, want="mean electrostatic_force = 1 mN", free=VOLTS, space="fingers", seed=1, n=30)
-    values = np.sort(found.distribution.values)
-    low, high = widths.quantile_ranks(0.5, 30)
-    assert by_name(found)[widths.SAMPLING].interval == (values[low - 1], values[high - 1])
-    few = ev.design(SINE, want="mean electrostatic_force = 1 mN", free=VOLTS, space="fingers", seed=1, n=3)
-    assert "no bound (too few draws)" in by_name(few)[widths.SAMPLING].sentence
-    assert (
-        ev.design(SINE, want="mean electrostatic_force = 1 mN", free=VOLTS).widths == ()
-    )  # not about people
+def test_a_value_that_is_not_about_people_has_no_widths():
+    assert ev.find_value(SINE, want="mean electrostatic_force = 1 mN", free=VOLTS).widths == ()
 
 
 def test_a_share_that_is_not_reached_says_at_which_threshold_it_would_be():
-    asked = {"want": LEVEL, "free": VOLTS, "space": "fingers", "share": 0.9, "seed": 1, "n": 20}
-    found = ev.design(SINE, between="0.1 V:2 V", **asked)
+    asked = {"want": LEVEL, "free": f"{VOLTS} = 0.1 V:2 V", "space": "fingers", "share": 0.9, "seed": 1}
+    found = ev.value_for_share(SINE, **asked, n=20)
     assert found.found is None
     low, high = by_name(found)[widths.THRESHOLDS].interval
     assert low < 2.0
@@ -208,7 +200,7 @@ def test_the_page_names_the_widths_beside_the_band_the_laws_and_what_is_felt():
 
 def test_the_terminal_prints_the_widths_below_the_number():
     asked = [
-        "design",
+        "value-for-share",
         SINE,
         "--want",
         LEVEL,

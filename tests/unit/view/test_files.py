@@ -54,7 +54,7 @@ SHOWN = {
     "run": lambda: ev.simulate(PULSE),
     "map": lambda: ev.sweep(PULSE, {"drive.high": [10.0, 20.0], "drive.rise": [1e-3, 2e-3]}),
     "check": lambda: ev.check(PULSE),
-    "design": lambda: ev.design(PULSE, want="peak electrostatic_force = 1 mN", free="drive.high"),
+    "design": lambda: ev.find_value(PULSE, want="peak electrostatic_force = 1 mN", free="drive.high"),
     "laws": lambda: ev.compare(PULSE, models=["Vezzoli2014Causal", "MaxwellStressInInsulator"]),
     "coatings": lambda: ev.compare_materials(SINE, materials=["silica", "pet"]),
     "sketch": Sketch,

@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 --models A,B,...|FILE.py -> laws  Force laws, all if absent; or a Python file with laws of your own; repeatable.
 --all
 --over
---material
+--materials
 --layer
 -o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
 --style
@@ -23,7 +23,7 @@ from electrovib.core.errors import InputError
 def compare(given: Arguments) -> None:
     """Compare force laws, or materials, on one stack.
 
-    State which law to believe and why they differ; with --material, compare materials of the insulator.
+    State which law to believe and why they differ; with --materials, compare materials of the insulator.
     """
     if "others" in given:
         listed = " ".join((given["scenario"], *given["others"]))
@@ -34,7 +34,7 @@ def compare(given: Arguments) -> None:
     if not given.get("scenario"):
         _print_static(given)
     elif "materials" in given:
-        given.only("scenario set all materials layer output", "--material, which compares no laws", "force")
+        given.only("scenario set all materials layer output", "--materials, which compares no laws", "force")
         _print_materials(given)
     else:
         given.only("scenario set all laws over output", "the comparison of force laws", "force")

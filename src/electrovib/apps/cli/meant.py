@@ -17,13 +17,13 @@ _COMMANDS: Final = {
     "bench run": "plan-bench run-bench play record measure",
     "check": "series-resistor validate verify limits safety",
     "compare": "laws",
-    "compare SCENARIO --material A,B": "compare-materials materials",
-    "design": "design-plate optimise optimize target",
-    "design --texture": "texture texture-drive texture-stream render",
-    "evidence": "plan-experiment measurements judge",
+    "compare SCENARIO --materials A,B": "compare-materials materials",
+    "drive-for-force": "target",
+    "evidence": "measurements judge",
     "explore": "gui ui web serve server app page browser",
     "export": "export-waveform spice waveform",
     "fit": "fit-material fit-power-law estimate calibrate identify",
+    "find-value": "design solve-for inverse",
     "fit --separately": "fit-separately",
     "import": "import-file import-material merge-traces read open convert",
     "init": "load scenario-of new create template scenario",
@@ -31,6 +31,7 @@ _COMMANDS: Final = {
     "list scenarios": "scenarios presets examples",
     "list spaces": "spaces populations",
     "report": "open-trace open-study plot view draw figure",
+    "plan-plate": "design-plate plate optimise optimize",
     "reproduce": "paper validate-paper",
     "run": "simulate perceive felt solve start",
     "run --over PATH=FROM:TO:N": "sweep scan",
@@ -40,13 +41,15 @@ _COMMANDS: Final = {
     "study --sensitivity": "sensitivity sobol",
     "times": "measure-times rise-time",
     "times --ring": "measure-ring measure-rings",
+    "texture-drive": "texture texture-stream render",
     "times --swipes": "swipe reduce-swipe reduce-swipes",
+    "value-for-share": "share",
     "--version": "version versions",
 }
 """Command, and the words for what it does in Python and in other tools."""
 _DONE_BY: Final = {word: command for command, words in _COMMANDS.items() for word in words.split()}
 _IN_PYTHON: Final = {
-    "changes": "--set", "path": "--output", "target": "--want", "maximise": "--want", "minimise": "--want", "start": "--set",
+    "changes": "--set", "path": "--output", "start": "--set",
     "laws": "--models", "quantities": "--quantity", "signal": "--quantity", "signals": "--quantity",
 }  # fmt: skip
 """Name of an argument in Python, where the command has no parameter of that name."""
@@ -60,7 +63,7 @@ _ELSEWHERE: Final = {
 _DASHES: Final = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212"
 _QUOTES: Final = "\u201c\u201d\u201e\u2018\u2019"
 _ALIKE: Final = """
---quantity --want --exceed --signal --target --maximise --minimise
+--quantity --want --exceed --signal --target --maximise
 --set --over --free --between
 --output --csv
 --workers --scheduler

@@ -23,7 +23,7 @@ scenario               A TOML file, a paper's scenario such as vezzoli_2014/fig6
 --over PATH=FROM:TO:N[log]  Vary a parameter; repeatable.
 --limits FILE.toml     Further limits beside those of the scenario; the strictest counts; repeatable.
 --layer NAME           Layer of the material, where there are several.
---material A,B,... -> materials  Materials of the insulator; 'all' of the library.
+--materials A,B,...    Materials of the insulator; 'all' of the library.
 --report FILE          Write a self-contained HTML report.
 --style journal        Of figures (-o x.pdf, .svg, .png): 85 mm wide, with text of 8 pt.
 --space SPACE          Parameters that differ between fingers or are uncertain: a name such as fingers, or a TOML file with
@@ -150,7 +150,7 @@ def takes(
 def _entries(options: str) -> Iterator[tuple[str, str]]:
     """Iterate over the entries of a table: what stands before the help, and the help."""
     for entry in re.split(r"\n(?=\S)", options.strip()):
-        head, _, words = entry.partition("  ")
+        head, _, words = entry.strip().partition("  ")
         words = " ".join(words.split())
         if head in _SHARED and (not words or words.startswith("[")):
             head, words = _SHARED[head][0], f"{_SHARED[head][1]} {words}".strip()

@@ -1,15 +1,16 @@
-"""``electrovib design``, ``check`` and ``export``: a drive or a plate for what is wanted, its limits, and its files."""
+"""A value, a drive, a plate or an experiment for what is wanted; ``check`` and ``export``: its limits, and its files."""
 
 from __future__ import annotations
 
+import inspect
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import typer
 
-from electrovib.apps.cli.options import Arguments, pair_of, takes
+from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import answered, say, say_state, show, show_answer, warned
 from electrovib.apps.exit_codes import FAILED, NOT_SHOWN
 from electrovib.core.errors import InputError
@@ -17,201 +18,192 @@ from electrovib.core.units import number_in
 
 if TYPE_CHECKING:
     from electrovib.studies.check import CheckResult
+    from electrovib.studies.design import Designed
 
-_EXTREMES: Final = {"maximum": "maximise", "minimum": "minimise"}
-"""Word of a wish for a plate, and the argument that has its quantity."""
-_OF_DESIGN: Final = "scenario set method carrier rate space n seed share limits"
-_OF_PLATE: Final = "scenario set over materials layer refine limits"
-_OF_EXPERIMENT: Final = "scenario set laws over space quantity noise limits n seed"
-_OF_TEXTURE: Final = "scenario set texture path carrier frequency rate ramp limits"
-_OF_SAMPLES: Final = "instrument largest_error full_scale gain edge amplifier_present"
-"""Parameters of `electrovib.design`, `design_plate` and so on that are options."""
-_FORCE: Final = "electrostatic_force"
-"""Signal over time that a drive is to give."""
+_SOUGHT: Final = """
+--free PATH[=LOW:HIGH]  The parameter that is sought, and in which range: drive.amplitude, drive.amplitude=10V:400V. [required]
+"""
+_WRITTEN: Final = """
+--limits
+-o, --output FILE    Write the scenario with the result (.toml), all numbers (.json), or its drive as a waveform (.csv, .npy,
+    ...); a page (.html), a figure (.pdf, .svg, .png) or tables (.tex).
+--style
+--edge
+--all
+--set
+--models
+--force
+"""
 
 
 @takes(
     """
 scenario
---want 'NAME = VALUE'  Quantity and its value: 'mean electrostatic_force = 50 mN'; with --share a band, '= 20 mN:60 mN'; of a
-    plate '= maximum' or '= minimum', the first decides; of a drive the force over time: 'electrostatic_force = sine 50 Hz 30
-    mN' (between 0 and 30 mN), '= sine 50 Hz 10 mN to 30 mN for 0.2 s', '= constant 5 mN for 1 s', or '= FILE' with the columns
-    time and force; repeatable.
---free PATH[=LOW:HIGH]  The parameter that is sought, and in which range: drive.amplitude, drive.amplitude=10V:400V.
---method METHOD      Method of the drive: dc, carrier, sqrt-am or current.
---carrier FREQUENCY  Frequency of the carrier of a drive, '3 kHz'; of a texture none if absent.
---space
--n N                 Number of draws from --space; 200 by default.
---seed N             Seed of the draws; needed with --space.
---share SHARE        Share of the fingers of --space that have to have the quantity: 0.9; needs --seed.
---over
---material
---layer
---refine ROUNDS      Of a plate: rounds of candidates added around the best one, each at half the distance; 3 by default, 0 for
-    none.
---quantity NAME      Of an experiment: what is measured; 'swing lateral_force' by default.
---noise VALUE        Of an experiment: standard deviation of one repeat, '10 %' of the value and '1 mN' of the sensor by default;
-    repeatable.
+--want 'NAME = VALUE'  Quantity and its value: 'mean electrostatic_force = 50 mN'; of a signal at one time 'electrostatic_force at
+    20 ms = 1 mN'. [required]
+"""
+    + _SOUGHT
+    + _WRITTEN,
+    example="electrovib find-value vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high",
+)
+def find_value(given: Arguments) -> None:
+    """Find the value of a parameter for a wanted quantity.
+
+    Exit code 1 if no value gives it within the limits.
+    """
+    from electrovib.studies.design import find_value
+    from electrovib.studies.design.result import DesignedParameter
+
+    _designed(DesignedParameter, find_value, "solving", given)
+
+
+@takes(
+    """
+scenario
+--want 'NAME = VALUE'  Quantity and its least value, 'mean electrostatic_force = 50 mN', or its band, '= 20 mN:60 mN'. [required]
+--space  [required]
+--share SHARE        Share of the fingers that have to have the quantity: 0.9. [required]
+--seed N             Seed of the draws. [required]
+-n N                 Number of draws. [default: 1000]
+"""
+    + _SOUGHT
+    + _WRITTEN
+)
+def value_for_share(given: Arguments) -> None:
+    """Find the value that suffices for a share of people.
+
+    Exit code 1 if the share is not reached within the limits.
+    """
+    from electrovib.studies.design.share import DesignedForShare, value_for_share
+
+    _designed(DesignedForShare, value_for_share, "solving", given)
+
+
+@takes(
+    """
+scenario
+--target FORCE       The force over time: 'sine 50 Hz 30 mN' (between 0 and 30 mN), 'sine 50 Hz 10 mN to 30 mN for 0.2 s',
+    'constant 5 mN for 1 s', or a file with the columns time and force. [required]
+--method METHOD      dc, carrier, sqrt-am or current. [required]
+--carrier FREQUENCY  Frequency of the carrier, '3 kHz'; chosen if absent.
+--rate
+"""
+    + _WRITTEN,
+    example="electrovib drive-for-force vezzoli_2014/fig6 --target 'sine 50 Hz 1 mN' --method carrier",
+)
+def drive_for_force(given: Arguments) -> None:
+    """Find the drive that gives a force over time.
+
+    Exit code 1 if the predicted force does not follow it to 1 % within the limits.
+    """
+    from electrovib.studies.design.drive import DesignedDrive, drive_for_force
+
+    _designed(DesignedDrive, drive_for_force, "solving", given)
+
+
+@takes(
+    """
+scenario
 --texture TEXTURE    A TOML file with the table of a texture, or the table: '{ model = "Grating", period = "2 mm", ... }'.
---path SPEED|FILE|TABLE  Of the finger on a texture: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x
-    (and y).
---frequency FREQUENCY  Of a texture without a carrier: where the gain of the force is taken; 100 Hz by default.
+    [required]
+--path SPEED|FILE|TABLE  Of the finger: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x (and y).
+    [required]
+--carrier FREQUENCY  Frequency of the carrier, '3 kHz'; none if absent.
+--frequency FREQUENCY  Without a carrier: where the gain of the force is taken; 100 Hz by default.
 --rate
 --ramp
+"""
+    + _WRITTEN
+)
+def texture_drive(given: Arguments) -> None:
+    """Compute the drive that renders a texture under a finger."""
+    from electrovib.studies.texture.drive import TextureDrive, texture_drive
+
+    _designed(TextureDrive, texture_drive, "rendering and simulating", given)
+
+
+@takes(
+    """
+scenario
+--over
+--materials
+--layer
+--maximise NAME      Quantity that is to be largest, or a varied path; the first decides; mean electrostatic_force by default;
+    repeatable.
+--minimise NAME      Quantity that is to be smallest, or a varied path; peak voltage by default; repeatable.
 --limits
--o, --output FILE    Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy,
-    ...); a page (.html), a figure (.pdf, .svg, .png) or tables (.tex); of a plate all candidates (.csv).
+--refine ROUNDS      Rounds of candidates added around the best one, each at half the distance; 0 keeps to the given ones.
+    [default: 3]
+-o, --output FILE    Write all candidates (.csv), all numbers (.json), the best scenario (.toml), a page (.html), a figure (.pdf,
+    .svg, .png) or tables (.tex).
 --style
---as
---largest-error
---full-scale
---gain
---edge
---amplifier-present
+--set
+--models
+--force
+"""
+)
+def plan_plate(given: Arguments) -> None:
+    """Find the plate with the most force within limits."""
+    from electrovib.studies.design.plate import PlateDesign, plan_plate
+
+    given.read_set()
+    answered(PlateDesign, plan_plate, "evaluating candidates", given)
+
+
+@takes(
+    """
+scenario
+--models A,B,...|FILE.py -> laws  The force laws, two or more; or a Python file with laws of your own; repeatable. [required]
+--over PATH=FROM:TO:N[log]  What can be chosen: a parameter and its values; repeatable. [required]
+--space  [required]
+--quantity NAME      What is measured; 'swing lateral_force' by default.
+--noise VALUE        Standard deviation of one repeat: '10 %' of the value and '1 mN' of the sensor by default; repeatable.
+--limits
+-n N                 Draws from --space. [default: 64]
+--seed N             Of the draws. [default: 0]
+-o, --output FILE    Write a page (.html), a figure (.pdf, .svg, .png) or tables (.csv, .tex).
+--style
 --all
 --set
---models A,B,...|FILE.py -> laws  Force laws: which point of the grid of --over tells them apart with the fewest repeats; needs
-    --space. Or a Python file with models of your own; repeatable.
 --force
-""",
-    example="electrovib design vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high",
+"""
 )
-def design(given: Arguments) -> None:
-    """Find the parameter, drive or plate for a wanted force.
+def plan_experiment(given: Arguments) -> None:
+    """Find the experiment that tells force laws apart soonest."""
+    from electrovib.studies.evidence.plan import ExperimentPlan, plan_experiment
 
-    With --free the values of a parameter that give a quantity, any quantity of a sweep; with --method the drive that gives a
-    force over time; with --over or --material the insulator and the drive with the most force within all limits, what binds
-    there, and the Pareto set; with --texture the drive that renders a texture under a finger, with the predicted friction; with
-    two laws or more in --models the experiment that separates them.
-    Exit code 1 if nothing gives what is wanted within the limits.
-    """
-    laws = given.read_laws()
+    given["models"] = given.read_laws() or []
     given.read_set()
-    wishes = given.get("want", [])
-    if laws:
-        from electrovib.studies.evidence.plan import ExperimentPlan, plan_experiment
-
-        given.only(f"{_OF_EXPERIMENT} output all", "the plan of an experiment")
-        if missing := [f"--{name}" for name in ("over", "space") if name not in given]:
-            raise InputError(f"--models {','.join(laws)}: needs {' and '.join(missing)} too")
-        if "noise" in given:
-            by_kind = {each.strip().endswith("%"): each.strip() for each in given["noise"]}
-            given["noise"] = by_kind.get(True, 0.0), by_kind.get(False, 0.0)
-        wanted = given.take(f"{_OF_EXPERIMENT} output force all") | {"laws": laws}
-        answered(ExperimentPlan, plan_experiment, "comparing experiments", wanted)
-    elif "texture" in given:
-        given.only(f"{_OF_TEXTURE} {_OF_SAMPLES} output", "the drive of a texture")
-        _render_texture(given)
-    elif {"over", "materials"} & given.keys() or any(text.endswith(tuple(_EXTREMES)) for text in wishes):
-        from electrovib.studies.design.plate import PlateDesign, design_plate
-
-        given.only(f"{_OF_PLATE} want output", "the design of a plate")
-        wanted = given.take(f"{_OF_PLATE} output force") | _extremes(wishes)
-        answered(PlateDesign, design_plate, "evaluating candidates", wanted)
-    else:
-        given.only(
-            f"{_OF_DESIGN} want free output edge amplifier_present all",
-            "the design of a parameter or a drive",
-        )
-        _design(given, _wanted(wishes, with_share="share" in given) | _free(given.get("free")))
+    if "noise" in given:
+        by_kind = {each.strip().endswith("%"): each.strip() for each in given["noise"]}
+        given["noise"] = by_kind.get(True, 0.0), by_kind.get(False, 0.0)
+    answered(ExperimentPlan, plan_experiment, "comparing experiments", given)
 
 
-def _wanted(texts: Sequence[str], *, with_share: bool) -> dict[str, str]:
-    """Read the one wish of a parameter or a drive: a quantity with its value or band, or the force over time."""
-    if len(texts) > 1:
-        raise InputError(
-            "given several times, which only the design of a plate takes, with --over", path="--want"
-        )
-    for text in texts:
-        name, sign, value = (part.strip() for part in text.partition("="))
-        if sign and name == _FORCE:
-            return {"target": value}
-        if sign and with_share and ":" in value:
-            return {"want": name, "band": value}
-    return {"want": texts[0]} if texts else {}
-
-
-def _free(text: str | None) -> dict[str, str]:
-    """Read the free parameter, and the range in which it is sought."""
-    if not text:
-        return {}
-    name, sign, ends = (part.strip() for part in text.partition("="))
-    return {"free": name, "between": ends} if sign else {"free": name}
-
-
-def _extremes(texts: Sequence[str]) -> dict[str, list[str]]:
-    """Read what is to be largest and what smallest."""
-    found: dict[str, list[str]] = {}
-    for text in texts:
-        name, word = pair_of(text, "--want", "'NAME = maximum' or 'NAME = minimum' of a plate")
-        if word not in _EXTREMES:
-            raise InputError(f"--want {text}: of a plate expected 'NAME = maximum' or 'NAME = minimum'")
-        found.setdefault(_EXTREMES[word], []).append(name)
-    return found
-
-
-def _design(given: Arguments, wish: dict[str, Any]) -> None:
-    """Print the parameter or the drive that gives what is wanted, and write it."""
+def _designed(kind: type[Designed], compute: Callable[..., Designed], words: str, given: Arguments) -> None:
+    """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.exports.scenario import check_design_file, write_design
-    from electrovib.studies.design import design
 
-    file, of_file = given.get("output"), given.take("force") | edge_of(given)
-    with inputs_noted() as inputs:
-        if file:
-            check_design_file(file, **of_file)
-        with tracked("solving") as progress:
-            found = design(**given.take(_OF_DESIGN), **wish, progress=progress)
-        if file:
-            check_design_file(file, inputs=inputs, **of_file)
-    say(*(found.lines if "all" in given else found.verdict))
-    if "all" not in given and (left := len(found.lines) - len(found.verdict)):
+    given.read_set()
+    file, everything = given.pop("output", None), given.pop("all", False)
+    of_file = given.take("force") | edge_of(given)
+    given.pop("edge", None)
+    if file:
+        check_design_file(kind, file, **of_file)
+    with inputs_noted() as inputs, tracked(words) as progress:
+        can_report = "progress" in inspect.signature(compute).parameters
+        found = compute(**given, **({"progress": progress} if can_report else {}))
+    if file:
+        check_design_file(kind, file, inputs=inputs, **of_file)
+    say(*(found.lines if everything else found.verdict))
+    if not everything and (left := len(found.lines) - len(found.verdict)):
         say(f"--all prints {left} more lines: what it depends on and how it was computed.")
     if file:
-        say(*write_design(found, file, **of_file, **given.take("amplifier_present")))
+        say(*write_design(found, file, **of_file))
     if not found.is_achieved:
         raise typer.Exit(FAILED)
-
-
-def _render_texture(given: Arguments) -> None:
-    """Print what the drive of a texture reaches, and write it within limits."""
-    from electrovib.apps.progress import tracked
-    from electrovib.core.files import inputs_noted
-    from electrovib.exports.waveform import check_waveform_file, export_waveform
-    from electrovib.exports.waveform_formats import FORMATS
-    from electrovib.studies.texture import TextureDrive, texture_drive
-    from electrovib.studies.texture.set_up import amount
-
-    if "path" not in given:
-        raise InputError(
-            "not given, but a texture is rendered along a path of the finger: --path '30 mm/s'", path="--path"
-        )
-    file = given.get("output")
-    used = [given.flags[name] for name in ("instrument", "full_scale", "edge") if name in given]
-    if used and not file:
-        raise InputError("belongs to a file; name one with -o drive.csv", path=used[0])
-    given |= edge_of(given)
-    samples = given.take(f"{_OF_SAMPLES} force")
-    of_file = {name: samples[name] for name in ("instrument", "edge", "force") if name in samples}
-    if file and not used and Path(file).suffix.lower() not in FORMATS:
-        wanted = given.take(f"{_OF_TEXTURE} output") | of_file
-        answered(TextureDrive, texture_drive, "rendering and simulating", wanted)
-        return
-    if file:
-        check_waveform_file(file, **of_file)
-    with inputs_noted() as inputs, tracked("rendering and simulating"):
-        found = texture_drive(**given.take(_OF_TEXTURE))
-    show_answer(found)
-    if not file:
-        return
-    check_waveform_file(file, inputs=inputs, **of_file)
-    if "full_scale" in samples:
-        samples["full_scale"] = amount(samples["full_scale"], "V", "--full-scale", low=1e-6, high=1e6)
-    if "instrument" not in samples and not file.lower().endswith(".wav"):
-        samples["rate"] = found.rate
-    written = export_waveform(found.scenario, file, limits=given.get("limits"), **samples)
-    say(*written.document.sentences, *written.document.remarks)  # its warnings are those of the texture
 
 
 @takes(

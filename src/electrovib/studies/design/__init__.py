@@ -1,8 +1,5 @@
-"""Inverse questions about a scenario: the parameter, or the drive, that gives a wanted quantity or force.
+"""Inverse questions about a scenario: the value, the drive or the plate that gives what is wanted. Each is one function."""
 
-A form of the question is a function of its own, named in `electrovib.studies.design.forms`; `design` selects it by the
-arguments that are given.
-"""
-
-from electrovib.studies.design.function import design as design
 from electrovib.studies.design.result import Designed as Designed
+from electrovib.studies.design.share import value_for_share as value_for_share
+from electrovib.studies.design.value import find_value as find_value

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.physics.limits import MEAN_SQUARES, Limits, limited
+from electrovib.physics.limits import MEAN_SQUARES, limited
 from electrovib.studies.check import (
     CheckResult,
     CheckRow,
@@ -110,9 +110,8 @@ class Limited:
 def obtainable(function: Function, limited: Limited, target: float, begin: float) -> Obtainable | None:
     """Find the value of a function nearest to the wanted one that no limit forbids; None if every known value exceeds one.
 
-    Known values are checked in the order of their distance from the wanted one; of several that give the
-    same, the one with the sign of `begin` and nearest to it counts. Where an allowed value has a neighbour that is nearer to the
-    wanted one and is forbidden, the value at which the limit is reached is found by Brent's method.
+    Of several known values that give the same, the one with the sign of `begin` and nearest to it counts. Where an allowed value
+    has a neighbour that is nearer to the wanted one and is forbidden, the limit is reached between them (Brent's method).
     """
     points = _thinned(function.known)
     best: Obtainable | None = None
@@ -206,16 +205,6 @@ class Bounds:
         """Return a limit in its unit, by its name in `Limits`; None if it is not declared."""
         limit = self.declared.get(name)
         return None if limit is None else limit.value
-
-    def limits(self) -> Limits:
-        """Return those of voltage, current and body current as a model."""
-        names = ("voltage", "current", "body_current")
-        return Limits(**{name: self.value(name) for name in names})
-
-    def slew(self, scenario: Scenario) -> float | None:
-        """Return the largest rate of change of the drive itself [V/s], before the gain of an amplifier; None for no limit."""
-        limit, amplifier = self.value("slew_rate"), scenario.circuit.amplifier
-        return limit if limit is None or amplifier is None else limit / abs(amplifier.gain)
 
     def overload(self, scenario: Scenario) -> dict[str, float]:
         """Return the largest value of a drive over each declared limit, NaN where it is not known.

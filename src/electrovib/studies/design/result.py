@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
     from electrovib.studies.design.limits import Obtainable
     from electrovib.studies.design.search import Function, Point, Root
-    from electrovib.studies.design.uncertain import NeededValues
     from electrovib.studies.design.wanted import Wanted
     from electrovib.studies.sensitivity import Elasticity
 
@@ -241,7 +240,6 @@ class DesignedParameter(Designed):
     - `explored`: where the quantity was computed.
     - `obtainable`: nearest value of the quantity within the limits, where no solution is allowed; else None.
     - `influences`: how the first solution follows other parameters, the largest first.
-    - `distribution`: of the value that is needed, over a space; None without one.
     - `diagnostics`: of the first solution, else of the scenario as it is, beyond those that the check states.
     """
 
@@ -252,7 +250,6 @@ class DesignedParameter(Designed):
     explored: Explored
     obtainable: Obtainable | None
     influences: tuple[Elasticity, ...]
-    distribution: NeededValues | None
     diagnostics: tuple[Diagnostic, ...] = ()
 
     @property
@@ -282,8 +279,8 @@ class DesignedParameter(Designed):
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The answer, other solutions, the limits and the spread."""
-        return (*_answer(self), *_others(self), *_limits(self), *_spread(self), *sentences(self.widths))
+        """The answer, other solutions, the limits and the widths."""
+        return (*_answer(self), *_others(self), *_limits(self), *sentences(self.widths))
 
     @property
     def details(self) -> tuple[str, ...]:
@@ -292,7 +289,7 @@ class DesignedParameter(Designed):
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """Solutions, percentiles and elasticities as tables of words."""
+        """Solutions and elasticities as tables of words."""
         return tuple(table for table in _tables(self) if table.rows)
 
     @property
@@ -316,7 +313,7 @@ class DesignedParameter(Designed):
 
     def numbers(self) -> dict[str, Any]:
         """Return all numbers as nested tables."""
-        wanted, nearest, spread = self.wanted, self.obtainable, self.distribution
+        wanted, nearest = self.wanted, self.obtainable
         within = nearest and {
             "at": nearest.value,
             "quantity": nearest.reached,
@@ -330,7 +327,6 @@ class DesignedParameter(Designed):
             "reachable": self.explored.numbers(),
             "obtainable_within_limits": within,
             "elasticities": {each.path: each.value for each in self.influences},
-            "distribution": spread and spread.to_dict(),
             "scenario": self.scenario and self.scenario.to_dict(),
         }
 
@@ -382,10 +378,7 @@ def _others(found: DesignedParameter) -> list[str]:
     listed, explored, share = len(found.solutions), found.explored, ""
     if not explored.is_all:
         least = "" if explored.is_settled else "at least "
-        share = (
-            f" ({listed} with the first, of {least}{listed + explored.beyond}; a narrower range, between,"
-            " finds the others)"
-        )
+        share = f" ({listed} with the first, of {least}{listed + explored.beyond}; a narrower range finds the others)"
     return [f"Other solutions{share}: {'; '.join(words)}."]
 
 
@@ -414,28 +407,6 @@ def _limits(found: DesignedParameter) -> list[str]:
     return [*lines, *(f"{each[0].upper()}{each[1:]}." for each in not_shown(rows))]
 
 
-def _spread(found: DesignedParameter) -> list[str]:
-    spread = found.distribution
-    if spread is None:
-        return []
-    count = len(spread.values)
-    named = f"'{spread.title}'" if spread.title else "the space"
-    values = ", ".join(
-        f"{percent} %: {found.wanted.parameter(float(f'{value:.4g}'))}"
-        for percent, value in spread.percentiles().items()
-        if math.isfinite(value)
-    )
-    lines = [
-        f"Distribution of {found.wanted.free} over {count} draws from {named} (seed {spread.seed}, each draw solved anew):"
-        f" {values or 'none'}."
-    ]
-    if spread.unsolved:
-        lines.append(
-            f"{spread.unsolved} of {count} draws have no value in the range; the percentiles are those of the others."
-        )
-    return [*lines, *spread.remarks]
-
-
 def _influences(found: DesignedParameter) -> list[str]:
     listed = [each for each in found.influences if abs(each.value) >= _NEGLIGIBLE][:_MOST_INFLUENCES]
     if not listed:
@@ -454,7 +425,7 @@ def _how(found: DesignedParameter) -> list[str]:
     lines = [
         f"The quantity was computed at {explored.count} values from {wanted.parameter(wanted.low)} to"
         f" {wanted.parameter(wanted.high)}; a pair of solutions between two neighbouring values can be missed, which a narrower"
-        " range (between) finds."
+        " range finds."
     ]
     if explored.jumps:
         at = ", ".join(wanted.parameter(each) for each in explored.jumps)
@@ -471,7 +442,7 @@ def _how(found: DesignedParameter) -> list[str]:
 
 
 def _tables(found: DesignedParameter) -> list[Table]:
-    wanted, spread = found.wanted, found.distribution
+    wanted = found.wanted
     solutions = tuple(
         (
             wanted.parameter(each.value)
@@ -481,10 +452,6 @@ def _tables(found: DesignedParameter) -> list[Table]:
         )
         for each in found.solutions
     )
-    known = {} if spread is None else spread.percentiles()
-    percentiles = tuple(
-        (f"{percent} %", wanted.parameter(value)) for percent, value in known.items() if math.isfinite(value)
-    )
     influences = tuple(
         (each.path, format_quantity(each.at, each.unit, digits=4), f"{each.value:+.3g}")
         for each in found.influences
@@ -492,6 +459,5 @@ def _tables(found: DesignedParameter) -> list[Table]:
     )
     return [
         Table(f"Values of {wanted.free}", (wanted.free, wanted.name, "limits"), solutions),
-        Table(f"Distribution of {wanted.free}", ("percentile", wanted.free), percentiles),
         Table(f"Elasticities of {wanted.free}", ("parameter", "value", "elasticity"), influences),
     ]

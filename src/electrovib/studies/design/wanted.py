@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 
-WantSource: TypeAlias = "str | Mapping[str, str | float]"
-"""A wanted quantity as text, or its name with its value."""
-BetweenSource: TypeAlias = "str | Sequence[str | float]"
-"""Ends of a range as text, or one after the other."""
+WantSource: TypeAlias = "str | Mapping[str, str | float | Sequence[str | float]]"
+"""A wanted quantity as text, or its name with its value or its band."""
+FreeSource: TypeAlias = "str | Mapping[str, str | Sequence[str | float] | None]"
+"""The path of a parameter as text, with its range or without, or the path with the ends of the range."""
 _ANY = "final "
 """A statistic with which the name of a signal is read."""
 _EXAMPLE = "'mean electrostatic_force = 50 mN'"
@@ -40,13 +40,14 @@ _EXAMPLE = "'mean electrostatic_force = 50 mN'"
 class Wanted:
     """A quantity with its wanted value, and the parameter that is free, each in its SI unit.
 
-    Of the quantity are `name`, `unit`, `value`, and `at`, the time of a signal that is wanted at
-    one time; of the parameter its value `begin` in the scenario and the range.
+    Of the quantity are `name`, `unit`, `value`, its largest value `upper` where a band is wanted, and `at`, the time of a
+    signal that is wanted at one time; of the parameter its value `begin` in the scenario and the range.
     """
 
     name: str
     unit: str
     value: float
+    upper: float
     is_felt: bool
     at: float | None
     free: str
@@ -88,70 +89,69 @@ class Wanted:
         }
 
 
-def read_wanted(
-    scenario: Scenario, *, want: WantSource, free: str, between: BetweenSource | None = None
-) -> Wanted:
+def read_wanted(scenario: Scenario, *, want: WantSource, free: FreeSource, banded: bool = False) -> Wanted:
     """Read what is wanted of which parameter, and report every mistake at once.
 
-    The quantity is one of a sweep, or a signal at one time: ``"electrostatic_force at 20 ms = 1 mN"``.
+    The quantity is one of a sweep, or a signal at one time: ``"electrostatic_force at 20 ms = 1 mN"``. If `banded`, at least
+    the value is wanted, or a band: ``"mean electrostatic_force = 20 mN:60 mN"``.
     """
     problems: list[str] = []
-    name, unit, value, is_felt, at = "", "1", math.nan, False, None
+    name, unit, ends, is_felt, at = "", "1", (math.nan, math.inf), False, None
     with gathered(problems):
-        name, text = _parted(want)
+        name, value = _parted(want, banded=banded)
         statistic, at = _timed(scenario, name)
         asked = read_quantities(scenario, [statistic])
         (statistic, (unit, _)), is_felt = next(iter(asked.units.items())), bool(asked.felt)
         name = statistic if at is None else f"{statistic.removeprefix(_ANY)} at {format_quantity(at, 's')}"
-        value = read_number(text, unit, f"want: {name}")
-    declared, begin, ends = None, math.nan, (math.nan, math.nan)
+        ends = (
+            _band(value, unit, f"want: {name}")
+            if banded
+            else (read_number(value, unit, f"want: {name}"), math.inf)
+        )
+    path, declared, begin, searched = "", None, math.nan, (math.nan, math.nan)
     with gathered(problems):
-        declared, begin = _parameter(scenario, free)
-        ends = (declared.low, declared.high) if between is None else _ends(between, free, declared)
+        path, between = _free(free)
+        declared, begin = _parameter(scenario, path)
+        searched = (declared.low, declared.high) if between is None else _ends(between, path, declared)
     if problems or declared is None:
         raise InputError(problems)
     return Wanted(
         name=name,
         unit=unit,
-        value=value,
+        value=ends[0],
+        upper=ends[1],
         is_felt=is_felt,
         at=at,
-        free=free,
+        free=path,
         declared=declared,
         begin=begin,
-        low=ends[0],
-        high=ends[1],
+        low=searched[0],
+        high=searched[1],
     )
 
 
-def read_band(
-    scenario: Scenario,
-    *,
-    want: WantSource,
-    band: str | Sequence[Any] | None,
-    free: str,
-    between: BetweenSource | None,
-) -> tuple[Wanted, tuple[float, float]]:
-    """Read the quantity with its smallest and largest wanted value; without a band the largest is infinite."""
-    if band is None:
-        text = want.replace(">=", "=") if isinstance(want, str) else want
-        wanted = read_wanted(scenario, want=text, free=free, between=between)
-        return wanted, (wanted.value, math.inf)
-    if not isinstance(want, str) or "=" in want:
-        raise InputError(
-            f"want = {want!r}: with a band, name the quantity alone, for instance 'mean electrostatic_force'"
-        )
-    parts = band.split(":") if isinstance(band, str) else list(band)
-    if len(parts) != 2:
-        raise InputError(f"band = {band!r}: expected LOW:HIGH, for instance '20 mN:60 mN'")
-    low, high = (read_wanted(scenario, want={want: each}, free=free, between=between) for each in parts)
-    if not low.value < high.value:
-        raise InputError(f"band = {band!r}: expected the smaller value first")
-    return low, (low.value, high.value)
+def _numbers(source: Any, unit: str, path: str) -> list[float]:
+    """Read a number, or several of a text ``LOW:HIGH`` or a sequence, in SI."""
+    several = list(source) if isinstance(source, Sequence) else [source]
+    parts = [each.strip() for each in source.split(":")] if isinstance(source, str) else several
+    return [read_number(each, unit, path) for each in parts]
 
 
-def _parted(want: WantSource) -> tuple[str, Any]:
+def _band(value: Any, unit: str, path: str) -> tuple[float, float]:
+    """Return the smallest and the largest wanted value; of a single value the largest is infinite."""
+    found = _numbers(value, unit, path)
+    if len(found) == 1:
+        return found[0], math.inf
+    if len(found) != 2 or not found[0] < found[1]:
+        why = "expected LOW:HIGH, for instance '20 mN:60 mN'"
+        raise InputError(why, path=path, value=shortened(str(value), LONGEST_QUOTED))
+    return found[0], found[1]
+
+
+def _parted(want: WantSource, *, banded: bool) -> tuple[str, Any]:
     """Return name and value of what is wanted."""
+    if banded and isinstance(want, str):
+        want = want.replace(">=", "=")
     if isinstance(want, Mapping) and len(want) == 1:
         name, value = next(iter(want.items()))
         return str(name), value
@@ -200,10 +200,22 @@ def read_number(value: Any, unit: str, path: str) -> float:
     return number
 
 
-def _parameter(scenario: Scenario, free: object) -> tuple[Quantity, float]:
-    if not isinstance(free, str):
-        why = "expected the dotted path of one parameter, for instance 'drive.amplitude'"
-        raise InputError(why, path="free", value=shortened(repr(free), LONGEST_QUOTED))
+def _free(source: FreeSource) -> tuple[str, str | Sequence[str | float] | None]:
+    """Return the path of the free parameter, and the range in which it is sought; None for its own."""
+    if isinstance(source, str):
+        name, sign, ends = (part.strip() for part in source.partition("="))
+        return name, ends if sign else None
+    given: Any = source
+    path, between = (
+        next(iter(given.items())) if isinstance(given, Mapping) and len(given) == 1 else (None, None)
+    )
+    if not isinstance(path, str) or not (between is None or isinstance(between, str | Sequence)):
+        why = "expected the dotted path of one parameter, for instance 'drive.amplitude', or 'drive.amplitude=10V:400V'"
+        raise InputError(why, path="free", value=shortened(repr(source), LONGEST_QUOTED))
+    return path, between
+
+
+def _parameter(scenario: Scenario, free: str) -> tuple[Quantity, float]:
     declared = quantity_at(scenario, free)
     if free.startswith("frequency."):
         why = "the frequencies of the output are no input of a quantity; choose another parameter, for instance drive.frequency"
@@ -217,21 +229,17 @@ def _parameter(scenario: Scenario, free: object) -> tuple[Quantity, float]:
     return declared, float(begin)
 
 
-def _ends(between: BetweenSource, free: str, declared: Quantity) -> tuple[float, float]:
+def _ends(between: str | Sequence[str | float], free: str, declared: Quantity) -> tuple[float, float]:
     """Return the ends of a given range within the declared one."""
-    parts = between.split(":") if isinstance(between, str) else list(between)
+    ends = _numbers(between, declared.unit, free)
+    why = "expected two values, the smaller first"
+    if len(ends) != 2:
+        low, high = (format_quantity(each, declared.unit) for each in (declared.low, declared.high))
+        why = f"expected PATH=LOW:HIGH, for instance {free}={low}:{high}"
+    elif declared.low <= ends[0] < ends[1] <= declared.high:
+        return ends[0], ends[1]
     shown = shortened(between if isinstance(between, str) else repr(between), LONGEST_QUOTED)
-    allowed = f"{free} allows {declared.range(' to ')}"
-    if len(parts) != 2:
-        example = (
-            f"{format_quantity(declared.low, declared.unit)}:{format_quantity(declared.high, declared.unit)}"
-        )
-        raise InputError(f"expected LOW:HIGH, for instance {example}; {allowed}", path="between", value=shown)
-    numbers = (part.strip() if isinstance(part, str) else part for part in parts)
-    low, high = (read_number(each, declared.unit, "between") for each in numbers)
-    if not declared.low <= low < high <= declared.high:
-        raise InputError(f"expected two values, the smaller first; {allowed}", path="between", value=shown)
-    return low, high
+    raise InputError(f"{why}; {free} allows {declared.range(' to ')}", path="free", value=f"{free}={shown}")
 
 
 _LEAST: Final = 5.0

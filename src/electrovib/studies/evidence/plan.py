@@ -168,7 +168,7 @@ def _number(repeats: float) -> str:
 
 def plan_experiment(
     scenario: Source,
-    laws: Sequence[str],
+    models: Sequence[str],
     *,
     over: Sequence[str] | Mapping[str, Sequence[float] | Real],
     space: SpaceSource,
@@ -185,7 +185,7 @@ def plan_experiment(
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         The set-up, as for `electrovib.load`.
-    laws : sequence of str
+    models : sequence of str
         Names of two or more force laws.
     over : sequence of str, or mapping of str to sequence of float
         ``"path=from:to:n"`` or ``"path=from:to:nlog"``, or dotted path to values in SI: what can be chosen, for instance
@@ -222,14 +222,14 @@ def plan_experiment(
     the smaller one counts.
     """
     base = read_scenario(scenario, changes=set)
-    _check_laws(laws)
+    _check_laws(models)
     checked_seed(seed)
     points = _grid(parse_over(base, over))
     deviation = _noise(noise, unit=read_name(quantity, tuple(base.stack.layers)).unit)
-    of, count = f"{checked_draws(n):.6g} draws for each law and point", n * len(laws) * len(points)
+    of, count = f"{checked_draws(n):.6g} draws for each law and point", n * len(models) * len(points)
     Meter.of_cases("this plan", of, count, numbers=NUMBERS, remedy="draw fewer (-n), or compare fewer points")
     left_out: dict[str, str] = {}
-    cases = [base.replace({"force": {"model": law}}) for law in laws]
+    cases = [base.replace({"force": {"model": law}}) for law in models]
     kept, values = [], []
     for point in points:
         name = ", ".join(f"{path} = {value:.6g}" for path, value in point.items()) or "the scenario"
@@ -251,7 +251,7 @@ def plan_experiment(
     experiments.sort(key=lambda each: (each.repeats, -float(each.log_odds[-1])))
     return ExperimentPlan(
         scenario=base,
-        laws=tuple(laws),
+        laws=tuple(models),
         quantity=quantity,
         noise=deviation,
         best=experiments[0],
@@ -265,12 +265,12 @@ def plan_experiment(
 def _check_laws(laws: Sequence[str]) -> None:
     known = find_members(ForceLaw)
     problems = [
-        f"laws: '{name}' is not a force law.{near_members(ForceLaw, name)}"
+        f"models: '{name}' is not a force law.{near_members(ForceLaw, name)}"
         for name in laws
         if name not in known
     ]
     if len(dict.fromkeys(laws)) < 2:
-        problems.append("laws: name two different ones at least")
+        problems.append("models: name two different ones at least")
     refuse(problems)
 
 

@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.answer import Answer, Document
+from electrovib.core.answer import Panel
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario, Source
 from electrovib.solve.simulate import simulate
 from electrovib.studies.check import CheckResult, cleared_for_output, not_shown, sampled, with_drive
 from electrovib.studies.design.drive.target import force_panel
+from electrovib.studies.design.limits import several_limits
+from electrovib.studies.design.result import Designed
 from electrovib.studies.texture.reading import PathSource, TextureSource, read_path
 from electrovib.studies.texture.set_up import (
     FREQUENCY,
@@ -47,10 +48,9 @@ _ROUNDED: Final = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class TextureDrive(Answer):
+class TextureDrive(Designed):
     """Drive of a texture, simulated and within its limits.
 
-    - `scenario`: experiment with this drive, to be simulated or exported.
     - `texture`, `path`: what is rendered, and the path of the finger.
     - `times`, `voltages`: samples of the drive, 0 V at either end, joined by straight lines; `rate`: samples
       per second.
@@ -66,7 +66,7 @@ class TextureDrive(Answer):
     - `notes`: how the drive was made, and what was assumed.
     """
 
-    scenario: Scenario
+    form = "texture"
     texture: Texture
     path: FingerPath
     times: Real
@@ -82,6 +82,11 @@ class TextureDrive(Answer):
     trace: xarray.Dataset
     check: CheckResult
     notes: tuple[str, ...]
+
+    @property
+    def scenario(self) -> Scenario:
+        """Experiment with this drive, to be simulated or exported."""
+        return self.check.scenario
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -110,11 +115,19 @@ class TextureDrive(Answer):
         ]
 
     @property
-    def document(self) -> Document:
-        """What the drive reaches, and the diagnostics of the prediction."""
-        title = f"Drive of a texture in: {self.scenario.titled() or 'a scenario'}"
-        figure = force_panel(self.times, self.wanted_force, self.predicted_force)
-        return Document(title=title, sentences=self.sentences, diagnostics=self.diagnostics, figures=[figure])
+    def is_achieved(self) -> bool:
+        """Whether no limit is exceeded, without which there is no drive."""
+        return not self.check.forbidding
+
+    @property
+    def figures(self) -> tuple[Panel, ...]:
+        """The attraction over time."""
+        return (force_panel(self.times, self.wanted_force, self.predicted_force),)
+
+    def numbers(self) -> dict[str, Any]:
+        """Return what the drive reaches, in SI."""
+        names = ("rate", "carrier", "misfit", "largest_force", "notes")
+        return {name: getattr(self, name) for name in names}
 
     @property
     def misfit_in_words(self) -> str:
@@ -205,7 +218,6 @@ def texture_drive(
         predicted, friction = (mean_over_period(times, each, 1 / tone) for each in (predicted, friction))
     margin = synthesis.ramp_samples + (math.ceil(synthesis.rate / tone / 2) if tone else 0)
     return TextureDrive(
-        scenario=driven,
         texture=found.texture,
         path=followed,
         times=times,
@@ -221,6 +233,7 @@ def texture_drive(
         trace=trace,
         check=check,
         notes=(*_notes(synthesis), motion_note),
+        limits=several_limits(limits, found.scenario),
     )
 
 
@@ -295,8 +308,8 @@ def _notes(synthesis: Synthesis) -> tuple[str, ...]:
 
 LONGEST: Final = 600.0
 """Longest stream [s], by default; a choice."""
-UNBOUNDED: Final = ("charge", "stored_energy", *MEAN_SQUARES)
-"""Limits with which a block of a stream cannot be compared."""
+BOUNDED: Final = ("voltage", "current", "body_current", "slew_rate")
+"""Limits with which a block of a stream can be compared."""
 _CHECKED: Final = 0.05
 """Time at the largest amplitude for which a stream is checked before it begins [s]; a choice."""
 
@@ -349,7 +362,7 @@ def texture_stream(
     stream is refused where they are declared. A stream is never passed on to the bench.
     """
     found = RenderingSetUp.read(scenario, texture, set, limits, "a stream of a texture")
-    if unbounded := [name for name in UNBOUNDED if name in found.declared]:
+    if unbounded := [name for name in found.declared if name not in BOUNDED]:
         raise InputError(
             "a stream cannot be compared with this limit; compute the drive of a path with electrovib.texture_drive, which is",
             path=f"limits.{unbounded[0]}",

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from electrovib.view.plots.layers import stack
-from electrovib.view.plots.of_answers import SIZE, held_force, indices, limits, panel, size_of, trade_off
+from electrovib.view.plots.of_answers import SIZE, indices, limits, panel, size_of, trade_off
 from electrovib.view.plots.over_fingers import bands, exceedance
 from electrovib.view.plots.over_frequency import (
     frequency_response,
@@ -43,7 +43,6 @@ __all__ = [
     "frequency_response",
     "gain",
     "gain_phase",
-    "held_force",
     "impedance",
     "impedance_phase",
     "indices",

@@ -387,7 +387,7 @@ def test_the_root_mean_square_of_a_current_without_a_bound_is_not_known():
     assert {(each.value, each.state) for each in published} == {(math.inf, "fail")}, "0.5 mA are exceeded"
     judged = [diagnostics(found) for found in (ev.run(scenario), ev.simulate(scenario))]
     over = {"drive.high": ["100 V"]}
-    (plate,) = ev.design_plate(scenario, over, limits=limits, minimise=["peak voltage"]).candidates
+    (plate,) = ev.plan_plate(scenario, over, limits=limits, minimise=["peak voltage"]).candidates
     planned = next(each for each in plate.rows if each.quantity == "rms current")
     for found in (row(checked, "rms current"), planned, *(each["rms current"] for each in judged)):
         assert (found.state, found.value) == ("unknown", None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,9 +14,8 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError, NotCausalError
-from electrovib.physics.limits import Limits
 from electrovib.studies.check import cleared_for_output
-from electrovib.studies.design.drive import design_drive, read_target
+from electrovib.studies.design.drive import drive_for_force, read_target
 from electrovib.studies.design.drive.carrier import carrier_gain, chosen_carrier
 from electrovib.studies.design.drive.direct import Trade, best_factor
 from electrovib.studies.design.drive.direct import _held as held_start
@@ -28,7 +28,7 @@ BEHIND_GAP, FILM = ev.load(GAP), ev.load(FIG6)
 
 
 def design(scenario, target, method="carrier", **options):
-    return design_drive(scenario, target=target, method=method, **{"limits": LIMITS} | options)
+    return drive_for_force(scenario, target=target, method=method, **{"limits": LIMITS} | options)
 
 
 def simulated_means(designed):
@@ -209,7 +209,9 @@ def test_searches_over_many_samples_take_over_what_those_over_few_values_find():
     peaks[-1] += 1
     times = np.arange(33) / 32 * 4e-3 * (count - 1)
     target = times, np.interp(times, np.arange(count) * 4e-3, peaks * 1e-3)
-    designed = ev.design(FIG6, target=target, method="dc", rate=32 / times[-1], limits={"voltage": 350.0})
+    designed = ev.drive_for_force(
+        FIG6, target=target, method="dc", rate=32 / times[-1], limits={"voltage": 350.0}
+    )
     assert designed.misfit < 0.787
     assert designed.agreeing < designed.searches == 14
     assert designed.to_dict()["searches"] == {"made": 14, "agreeing": designed.agreeing}
@@ -236,9 +238,23 @@ def test_a_search_begins_at_a_level_that_is_held_as_long_as_the_limits_allow(lev
     assert list(held_start(trade, level)) == [level] * held + [0.0] * (4 - held)
 
 
-@pytest.mark.parametrize("limits", [{"charge": 3e-9}, {"stored_energy": 1e-7}, {"rms_voltage": 60.0}])
-def test_other_declared_limits_are_held(limits):
-    designed = design(BEHIND_GAP, "constant 20 mN for 3 ms", carrier="3 kHz", rate=48e3, limits=limits)
+SLOW = {"method": "dc", "rate": 1e4}
+FAST = {"carrier": "3 kHz", "rate": 48e3}
+
+
+@pytest.mark.parametrize(
+    ("limits", "options"),
+    [
+        ({"charge": 3e-9}, FAST),
+        ({"stored_energy": 1e-7}, FAST),
+        ({"rms_voltage": 60.0}, FAST),
+        ({"charge": 2e-9}, SLOW),
+        ({"stored_energy": 1e-7}, SLOW),
+        ({"rms_voltage": 30.0}, SLOW),
+    ],
+)
+def test_other_declared_limits_are_held(limits, options):
+    designed = design(BEHIND_GAP, "constant 20 mN for 3 ms", limits=limits, **options)
     ((name, limit),) = limits.items()
     assert name in designed.binding
     value = designed.check.value(name.replace("_", " "))
@@ -260,7 +276,7 @@ def test_an_amplifier_behind_its_bandwidth_is_not_saturated_and_its_limits_count
     designed = design(scenario, "constant 20 mN for 10 ms", carrier="2 kHz", limits=None)
     assert designed.binding == ("current",)
     assert designed.check.value("peak current") == pytest.approx(100e-6, rel=1e-3)
-    unlimited = carrier_gain(scenario, [2e3]).current[0] * np.max(np.abs(designed.values))
+    unlimited = carrier_gain(scenario, [2e3]).peaks["current"][0] * np.max(np.abs(designed.values))
     assert unlimited == pytest.approx(100e-6, rel=0.01)  # the amplifier itself limits nothing
     assert misfit(simulated_means(designed), designed.predicted) < 2e-3
 
@@ -290,7 +306,7 @@ def test_chosen_carrier_allows_the_largest_force():
     bounds = Bounds.of(FILM, LIMITS)
     found = chosen_carrier(FILM, read_target("constant 5 mN"), bounds)
     assert found == 1000
-    largest = carrier_gain(FILM, [found]).largest_amplitude(bounds.limits())[0]
+    largest = carrier_gain(FILM, [found]).largest_amplitude(bounds)[0]
     assert largest == pytest.approx(1000, rel=0.05)
     slower = Bounds.of(BEHIND_GAP, LIMITS | {"current": "1 mA"})
     assert chosen_carrier(BEHIND_GAP, read_target("constant 5 mN"), slower) == 1000
@@ -362,7 +378,7 @@ def test_the_command_writes_a_drive_that_check_passes(tmp_path):
     """The file states target, misfit and limits; without declared limits nothing is written."""
     limits, out, numbers = tmp_path / "limits.toml", tmp_path / "drive.csv", tmp_path / "all.json"
     limits.write_text('limits = { voltage = "1 kV", current = "250 uA" }\n')
-    words = ["design", GAP, "--want", "electrostatic_force = sine 100 Hz 30 mN for 20 ms"]
+    words = ["drive-for-force", GAP, "--target", "sine 100 Hz 30 mN for 20 ms"]
     words += ["--method", "carrier", "--carrier", "2 kHz"]
     written = ["--limits", str(limits), "--edge", "line", "-o", str(out)]
     assert CliRunner().invoke(app, [*words, *written]).exit_code == 0
@@ -410,23 +426,26 @@ def test_gain_is_that_of_the_simulated_sine_in_its_steady_state(name, drive, cha
     gain, peak = carrier_gain(scenario, [3000.0]), drive["amplitude"]
     exact = 1e-3 if name.endswith("fig7") else 1e-9
     assert gain.force[0] * peak**2 == pytest.approx(found[MEAN], rel=exact)
-    assert gain.current[0] * peak == pytest.approx(found[current], rel=1e-3)
-    assert gain.body_current[0] * peak == pytest.approx(found["peak current"], rel=1e-3)
+    assert gain.peaks["current"][0] * peak == pytest.approx(found[current], rel=1e-3)
+    assert gain.peaks["body_current"][0] * peak == pytest.approx(found["peak current"], rel=1e-3)
     if amplified or drive is CURRENT:
-        assert gain.voltage[0] * peak == pytest.approx(found[voltage], rel=1e-3)
+        assert gain.peaks["voltage"][0] * peak == pytest.approx(found[voltage], rel=1e-3)
 
 
 def test_largest_amplitude_is_that_of_the_limit_that_binds():
     """Equation (1) of Vezzoli et al. 2014 on the finger alone: 250 uA at 3 kHz is 404 V and 4.6 mN."""
     gain = carrier_gain(ev.load("vezzoli_2014/fig6_static"), [30.0, 3000.0])
-    limits = Limits(voltage=1000.0, current=250e-6)
-    volts = gain.largest_amplitude(limits)
+
+    def allowed(**limits):
+        return gain.largest_amplitude(SimpleNamespace(value=limits.get))
+
+    volts = allowed(voltage=1000.0, current=250e-6)
     assert volts[0] == 1000.0
     assert volts[1] == pytest.approx(404, rel=2e-3)
     assert (gain.force * volts**2)[1] == pytest.approx(4.623e-3, rel=1e-3)
-    assert gain.largest_amplitude(limits, slew=1e6)[1] == pytest.approx(1e6 / (2 * np.pi * 3000))
-    assert gain.largest_amplitude(Limits(body_current=1e-6))[1] == pytest.approx(volts[1] / 250)
-    assert gain.largest_amplitude(Limits())[0] == np.inf
+    assert allowed(voltage=1000.0, slew_rate=1e6)[1] == pytest.approx(1e6 / (2 * np.pi * 3000))
+    assert allowed(body_current=1e-6)[1] == pytest.approx(volts[1] / 250)
+    assert allowed()[0] == np.inf
 
 
 def test_gain_falls_below_the_leak_of_the_skin():

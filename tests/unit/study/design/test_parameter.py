@@ -16,7 +16,7 @@ from electrovib.core.budget import budget
 from electrovib.core.discovery import offers, paper_names
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.studies.design import function
+from electrovib.studies.design import value as module
 
 SINE = ev.load("bau_2010/sine")
 MEAN, FREE = "mean electrostatic_force", "drive.amplitude"
@@ -32,8 +32,12 @@ def force(scenario=SINE, quantity=MEAN, at=None):
     return ev.prepare(scenario, free=list(at or [FREE]), quantities=[quantity])(at or {})[quantity]
 
 
-def design(want=WANT, free=FREE, scenario=SINE, **options):
-    return ev.design(scenario, want=want, free=free, **options)
+def design(want=WANT, free=FREE, scenario=SINE, *, between=None, **options):
+    return ev.find_value(scenario, want=want, free=free if between is None else {free: between}, **options)
+
+
+def for_share(share=0.5, want=WANT, free=FREE, scenario=SINE, **options):
+    return ev.value_for_share(scenario, want=want, free=free, share=share, **{"seed": 1, "n": 20} | options)
 
 
 def test_amplitude_and_area_of_the_square_law_and_a_range_without_them():
@@ -44,7 +48,7 @@ def test_amplitude_and_area_of_the_square_law_and_a_range_without_them():
     assert found.lines[0] == "drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN."
     found = design({MEAN: 0.05}, "contact.area", IDEAL)
     assert found.value == pytest.approx(1e-4 * 0.05 / force(IDEAL), rel=1e-9)
-    found = design(between="60 V:0.1 kV")
+    found = design(f"{WANT}", f"{FREE} = 60 V:0.1 kV")
     assert (found.wanted.low, found.wanted.high) == (60, 100)
     assert min(found.explored.points, key=itemgetter(1)) == (60, pytest.approx(force() * 0.36, rel=1e-9))
     assert not found.solutions
@@ -135,7 +139,7 @@ def test_more_solutions_than_are_listed_are_counted_where_they_are_listed():
     found = design(want, "drive.frequency", between="100 Hz:600 Hz", set=grounded)
     assert len(found.solutions) + found.explored.beyond == 40
     (line,) = [each for each in found.lines if each.startswith("Other solutions")]
-    counted = "Other solutions (30 with the first, of 40; a narrower range, between, finds the others): "
+    counted = "Other solutions (30 with the first, of 40; a narrower range finds the others): "
     assert line.startswith(counted)
 
 
@@ -170,33 +174,26 @@ def test_elasticities_of_the_square_law_and_of_solutions_nearby():
         assert stated.value == pytest.approx(math.log(high / low) / (2 * step), rel=1e-5)
 
 
-def test_the_distribution_of_a_power_law():
-    """The amplitude is proportional to the area to the power -1/2, so that the area's percentiles give its own."""
-    found = design(scenario=IDEAL, space=AREA, n=40, seed=3)
+def test_the_values_for_shares_of_the_draws_of_a_power_law():
+    """The amplitude is proportional to the area to the power -1/2, so that the order statistics of the area give its own."""
+    found = for_share(scenario=IDEAL, space=AREA, n=40, seed=3)
     area = ev.read_space(IDEAL, AREA).draw(3, 0, 40)["contact.area"]
-    expected = design(scenario=IDEAL).value * np.sqrt(1e-4 / area)
-    assert found.distribution.values == pytest.approx(expected, rel=1e-7)
-    assert found.distribution.percentiles()[5] == pytest.approx(np.percentile(expected, 5), rel=1e-5)
-    line = next(each for each in found.lines if each.startswith("Distribution"))
-    assert "each draw solved anew" in line
-    assert not found.influences
+    values = np.sort(design(scenario=IDEAL).value * np.sqrt(1e-4 / area))
+    places = {0.05: 1, 0.25: 9, 0.5: 19, 0.75: 29, 0.95: 37}
+    assert found.others == pytest.approx({share: values[place] for share, place in places.items()}, rel=1e-7)
+    assert found.value == found.others[0.5]
+    assert any(line.startswith(f"{FREE} at which a share of the draws has it: 5 %: ") for line in found.lines)
 
 
-def test_draws_without_a_solution_are_counted():
+def test_shares_that_no_value_in_the_range_reaches_are_not_given():
     space = {"contact.area": {"model": "Uniform", "low": "0.2 cm2", "high": "2 cm2"}}
-    found = design(space=space, seed=1, n=12, between="1 V:55 V")
-    area = ev.read_space(SINE, space).draw(1, 0, 12)["contact.area"]
-    beyond = 100 * np.sqrt(0.05 / force() * 1e-4 / area) > 55
-    assert 0 < np.sum(beyond) < 12
-    assert np.array_equal(~np.isfinite(found.distribution.values), beyond)
-    assert any(line.startswith(f"{np.sum(beyond)} of 12 draws have no value") for line in found.lines)
-
-
-def test_the_free_parameter_is_not_drawn():
-    both = AREA | {FREE: {"model": "Uniform", "low": "20 V", "high": "90 V"}}
-    found, alone = (design(space=space, seed=1, n=5) for space in (both, AREA))
-    assert found.distribution.values == pytest.approx(alone.distribution.values, rel=1e-7)
-    assert "drive.amplitude is not drawn: it is the parameter that is sought" in found.lines
+    found = for_share(free=f"{FREE} = 1 V:55 V", space=space)
+    area = ev.read_space(SINE, space).draw(1, 0, 20)["contact.area"]
+    reached = np.sum(100 * np.sqrt(0.05 / force() * 1e-4 / area) < 55)
+    assert 1 < reached < 15
+    assert [share for share, value in found.others.items() if math.isfinite(value)] == [
+        share for share in found.others if 20 * share <= reached
+    ]
 
 
 @pytest.mark.slow
@@ -274,8 +271,8 @@ def free_of(scenario):
 )
 def test_the_drive_that_gives_0_64_times_the_force_of_a_preset_is_found_and_gives_it(name, monkeypatch):
     scenario = ev.load(name)
-    if function.is_long(scenario):  # elasticities take most of the time, and are the same code for all
-        monkeypatch.setattr(function, "inputs_of", lambda *_: ())
+    if module.is_long(scenario):  # elasticities take most of the time, and are the same code for all
+        monkeypatch.setattr(module, "_inputs", lambda *_: ())
     free = free_of(scenario)
     begin = value_at(scenario, free)
     wanted = force(scenario, at={free: 0.8 * begin})
@@ -300,25 +297,22 @@ def combinations():
 
 
 @pytest.mark.parametrize(("space", "free", "quantity"), [*combinations()])
-def test_every_draw_gives_what_is_wanted(space, free, quantity):
-    wanted = 0.7 * force(quantity=quantity)
-    found = design({quantity: wanted}, free, between=RANGES[free], space=SPACES[space], seed=1, n=4)
-    if found.distribution is None:
-        assert not found.solutions
+def test_at_the_value_for_a_share_one_draw_has_just_what_is_wanted(space, free, quantity):
+    wanted, space = 0.7 * force(quantity=quantity), ev.read_space(SINE, SPACES[space])
+    asked = {"want": {quantity: wanted}, "free": {free: RANGES[free]}, "space": space}
+    if free in space.paths:
+        with pytest.raises(InputError, match=f"free: {free} differs between the fingers"):
+            for_share(**asked)
         return
-    drawn = ev.read_space(SINE, SPACES[space]).draw(1, 0, 4)
-    drawn.pop(free, None)
+    found, drawn = for_share(**asked), space.draw(1, 0, 20)
     prepared = ev.prepare(SINE, free=[free, *drawn], quantities=[quantity])
-    for i, value in enumerate(found.distribution.values):
-        if math.isfinite(value):
-            point = {free: value} | {path: values[i] for path, values in drawn.items()}
-            assert prepared(point)[quantity] == pytest.approx(wanted, rel=1e-6)
+    for value in {each for each in found.others.values() if math.isfinite(each)} - set(RANGES[free]):
+        points = [{free: value} | {path: values[i] for path, values in drawn.items()} for i in range(20)]
+        nearest = min(abs(prepared(each)[quantity] / wanted - 1) for each in points)
+        assert nearest < 1e-6
 
 
 REFUSED = {
-    "nothing": ({"want": None, "free": None}, "design: state what is wanted: a parameter by want="),
-    "no free": ({"free": None}, "free: not given, but the design of a parameter needs it"),
-    "no want": ({"want": None}, "want: not given"),
     "no value": ({"want": MEAN}, "want = mean electrostatic_force: expected one quantity"),
     "two values": ({"want": f"{MEAN} = 1 = 2"}, "want = .*: expected one quantity"),
     "not a text": ({"want": 3}, "want = 3: expected one quantity"),
@@ -328,19 +322,18 @@ REFUSED = {
     "frequency": ({"want": "electrostatic_force at 2 Hz = 1 N"}, "at = 2 Hz: expected a time.*drive.freq"),
     "late": ({"want": "electrostatic_force at 9 s = 1 N"}, "at = 9 s: expected a time from 0 s to"),
     "no such path": ({"free": "drive.amplitud"}, "drive.amplitud: .*Did you mean 'drive.amplitude'"),
-    "several": ({"free": [FREE]}, r"free = \['drive.amplitude'\]: design takes a text"),
+    "several": ({"free": [FREE]}, r"free = \['drive.amplitude'\]: expected the dotted path of one"),
     "no number": ({"free": "drive"}, "drive: no physical parameter has this path"),
     "absent": ({"free": "limits.voltage"}, "limits.voltage: the scenario gives it no value; add one"),
     "a grid": ({"free": "frequency.high"}, "frequency.high: the frequencies of the output are no"),
-    "no range": ({"between": "10"}, "between = 10: expected LOW:HIGH, for instance 0 V:100 kV"),
-    "turned": ({"between": "20:10"}, "between = 20:10: expected two values, the smaller first"),
+    "no range": (
+        {"between": "10"},
+        "free = drive.amplitude=10: expected PATH=LOW:HIGH, for instance drive.amplitude=0 V:100 kV",
+    ),
+    "turned": ({"between": "20:10"}, "free = drive.amplitude=20:10: expected two values, the smaller first"),
     "beyond": ({"between": "1V:1GV"}, "drive.amplitude allows 0 V to 100 kV"),
-    "range in m": ({"between": "1m:2V"}, "between = 1m: expected a voltage"),
+    "range in m": ({"between": "1m:2V"}, "drive.amplitude = 1m: expected a voltage"),
     "no influence": ({"free": "friction.coefficient"}, "friction.coefficient: mean .* does not depend on it"),
-    "draws of nothing": ({"n": 5}, "n: belongs to the draws from a space"),
-    "one draw": ({"space": AREA, "n": 1}, "n = 1: expected a whole number of draws"),
-    "no seed": ({"space": AREA}, "seed: missing.*add one, for instance 1"),
-    "no such space": ({"space": "finger"}, "finger"),
     "no such limit": ({"limits": {"voltag": 1.0}}, "limits.voltag: .*voltage"),
     "no such file": ({"limits": "none.toml"}, "none.toml: No such file"),
     "two at once": ({"want": "mean electrostatic_forc = 1 N", "free": "drive.amplitud"}, "drive.amplitud"),
@@ -356,26 +349,24 @@ def test_a_mistake_is_one_sentence(wrong):
 
 
 def test_more_than_the_budget_is_refused_as_soon_as_it_shows():
-    drawn = {"space": AREA, "seed": 1}
     with (
         budget(time=1e-3),
         pytest.raises(ElectrovibError, match=r"would .* evaluations for drive\.amplitude"),
     ):
         design()
+    slow = {"want": f"{MEAN} = 40 mN", "free": "drive.frequency", "scenario": LEAKY, "space": AREA}
     with budget(time=2), pytest.raises(ElectrovibError, match=r"for 5000 draws, of .*Choose a smaller n"):
-        design(**drawn, n=5000)
-    for more in ({}, {"share": 0.9}):
-        with pytest.raises(ElectrovibError, match=r"TB, for 1000000000000 draws; .*Choose a smaller n"):
-            design(**drawn, n=10**12, **more)
+        for_share(**slow, n=5000)
+    with pytest.raises(ElectrovibError, match=r"TB, for 1000000000000 draws; .*Choose a smaller n"):
+        for_share(space=AREA, n=10**12)
 
 
 def test_everything_as_tables_without_numbers_that_json_does_not_have():
-    found = design(space=AREA, seed=1, n=5, limits={"voltage": 30.0})
+    found = design(limits={"voltage": 30.0})
     table = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert table["value"] is None
     assert table["obtainable_within_limits"]["at"] == pytest.approx(30)
     assert table["solutions"][0]["is_allowed"] is False
-    assert len(table["distribution"]["draws"]) == 5
     assert table["text"] == list(found.lines)
     assert str(found) == "\n".join(found.lines)
 

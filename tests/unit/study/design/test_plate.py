@@ -38,7 +38,7 @@ THICKNESSES, AMPLITUDES = [2e-6, 5e-6, 1e-5, 2e-5], [100.0, 300.0, 500.0, 1000.0
 STRONG = STATIC.replace({"stack.insulator.breakdown_field": 1e9})
 OVER = {THICKNESS: THICKNESSES, VOLTS: AMPLITUDES}
 FAR = {"voltage": "1 MV"}
-plate = functools.partial(ev.design_plate, refine=0)
+plate = functools.partial(ev.plan_plate, refine=0)
 
 
 def volts(*values):
@@ -387,8 +387,8 @@ def test_table_page_and_figure_have_every_candidate_with_every_limit(design):
 def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
     (tmp_path / "limits.toml").write_text('voltage = "200 V"\n', encoding="utf-8")
     out = tmp_path / f"plate.{suffix}"
-    words = f"design bau_2010/sine --over {THICKNESS}=1um:4um:2log --over {VOLTS}=100V:300V:3".split()
-    words += ["--material", "silica,parylene C", "--limits", str(tmp_path / "limits.toml"), "-o", str(out)]
+    words = f"plan-plate bau_2010/sine --over {THICKNESS}=1um:4um:2log --over {VOLTS}=100V:300V:3".split()
+    words += ["--materials", "silica,parylene C", "--limits", str(tmp_path / "limits.toml"), "-o", str(out)]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output
     assert (

@@ -14,9 +14,9 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.studies.design import share
 from electrovib.studies.design.search import inside_band
-from electrovib.studies.design.uncertain import (
+from electrovib.studies.design.share import function as share
+from electrovib.studies.design.share.fingers import (
     Covered,
     DrawnFingers,
     by_gain,
@@ -63,11 +63,11 @@ def drawn(seed, first, last):
 
 def at_least(share=0.9, **options):
     given = {"want": f"{MEAN} = 5 mN", "free": VOLTS, "space": THICKNESS, "seed": 3}
-    return ev.design(STATIC, share=share, **given | options)
+    return ev.value_for_share(STATIC, share=share, **given | options)
 
 
 def within(band, share, **options):
-    return at_least(share, want=MEAN, band=band, **options)
+    return at_least(share, want={MEAN: band}, **options)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
@@ -119,11 +119,11 @@ def test_a_share_that_is_not_reached_states_the_largest_one():
     assert 0.6 < found.top.share < 0.8
     assert "is not reached for 90 % of the population: the largest share is" in found.lines[0]
     exact = voltage(WANT, quantile(0.5))
-    found = at_least(0.9, between=(10.0, exact), n=500)
+    found = at_least(0.9, free={VOLTS: (10.0, exact)}, n=500)
     assert found.found is None
     assert found.top.value == pytest.approx(exact)
     assert found.top.share == pytest.approx(0.5, abs=0.07)
-    found = at_least(0.5, between="1 V:10 V", n=50)
+    found = at_least(0.5, free=f"{VOLTS}=1 V:10 V", n=50)
     assert (found.found, found.top, found.check) == (None, None, None)
     assert found.lines[0].startswith(
         "No draw has a mean electrostatic force of at least 5 mN for drive.amplitude"
@@ -140,13 +140,13 @@ def test_an_open_end_and_an_end_of_the_search_are_not_given_as_an_end_of_the_ans
     inside = within("5 mN:50 mN", 0.5, n=50).lines[1]
     assert "reached from" in inside
     assert "end of the searched" not in inside
-    least = at_least(n=50, between=("1 kV", "2 kV")).lines[1]
+    least = at_least(n=50, free={VOLTS: ("1 kV", "2 kV")}).lines[1]
     assert "reached from the beginning of the searched range, 1 kV to the end" in least
 
 
 @pytest.mark.parametrize(("low", "high"), [(WANT, math.inf), (4e-3, 6e-3)])
 def test_the_gain_of_each_finger_gives_what_the_general_solution_gives(low, high):
-    wanted = read_wanted(STATIC, want={MEAN: low}, free=VOLTS, between=(50.0, 200.0))
+    wanted = read_wanted(STATIC, want={MEAN: low}, free={VOLTS: (50.0, 200.0)})
     draws = ev.read_space(STATIC, THICKNESS).draw(4, 0, 6)
     fingers = DrawnFingers(STATIC, wanted, draws)
     assert fingers.is_quadratic()
@@ -171,7 +171,7 @@ def test_quantities_in_arrays_are_those_of_the_general_solution(monkeypatch, nam
 
 def test_intervals_from_arrays_are_those_of_the_general_solution(monkeypatch):
     scenario = ev.load("bau_2010/sine")
-    wanted = read_wanted(scenario, want={MEAN: 5e-3}, free=PATH, between=(1e-6, 2e-5))
+    wanted = read_wanted(scenario, want={MEAN: 5e-3}, free={PATH: (1e-6, 2e-5)})
     fingers = DrawnFingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 33))
     seen = []
     quick = by_solution(fingers, 5e-3, math.inf, progress=lambda *at: seen.append(at))
@@ -185,7 +185,7 @@ def test_intervals_from_arrays_are_those_of_the_general_solution(monkeypatch):
 
 def test_a_parameter_that_is_not_quadratic_is_solved_in_general():
     """The gap is largest at V sqrt(eps0 A/(4 F)) - T/eps, so thick films need a small gap."""
-    found = at_least(want=f"{MEAN} = 0.5 mN", free="stack.gap.thickness", between="10 um:1 mm", n=20)
+    found = at_least(want=f"{MEAN} = 0.5 mN", free="stack.gap.thickness = 10 um:1 mm", n=20)
     thickness = np.sort(drawn(3, 0, 20))[17]
     expected = 100 * math.sqrt(eps0 * AREA / (4 * 0.5e-3)) - thickness / PERMITTIVITY
     assert found.value == pytest.approx(expected, rel=1e-6)
@@ -286,11 +286,11 @@ WRONG = {
     "share in per cent": ({"share": 90}, "share = 90"),
     "free in the space": ({"free": PATH}, "differs between the fingers of the space"),
     "few draws": ({"n": 5}, "n = 5: expected a whole number of draws, 20 or more"),
-    "band and value": ({"band": "1 mN:2 mN"}, "with a band, name the quantity alone"),
-    "band reversed": ({"want": MEAN, "band": "2 mN:1 mN"}, "the smaller value first"),
-    "band of one": ({"want": MEAN, "band": "2 mN"}, "expected LOW:HIGH"),
+    "band reversed": ({"want": f"{MEAN} = 2 mN:1 mN"}, "= 2 mN:1 mN: expected LOW:HIGH"),
+    "band of none": ({"want": {MEAN: []}}, "expected LOW:HIGH, for instance '20 mN:60 mN'"),
+    "band of three": ({"want": {MEAN: (1, 2, 3)}}, "expected LOW:HIGH, for instance '20 mN:60 mN'"),
     "no value": ({"want": MEAN}, "expected one quantity and its value"),
-    "band unit": ({"want": MEAN, "band": "2 V:3 V"}, "electrostatic_force"),
+    "band unit": ({"want": f"{MEAN} = 2 V:3 V"}, "electrostatic_force = 2 V: expected a force"),
     "quantity": ({"want": "mean electrostatic_farce = 1 mN"}, "electrostatic_farce"),
     "limits": ({"limits": {"voltage": -1.0}}, "limits.voltage"),
     "four at once": ({"share": 2.0, "n": 1, "seed": -1, "space": "nobody"}, "nobody"),
@@ -315,8 +315,8 @@ SPACES = {
 @pytest.mark.parametrize("high", [math.inf, 9e-3], ids=["at least", "band"])
 def test_combinations_reach_the_share_among_brute_force_draws(space, high):
     """Every combination: the share at the value among many draws in closed form is in the interval that is stated."""
-    asked = {"want": f"{MEAN} = 2 mN"} if math.isinf(high) else {"want": MEAN, "band": (2e-3, high)}
-    found = at_least(0.8, space=SPACES[space], seed=7, n=400, **asked)
+    want = f"{MEAN} = 2 mN" if math.isinf(high) else {MEAN: (2e-3, high)}
+    found = at_least(0.8, space=SPACES[space], seed=7, n=400, want=want)
     draws = ev.read_space(STATIC, SPACES[space]).draw(99, 0, 100_000)
     gap = draws.get("stack.gap.thickness", GAP)
     forces = eps0 * AREA * (found.value / (draws[PATH] / PERMITTIVITY + gap)) ** 2 / 4
@@ -329,7 +329,7 @@ def test_the_command_prints_the_answer_and_writes(tmp_path):
     space = f'[space]\n"{PATH}" = {{ model = "LogNormal", median = "1 um", factor = 1.5 }}\n'
     (tmp_path / "space.toml").write_text(space, encoding="utf-8")
     words = [
-        "design",
+        "value-for-share",
         "bau_2010/sine",
         "--want",
         f"{MEAN} = 20mN:400mN",

@@ -20,11 +20,12 @@ from electrovib.solve.stack.expand import behind_amplifier, phasors
 from electrovib.studies.design.limits import Bounds, refuse_exceeded, worst_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
-    from electrovib.physics.limits import Limits
     from electrovib.studies.design.drive.target import Target
 
 
@@ -39,31 +40,22 @@ class CarrierGain:
     """Force, currents and plate voltage of one sine in its steady state, per unit of the peak of the drive, over frequency.
 
     - `force`: time mean over the squared peak [N/V^2; N/A^2 for a current drive], >= 0.
-    - `voltage`: peak voltage of the plate [1]; for a current drive that across the stack [V/A].
-    - `current`, `body_current`: peak current of the amplifier into plate, declared stray capacitance and
-      finger, and that through the finger [A/V; 1].
+    - `peaks`: peak of a quantity by the name of its limit; the voltage is that of the plate [1], for a current drive that across
+      the stack [V/A], the current that of the amplifier into plate, declared stray capacitance and finger [A/V; 1].
     """
 
     frequency: Real
     force: Real
-    voltage: Real
-    current: Real
-    body_current: Real
+    peaks: Mapping[str, Real]
 
-    def largest_amplitude(self, limits: Limits, *, slew: float | None = None) -> Real:
-        """Return the largest peak of the drive within limits of voltage, currents and slope; infinite without one."""
-        bounds = [np.full(len(self.frequency), np.inf)]
-        for limit, gain in (
-            (limits.voltage, self.voltage),
-            (limits.current, self.current),
-            (limits.body_current, self.body_current),
-        ):
-            if limit is not None:
+    def largest_amplitude(self, bounds: Bounds) -> Real:
+        """Return the largest peak of the drive within the limits of `peaks`; infinite without one."""
+        found = np.full(len(self.frequency), np.inf)
+        for name, peak in self.peaks.items():
+            if (limit := bounds.value(name)) is not None:
                 with np.errstate(divide="ignore"):
-                    bounds.append(limit / gain)
-        if slew is not None:
-            bounds.append(slew / (2 * math.pi * self.frequency))
-        return np.asarray(np.min(bounds, axis=0))
+                    found = np.minimum(found, limit / peak)
+        return found
 
 
 def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
@@ -83,22 +75,17 @@ def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
     amplifier, area = scenario.circuit.amplifier, scenario.contact_area
     body = np.abs(section.current_density * area)
     if scenario.drive.quantity == "current":
-        return CarrierGain(
-            frequency=axis, force=first, voltage=np.abs(section.voltage), current=body, body_current=body
-        )
+        peaks = {"voltage": np.abs(section.voltage), "current": body, "body_current": body}
+        return CarrierGain(frequency=axis, force=first, peaks=peaks)
     output = np.ones(len(axis), complex)
     current = section.current_density * area
     if amplifier is not None:
         pole = 1.0 if amplifier.bandwidth is None else 1 + 1j * axis / amplifier.bandwidth
         output = output * (amplifier.gain / pole)
         current = current + 2j * math.pi * axis * amplifier.stray_capacitance * output
-    return CarrierGain(
-        frequency=axis,
-        force=first,
-        voltage=np.abs(output),
-        current=np.abs(current),
-        body_current=body,
-    )
+    slew = 2 * math.pi * axis * abs(scenario.circuit.supply.gain)
+    peaks = {"voltage": np.abs(output), "current": np.abs(current), "body_current": body, "slew_rate": slew}
+    return CarrierGain(frequency=axis, force=first, peaks=peaks)
 
 
 def refuse_nonlinear(scenario: Scenario) -> None:
@@ -241,7 +228,7 @@ def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
     lowest = max(LOWEST, SLOWER * target.highest_frequency)
     candidates = lowest * 10.0 ** (np.arange(_DECADES * _PER_DECADE + 1) / _PER_DECADE)
     gain = carrier_gain(scenario, candidates)
-    peak = gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))
+    peak = gain.largest_amplitude(bounds)
     peak = np.minimum(peak, bounds.largest_drive)
     force = gain.force * np.where(np.isfinite(peak), peak, 1.0) ** 2
     return float(candidates[int(np.argmax(force > 0.999 * np.max(force)))])
@@ -258,18 +245,17 @@ def design_carrier(
 ) -> FoundDrive:
     """Design a carrier whose envelope makes the force averaged over each of its periods the target.
 
-    v = a(t) sin(2 pi f t), a = c(t) sqrt(F*(t)/g(f)) within plus and minus the largest amplitude, with the
-    gain g of the mean force. If `corrected`, the correction c, one value for each period with straight lines
-    between their middles, is multiplied by sqrt(F*/F) until it changes by less than 1e-6; it removes the
-    effects of dispersion, leak and sampling. A period whose envelope is at the largest amplitude is not
-    raised. The `rate` is a whole multiple of the carrier, 64 in a period if None.
+    v = a(t) sin(2 pi f t), a = c(t) sqrt(F*(t)/g(f)) within plus and minus the largest amplitude, with the gain g of the mean
+    force. If `corrected`, the correction c, one value for each period with straight lines between their middles, is multiplied
+    by sqrt(F*/F) until it changes by less than 1e-6. A period whose envelope is at the largest amplitude is not raised. The
+    `rate` is a whole multiple of the carrier, 64 in a period if None.
     """
     used = chosen_carrier(scenario, target, bounds) if carrier is None else carrier
     per_period, periods = _grid(target, used, rate)
     gain = carrier_gain(scenario, [used])
     played = Played(scenario, used * per_period)
     times, edges = played.times(periods * per_period + 1), np.arange(periods + 1) / used
-    largest = float(gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))[0])
+    largest = float(gain.largest_amplitude(bounds)[0])
     largest = min(largest, saturated := bounds.largest_drive)
     root = target.root(times) / math.sqrt(float(gain.force[0]))
     wave = _Wave(times, edges, per_period, root, is_current=scenario.drive.quantity == "current")

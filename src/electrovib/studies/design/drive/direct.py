@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.limits import limited
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.studies.check.series import plate_capacitance
@@ -16,7 +17,7 @@ from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_
 from electrovib.studies.design.limits import Bounds, refuse_exceeded, worst_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
@@ -101,10 +102,8 @@ class BestFactor:
 def best_factor(trade: Trade, scale: float) -> BestFactor:
     """Return the factor of the amplitude at each sample that follows the target best within the limits.
 
-    The misfit has local minima: parts of the target compete for the same charge and voltage. Sequential
-    quadratic programming over at most 16 values of the factor therefore begins at several points, the same at
-    each call: the scaled target, factors that are held from the beginning as long as the limits allow, in one
-    quarter of the time or to the end, and 5 points that fill the range evenly. With more samples it is
+    The misfit has local minima: parts of the target compete for the same charge and voltage. Sequential quadratic programming
+    over at most 16 values of the factor therefore begins at several points, the same at each call; with more samples it is
     repeated over at most 80 values, from the first three starts and the best result for few values.
     """
     factor, misfits = _best(trade, scale, _FEW_UNKNOWNS, _further_starts)
@@ -192,7 +191,7 @@ _LEAD_SHARE: Final = 0.5
 _ROUNDED: Final = 1e-3
 _LAGS: Final = 5.0
 """Duration of the ramps over the lag of series resistance and amplifier, at least."""
-_TRIALS: Final = 4
+_TRIALS: Final = 8
 _MARGIN: Final = 1e-6
 _SMOOTH: Final = 1e-7
 """Weight of the second differences of the voltage over that of the amplitude of the force; a choice."""
@@ -203,12 +202,10 @@ _BESIDE: Final = 1e-3
 def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: float | None) -> FoundDrive:
     """Design a slow voltage, from 0 V to 0 V, whose predicted force is the target.
 
-    With the amplitude E = M v of the law at the samples and between them, linear and causal in the voltages
-    v, and F = c E^2, the voltage minimises |M v - sqrt(F*/c)|^2 + w |second differences of v|^2: the penalty
-    matters only where M has no stable inverse. The drive times the gain of an amplifier is held within the
-    limit of the voltage, whatever its bandwidth. Where a limit binds, E = s sqrt(F*/c) with a factor s(t) of
-    straight lines that minimises the mean square of F - F* over the target under the limits. A law with more
-    than one amplitude is refused.
+    With the amplitude E = M v of the law at the samples and between them, linear and causal in the voltages v, and F = c E^2,
+    the voltage minimises |M v - sqrt(F*/c)|^2 + w |second differences of v|^2: the penalty matters only where M has no stable
+    inverse. The drive times the gain of an amplifier is held within the limit of the voltage, whatever its bandwidth. Where a
+    limit binds, E = s sqrt(F*/c) with a factor s(t) of straight lines that minimises the mean square of F - F* under the limits.
     """
     refuse_nonlinear(scenario)
     _refuse_charge(scenario)
@@ -224,9 +221,9 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     if lead > 1:
         response = sample_response(played, count, lead)
         inverse = inverse_of(response)
-    shrink = 1 - _MARGIN
+    shrink, ceiling = 1 - _MARGIN, math.inf
     for _ in range(_TRIALS):
-        trade = _trade(response, inverse * root, wanted, bounds, scenario, step, shrink)
+        trade = _trade(response, inverse * root, wanted, bounds, shrink=shrink, ceiling=ceiling)
         scale = trade.scale(np.ones(len(root)))
         best = BestFactor(factor=np.ones(len(root)), searches=0, agreeing=0)
         if scale < 1:
@@ -237,7 +234,10 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
         ratios = bounds.overload(played.scenario(values))
         if (worst := worst_of(ratios)) <= 1:
             break
-        shrink *= (1 - _MARGIN) / worst
+        linear = worst_of({name: each for name, each in ratios.items() if name in response.bounded})
+        shrink *= (1 - _MARGIN) / max(linear, 1 - _MARGIN)
+        if linear < worst:  # the voltage is lowered for a limit of which the response says nothing
+            ceiling = float(np.max(np.abs(values))) * (1 - _MARGIN) / worst
     refuse_exceeded(ratios, "voltage")
     if "voltage" in ratios and (amplifier := scenario.circuit.amplifier) is not None:
         limit = bounds.declared["voltage"].value
@@ -294,19 +294,16 @@ def _lead(scenario: Scenario, bounds: Bounds, step: float, *, volts: float) -> i
     gain = carrier_gain(scenario, [1e3])
     ceiling = bounds.value("voltage")
     if ceiling is not None:
-        volts = min(volts, ceiling / float(gain.voltage[0]))
+        volts = min(volts, ceiling / float(gain.peaks["voltage"][0]))
     amplifier = scenario.circuit.amplifier
     lag = scenario.circuit.element().resistance * plate_capacitance(scenario)
     if amplifier is not None and amplifier.bandwidth is not None:
         lag += 1 / (2 * math.pi * amplifier.bandwidth)
     times = [step, _LAGS * lag]
-    for name, each in (("current", gain.current), ("body_current", gain.body_current)):
+    for name, each in gain.peaks.items():
         limit = bounds.value(name)
-        if limit is not None:
+        if limit is not None and limited(name).of_rate:
             times.append(float(each[0]) / (2 * math.pi * 1e3) * volts / (_LEAD_SHARE * limit))
-    slew = bounds.slew(scenario)
-    if slew is not None:
-        times.append(volts / (_LEAD_SHARE * slew))
     return math.ceil(max(times) / step * (1 - 1e-9))
 
 
@@ -315,23 +312,18 @@ def _trade(
     exact: Real,
     wanted: Real,
     bounds: Bounds,
-    scenario: Scenario,
-    step: float,
+    *,
     shrink: float,
+    ceiling: float,
 ) -> Trade:
-    """Return the compromise between the target and the limits, for factors of the amplitude at the samples."""
-    gain = abs(scenario.circuit.supply.gain)
-    rows = []
-    volts = response.spread @ exact
-    for name, matrix in (
-        ("voltage", volts * gain),
-        ("current", response.currents @ exact),
-        ("body_current", response.body_currents @ exact),
-        ("slew_rate", np.diff(volts, axis=0) * (gain / step)),
-    ):
-        limit = bounds.value(name)
-        if limit is not None:
-            rows.append(matrix / (limit * shrink))
+    """Return the compromise between the target and the limits, for factors of the amplitude at the samples.
+
+    Limits are multiplied by `shrink`, and the drive is not above the `ceiling` [V].
+    """
+    rows = [response.spread @ exact / ceiling] if math.isfinite(ceiling) else []
+    for name, matrix in response.bounded.items():
+        if (limit := bounds.value(name)) is not None:
+            rows.append(matrix @ exact / (limit * shrink))
     return Trade(
         knots=response.knots @ exact * math.sqrt(response.per_square),
         middles=response.middles @ exact * math.sqrt(response.per_square),
@@ -347,15 +339,14 @@ class SampleResponse:
     - `spread`, shape (samples, unknowns): all samples from those in the window.
     - `knots`, `middles`, shapes (intervals + 1, unknowns) and (intervals, unknowns): amplitude of the force
       law at the samples of the window and between them, in its unit per volt.
-    - `currents`, `body_currents`: of amplifier and finger on both sides of all samples [A/V].
+    - `bounded`: quantities that follow the samples linearly, by the name of their limit; currents on both sides of all samples.
     - `per_square`: force over the squared amplitude.
     """
 
     spread: Real
     knots: Real
     middles: Real
-    currents: Real
-    body_currents: Real
+    bounded: Mapping[str, Real]
     per_square: float
 
 
@@ -386,12 +377,17 @@ def sample_response(played: Played, count: int, lead: int) -> SampleResponse:
     middles = _shifted(row[at[1::2]], total)[:total] @ spread
     window = slice(lead, lead + count + 1)
     amplified = found.get("amplifier_current", found["current"])
+    gain = abs(played.base.circuit.supply.gain)
     return SampleResponse(
         spread=spread,
         knots=knots[window],
         middles=middles[lead : lead + count],
-        currents=_on_both_sides(amplified, at, total) @ spread,
-        body_currents=_on_both_sides(found["current"], at, total) @ spread,
+        bounded={
+            "voltage": spread * gain,
+            "current": _on_both_sides(amplified, at, total) @ spread,
+            "body_current": _on_both_sides(found["current"], at, total) @ spread,
+            "slew_rate": np.diff(spread, axis=0) * (gain * played.rate),
+        },
         per_square=per_square,
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -19,7 +19,7 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.studies.check import NEEDED, CheckResult, DeclaredLimit, LimitsSource, checked
 from electrovib.studies.check.amplifier import LARGEST, without_its_limits
 from electrovib.studies.check.result import not_shown
-from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_gain, design_carrier
+from electrovib.studies.design.drive.carrier import FoundDrive, Played, design_carrier
 from electrovib.studies.design.drive.direct import design_direct
 from electrovib.studies.design.drive.target import Target, TargetSource, force_panel, read_target
 from electrovib.studies.design.limits import Bounds, several_limits
@@ -27,8 +27,6 @@ from electrovib.studies.design.result import Designed
 from electrovib.studies.design.wanted import read_number
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.drive.base import Drive
@@ -41,30 +39,59 @@ METHODS: Final = {
     "current": "as carrier, with a prescribed current",
 }
 """Methods with their meanings."""
-CARRIERS: Final = (100.0, 100e3)
-"""Lowest and highest carrier by default [Hz]."""
-_POINTS: Final = 181
-_PROBE: Final = 1e-9
-"""Constant force that is designed [N]; the force that is held follows from its scale."""
 
 
-def design_drive(
-    scenario: Scenario,
+def drive_for_force(
+    scenario: Source,
     *,
     target: TargetSource,
     method: str,
     carrier: float | str | None = None,
     rate: float | str | None = None,
     limits: LimitsSource | Sequence[LimitsSource] = None,
-    progress: Callable[[int, int], None] | None = None,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
 ) -> DesignedDrive:
     """Find the drive whose predicted electrostatic force is a target, or that follows it best within the limits.
 
-    The carrier is by default the one that allows the largest force, from the larger of 1 kHz and ten times
-    the highest frequency of the target on; the rate 64 in a period of the carrier, or 40 in one of the
-    target. `progress` is not called: a design is one evaluation.
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`; its drive is replaced.
+    target : str, Path, Target or pair of array_like
+        Force over time, which is never negative: ``"sine 50 Hz 30 mN"`` (between 0 and 30 mN), ``"sine 50 Hz 10 mN to 30 mN
+        for 0.2 s"``, ``"constant 5 mN for 1 s"``, a file with the columns time and force, or times [s] and forces [N].
+    method : str
+        ``"dc"``, a slow voltage; ``"carrier"``, a carrier whose envelope is corrected; ``"sqrt-am"``, one that is not; or
+        ``"current"``, a carrier of a prescribed current.
+    carrier : float or str, optional
+        Frequency of the carrier [Hz]; by default the one that allows the largest force, from the larger of 1 kHz and ten
+        times the highest frequency of the target on.
+    rate : float or str, optional
+        Samples per second [Hz]; by default 64 in a period of the carrier, or 40 in one of the target.
+    limits : str, Path, mapping, Limits, or a list of them, optional
+        Further limits beside those of the scenario; the strictest counts.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+
+    Returns
+    -------
+    DesignedDrive
+        Samples, the force that the full model predicts, and what bounds it; `scenario` has the drive.
+
+    Raises
+    ------
+    InputError
+        For mistakes, a set-up whose force does not follow the square of the drive, and limits that no drive holds.
+
+    Examples
+    --------
+    >>> import electrovib as ev
+    >>> limits = {"voltage": "1 kV", "current": "1 mA"}
+    >>> found = ev.drive_for_force("bau_2010/sine", target="sine 5 Hz 1 mN", method="carrier", limits=limits)
+    >>> found.is_achieved
+    True
     """
-    del progress
+    base = read_scenario(scenario, changes=set)
     if method not in METHODS:
         raise InputError(
             f"expected one of {', '.join(METHODS)}.{nearest(str(method), METHODS)}",
@@ -76,8 +103,8 @@ def design_drive(
     samples = None if rate is None else read_number(rate, "Hz", "rate")
     if method == "dc" and frequency is not None:
         raise InputError("method 'dc' has no carrier; omit it, or take another method", path="carrier")
-    bounds = Bounds.of(scenario, limits)
-    own = scenario.model_copy(update={"drive": _quantity(method)})
+    bounds = Bounds.of(base, limits)
+    own = base.model_copy(update={"drive": _quantity(method)})
     linear = without_its_limits(own, LARGEST)
     if method == "dc":
         found = design_direct(linear, wanted, bounds, rate=samples)
@@ -85,7 +112,7 @@ def design_drive(
         corrected = method != "sqrt-am"
         found = design_carrier(linear, wanted, bounds, carrier=frequency, rate=samples, corrected=corrected)
     played = Played(own, found.rate)
-    several = several_limits(limits, scenario)
+    several = several_limits(limits, base)
     if own is not linear:
         found = replace(found, predicted=_predicted(played, found))
     return DesignedDrive(
@@ -111,66 +138,6 @@ def _quantity(method: str) -> Drive:
     if method == "current":
         return CurrentSine(amplitude=1e-6, frequency=1e3)
     return Sine(amplitude=1.0, frequency=1e3)
-
-
-@dataclass(frozen=True, kw_only=True)
-class HeldForce:
-    """Largest constant force within limits, by a slow voltage and over the frequency of a carrier.
-
-    - `duration`, `direct`: time for which the slow voltage holds its force [s], and that force [N].
-    - `carriers`: frequencies of the carrier [Hz].
-    - `forces`, `amplitudes`: by the stray capacitance [F], mean force of a carrier of the largest amplitude
-      [N], and that amplitude of the plate voltage [V].
-    - `limits`: of voltage [V] and current [A]; `title`: of the scenario.
-    """
-
-    duration: float
-    direct: float
-    carriers: Real
-    forces: dict[float, Real]
-    amplitudes: dict[float, Real]
-    limits: dict[str, float]
-    title: str
-
-
-def held_force(
-    scenario: Source,
-    *,
-    duration: float = 1.0,
-    carriers: ArrayLike | None = None,
-    stray: Sequence[float] = (),
-    limits: LimitsSource | Sequence[LimitsSource] = None,
-    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
-) -> HeldForce:
-    """Compute the largest constant force that a slow voltage and a carrier hold within declared limits."""
-    found = read_scenario(scenario, changes=set)
-    bounds = Bounds.of(found, limits)
-    missing = [f"limits.{name}" for name in NEEDED if bounds.value(name) is None]
-    if missing:
-        raise InputError(
-            f"{' and '.join(missing)}: not declared, and the largest force follows from the limits"
-        )
-    ends = np.geomspace(*CARRIERS, _POINTS)
-    axis = ends if carriers is None else np.atleast_1d(np.asarray(carriers, dtype=float))
-    plain = found.circuit.amplifier
-    several = tuple(stray) or (0.0 if plain is None else plain.stray_capacitance,)
-    forces, amplitudes = {}, {}
-    for each in several:
-        with_stray = found.replace({"circuit.amplifier.stray_capacitance": each}) if each or plain else found
-        gain = carrier_gain(without_its_limits(with_stray, LARGEST), axis)
-        peak = gain.largest_amplitude(bounds.limits(), slew=bounds.slew(with_stray))
-        forces[each], amplitudes[each] = gain.force * peak**2, gain.voltage * peak
-    level = ([0.0, duration], [_PROBE, _PROBE])
-    direct = design_drive(found, target=level, method="dc", limits=limits)
-    return HeldForce(
-        duration=duration,
-        direct=_PROBE * direct.scale,
-        carriers=axis,
-        forces=forces,
-        amplitudes=amplitudes,
-        limits={name: limit.value for name, limit in bounds.declared.items() if name in NEEDED},
-        title=found.title,
-    )
 
 
 TRACKED: Final = 0.01

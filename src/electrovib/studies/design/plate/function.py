@@ -250,7 +250,7 @@ MINIMISED: Final = ("peak voltage",)
 _EXAMPLE = "over = {'stack.insulator.thickness': [...]}, --over stack.insulator.thickness=1um:20um:10log"
 
 
-def design_plate(
+def plan_plate(
     scenario: Source,
     over: Sequence[str] | Mapping[str, Sequence[float] | Real] = (),
     *,
@@ -303,15 +303,6 @@ def design_plate(
     ------
     InputError
         Every mistake at once.
-    BudgetError
-        If all candidates would take more time or memory than `electrovib.budget` allows.
-
-    Notes
-    -----
-    A candidate is forbidden by a declared limit that it exceeds, by a field above the strength of its film (also an
-    unverified one, which the row states) with the gap as declared or closed, by Paschen's law in the gap, and where the
-    scenario calibrates a detection threshold, by a change of friction below it. The best candidate is compared with all limits
-    again by `electrovib.check`.
     """
     given = read_scenario(scenario, changes=set)
     problems: list[str | Problem] = []
