@@ -136,7 +136,7 @@ class Prepared(ParametricScenario):
         progress: Callable[[int, int], None] | None = None,
     ) -> dict[str, Any]:
         """Compute the quantities for one set of values of the free parameters, or for many."""
-        given = self._columns(values)
+        given = self.by_path(values)
         columns = np.broadcast_arrays(*[np.asarray(each, dtype=float) for each in given.values()])
         if not columns or columns[0].ndim == 0:
             point = {path: float(each) for path, each in zip(given, columns, strict=True)}
