@@ -194,10 +194,8 @@ def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> lis
                 scenario.replace(point)
             except InputError as error:
                 problems |= dict.fromkeys(error.problems)
-        more = (
-            [f"and {len(problems) - MOST_PROBLEMS} more like these"] if len(problems) > MOST_PROBLEMS else []
-        )
-        raise InputError([*list(problems)[:MOST_PROBLEMS], *more]) from None
+        told, more = list(problems)[:MOST_PROBLEMS], len(problems) - MOST_PROBLEMS
+        raise InputError(told + [f"and {more} more like these"] * (more > 0)) from None
 
 
 def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:
