@@ -119,8 +119,6 @@ class Prepared(ParametricScenario):
         """How the quantities of many points are computed, together or one by one, and why."""
         if any(path.partition(".")[0] in GRIDS for path in self.free):
             return "one by one: the grid differs between points"
-        if any(not isinstance(value, float) for value in self.begin.values()):
-            return "one by one: a parameter has no value in the scenario"
         try:
             many = population_on(self, self._names, first_mesh(solved(self.base)))
         except ElectrovibError as error:
