@@ -84,7 +84,7 @@ def squares_in_numpy(many, draws) -> np.ndarray:
     columns = {path: np.asarray(each, dtype=float)[:, None] for path, each in many.columns(draws).items()}
     member = with_columns(many.scenario, columns)
     ((name, transfer),) = many.asked(member).items()
-    ((_, drive),) = many.drive.terms(columns)
+    (drive,) = many.drive.values()
     rates, residues, direct = transfer.rates, transfer.gains * transfer.rates, transfer.direct[:, 0]
     voltage, steps = drive.voltage, drive.moments.steps
     weights = [_of_duration(rates, residues, duration) for duration in steps.duration.tolist()]

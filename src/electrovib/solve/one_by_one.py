@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
+    from electrovib.core.quantity import Quantity
     from electrovib.scenario import Scenario
 
 
@@ -44,9 +45,10 @@ class ParametricScenario:
     def __init__(self, scenario: Scenario, free: Sequence[str], problems: Sequence[str] = ()) -> None:
         found: list[str] = []
         self.free = tuple(free)
+        self.declared: dict[str, Quantity] = {}
         for path in self.free:
             with gathered(found):
-                quantity_at(scenario, path)
+                self.declared[path] = quantity_at(scenario, path)
         found += [
             f"free: '{path}' is named twice" for path in {p for p in self.free if self.free.count(p) > 1}
         ]
@@ -61,13 +63,7 @@ class ParametricScenario:
 
     def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
         """Return the scenario for given values of the free parameters."""
-        given = self._columns(values)
-        foreign = [path for path in given if path not in self.begin]
-        if foreign:
-            raise InputError(
-                f"{foreign[0]}: not a free parameter; the free parameters are {', '.join(self.free)}"
-            )
-        point = self._by_stored_path(self.begin | given)
+        point = self._by_stored_path(self.begin | self.by_path(values))
         last = self._recent
         changed = {path: value for path, value in point.items() if value_of(last, path) != value}
         if changed:
@@ -93,7 +89,7 @@ class ParametricScenario:
         if "capacitance" in names:
             found |= capacitance(member, times)
         if others := {*names} - {"capacitance"}:
-            expanded = self._expanded(member, self._columns(values), times if band is None else band)
+            expanded = self._expanded(member, self.by_path(values), times if band is None else band)
             found |= expanded.at(times, wanted=others).signals
         if missing := [name for name in names if name not in found]:
             raise InputError(without(missing[0], found))
@@ -140,9 +136,12 @@ class ParametricScenario:
         refuse(problems)
         return changes | {path: point[path] for path in self.free if path in self._plain}
 
-    def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:
+    def by_path(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:
         """Return values by path; a sequence has one for each free parameter, in their order."""
         if isinstance(values, Mapping):
+            if foreign := [path for path in values if path not in self.free]:
+                listed = ", ".join(self.free)
+                raise InputError(f"{foreign[0]}: not a free parameter; the free parameters are {listed}")
             return dict(values)
         given = list(values)
         if len(given) != len(self.free):

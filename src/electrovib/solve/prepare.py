@@ -119,8 +119,6 @@ class Prepared(ParametricScenario):
         """How the quantities of many points are computed, together or one by one, and why."""
         if any(path.partition(".")[0] in GRIDS for path in self.free):
             return "one by one: the grid differs between points"
-        if any(not isinstance(value, float) for value in self.begin.values()):
-            return "one by one: a parameter has no value in the scenario"
         try:
             many = population_on(self, self._names, first_mesh(solved(self.base)))
         except ElectrovibError as error:
@@ -136,7 +134,7 @@ class Prepared(ParametricScenario):
         progress: Callable[[int, int], None] | None = None,
     ) -> dict[str, Any]:
         """Compute the quantities for one set of values of the free parameters, or for many."""
-        given = self._columns(values)
+        given = self.by_path(values)
         columns = np.broadcast_arrays(*[np.asarray(each, dtype=float) for each in given.values()])
         if not columns or columns[0].ndim == 0:
             point = {path: float(each) for path, each in zip(given, columns, strict=True)}

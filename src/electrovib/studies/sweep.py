@@ -125,8 +125,7 @@ def sweep_cases(
         {path: float(value) for path, value in zip(axes, values, strict=True)}
         for values in itertools.product(*axes.values())
     ]
-    cases = []
-    members = _scenarios(scenario, points)
+    cases, members = [], _scenarios(scenario, points)
     found = answers(members, asked.solved)
     for done, (point, member) in enumerate(zip(points, members, strict=True)):
         report(done, len(points))
@@ -195,9 +194,8 @@ def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> lis
                 scenario.replace(point)
             except InputError as error:
                 problems |= dict.fromkeys(error.problems)
-        more = len(problems) - MOST_PROBLEMS
-        told = list(problems)[:MOST_PROBLEMS] + ([f"and {more} more like these"] if more > 0 else [])
-        raise InputError(told) from None
+        told, more = list(problems)[:MOST_PROBLEMS], len(problems) - MOST_PROBLEMS
+        raise InputError(told + [f"and {more} more like these"] * (more > 0)) from None
 
 
 def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:

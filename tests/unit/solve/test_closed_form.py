@@ -181,6 +181,7 @@ def test_only_a_friction_without_memory_needs_the_attraction_at_its_own_times(
         asked.append(arguments[2])
         return whole(*arguments, **options)
 
+    assert ("gross_contact_area" in expected) == ("contact" in changes)
     monkeypatch.setattr(expanded, "solve", counted)
     found = Prepared(scenario, free=[]).signals({}, names=(READING, also), time=times)
     for name in (READING, also):

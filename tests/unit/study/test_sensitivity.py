@@ -14,7 +14,7 @@ from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import InputError
 from electrovib.scenario.distributions import Normal, Uniform
 from electrovib.scenario.space import Group, Grouping, Space
-from electrovib.solve import prepare
+from electrovib.solve.quantities import cases
 from electrovib.studies.sensitivity import _bootstrap, _estimates, _terms, sobol
 
 STATIC = "vezzoli_2014/fig6_static"
@@ -150,7 +150,7 @@ def test_one_parameter_has_all_of_the_influence_and_an_elasticity_at_the_end_of_
 
 def test_chunks_change_nothing_and_the_seed_something(monkeypatch):
     whole = sensitivity(n=8)
-    monkeypatch.setattr(prepare, "_CHUNK", 3)
+    monkeypatch.setattr(cases, "_CHUNK", 3)
     again = sensitivity(n=8)
     assert again.indices == whole.indices
     assert again.sample.tobytes() == whole.sample.tobytes()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.paths import quantity_at
 from electrovib.physics.drive.parts import SLACK, Linear, Smooth, Tones, circling
 from electrovib.solve.population.kernels import TimeSteps, time_steps
 from electrovib.solve.stack.harmonics import drive_mean, settled_integral
@@ -114,25 +114,8 @@ class Excitation:
         return np.asarray(self.voltage[self.moments.places] + self.level + waves)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SharedDrive:
-    """A drive v = fixed + sum of value times share over the free parameters of the drive.
-
-    Parameters
-    ----------
-    fixed : Excitation or None
-        What does not depend on them; None if there is nothing.
-    shares : mapping of str to Excitation
-        What each is multiplied with, by its stored path.
-    """
-
-    fixed: Excitation | None
-    shares: Mapping[str, Excitation]
-
-    def terms(self, columns: Mapping[str, Any]) -> list[tuple[Any, Excitation]]:
-        """Return factors and drives whose products add up to the drive of each finger."""
-        found: list[tuple[Any, Excitation]] = [] if self.fixed is None else [(1.0, self.fixed)]
-        return found + [(columns[path], share) for path, share in self.shares.items()]
+SharedDrive: TypeAlias = "dict[str, Excitation]"
+"""A drive as the sum of its values times these, by the paths of its parameters; of the empty path the value is 1."""
 
 
 def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
@@ -226,20 +209,19 @@ def _rises(parts: Sequence[Linear], grid: Real, voltage: Real) -> Real:
     return np.append(np.where(steps > 0, slopes * steps, np.diff(voltage)), 0.0)
 
 
-def shared_drive(scenario: Scenario, free: tuple[str, ...], time: Real, *, settled: bool) -> SharedDrive:
-    """Find the fixed drives whose sum is the drive of every finger, `free` being the stored paths of its free parameters.
+def shared_drive(scenario: Scenario, begin: Mapping[str, float], time: Real, *, settled: bool) -> SharedDrive:
+    """Find the fixed drives whose sum is the drive of every finger, with the values of its free parameters in the scenario.
 
     `time` (n,) [s].
     """
     base = excitation(scenario.drive, time, settled=settled)
-    if not free:
-        return SharedDrive(fixed=base, shares={})
-    begin = {path: _value(scenario, path) for path in free}
+    if not begin:
+        return {"": base}
     slopes, rest = {}, base.row
     own = slice(2 * len(time) + len(base.moments.time), None)  # what precedes it follows from it
-    for path in free:
+    for path in begin:
         nudged = 0.5 * begin[path] or 0.5 * quantity_at(scenario, path).high
-        other = _with(scenario, begin | {path: nudged}, base)  # a level may follow another
+        other = _with(scenario, {**begin, path: nudged}, base)  # a level may follow another
         slopes[path] = (other.row - base.row) / (nudged - begin[path])
         rest = rest - slopes[path] * begin[path]
     sizes = [float(np.max(np.abs(slope[own]))) * abs(begin[path]) for path, slope in slopes.items()]
@@ -247,15 +229,14 @@ def shared_drive(scenario: Scenario, free: tuple[str, ...], time: Real, *, settl
     for look in _LOOKS:
         point = {
             path: begin[path] * look[place % 2] or look[2] * quantity_at(scenario, path).high
-            for place, path in enumerate(free)
+            for place, path in enumerate(begin)
         }
-        expected = rest + sum(slopes[path] * point[path] for path in free)
+        expected = rest + sum(slopes[path] * point[path] for path in begin)
         seen = _with(scenario, point, base).row[own]
         if np.any(np.abs(seen - expected[own]) > _SAME * max(size, float(np.max(np.abs(seen), initial=0.0)))):
-            raise NotInArraysError(f"the drive is not linear in {', '.join(free)}")
-    fixed = None if np.all(np.abs(rest[own]) <= _SAME * size) else Excitation(base.moments, rest)
-    shares = {path: Excitation(base.moments, slope) for path, slope in slopes.items()}
-    return SharedDrive(fixed=fixed, shares=shares)
+            raise NotInArraysError(f"the drive is not linear in {', '.join(begin)}")
+    rows = slopes if np.all(np.abs(rest[own]) <= _SAME * size) else {"": rest} | slopes
+    return {path: Excitation(base.moments, row) for path, row in rows.items()}
 
 
 def _with(scenario: Scenario, point: Mapping[str, float], base: Excitation) -> Excitation:
@@ -269,10 +250,3 @@ def _with(scenario: Scenario, point: Mapping[str, float], base: Excitation) -> E
     if not found.moments.agrees_with(base.moments):
         raise NotInArraysError(f"{', '.join(point)} changes more of the drive than its amplitude")
     return found
-
-
-def _value(scenario: Scenario, path: str) -> float:
-    value = value_at(scenario, path)
-    if not isinstance(value, float):
-        raise NotInArraysError(f"{path} has no value in the scenario")
-    return value

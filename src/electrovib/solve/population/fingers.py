@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
-from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
@@ -121,7 +120,7 @@ class Population:
     ) -> None:
         self.free = (free,) if isinstance(free, str) else tuple(free)
         self.names = (signals,) if isinstance(signals, str) else tuple(signals)
-        _refuse(scenario, self.free, self.names)
+        self.prepared, self._band = ParametricScenario(scenario, self.free, self._problems()), band
         refuse_unsolved(scenario)
         self.scenario = scenario
         self.time: Real | None = None
@@ -132,7 +131,6 @@ class Population:
             self.frequency = scenario.frequency.frequencies()
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
-        self.prepared, self._band = ParametricScenario(scenario, self.free), band
         self._lock = Lock()  # one scenario at a time is prepared for fingers that are solved one by one
         self.method, self.kernel = TOGETHER, kernel_name()
         self.drive: SharedDrive | None = None
@@ -140,6 +138,22 @@ class Population:
             self._prepare()
         except NotInArraysError as reason:
             self.method, self.kernel = f"one by one: {reason}", KERNEL
+
+    def _problems(self) -> list[str]:
+        """Return which signals do not exist, and which parameters cannot differ between fingers."""
+        found = [
+            f"signals = '{name}': not a signal.{nearest(name, SIGNALS)}"
+            for name in self.names
+            if name not in SIGNALS or not SIGNALS[name].dims
+        ]
+        found += [
+            f"{path}: the grid is the same for all fingers; choose another parameter"
+            for path in self.free
+            if path.partition(".")[0] in GRIDS
+        ]
+        return (
+            found if self.free else [*found, "free: name at least one parameter that differs between fingers"]
+        )
 
     @property
     def shares_times(self) -> bool:
@@ -163,7 +177,7 @@ class Population:
         if self.method != TOGETHER:
             yield slice(None), self._alone(columns)
             return
-        check_values(self.scenario, self._quantities, columns)
+        check_values(self.scenario, self.prepared.declared, columns)
         for fingers in _of_one_form(columns):
             for begin in range(0, len(fingers), STACKS):
                 left = fingers[begin : begin + STACKS]
@@ -179,11 +193,10 @@ class Population:
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger."""
-        foreign = [path for path in draws if path not in self.free]
-        if foreign:
-            listed = ", ".join(self.free)
-            raise InputError(f"{foreign[0]}: not a free parameter; the free parameters are {listed}")
-        given = {path: np.atleast_1d(np.asarray(values, dtype=float)) for path, values in draws.items()}
+        given = {
+            path: np.atleast_1d(np.asarray(values, dtype=float))
+            for path, values in self.prepared.by_path(draws).items()
+        }
         shapes = {values.shape for values in given.values()}
         if len(shapes) != 1 or any(len(shape) != 1 or not shape[0] for shape in shapes):
             counts = ", ".join(f"{path} has {values.shape}" for path, values in given.items())
@@ -208,8 +221,10 @@ class Population:
         """Compute what fingers in arrays share; refused where arrays do not cover the scenario or what differs."""
         scenario, free, time = self.scenario, self.free, self.time
         refuse_beyond_arrays(scenario, free, self.names)
-        self._quantities = {path: quantity_at(scenario, path) for path in free}
-        of_drive = tuple(path for path in free if path.startswith("drive."))
+        begin = self.prepared.begin
+        if absent := [path for path in free if not isinstance(begin[path], float)]:
+            raise NotInArraysError(f"{absent[0]} has no value in the scenario")
+        of_drive = {path: begin[path] for path in free if path.startswith("drive.")}
         settled, band = scenario.time.settled, time if self._band is None else self._band
         self._largest: Any = scenario.drive.largest() if time is None else 0.0
         if time is not None or of_drive:
@@ -221,7 +236,7 @@ class Population:
                     raise
                 excitation(scenario.drive, times, settled=settled)
         if time is None and self.drive is not None:
-            self._largest = _largest_per_parameter(scenario, self.drive)
+            self._largest = _largest_per_parameter(scenario, self.drive, begin)
         self._reduced = {}
         if band is not None and has_modes(scenario, self.names):
             self._reduced = shared_reductions(scenario, free, band)
@@ -261,7 +276,7 @@ class Population:
         if self.time is None:
             return []
         if self.drive is not None:
-            return [(slice(None), self.drive.terms(columns))]
+            return [(slice(None), [(columns.get(path, 1.0), each) for path, each in self.drive.items()])]
         settled, found = self.scenario.time.settled, []
         mine = {path: values[:, 0].tolist() for path, values in columns.items() if path.startswith("drive.")}
         for finger, values in enumerate(zip(*mine.values(), strict=True)):
@@ -311,24 +326,23 @@ class Population:
         """Return the values of the scenario, and values next to them within the ranges."""
         found = {}
         for path, value in self.prepared.begin.items():
-            if not isinstance(value, float):
-                raise NotInArraysError(f"{path} has no value in the scenario")
-            quantity = self._quantities[path]
+            quantity = self.prepared.declared[path]
             step = _NUDGE * abs(value) or _FAINT * max(abs(quantity.low), abs(quantity.high))
             begin = value or step  # a number of 0 may give fewer modes than others
             found[path] = np.array([begin, begin - step if begin + step > quantity.high else begin + step])
         return found
 
 
-def _largest_per_parameter(scenario: Scenario, drive: SharedDrive) -> tuple[str, float]:
+def _largest_per_parameter(
+    scenario: Scenario, drive: SharedDrive, begin: Mapping[str, float]
+) -> tuple[str, float]:
     """Return the path to which the largest value of the drive [V] is proportional, and the factor."""
-    if drive.fixed is not None or len(drive.shares) != 1:
+    path, *others = drive
+    if others or not path:
         raise NotInArraysError("the largest voltage is not proportional to one parameter of the drive")
-    (path,) = drive.shares
-    value = abs(float(value_at(scenario, path)))
-    if not value:
+    if not begin[path]:
         raise NotInArraysError("the largest voltage of the scenario is 0")
-    return path, scenario.drive.largest() / value
+    return path, scenario.drive.largest() / abs(begin[path])
 
 
 def _of_one_form(draws: Mapping[str, Real]) -> list[Any]:
@@ -364,23 +378,3 @@ def _checked(time: ArrayLike) -> Real:
     if not np.isfinite(times[-1]):
         raise InputError("time: expected finite output times")
     return times
-
-
-def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -> None:
-    """Refuse unknown signals, grids that differ between fingers, and parameters without a value; all at once."""
-    problems: list[str] = [
-        f"signals = '{name}': not a signal.{nearest(name, SIGNALS)}"
-        for name in names
-        if name not in SIGNALS or not SIGNALS[name].dims
-    ]
-    problems += [
-        f"{path}: the grid is the same for all fingers; choose another parameter"
-        for path in free
-        if path.partition(".")[0] in GRIDS
-    ]
-    for path in free:
-        with gathered(problems):
-            quantity_at(scenario, path)
-    if not free:
-        problems.append("free: name at least one parameter that differs between fingers")
-    refuse(problems)
