@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -68,7 +70,7 @@ def test_a_record_in_parts_has_the_outputs_of_the_whole(jitter, jump, cuts):
     given_ = poles, gains, [0.3, 0.0], starts, ends, steps, np.full(9, starts[0])
     whole, state = march(*given_, lag=lag)
     one = March(*given_, lag=lag)
-    parts = [one.through(slice(*cut)) for cut in zip(cuts[:-1], cuts[1:], strict=True)]
+    parts = [one.through(slice(*cut)) for cut in pairwise(cuts)]
     found = np.concatenate(parts, axis=1)
     scale = np.max(np.abs(whole), axis=1, keepdims=True)
     assert largest((found - whole) / scale) < 1e-13
