@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -56,6 +56,19 @@ def test_values_lags_and_states_of_a_march_are_those_of_the_loop(count, seed, ji
     assert largest(states_at(poles, *drive, places) - each) < scale
 
 
+def test_lags_that_decay_before_the_next_place_are_not_missed(monkeypatch):
+    """Of places far apart, of which each needs only slow modes for most of the way, as of all places."""
+    pytest.importorskip("numba")
+    monkeypatch.setattr(uneven, "_WORTH", 1)
+    monkeypatch.setattr(uneven, "PRODUCT", 4000)
+    rng = np.random.default_rng(6)
+    steps, volts = 1e-6 * (1 + rng.uniform(-0.3, 0.3, 3000)), rng.normal(size=3001)
+    drive = -np.geomspace(10, 1e8, 15), volts[:-1], volts[1:], steps, rng.normal(size=15)
+    places = np.array([0, 3, 900, 1777, 1778, 3000])
+    every = states_at(*drive, np.arange(3001))
+    assert largest(states_at(*drive, places) - every[:, places]) < 1e-14
+
+
 @pytest.mark.parametrize("jitter", [0.0, 0.4])
 @pytest.mark.parametrize("jump", [0.0, 3.0])
 @pytest.mark.parametrize("cuts", [[0, 320, 999, 1000], [0, 7, 8, 500, 1000]])
@@ -70,7 +83,7 @@ def test_a_record_in_parts_has_the_outputs_of_the_whole(jitter, jump, cuts):
     given_ = poles, gains, [0.3, 0.0], starts, ends, steps, np.full(9, starts[0])
     whole, state = march(*given_, lag=lag)
     one = March(*given_, lag=lag)
-    parts = [one.through(slice(*cut)) for cut in itertools.pairwise(cuts)]
+    parts = [one.through(slice(*cut)) for cut in pairwise(cuts)]
     found = np.concatenate(parts, axis=1)
     scale = np.max(np.abs(whole), axis=1, keepdims=True)
     assert largest((found - whole) / scale) < 1e-13
@@ -185,6 +198,28 @@ def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
     for name in ("electrostatic_force", "current", "field"):
         size = float(np.abs(each[name]).max())
         np.testing.assert_allclose(even[name], each[name], rtol=0, atol=1e-8 * size)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.4])
+def test_states_passed_on_the_way_serve_other_times(jitter):
+    rng = np.random.default_rng(4)
+    times = 1e-6 * (np.arange(12_000) + jitter * np.append(0, rng.random(11_999)))
+    volts = np.cumsum(rng.normal(size=12_000))
+    part = Linear(times, volts, volts, step=None if jitter else 1e-6)
+    rates, gains = np.geomspace(10, 1e7, 8), rng.normal(size=(2, 8))
+    given_, lag = (rates, gains, np.array([0.3, 0.0])), np.array([False, True])
+    passed, rest = SharedModes(*given_, lag), rng.normal(size=8)
+    through = passed.along(part, times, rest)
+    for first in range(0, 12_000, 4096):
+        through(slice(first, min(first + 4096, 12_000)))
+    moments = np.sort(rng.choice(times, 9, replace=False)) + 3e-7
+    assert sorted(passed.passed[id(part)]) == [0, 4096, 8192]
+    for one, other in zip(
+        passed.straight(part, moments, rest),
+        SharedModes(*given_, lag).straight(part, moments, rest),
+        strict=True,
+    ):
+        assert largest(one - other) < 1e-11 * largest(other)
 
 
 def test_an_output_that_is_a_multiple_of_another_is_that_multiple():

@@ -183,7 +183,7 @@ def circling(frequency: float, time: Real) -> tuple[Real, Real]:
 
     At many evenly spaced times they are products of those of two coarser grids, to rounding.
     """
-    angular, step = 2 * np.pi * frequency, _even_step(time)
+    angular, step = 2 * np.pi * frequency, even_step(time)
     if step is None:
         phase = np.asarray(angular * time)
         return np.cos(phase), np.sin(phase)
@@ -196,7 +196,7 @@ def circling(frequency: float, time: Real) -> tuple[Real, Real]:
     return cosine.ravel()[: len(time)], sine.ravel()[: len(time)]
 
 
-def _even_step(time: Real) -> float | None:
+def even_step(time: Real) -> float | None:
     """Return the step of many times that are evenly spaced to rounding [s]; else None."""
     if len(time) < MANY_TIMES:
         return None

@@ -26,7 +26,7 @@ from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -390,12 +390,13 @@ def _compared(low: Real, high: Real, left: Real, larger: Real, times: Real) -> l
 class Extremes:
     """Smallest and largest absolute values of quantities between the probes, from a record of one case in stretches.
 
-    `times` (n,) [s], `probes` (m,) indices. Between two probes the bound is constant, so the smallest value has the largest
-    relative error. The remaining amplitude never grows, so the share is largest at the end of an interval.
+    `times` (n,) [s], `probes` (m,) indices, `unjudged` the names of quantities without an error. Between two probes the bound
+    is constant, so the smallest value has the largest relative error. The remaining amplitude never grows, so the share is
+    largest at the end of an interval.
     """
 
-    def __init__(self, times: Real, probes: NDArray[np.intp]) -> None:
-        self.times, self.probes, self.end = times, probes, int(probes[-1]) + 1
+    def __init__(self, times: Real, probes: NDArray[np.intp], unjudged: Collection[Key] = ()) -> None:
+        self.unjudged, self.times, self.probes, self.end = unjudged, times, probes, int(probes[-1]) + 1
         self.starts = np.unique(np.concatenate([probes, probes[:-1] + 1]))
         ends = np.append(self.starts[1:], self.end) - 1
         self.back = np.maximum(np.searchsorted(times, LOOKING_BACK * times[ends]), probes[0])
@@ -404,9 +405,9 @@ class Extremes:
 
     def take(self, first: int, rows: Mapping[Key, Real]) -> None:
         """Note the values of a stretch that begins with this index."""
-        rows = {name: row for name, row in rows.items() if row.ndim == 1}
         inside = slice(max(int(self.starts[0]) - first, 0), max(self.end - first, 0))
-        sizes = np.abs([row[inside] for row in rows.values()])
+        each = {id(row): row for name, row in rows.items() if row.ndim == 1 and name not in self.unjudged}
+        sizes = np.abs([row[inside] for row in each.values()])
         begin, count = first + inside.start, sizes.shape[1]
         if not count:
             return
@@ -414,11 +415,11 @@ class Extremes:
             begins = max(int(np.searchsorted(edges, begin, side="right")) - 1, 0)
             some = slice(begins, int(np.searchsorted(edges, begin + count)))
             seen = compare.reduceat(sizes, np.maximum(edges[some] - begin, 0), axis=1)
-            for name, row in zip(rows, seen, strict=True):
+            for name in [name for name, row in rows.items() if id(row) in each]:
                 if name not in self.found:
                     self.found[name] = np.full(len(self.starts), np.inf), np.zeros(len(self.marks))
                 known = self.found[name][which][some]
-                compare(known, row, out=known)
+                compare(known, seen[list(each).index(id(rows[name]))], out=known)
 
     def judge(
         self, name: Key, row: Real, bounds: Real, judged: NDArray[np.bool_] | None = None
@@ -427,6 +428,8 @@ class Extremes:
 
         Times that are not `judged` (n,) are whole intervals, for instance a probe at a corner.
         """
+        if name not in self.found:
+            return None
         low, highs = (each.copy() for each in self.found[name])
         starts, begin = self.starts, self.starts[0]
         larger = _between_probes(self.probes, bounds, starts)
@@ -451,7 +454,10 @@ def extremes(scenario: Scenario, times: Real, known: tuple[float, float]) -> Ext
     judged = _judged(scenario, times, known)
     if len(times) <= _MANY or not np.any(judged):
         return None
-    return Extremes(times, _probes_among(judged))
+    unjudged = {"drive_voltage", "plate_voltage", "stack_voltage", "interface_field", "amplifier_current"}
+    if any(part.begins_with(times) for part in scenario.drive.parts()):
+        unjudged.add(CURRENT)  # every time is at a corner
+    return Extremes(times, _probes_among(judged), unjudged)
 
 
 def _judged(scenario: Scenario, times: Real, known: tuple[float, float]) -> NDArray[np.bool_]:

@@ -270,7 +270,9 @@ class Largest:
 
     def take(self, first: int, rows: Mapping[Key, Real]) -> None:
         """Note the largest values of a stretch that begins with this index."""
-        own = np.array([_largest(row) for row in rows.values()])
+        each = {id(row): row for row in rows.values()}  # a field may be that at the interface too
+        places = {key: int(_largest(row)) for key, row in each.items()}
+        own = np.array([places[id(row)] for row in rows.values()])
         sizes = np.abs([row[place] for row, place in zip(rows.values(), own.tolist(), strict=True)])
         sizes = np.where(np.isfinite(sizes), sizes, -1.0)
         if not first:

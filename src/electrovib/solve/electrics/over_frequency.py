@@ -77,9 +77,11 @@ def capacitance(scenario: Scenario, times: Real) -> dict[str, tuple[tuple[str], 
     frequency = sine_of(scenario)
     if frequency is None:
         return {}
-    area = scenario.contact.outline(scenario.load.forces(times))
+    is_constant = scenario.load.time_profile.is_constant
+    area = scenario.contact.outline(scenario.load.forces(times[:1] if is_constant else times))
     admittance = area * per_volt_of(scenario, frequency, area=area).current_density
-    return {"capacitance": (("time",), admittance.imag / (2 * np.pi * frequency))}
+    found = admittance.imag / (2 * np.pi * frequency)
+    return {"capacitance": (("time",), np.full(len(times), found[0]) if is_constant else found)}
 
 
 def loudest_tone(scenario: Scenario) -> tuple[Real, complex]:

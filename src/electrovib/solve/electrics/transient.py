@@ -6,6 +6,7 @@ one. Gain and pole of an amplifier are a filter before the stack.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling, even_step
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
 from electrovib.solve.electrics.solution import (
     CURRENT_DRIVE,
@@ -33,7 +34,7 @@ from electrovib.solve.stack.transfer import INTEGRATING, Transfer, integral_weig
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.drive.base import Drive
@@ -208,6 +209,15 @@ def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> lis
     steady = (modes.direct[:, None] + modal) * part.amplitudes
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
     on = slice(*np.searchsorted(time, [start, part.stop]))
+    begin, end = (
+        modes.gains * (response @ (part.amplitudes * np.exp(angular * switched))).real
+        if np.isfinite(switched)
+        else np.zeros_like(modes.gains)
+        for switched in (start, part.stop)
+    )
+    if on == slice(0, len(time)) and (step := even_step(time)) is not None:
+        since = start if np.isfinite(start) else 0.0
+        return _in_products(part.frequencies, steady, -begin, modes.rates, time, step=step, since=since)
     found = [np.empty(len(time)) for _ in steady]
     for row in found:
         row[: on.start] = row[on.stop :] = 0.0
@@ -219,13 +229,31 @@ def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> lis
         seen = [wave[some.start - on.start : some.stop - on.start] for wave in waves]
         for row, each in zip(found, shares @ np.stack(seen), strict=True):
             row[some] = each
-    for switched, sign in ((start, -1.0), (part.stop, 1.0)):
+    for switched, then in ((start, -begin), (part.stop, end)):
         if np.isfinite(switched):
-            phasors = part.amplitudes * np.exp(angular * switched)
-            then = sign * modes.gains * (response @ phasors).real
             first = int(np.searchsorted(time, switched))
             for row, left in zip(found, fading(then, modes.rates, time[first:] - switched), strict=True):
                 row[first:] += left
+    return found
+
+
+def _in_products(
+    frequencies: Real, steady: Complex, then: Real, rates: Real, time: Real, *, step: float, since: float
+) -> list[Real]:
+    """Return tones and what fades since a time, at even times: products of those at a few times and within a step of them."""
+    width = math.isqrt(len(time))
+    begins, inside = time[::width], step * np.arange(width)
+    early = 2 * np.pi * np.outer(frequencies, begins)
+    late = np.exp(2j * np.pi * np.outer(frequencies, inside))
+    columns = np.concatenate([np.cos(early), -np.sin(early), np.exp(-np.outer(rates, begins - since))]).T
+    fades, found = np.exp(-np.outer(rates, inside)), []
+    for tones, faded in zip(steady, then, strict=True):
+        turned = tones[:, None] * late
+        both = np.concatenate([turned.real, turned.imag, faded[:, None] * fades])
+        height, row = max(1, PRODUCT // both.size), np.empty((len(begins), width))
+        for first in range(0, len(begins), height):
+            np.matmul(columns[first : first + height], both, out=row[first : first + height])
+        found.append(row.ravel()[: len(time)])
     return found
 
 

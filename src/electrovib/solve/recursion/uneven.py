@@ -20,6 +20,8 @@ _WORTH: Final = 1_000_000
 """Modes times pieces from which loading the compiled code costs less time than it saves."""
 _OUTLIER: Final = 4.0
 """Ratio to the mean step above which a step is not a usual one."""
+FORGOTTEN: Final = 45.0
+"""Rate times time after which a mode has decayed below rounding."""
 _GRADED: Final = 1e-4
 """Shortest step over the longest below which the steps extend over decades, as those of an adaptive solver."""
 
@@ -79,9 +81,10 @@ def uneven_states(
     found = np.empty((len(places), plan.poles.size), state.dtype)
     begin = state[plan.order]
     begin[plan.slow :] -= drive.starts[0]
-    for part, followed in _followed(plan, drive, begin, 0, slice(0, drive.starts.size)):
+    for part, followed in _followed(plan, drive, begin, 0, slice(0, drive.starts.size), places):
         some = slice(*np.searchsorted(places, [part.start, part.stop + 1]))
-        found[some, plan.order] = followed[places[some] - part.start]
+        if some.stop > some.start:
+            found[some, plan.order] = followed[places[some] - part.start]
     levels = np.where(places < drive.starts.size, drive.starts[inside], drive.ends[-1])
     found[:, plan.order[plan.slow :]] += levels[:, np.newaxis]
     return found.T
@@ -113,9 +116,18 @@ def _compiled(poles: Numbers, pieces: int) -> Any:
 
 
 def _followed(
-    plan: _Plan, drive: StraightDrive, followed: Numbers, outputs: int, within: slice
+    plan: _Plan,
+    drive: StraightDrive,
+    followed: Numbers,
+    outputs: int,
+    within: slice,
+    places: Indices | None = None,
 ) -> Iterator[tuple[slice, Numbers]]:
-    """Yield intervals of a part of a drive with states and lags before each piece and after the last, (pieces + 1, modes)."""
+    """Yield intervals of a part of a drive with states and lags before each piece and after the last, (pieces + 1, modes).
+
+    Where only the states at some `places` are asked for, lags that decay before the next of them are not followed.
+    """
+    shortest = float(np.min(drive.steps))
     pieces, rates = drive.starts.size, -plan.poles
     # the product with the gains stays on one thread, and the states in the second-level cache
     length = max(1, PRODUCT // max(1, numbers(rates).size * max(8, outputs)))
@@ -124,12 +136,18 @@ def _followed(
         some = StraightDrive(*(each[part] for each in drive))
         following = float(drive.starts[part.stop] if part.stop < pieces else drive.ends[-1])
         if plan.compiled:
-            table = np.empty((len(some.starts) + 1, len(rates)))
-            table[0] = followed
-            plan.compiled(rates, plan.slow, plan.usual, tuple(some), following, table)
+            count = len(rates)
+            if places is not None:
+                after = places[min(int(np.searchsorted(places, part.start)), len(places) - 1)] - part.stop
+                lasting = int(np.searchsorted(rates * (shortest * max(after, 0)), FORGOTTEN, side="right"))
+                count = max(plan.slow, lasting)
+            table = np.empty((len(some.starts) + 1, count))
+            table[0] = followed[:count]
+            plan.compiled(rates[:count], plan.slow, plan.usual, tuple(some), following, table)
+            followed = np.append(table[-1], np.zeros(len(rates) - count))
         else:
             table = _scanned(plan, some, following, followed)
-        followed = table[-1]
+            followed = table[-1]
         yield part, table
 
 
