@@ -200,8 +200,6 @@ def read_guarded(
 ) -> dict[Any, Any]:
     """Read a file in a separate process, and wait for it."""
     with GuardedReading(reader, path, limits=limits, **arguments) as reading:
-        import xarray  # noqa: F401  # which every caller needs, while the other process begins
-
         return reading.content()
 
 

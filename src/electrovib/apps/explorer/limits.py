@@ -35,7 +35,7 @@ LARGEST_MESSAGE: Final = 1_000_000
 LONGEST_RUN: Final = 20.0
 """Estimated seconds of one simulation, above which it is refused."""
 LONGEST_SHORT_RUN: Final = 0.1
-"""Estimated seconds up to which visitors take turns; a longer simulation runs beside fits and reports, and holds up nobody."""
+"""Estimated seconds up to which simulations take turns; a longer one runs beside fits and reports."""
 LONGEST_QUICK_RUN: Final = 2.0
 """Seconds after which a simulation ends for whose result nobody waits any more."""
 LARGEST_RUN: Final = 500e6

@@ -164,7 +164,7 @@ class LatestOnly(Generic[W]):
 
 @dataclass(frozen=True)
 class Workers:
-    """Where the work of all visitors runs, outside of the event loop.
+    """Where the work of the page runs, outside of the event loop.
 
     `quick` has threads for simulations that a slider repeats, `patient` for work of many seconds, such as
     long simulations, fits and reports, so that no short simulation waits for one.

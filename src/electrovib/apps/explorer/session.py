@@ -49,7 +49,7 @@ class Earlier:
 
 @dataclass
 class Session:
-    """What one visitor sees; no other visitor shares any of it but the workers.
+    """What a page shows; another tab of the browser shares none of it but the workers.
 
     `own` are the scenarios that the page was started with. `show` is called with every new result, and again
     when more is known beside it; `complain` with a sentence when a scenario cannot be computed, empty when it

@@ -35,11 +35,11 @@ _BACK: Final = (
 _PRIMARY: Final = "#1c5d94"
 """Dark enough for white text."""
 WORKERS: Final = 1
-"""Threads in which the short simulations of all visitors run: visitors who take turns all have their plots earlier."""
+"""Threads in which short simulations run, of which a slider repeats one at a time."""
 PATIENT_WORKERS: Final = 4
-"""Threads in which their long simulations, fits, reports and uploads run."""
+"""Threads in which long simulations, fits, reports and uploads run."""
 DROPPED: Final = "dropped"
-"""Name of a scenario that was dropped on the page; it belongs to one visitor, and no link reproduces it."""
+"""Name of a scenario that was dropped on the page; no link reproduces it."""
 
 
 def build(own: Mapping[str, Scenario], first: str) -> None:
