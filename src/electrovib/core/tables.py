@@ -1,7 +1,7 @@
 """A frozen tree of models, or nested tables, changed by dotted paths: one walk from the top to each value.
 
-On its way a text becomes the number that its parameter is, a name the table that it stands for, and parameters that a model
-derives those that it stores.
+During the walk a text becomes the number that its parameter is, a name the table that it stands for, and a parameter that a
+model derives those that it stores.
 """
 
 from __future__ import annotations
