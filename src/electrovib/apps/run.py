@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -69,9 +69,21 @@ def run(
     ElectrovibError
         For mistakes of the user, all at once as far as possible; nothing has been written then.
     """
-    experiment, wanted = _prepared(scenario, set, over, quantities, records, (output, report), force=force)
+    changes, problems = readable_changes(set)
+    experiment: Scenario | None = None
+    earlier = _Wanted({}, (), records=False)
+    with inputs_noted() as inputs, gathered(problems):
+        source = open_if_trace(scenario)
+        experiment = read_scenario(source, changes=changes, before_sweep=True)
+        earlier = _earlier(source)
+    asked = _Wanted(earlier.axes, quantities or earlier.quantities, records=records)
+    wanted = _wanted(experiment, changes, over, asked, problems, source=scenario)
+    wanted = replace(wanted, records=records or earlier.records)
+    _check_outputs(wanted, (output, report), inputs, problems, force=force)
+    if problems or experiment is None:
+        raise InputError(problems)
     with tracked("simulating") as progress:
-        if wanted is None:
+        if not wanted.is_sweep:
             trace = simulate(experiment)
         else:
             from electrovib.studies.sweep import sweep
@@ -125,60 +137,68 @@ class _Wanted:
     records: bool
 
     @property
+    def is_sweep(self) -> bool:
+        """Whether there is a case or a quantity to list, not one run over time."""
+        return bool(self.axes or self.quantities)
+
+    @property
     def dimensions(self) -> list[str]:
         """Dimensions of the result."""
+        if not self.is_sweep:
+            return ["time", "frequency", "layer"]
         return [*self.axes, *(("sample", "frequency", "layer") if self.records else ())]
 
 
-def _prepared(
-    scenario: Source,
-    changes: Mapping[str, Any] | Sequence[str],
+def _wanted(
+    experiment: Scenario | None,
+    changes: Mapping[str, Any],
     over: Sequence[str] | Mapping[str, Sequence[float]],
-    quantities: Sequence[str],
-    records: bool,
-    outputs: tuple[str | Path | None, str | Path | None],
+    asked: _Wanted,
+    problems: list[str],
     *,
-    force: bool,
-) -> tuple[Scenario, _Wanted | None]:
-    """Read scenario and sweep; report mistakes of file, options and outputs, which replace no file of the user, at once."""
-    found, problems = readable_changes(changes)
-    experiment: Scenario | None = None
-    earlier = _Wanted({}, (), records=False)
-    with inputs_noted() as inputs, gathered(problems):
-        experiment, earlier = _experiment(scenario, found)
-    axes, names = earlier.axes, quantities or earlier.quantities
+    source: Source,
+) -> _Wanted:
+    """Read what a sweep is over, beside what is repeated, and its quantities; add what is wrong to the problems."""
+    axes = asked.axes
     if experiment is not None:
         if over:
             from electrovib.studies.sweep import parse_over
 
             with gathered(problems):
                 axes = {**axes, **parse_over(experiment, over)}
-        if names:
+        if asked.quantities:
             from electrovib.studies.sweep import read_quantities
 
             with gathered(problems):
-                read_quantities(experiment, names)
-    problems += _set_and_swept(found, axes, earlier.axes, scenario)
+                read_quantities(experiment, asked.quantities)
+    problems += _set_and_swept(changes, axes, asked.axes, source)
     if experiment is not None and not problems:
-        axes = _set_levels(experiment, found, axes) | dict(axes)
-    if records and not axes:
+        axes = _set_levels(experiment, changes, axes) | dict(axes)
+    if asked.records and not axes:
         problems.append("--records: keeps the records of a sweep; add --over")
-    wanted = _Wanted(axes, names, records or earlier.records) if axes or names else None
-    dimensions = ["time", "frequency", "layer"] if wanted is None else wanted.dimensions
+    return replace(asked, axes=axes)
+
+
+def _check_outputs(
+    wanted: _Wanted,
+    outputs: tuple[str | Path | None, str | Path | None],
+    inputs: Sequence[Path],
+    problems: list[str],
+    *,
+    force: bool,
+) -> None:
+    """Add what is wrong with the outputs, which replace no file of the user, to the problems."""
     output, report = outputs
     if output is not None:
         from electrovib.exports.save import check_output
 
         with gathered(problems):
-            check_output(output, dict.fromkeys(dimensions, 1), inputs=inputs, force=force)
+            check_output(output, dict.fromkeys(wanted.dimensions, 1), inputs=inputs, force=force)
     if report is not None:
         from electrovib.view.pages import check_page
 
         with gathered(problems):
             check_page(report, inputs=inputs, force=force)
-    if problems or experiment is None:
-        raise InputError(problems)
-    return experiment, wanted
 
 
 def _set_and_swept(
@@ -215,11 +235,9 @@ def _follows(experiment: Scenario, path: str, point: Mapping[str, Any]) -> bool:
     return not stored_changes(experiment, {**point, path: value_at(experiment, path)})[1]
 
 
-def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario, _Wanted]:
-    """Read the scenario, and the sweep if one is repeated."""
-    found = open_if_trace(source)
-    experiment = read_scenario(found, changes=changes, before_sweep=True)
-    if not is_trace(found):
-        return experiment, _Wanted({}, (), records=False)
-    axes, names = sweep_of(found)
-    return experiment, _Wanted(axes, names, records=bool(found.attrs.get("records", 0)))
+def _earlier(source: Source) -> _Wanted:
+    """Return the sweep that is repeated, if one is."""
+    if not is_trace(source):
+        return _Wanted({}, (), records=False)
+    axes, names = sweep_of(source)
+    return _Wanted(axes, names, records=bool(source.attrs.get("records", 0)))

@@ -181,6 +181,12 @@ class Document:
         shown = [*self.sentences, "", *map(laid_out, (*self.numbers, *self.tables))]
         return "\n".join([*shown, *self.warnings, *self.remarks]).strip("\n")
 
+    @property
+    def html(self) -> str:
+        """Write the answer, the tables, then further sentences and warnings, as a notebook shows them."""
+        first, *others = (f"<p>{html.escape(line)}</p>" for line in (*self.sentences, *self.warnings))
+        return "".join([first, *map(as_html, (*self.numbers, *self.tables)), *others])
+
 
 class Answer(Unchangeable, ABC):
     """A result that says what it is as a `Document`; `electrovib.save` writes it as a page, and its `FILES`."""
@@ -206,9 +212,7 @@ class Answer(Unchangeable, ABC):
         return self.document.text
 
     def _repr_html_(self) -> str:
-        said = self.document
-        first, *others = (f"<p>{html.escape(line)}</p>" for line in (*said.sentences, *said.warnings))
-        return "".join([first, *map(as_html, (*said.numbers, *said.tables)), *others])
+        return self.document.html
 
 
 def laid_out(table: Table) -> str:

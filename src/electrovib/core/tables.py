@@ -1,7 +1,7 @@
 """A frozen tree of models, or nested tables, changed by dotted paths: one walk from the top to each value.
 
-On its way a text becomes the number that its parameter is, a name the table that it stands for, and parameters that a model
-derives those that it stores.
+During the walk a text becomes the number that its parameter is, a name the table that it stands for, and a parameter that a
+model derives those that it stores.
 """
 
 from __future__ import annotations
@@ -77,12 +77,21 @@ class Changed:
         if isinstance(value, Mapping):
             own = kind.chosen(value) if kind is not None else None
             return {
-                name: self.opened(own.part(str(name)) if own is not None else None, each, _joined(path, name))
+                name: each if own is None else self._read(own, str(name), each, _joined(path, name))
                 for name, each in value.items()
             }
-        if isinstance(value, (list, tuple)):
+        if isinstance(value, (list, tuple)) and kind is not None:
             return [self.opened(kind, each, _joined(path, place)) for place, each in enumerate(value)]
         return value
+
+    def _read(self, own: type[Model], name: str, value: Any, path: str) -> Any:
+        """Return a number, or a part, of a table; what cannot be read is kept for validation to refuse."""
+        if (quantity := quantity_of(own, name) or own.derived.get(name)) is None:
+            return self.opened(own.part(name), value, path)
+        try:
+            return quantity.read(value)
+        except PydanticCustomError:
+            return value
 
     def within(self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool) -> Any:
         """Return what stands at a path after what is given there and within.
@@ -100,9 +109,9 @@ class Changed:
         for typed_name, each in given.within.items():
             name = _present(owner, typed_name, given.within.keys())
             where, new = _joined(path, name), name not in content
-            if new and own is not None:
-                content = own.with_place(content, name, each.table)
             derived = each.value is not _NOTHING and name in getattr(own, "derived", {})
+            if new and not derived and own is not None:
+                content = own.with_place(content, name, each.table)
             if not (fresh or derived or name in content):
                 self._refuse(content, path, name, each)
                 continue

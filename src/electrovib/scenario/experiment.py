@@ -15,7 +15,7 @@ from electrovib.core.model import Model
 from electrovib.core.paths import with_numbers
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
-from electrovib.core.tables import Changed, changed
+from electrovib.core.tables import changed
 from electrovib.core.unchangeable import FrozenDict
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Circuit
@@ -80,16 +80,6 @@ class Scenario(Model):
         Field(description="source of each value, by its dotted path"),
         AfterValidator(FrozenDict),
     ] = FrozenDict()
-
-    @classmethod
-    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Replace names of what papers offer by its tables, and note the source of each value."""
-        if isinstance(content.get("stack"), Stack):
-            return content  # nothing else can be a name
-        found = Changed()
-        tables: dict[str, Any] = found.opened(cls, content, "")
-        told, given = sources_of_offers(found), content.get("sources", {})
-        return tables | {"sources": told | given} if told and isinstance(given, dict) else tables
 
     @model_validator(mode="after")
     def _law_finds_its_layers(self) -> Self:

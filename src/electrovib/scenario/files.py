@@ -21,8 +21,11 @@ M = TypeVar("M", bound=Model)
 
 def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> M:
     """Build a scenario, or a part of one, from tables and the files that they name, and list every mistake at once."""
-    faults: list[Problem] = []
-    filled = _filled(kind, content, folder or Path(), "", faults)
+    opened, faults = Changed(), list[Problem]()
+    tables = opened.opened(kind, content, "")
+    if opened.offers and "sources" in kind.model_fields and isinstance(tables.get("sources", {}), dict):
+        tables["sources"] = sources_of_offers(opened) | tables.get("sources", {})
+    filled = _filled(kind, tables, folder or Path(), "", faults)
     try:
         built = read_model(kind, filled)
     except InputError as error:

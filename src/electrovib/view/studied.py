@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.citation import UNVERIFIED, is_reference, status_text
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
-from electrovib.studies.population.result import method_words, nominal_words, signal_words, width_words
+from electrovib.studies.population.result import (
+    NOT_JUDGED,
+    method_words,
+    nominal_words,
+    signal_words,
+    width_words,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,14 +34,24 @@ def study_document(found: xarray.Dataset, *, title: str | None = None) -> Docume
     names = [str(each) for each in found.attrs["signals"]]
     words = [line for name in names for line in signal_words(found, name)]
     words += width_words(found) + nominal_words(found)
+    of = [f"Scenario: {found.attrs['title']}"] if found.attrs["title"] else []
     return Document(
         title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
-        sentences=[" ".join(f"{line[0].upper()}{line[1:]}." for line in words)],
+        sentences=[f"{line[0].upper()}{line[1:]}." for line in words],
         diagnostics=diagnostics_of(found),
         note="Of the scenario with its own values; the drawn fingers are not judged one by one.",
         figures=[each for name in names for each in _figures(found, name)],
-        tables=[_parameters(found), _origin(found)],
-        pages=[Page("Scenario", (str(found.attrs["scenario_toml"]),), listing=True)],
+        remarks=[
+            *of,
+            *method_words(found),
+            NOT_JUDGED,
+            *(f"note: {each}" for each in found.attrs["space_remarks"]),
+        ],
+        pages=[
+            _parameters(found),
+            _origin(found),
+            Page("Scenario", (str(found.attrs["scenario_toml"]),), listing=True),
+        ],
         references=_sources(found),
     )
 
@@ -116,8 +132,8 @@ def _parameters(found: xarray.Dataset) -> Table:
         f"correlation of {pair}: {value:g}." for pair, value in space.get("correlation", {}).items()
     ]
     headings = ("Parameter", "Group", "Distribution", "Source status", "Source")
-    caption = " ".join([*relations, *(f"{remark}." for remark in found.attrs["space_remarks"])])
-    return Table("Parameters that differ between fingers", headings, tuple(rows), caption=caption)
+    title = "Parameters that differ between fingers"
+    return Table(title, headings, tuple(rows), caption=" ".join(relations))
 
 
 def _value(value: Any) -> str:
@@ -128,9 +144,8 @@ def _value(value: Any) -> str:
 
 def _origin(found: xarray.Dataset) -> Table:
     versions = ", ".join(f"{name} {each}" for name, each in found.attrs["versions"].items())
-    rows = [("Computation", line) for line in method_words(found)] + [("Versions", versions)]
     caption = "Variance of the population, estimated over n - 1."
-    return Table("Computation", ("", ""), tuple(rows), caption=caption)
+    return Table("Computation", ("", ""), (("Versions", versions),), caption=caption)
 
 
 def _sources(found: xarray.Dataset) -> list[str]:

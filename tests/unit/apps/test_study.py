@@ -36,10 +36,11 @@ def test_the_command_prints_bands_and_writes_them(closed, said):
     asked = "-n 200 --seed 1 --exceed '1 mN' --percentiles 10,50"
     out = said(f"{STUDY} {asked} -o study.zarr -o a.csv --report a.html")
     for words in (
-        "electrostatic force at 50 ms, where its median is largest: 10th percentile",
+        "Electrostatic force at 50 ms, where its median is largest: 10th percentile",
         "above 1 mN at some time",
         "200 fingers, seed 1; in closed form; kernel: stand-in",
-        "validity of the scenario with its own values",
+        "Scenario: Vezzoli 2014, figure 6",
+        "warnings are of the scenario with its own values; single fingers are not judged",
         "written: a.html",
     ):
         assert words in out

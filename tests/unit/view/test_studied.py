@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import html
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,8 @@ from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.studies.population.result import nominal_words
+from electrovib.view.notebook import hooks
+from electrovib.view.studied import study_document
 
 UNIFORM = {"model": "Uniform", "low": 0.2, "high": 0.9, "source": "B. Author 2098", "status": "full text"}
 SPACE_WITH_SOURCES = {
@@ -73,6 +77,21 @@ def test_the_page_states_bands_sources_and_validity(found, tmp_path):
     ):
         assert words in page, words
     assert "friction.coefficient (unverified" not in page
+
+
+def test_terminal_page_and_notebook_show_one_document(found, tmp_path):
+    said = study_document(found)
+    assert said.sentences[0].startswith("Electrostatic force at ")
+    assert any(each.startswith("1100 fingers, seed 1; ") for each in said.remarks)
+    page = ev.report(found, tmp_path / "study.html").read_text(encoding="utf-8")
+    page = " ".join(html.unescape(page).replace("µ", "u").split())
+    for sentence in said.sentences:
+        assert sentence in said.text
+        assert html.escape(sentence) in hooks._dataset(found)
+        assert sentence in page
+    printed = []
+    hooks._dataset_as_text(found, SimpleNamespace(text=printed.append), cycle=False)
+    assert printed == [said.text]
 
 
 def test_the_page_of_a_store_is_that_of_its_result(tmp_path, monkeypatch):

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import answered, complain, say
+from electrovib.apps.cli.terminal import answered, complain, say, show
 from electrovib.apps.exit_codes import INTERRUPTED
 from electrovib.core.errors import InputError, gathered, refuse
-
-if TYPE_CHECKING:
-    import xarray
 
 
 @takes("""
@@ -88,6 +85,7 @@ def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
     from electrovib.exports.save import check_bands, save
     from electrovib.studies.population import study
     from electrovib.view.pages import check_page
+    from electrovib.view.studied import study_document
 
     force, problems = given.pop("force", False), list[str]()
     for each in bands:
@@ -110,18 +108,7 @@ def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
     except KeyboardInterrupt:
         complain(f"{done[0]} of {done[1]} fingers are complete; the same command continues with the next")
         raise SystemExit(INTERRUPTED) from None
-    say(*summary(found), f"written: {store}")
+    show(study_document(found).text)
+    say(f"written: {store}")
     for each in bands:
         say(*(f"written: {path}" for path in save(found, each, force=force)))
-
-
-def summary(found: xarray.Dataset) -> list[str]:
-    """Report each signal where its median is largest, how it was computed, and what of the space is unverified."""
-    from electrovib.core.diagnostics import diagnostics_of, warning_lines
-    from electrovib.studies.population import result
-
-    lines = [found.attrs["title"]] if found.attrs["title"] else []
-    lines += [line for name in found.attrs["signals"] for line in result.signal_words(found, name)]
-    lines += result.width_words(found) + result.nominal_words(found) + result.method_words(found)
-    lines += [result.NOT_JUDGED, *warning_lines(diagnostics_of(found))]
-    return lines + [f"note: {remark}" for remark in found.attrs["space_remarks"]]

@@ -159,8 +159,8 @@ def computing_versions() -> dict[str, str]:
     return {name: found[name] for name in ("electrovib", "numpy", "scipy", "numba") if name in found}
 
 
-NOT_JUDGED: Final = "validity of the scenario with its own values; single fingers are not judged:"
-"""Heading of the diagnostics of a study."""
+NOT_JUDGED: Final = "warnings are of the scenario with its own values; single fingers are not judged"
+"""What the diagnostics of a study cover."""
 _DRAWN: Final = 2000
 """Fingers with which the values of the scenario are compared."""
 _FAR: Final = 0.8

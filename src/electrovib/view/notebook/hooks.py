@@ -45,18 +45,27 @@ def _scenario(scenario: Scenario) -> str:
 
 
 def _dataset(dataset: xarray.Dataset) -> str:
-    """Show a Trace; any other Dataset as xarray does."""
+    """Show a Trace, or what the bands of a study say; any other Dataset as xarray does."""
+    from electrovib.core.signals import is_study_result
     from electrovib.view.notebook.shown import is_own, trace_html
+    from electrovib.view.studied import study_document
 
+    if is_study_result(dataset):
+        return study_document(dataset).html
     return trace_html(dataset) if is_own(dataset) else dataset._repr_html_()
 
 
 def _dataset_as_text(dataset: xarray.Dataset, printer: Any, cycle: bool) -> None:
-    """Write a Trace in a few lines; any other Dataset as xarray does."""
+    """Write a Trace in a few lines, or what the bands of a study say; any other Dataset as xarray does."""
+    from electrovib.core.signals import is_study_result
     from electrovib.view.notebook.shown import is_own, trace_text
+    from electrovib.view.studied import study_document
 
     del cycle
-    printer.text(trace_text(dataset) if is_own(dataset) else repr(dataset))
+    if is_study_result(dataset):
+        printer.text(study_document(dataset).text)
+    else:
+        printer.text(trace_text(dataset) if is_own(dataset) else repr(dataset))
 
 
 def _picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:
