@@ -505,7 +505,7 @@ def test_an_experiment_is_planned_at_the_command_line(tmp_path, monkeypatch):
     assert "Measure at drive.high" in shown.stdout
     assert "Odds for the true law" in Path("plan.html").read_text(encoding="utf-8")
     lacking = CliRunner().invoke(app, call)
-    assert "needs --over too" in str(lacking.exception)
+    assert "Missing option '--over'" in str(lacking.exception)
 
 
 def test_a_measurement_fails_only_if_no_candidate_covers_it():
