@@ -23,7 +23,12 @@ TYPED = {
     "reproduce": [],
     "import": ["record.csv"],
     "times": ["record.csv"],
-    "fit": [SCENARIO, "record.csv", "--free", "friction.coefficient"],
+    **{
+        name: [SCENARIO, "record.csv", "--free", "friction.coefficient"]
+        for name in ("fit", "fit-laws", "fit-separately")
+    },
+    "fit-material": ["record.csv"],
+    "fit-power-law": ["record.csv", "--x", "t", "--y", "a"],
     "bench run": [SCENARIO, "--simulate"],
     "bench init": [],
     "design": [SCENARIO, "--want", "peak electrostatic_force = 1 mN", "--free", "drive.high"],

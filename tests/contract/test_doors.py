@@ -109,6 +109,7 @@ DOORS = {
     "export": lambda one: ev.export(one, "out.cir", force=True),
     "export_waveform": lambda one: ev.export_waveform(one, "out.csv", edge="line", force=True),
     "fit": lambda one: ev.fit(one, record(), free=FILM),
+    "fit_laws": lambda one: ev.fit_laws(one, record(), free=FILM, laws=["EffectiveMedium"]),
     "fit_separately": lambda one: ev.fit_separately(one, record(), free=FILM),
     "open_study": stored,
     "open_trace": opened,
@@ -148,6 +149,7 @@ VALUES = {
     "export": lambda found: found.read_text(encoding="utf-8"),
     "export_waveform": lambda found: found.waveform.voltages,
     "fit": lambda found: [*found.best.estimate.values.values()],
+    "fit_laws": lambda found: [*found.best.estimate.values.values()],
     "fit_separately": lambda found: [row.value for row in found.fits[0].rows],
     "perceive": lambda found: found.level,
     "plan_bench": lambda found: found.codes,
@@ -167,7 +169,7 @@ VALUES = {
 READS, LISTS = "reads what computes nothing", "lists what is shipped"
 MEASURES = "evaluates a record, without a scenario"
 NO_NUMBER = {
-    READS: "Sampling Scenario Sensor Space budget init load read_space scenario_of",
+    READS: "Recordings Sampling Scenario Sensor Space SpectrumErrors SpectrumRecipe budget init load read_space scenario_of",
     LISTS: "__version__ models scenarios spaces",
     MEASURES: "calibrate fit_material fit_power_law import_file import_material measure_ring"
     " measure_rings measure_times merge_traces read_recording reduce_swipe reduce_swipes",
@@ -294,7 +296,7 @@ COMMANDS = [
     "export s.toml -o out.cir",
     "export s.toml --edge line -o out.csv",
     "fit s.toml r.nc --free contact.area -o out",
-    "fit s.toml r.nc --free contact.area --separately -o out",
+    "fit-separately s.toml r.nc --free contact.area -o out",
     "report s.toml -o out.html",
     "report s.toml t.nc -o out.html",
     *(f"run s.toml {option}" for option in ("", "--all", "--states", "-o out.csv --report out.html")),

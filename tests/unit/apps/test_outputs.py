@@ -125,7 +125,8 @@ def test_the_parts_of_a_csv_are_told_apart(files, said, refused):
 
 def test_every_form_is_known_from_its_content_and_not_from_its_name(files):
     limits, thickness = {"voltage": 1e4, "current": 1.0}, ["stack.insulator.thickness"]
-    ev.fit("b.toml", "t.nc", free=thickness, signals=["electrostatic_force"], output="fit")
+    force = ev.Recordings(traces="t.nc", quantity=["electrostatic_force"])
+    ev.fit("b.toml", force, free=thickness, output="fit")
     write_design(
         ev.design("b.toml", want="peak electrostatic_force = 1 mN", free="drive.high"), "design.json"
     )

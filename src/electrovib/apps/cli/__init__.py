@@ -29,7 +29,16 @@ app = typer.Typer(
 
 _GROUPS: Final[dict[str, tuple[Any, ...]]] = {
     "Predict": (run.run, compare.compare, study.study, compare.evidence, compare.reproduce),
-    "Measure": (import_.import_, times.times, fit.fit, bench.group),
+    "Measure": (
+        import_.import_,
+        times.times,
+        fit.fit,
+        fit.fit_laws,
+        fit.fit_separately,
+        fit.fit_material,
+        fit.fit_power_law,
+        bench.group,
+    ),
     "Plan": (plan.design, plan.check, plan.export),
     "See": (see.explore, see.report, see.list_, see.init),
 }
@@ -66,7 +75,7 @@ for _title, _commands in _GROUPS.items():
         if isinstance(_each, typer.Typer):
             app.add_typer(_each, name="bench", rich_help_panel=_title)
         else:
-            _name, _example = _each.__name__.strip("_"), _each.example
+            _name, _example = _each.__name__.strip("_").replace("_", "-"), _each.example
             app.command(_name, cls=Command, rich_help_panel=_title, epilog=_example)(_each)
 
 

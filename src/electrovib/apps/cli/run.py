@@ -36,7 +36,7 @@ scenario           [default: vezzoli_2014/fig6]
 --force
 """)
 def run(given: Arguments) -> None:
-    """Simulate a scenario once, or for each value of a parameter.
+    """Simulate a scenario once, or over values of a parameter.
 
     Report the forces and whether a finger feels them, by which tactile channel, and by how many decibels; of a measured Trace
     the latter alone. A Trace that carries its scenario is repeated.

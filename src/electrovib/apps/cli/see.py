@@ -147,7 +147,7 @@ def _without_parameters(traces: list[str]) -> list[str]:
 --bibtex  Print BibTeX: of one paper, or of all.
 """)
 def list_(given: Arguments) -> None:
-    """List or search models, materials, papers, scenarios, spaces.
+    """List or search models, materials, papers and scenarios.
 
     Without a word an overview; with the name of one entry everything about it; else what the words find.
     """
