@@ -194,7 +194,7 @@ def main() -> None:
             " well, and gives covariance, bias and identifiability; the other method gives values only.",
             "Medians of 9 repeats, one of the other method; the ratio is that of the processor times."
             f" Load of the machine at the end: {os.getloadavg()[0]:.1f}.",
-            surroundings(["numpy", "scipy", "lmfit", "electrovib"]),
+            surroundings(["numpy", "scipy", "electrovib"]),
         ],
         ("problem", "method", "wall time [s]", "processor time [s]", "ratio"),
         rows,

@@ -170,7 +170,7 @@ def report(found, spent):
         [
             f"A mean force at {SAMPLES} frequencies. Law and parameters ({', '.join(FREE)}) are drawn from the prior, a factor of"
             f" {REACH:g} to both sides; noise of {1e3 * NOISE:g} mN, every other time not stated; {LIVE} live points.",
-            f"{spent / count:.1f} s of processor time for each twin. {surroundings(['numpy', 'dynesty', 'lmfit', 'electrovib'])}",
+            f"{spent / count:.1f} s of processor time for each twin. {surroundings(['numpy', 'scipy', 'dynesty', 'electrovib'])}",
         ],
         tables,
     )

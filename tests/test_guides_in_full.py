@@ -135,18 +135,21 @@ BLOCK = re.compile(r"```.*?```|^    [^\n]*$", re.DOTALL | re.MULTILINE)
 INLINE = re.compile(r"`((?:electrovib |--|ev\.)[^`]+)`")
 PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b(?!_)")
 FIT = "electrovib fit my.toml a.nc --free stack.gap.thickness --quantity electrostatic_force"
-MATERIAL = 'electrovib fit spectrum.csv --set area="1 cm2" --set thickness="200 um"'
-SPECTRA = 'electrovib fit spectra.csv --set area="1 cm2" --set thickness="200 um"'
+MATERIAL = 'electrovib fit-material spectrum.csv --set area="1 cm2" --set thickness="200 um"'
+SPECTRA = 'electrovib fit-material spectra.csv --set area="1 cm2" --set thickness="200 um"'
 OPTIONS = {
     "--keep drive": FIT,
     '--gain-error electrostatic_force="2 %"': FIT,
     '--zero-error electrostatic_force="1 mN"': FIT,
-    '--gain-error impedance="2 %"': MATERIAL,
+    '--systematic "2 %"': MATERIAL,
     '--reference r.csv="51 kohm +- 1 %"': MATERIAL,
     '--set part="spectrum 2"': SPECTRA,
 }
 """Options with a value in the running text, and the command that each is appended to."""
 CALLS = {
+    'ev.Recordings(traces=["a.nc", "b.nc"], noise={"lateral_force": 5e-3})',
+    'ev.SpectrumRecipe(area="1 cm2", thickness="200 um")',
+    "ev.SpectrumErrors(systematic=0.02)",
     'ev.import_file("scope.csv", {"lateral_force_measured": "Ch2 [V]"}, scale={"lateral_force_measured": "4/9 N/V"})',
     'ev.merge_traces(scope, force, edges="drive_voltage=plate_voltage")',
     'ev.measure_times(trace, signal="lateral_force_measured", sensor=ev.Sensor(frequency=380.0, quality=3.0))',
@@ -156,7 +159,6 @@ NOT_IN_FULL = {
     "ev.measure_ring(trace, ...)",
     "ev.measure_rings(trace, ...)",
     "ev.reduce_swipes(record, channels=...)",
-    'ev.fit(..., laws="all")',
     "ev.plan_bench(scenario, bench=...)",
     "ev.run_bench(scenario, bench=..., simulate=True)",
 }

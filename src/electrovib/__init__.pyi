@@ -2,9 +2,13 @@
 
 from electrovib.apps.explorer.server import explore as explore
 from electrovib.apps.fit import fit as fit
+from electrovib.apps.fit import fit_laws as fit_laws
 from electrovib.apps.fit import fit_separately as fit_separately
+from electrovib.apps.fit_material import SpectrumErrors as SpectrumErrors
+from electrovib.apps.fit_material import SpectrumRecipe as SpectrumRecipe
 from electrovib.apps.fit_material import fit_material as fit_material
 from electrovib.apps.init import init as init
+from electrovib.apps.recorded import Recordings as Recordings
 from electrovib.apps.run import run as run
 from electrovib.bench.run import plan_bench as plan_bench
 from electrovib.bench.run import run_bench as run_bench

@@ -11,7 +11,7 @@ import pytest
 from source import SOURCE, tree_of
 
 NAMES = (
-    "scipy xarray matplotlib numba pandas pint jinja2 h5py h5netcdf tomlkit lmfit emcee dynesty sympy mpmath dask zarr nicegui"
+    "scipy xarray matplotlib numba pandas pint jinja2 h5py h5netcdf tomlkit emcee dynesty sympy mpmath dask zarr nicegui"
     " plotly pyvisa serial nptdms soundfile control jax"
 )
 HEAVY = tuple(NAMES.split())
@@ -84,7 +84,7 @@ def test_one_run_imports_what_it_needs():
     """A Trace needs xarray, which brings pandas; no units, no chunks, no plots, no compiler, no filters."""
     loaded = loaded_after("import electrovib as ev; ev.simulate(ev.load('vezzoli_2014/fig6'))")
     assert "xarray" in loaded
-    unwanted = ["dask", "pint", "numba", "llvmlite", "matplotlib", "sympy", "lmfit", "jinja2", "typer"]
+    unwanted = ["dask", "pint", "numba", "llvmlite", "matplotlib", "sympy", "jinja2", "typer"]
     assert not among(loaded, unwanted)
     assert "scipy.signal" not in loaded
     for rare in ("nonlinear.", "electrics.moving_gap", "electrics.amplifier"):

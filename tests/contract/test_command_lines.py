@@ -27,7 +27,12 @@ TYPED = {
     "reproduce": [],
     "import": ["record.csv"],
     "times": ["record.csv"],
-    "fit": [SCENARIO, "record.csv", "--free", "friction.coefficient"],
+    **{
+        name: [SCENARIO, "record.csv", "--free", "friction.coefficient"]
+        for name in ("fit", "fit-laws", "fit-separately")
+    },
+    "fit-material": ["record.csv"],
+    "fit-power-law": ["record.csv", "--x", "t", "--y", "a"],
     "bench run": [SCENARIO, "--simulate"],
     "bench init": [],
     "find-value": [SCENARIO, *WANTED],

@@ -107,6 +107,7 @@ DOORS = {
     "find_value": lambda one: ev.find_value(one, **WANT),
     "find_value without a solution": lambda one: ev.find_value(one, **WANT | {"want": f"{MEAN} = 1 kN"}),
     "fit": lambda one: ev.fit(one, record(), free=FILM),
+    "fit_laws": lambda one: ev.fit_laws(one, record(), free=FILM, laws=["EffectiveMedium"]),
     "fit_separately": lambda one: ev.fit_separately(one, record(), free=FILM),
     "open_study": stored,
     "open_trace": opened,
@@ -148,6 +149,7 @@ VALUES = {
     "export_waveform": lambda found: found.waveform.voltages,
     "find_value": lambda found: found.values,
     "fit": lambda found: [*found.best.estimate.values.values()],
+    "fit_laws": lambda found: [*found.best.estimate.values.values()],
     "fit_separately": lambda found: [row.value for row in found.fits[0].rows],
     "perceive": lambda found: found.level,
     "plan_bench": lambda found: found.codes,
@@ -169,7 +171,7 @@ VALUES = {
 READS, LISTS = "reads what computes nothing", "lists what is shipped"
 MEASURES = "evaluates a record, without a scenario"
 NO_NUMBER = {
-    READS: "Sampling Scenario Sensor Space budget init load read_space scenario_of",
+    READS: "Recordings Sampling Scenario Sensor Space SpectrumErrors SpectrumRecipe budget init load read_space scenario_of",
     LISTS: "__version__ models scenarios spaces",
     MEASURES: "calibrate fit_material fit_power_law import_file import_material measure_ring"
     " measure_rings measure_times merge_traces read_recording reduce_swipe reduce_swipes",
@@ -296,7 +298,7 @@ COMMANDS = [
     "export s.toml -o out.cir",
     "export s.toml --edge line -o out.csv",
     "fit s.toml r.nc --free contact.area -o out",
-    "fit s.toml r.nc --free contact.area --separately -o out",
+    "fit-separately s.toml r.nc --free contact.area -o out",
     f"plan-experiment s.toml --models {','.join(LAWS)} --over {LOAD}=0.5:1:2 --space space.toml --quantity '{MEAN}' -n 4"
     " -o out.html",
     "report s.toml -o out.html",

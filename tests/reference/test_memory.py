@@ -337,7 +337,9 @@ def test_the_documented_table_is_known_to_its_stated_share_of_the_peak(tmp_path,
     if every == 1:
         assert stated < 0.05
     else:
-        assert "with three rows a decade or more, or fit a dispersion to it (electrovib fit)" in words
+        assert (
+            "with three rows a decade or more, or fit a dispersion to it (electrovib fit-material)" in words
+        )
 
 
 def judged(scenario, times):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,6 @@ from electrovib.core.units import number_in
 from electrovib.data.marks import Form
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
-from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.own_material import read_sample
 from electrovib.recordings.spectra.fitted import (
     InstrumentError,
@@ -29,24 +29,58 @@ if TYPE_CHECKING:
     from electrovib.recordings.importing.own_material import SampleSpectrum
 
 
+@dataclass(frozen=True, kw_only=True)
+class SpectrumRecipe:
+    """How files of spectra are read: the electrodes and the fixture of the sample, and the columns.
+
+    Parameters
+    ----------
+    area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
+        As for `electrovib.import_material`, for all files.
+    """
+
+    area: str | float | None = None
+    thickness: str | float | None = None
+    series_resistance: str | float = 0.0
+    parallel_capacitance: str | float | None = None
+    columns: Mapping[str, str] | None = None
+    reader: str = ""
+    delimiter: str | None = None
+    decimal_comma: bool | None = None
+    part: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpectrumErrors:
+    """What is known of the errors of measured spectra.
+
+    Parameters
+    ----------
+    scatter : mapping of str to float, optional
+        File to the relative standard deviation of its rows; of all files or of none. Without it all rows count alike.
+    systematic : float, optional
+        Relative standard uncertainty of the modulus that is common to all rows, dimensionless: that of the instrument, the area
+        and the thickness.
+    reference : tuple of file and str or float, optional
+        Spectrum of a resistor measured with the same instrument, and its known value [ohm], as ``"51 kohm +- 1 %"`` with its
+        tolerance: its deviation, with tolerance and noise, is the systematic error, and a bad calibration is refused. A phase
+        without a unit is read as that of the sample. The capacitance in parallel with it is that of the fixture, which is
+        subtracted from the samples unless `parallel_capacitance` is given (``0`` subtracts none).
+    """
+
+    scatter: Mapping[str, float] = field(default_factory=dict)
+    systematic: float | None = None
+    reference: tuple[str | Path, str | float] | None = None
+
+
 def fit_material(
     files: Sequence[str | Path] | str | Path,
+    recipe: SpectrumRecipe | None = None,
     *,
     form: str = "auto",
-    noise: Mapping[str, float] | None = None,
-    systematic: float | None = None,
-    reference: tuple[str | Path, str | float] | None = None,
-    loss: str = "measured",
     band: tuple[str | float, str | float] | None = None,
-    area: str | float | None = None,
-    thickness: str | float | None = None,
-    series_resistance: str | float = 0.0,
-    parallel_capacitance: str | float | None = None,
-    columns: Mapping[str, str] | None = None,
-    reader: str = "",
-    delimiter: str | None = None,
-    decimal_comma: bool | None = None,
-    part: str | None = None,
+    errors: SpectrumErrors | None = None,
+    loss: str = "measured",
     into: Source | None = None,
     layer: str = "stratum_corneum",
     output: str | Path | None = None,
@@ -58,28 +92,20 @@ def fit_material(
     ----------
     files : str or Path, or a sequence of them
         Files that a reader takes; several are fitted together.
+    recipe : SpectrumRecipe, optional
+        How they are read, where this is not plain: area and thickness of a sample whose impedance was measured, columns.
     form : str
         ``auto``: the form with the smallest AICc among constant, constant phase, Debye, one and two Cole-Cole terms and
         Havriliak-Negami; or one of these, such as ``cole-cole``, ``cole-cole-2``, ``havriliak-negami``, ``prony-4``; ``gabriel``
         for four Cole-Cole terms.
-    noise : mapping of str to float, optional
-        File to the relative standard deviation of its rows; of all files or of none. Without it all rows count alike.
-    systematic : float, optional
-        Relative standard uncertainty of the modulus that is common to all rows, dimensionless: that of the instrument, the area
-        and the thickness.
-    reference : tuple of file and str or float, optional
-        Spectrum of a resistor measured with the same instrument, and its known value [ohm], as ``"51 kohm +- 1 %"`` with its
-        tolerance: its deviation, with tolerance and noise, is the systematic error, and a bad calibration is refused. A phase
-        without a unit is read as that of the sample. The capacitance in parallel with it is that of the fixture, which is
-        subtracted from the samples unless `parallel_capacitance` is given (``0`` subtracts none).
+    band : tuple of str or float, optional
+        Lowest and highest frequency that is fitted [Hz].
+    errors : SpectrumErrors, optional
+        Scatter of the rows, and the systematic error of the instrument.
     loss : str
         What is known of the loss: ``measured`` in every file; ``none``, a material without loss, which by the Kramers-Kronig
         relations is without dispersion; or ``unknown``, where the permittivity alone is fitted, and the loss that follows from
         it is stated with its interval. Conduction shows in no permittivity: 0 is then taken, and said.
-    band : tuple of str or float, optional
-        Lowest and highest frequency that is fitted [Hz].
-    area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
-        As for `electrovib.import_material`, for all files.
     into : str, Path, mapping, Scenario or xarray.Dataset, optional
         A scenario, as for `electrovib.load`, into whose layer the material is put; `output` is then this scenario.
     layer : str
@@ -100,10 +126,8 @@ def fit_material(
     InputError
         For mistakes, for a bad calibration, and for spectra that no form represents; nothing has been written then.
     """
-    require_lmfit()
     names = [Path(each) for each in ([files] if isinstance(files, (str, Path)) else files)]
-    shared = {"columns": columns, "reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma,
-              "part": part}  # fmt: skip
+    read, known = vars(recipe or SpectrumRecipe()), errors or SpectrumErrors()
     samples: dict[str, SampleSpectrum] = {}
     problems: list[str] = []
     base: Scenario | None = None
@@ -113,25 +137,23 @@ def fit_material(
         base = None if into is None else _with_layer(read_scenario(into), layer)
     error = None
     with gathered(problems):
-        error = _error(systematic, reference, shared | {"files": names, "fixture": parallel_capacitance})
+        error = _error(known, names, read)
+    own = {**read, "parallel_capacitance": read["parallel_capacitance"] or 0.0}
     fixture = 0.0 if error is None else error.fixture_capacitance
     for path in names:
         with gathered(problems):
-            sample = read_sample(
-                path, area=area, thickness=thickness, series_resistance=series_resistance,
-                parallel_capacitance=parallel_capacitance or 0.0, fixture_capacitance=fixture, **shared,  # type: ignore[arg-type]  # each by its own type
-            )  # fmt: skip
+            sample = read_sample(path, fixture_capacitance=fixture, **own)
             name = path.name if path.name not in samples else str(path)
             samples[name] = sample if band is None else _within(sample, band)
     with gathered(problems):
-        inputs = [*names, *([] if reference is None else [Path(reference[0])])]
+        inputs = [*names, *([] if known.reference is None else [Path(known.reference[0])])]
         _check_output(output, inputs, as_scenario=base is not None, force=force)
     refuse([*problems, *([] if names else ["files: name at least one spectrum"])])
-    noises = {
+    scatter = {
         Path(file).name if str(file) not in samples else str(file): each
-        for file, each in (noise or {}).items()
+        for file, each in known.scatter.items()
     }
-    found = fit_samples(samples, form=form, noise=noises, error=error, loss=loss)
+    found = fit_samples(samples, form=form, noise=scatter, error=error, loss=loss)
     found = dataclasses.replace(found, into=base, layer=layer)
     if output is not None:
         save_answer(found, output, force=force)
@@ -158,17 +180,16 @@ def _within(sample: SampleSpectrum, band: tuple[str | float, str | float]) -> Sa
     )
 
 
-def _error(
-    systematic: float | None, reference: tuple[str | Path, str | float] | None, shared: Mapping[str, Any]
-) -> InstrumentError | None:
+def _error(known: SpectrumErrors, names: Sequence[Path], read: Mapping[str, Any]) -> InstrumentError | None:
     """Return the systematic error, as declared and as measured with a resistor, the larger modulus of both."""
+    systematic = known.systematic
     declared = None if systematic is None else InstrumentError(gain=systematic, words="as declared")
-    if reference is None:
+    if known.reference is None:
         return declared
-    path, value = reference
-    options = dict(shared)
-    columns, part, names, fixture = (options.pop(name) for name in ("columns", "part", "files", "fixture"))
-    units = (_phase_unit(name, columns, part, options) for name in names)
+    path, value = known.reference
+    options = {name: read[name] for name in ("reader", "delimiter", "decimal_comma")}
+    columns, fixture = read["columns"], read["parallel_capacitance"]
+    units = (_phase_unit(name, columns, read["part"], options) for name in names)
     spectrum = spectrum_of(
         read_recorded(Path(path), **options), columns=columns, phase_unit=next(filter(None, units), "")
     )

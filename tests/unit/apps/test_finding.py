@@ -210,8 +210,8 @@ def test_commands_and_options_are_few_and_one_name_has_one_form_everywhere():
     for name, each in every(PROGRAM):
         for option, parameter in options(each).items():
             forms.setdefault(option, {})[name] = parameter.multiple
-    assert len(PROGRAM.commands) <= 21
-    assert len({*forms, *options(PROGRAM)}) <= 82
+    assert len(PROGRAM.commands) <= 25
+    assert len({*forms, *options(PROGRAM)}) <= 86
     mixed = {option for option, found in forms.items() if len(set(found.values())) > 1}
     # several files of a study; one parameter is sought by a design, several by a fit; one signal has edges
     assert mixed == {"--output", "--free", "--quantity"}
@@ -233,6 +233,24 @@ def test_a_design_has_the_name_and_the_arguments_of_its_function(name, said, mon
     )
 
 
+FITS = {
+    "fit": (ev.fit, ev.Recordings, ev.Sampling),
+    "fit-laws": (ev.fit_laws, ev.Recordings),
+    "fit-separately": (ev.fit_separately, ev.Recordings),
+    "fit-material": (ev.fit_material, ev.SpectrumRecipe, ev.SpectrumErrors),
+    "fit-power-law": (ev.fit_power_law,),
+}
+
+
+@pytest.mark.parametrize("name", FITS)
+def test_a_fit_has_the_names_of_its_function_and_of_what_this_is_given(name):
+    taken = [inspect.signature(each).parameters for each in FITS[name]]
+    assert all(len(each) <= 10 for each in taken)
+    own = {each.name for each in PROGRAM.commands[name].params}
+    further = {"output", "style", "all", "force", "models", "set", "recipe", "files"}
+    assert own - set().union(*taken) <= further
+
+
 OTHER_WORDS = """
 run my.toml --want x => no option '--want' of 'electrovib run'; 'run' takes '--quantity'
 study my.toml --over a=1:2:3 => no option '--over' of 'electrovib study'; 'study' takes '--set'
@@ -243,7 +261,7 @@ check my.toml --limit a => 'check' has no such option. Did you mean '--limits'?
 run my.toml --budget 1 => '--budget' stands before the command: electrovib --budget ... run
 bench run my.toml --over a=1:2:3 => no option '--over' of 'electrovib bench run'; 'run' takes '--set'
 perceive my.toml => 'perceive' is no command; this is done by 'electrovib run'
-fit-material a.csv => 'fit-material' is no command; this is done by 'electrovib fit'
+calibrate a.csv => 'calibrate' is no command; this is done by 'electrovib fit'
 exprot my.toml => 'exprot' is no command. Did you mean 'export'?
 bench start => 'start' is no command.
 """

@@ -74,7 +74,7 @@ def test_sessions_appear_in_what_is_printed_in_table_and_space(spectra, here, sa
     plate, *files = (spectra / name for name in ("plate.toml", "a.nc", "b.nc", "c.nc"))
     named = f"--all --session '{files[0]}=monday' --noise impedance=0.01"
     out = said(
-        "fit", plate, *files, "--free", f"{GAP},{LEAK}", "--vary", GAP, *shlex.split(named), "-o", "out"
+        "fit", plate, *files, "--free", f"{GAP},{LEAK}", "--varying", GAP, *shlex.split(named), "-o", "out"
     )
     assert f"{GAP} [monday]: " in out
     for words in ("95 % interval", "scatter within a session"):
@@ -132,17 +132,17 @@ def test_mistakes_are_reported_together(spectra, here, monkeypatch):
     for words in ("bau_2010/sine", "none.nc", "nothing", "is a file"):
         assert words in " ".join(caught.value.problems)
     for wrong, words in (
-        ({"sessions": {"b.nc": "x"}}, "none of the recordings"),
+        ({"session": {"b.nc": "x"}}, "none of the recordings"),
         ({"noise": {"mean_force": 1.0}}, "no recording has this signal"),
         ({"noise": {"impedanc": 1.0}}, "impedance"),
-        ({"compare_with": ["vezzoli_2014/fig6"]}, "none of the free parameters"),
     ):
         with pytest.raises(InputError, match=words):
-            ev.fit(plate, record, free=[GAP], **wrong)
-    for module, sampling in (("emcee", ev.Sampling(seed=1)), ("lmfit", None)):
-        monkeypatch.setitem(sys.modules, module, None)
-        with pytest.raises(InputError, match=rf"{module}.*pip install 'electrovib\[fit\]'"):
-            ev.fit(plate, record, free=[GAP], posterior=sampling)
+            ev.fit(plate, ev.Recordings(traces=record, **wrong), free=[GAP])
+    with pytest.raises(InputError, match="none of the free parameters"):
+        ev.fit(plate, record, free=[GAP], compare_with=["vezzoli_2014/fig6"])
+    monkeypatch.setitem(sys.modules, "emcee", None)
+    with pytest.raises(InputError, match=r"emcee.*pip install 'electrovib\[fit\]'"):
+        ev.fit(plate, record, free=[GAP], posterior=ev.Sampling(seed=1))
 
 
 PULSE = {"model": "Trapezium", "high": "100 V", "rise": "10 us", "hold": "20 ms", "fall": "10 us"}
@@ -194,7 +194,7 @@ def test_a_voltage_that_differs_is_stated_with_both_numbers_and_refused_where_it
 
 def test_laws_are_weighed_and_what_cannot_be_fitted_says_why(recorded, cli):
     free = f"--free {GAP},{LEAK}"
-    code, out, _ = cli(f"fit right.toml a.nc {free} --models EffectiveMedium --all -o out")
+    code, out, _ = cli(f"fit-laws right.toml a.nc {free} --laws EffectiveMedium --all -o out")
     assert code == 0
     first, *lines = out.splitlines()
     assert first.startswith("MaxwellStressInGap is more than a million times as probable as the next, ")
@@ -212,23 +212,19 @@ def test_laws_are_weighed_and_what_cannot_be_fitted_says_why(recorded, cli):
     ):
         assert words in page, words
     assert page.count("<figure>") == 3  # with that of the residuals by each model
-    few = cli(f"fit right.toml a.nc {free} --models EffectiveMedium")[1].splitlines()
+    few = cli(f"fit-laws right.toml a.nc {free} --laws EffectiveMedium")[1].splitlines()
     assert few[0] == first
-    told = cli(f"fit right.toml a.nc --free {GAP} --models all --all")[1]
+    told = cli(f"fit-laws right.toml a.nc --free {GAP} --all")[1]
     assert "  EffectiveMedium without gap: not fitted: has none of the free" in told
     assert "  Persson2018RoughGap: not fitted: force.mean_gap" in told
     assert "  Vezzoli2014PerFrequency: not fitted: " in told
 
 
-def test_laws_belong_to_a_joint_fit_and_need_dynesty(recorded, refused, monkeypatch):
-    for command in (f"--free {GAP} --separately", "--layer gap"):
-        assert "--models: laws are weighed by a joint fit" in refused(
-            f"fit right.toml a.nc {command} --models all"
-        )
-    assert "EffectiveMedium" in refused(f"fit right.toml a.nc --free {GAP} --models EffectiveMediu")
+def test_laws_are_known_and_need_dynesty(recorded, refused, monkeypatch):
+    assert "EffectiveMedium" in refused(f"fit-laws right.toml a.nc --free {GAP} --laws EffectiveMediu")
     monkeypatch.setitem(sys.modules, "dynesty", None)
     with pytest.raises(InputError, match=r"dynesty.*pip install 'electrovib\[fit\]'"):
-        ev.fit("right.toml", "a.nc", free=[GAP], laws="all")
+        ev.fit_laws("right.toml", "a.nc", free=[GAP])
 
 
 def test_the_seed_of_the_evidence_is_that_of_the_command_and_a_cancelled_fit_ends(recorded, monkeypatch):
@@ -236,8 +232,8 @@ def test_the_seed_of_the_evidence_is_that_of_the_command_and_a_cancelled_fit_end
     kept = fit_module.weigh
     monkeypatch.setattr(fit_module, "weigh", lambda *a, **k: seeds.append(k["seed"]) or kept(*a, **k))
     laws = {"free": [GAP], "laws": ["EffectiveMedium"]}
-    ev.fit("right.toml", "a.nc", seed=3, **laws)
-    ev.fit("right.toml", "a.nc", **laws)
+    ev.fit_laws("right.toml", "a.nc", seed=3, **laws)
+    ev.fit_laws("right.toml", "a.nc", **laws)
     assert seeds == [3, 0]
     counted = []
 
@@ -246,7 +242,7 @@ def test_the_seed_of_the_evidence_is_that_of_the_command_and_a_cancelled_fit_end
         return counted.count(1) == 2  # of the second model
 
     with pytest.raises(CancelledError):
-        ev.fit("right.toml", "a.nc", progress=at_second, **laws)
+        ev.fit_laws("right.toml", "a.nc", progress=at_second, **laws)
 
 
 @pytest.fixture(scope="module")

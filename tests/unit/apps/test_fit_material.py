@@ -1,5 +1,6 @@
 """A dispersion fitted to files of spectra: material, both uncertainties, the scenario with it, a loss that is missing."""
 
+import inspect
 import math
 import re
 import tomllib
@@ -58,6 +59,15 @@ def impedance(path, values, *, grid=GRID):
     return rows(path, "f [Hz],Z' [ohm],Z'' [ohm]", grid, values.real, values.imag)
 
 
+def fitted(files, **given):
+    """Fit files, by the names of the arguments and of what they hold."""
+    groups = [
+        kind(**{name: given.pop(name) for name in inspect.signature(kind).parameters if name in given})
+        for kind in (ev.SpectrumRecipe, ev.SpectrumErrors)
+    ]
+    return ev.fit_material(files, groups[0], errors=groups[1], **given)
+
+
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     return written(tmp_path_factory.mktemp("material") / "skin.csv")
@@ -65,7 +75,7 @@ def file(tmp_path_factory):
 
 def test_the_material_is_that_of_the_file_and_runs_in_a_scenario(file, tmp_path):
     out = tmp_path / "my_skin.toml"
-    found = ev.fit_material(file, thickness="150 um", output=out, **ONE)
+    found = fitted(file, thickness="150 um", output=out, **ONE)
     for each, true in zip(found.parameters, TRUE.values(), strict=True):
         assert abs(each.value - true) < 4 * (each.upper - each.lower) / 3.92
         assert np.isnan(each.systematic)
@@ -75,29 +85,29 @@ def test_the_material_is_that_of_the_file_and_runs_in_a_scenario(file, tmp_path)
     skin = scenario.stack.layers["stratum_corneum"]
     assert (skin.thickness, skin.material) == (150e-6, found.material)
     assert np.isfinite(ev.simulate(scenario).electrostatic_force).all()
-    part = ev.fit_material(file, band=("1 kHz", 1e4), **ONE)
+    part = fitted(file, band=("1 kHz", 1e4), **ONE)
     assert part.history[0].endswith("11 rows")  # both ends included
 
 
 def test_the_scenario_with_the_material_states_its_source(file, tmp_path):
     out = tmp_path / "with.toml"
     given = {"thickness": "150 um", "into": "vezzoli_2014/fig6", "systematic": 0.02, "output": out}
-    found = ev.fit_material(file, **given, **ONE)
+    found = fitted(file, **given, **ONE)
     scenario = ev.load(out)
     skin = scenario.stack.layers["stratum_corneum"]
     assert (skin.thickness, skin.material) == (150e-6, found.material)
     source = scenario.sources["stack.stratum_corneum.material.terms.0.strength"]
     for words in ("skin.csv", "ColeCole, 1 term", "statistical 95 % interval", "systematic error of the"):
         assert words in source
-    ev.fit_material(file, into="vezzoli_2014/fig6", output=out, **ONE)  # our own file is replaced
+    fitted(file, into="vezzoli_2014/fig6", output=out, **ONE)  # our own file is replaced
     out.write_text(out.read_text().replace("150 um", "151 um") + "\n# mine")
     with pytest.raises(InputError, match="exists already"):
-        ev.fit_material(file, into="vezzoli_2014/fig6", output=out, **ONE)
+        fitted(file, into="vezzoli_2014/fig6", output=out, **ONE)
 
 
 def test_the_command_writes_the_material_or_the_scenario_with_it(file, here, said, refused):
-    asked = f"fit {file} --form cole-cole-1 --band '100 Hz..50 kHz' --noise 'skin.csv=1 %'"
-    out = said(f"{asked} --gain-error impedance=2% -o my_skin.toml")
+    asked = f"fit-material {file} --form cole-cole-1 --band '100 Hz..50 kHz' --scatter 'skin.csv=1 %'"
+    out = said(f"{asked} --systematic 2% -o my_skin.toml")
     for words in ("terms.0.strength ", "error of the instrument (95 %)", " +- ", "written"):
         assert words in out
     text = (here / "my_skin.toml").read_text()
@@ -105,18 +115,17 @@ def test_the_command_writes_the_material_or_the_scenario_with_it(file, here, sai
     assert 'model = "ColeCole"' in text
     grid = np.geomspace(10, 1e5, 12)
     rows("s.csv", "frequency [Hz],permittivity,conductivity [S/m]", grid, 1e3 + 0 * grid, 1e-6 + 0 * grid)
-    said("fit vezzoli_2014/fig6 s.csv --layer stratum_corneum -o with.toml")
+    said("fit-material s.csv --into vezzoli_2014/fig6 -o with.toml")
     fitted = ev.load("with.toml").stack.layers["stratum_corneum"].material
     assert (fitted.permittivity, fitted.conductivity) == pytest.approx((1000, 1e-6), rel=1e-3)
-    assert "no such layer" in refused("fit vezzoli_2014/fig6 s.csv --layer skn")
-    assert "--free: not given" in refused("fit vezzoli_2014/fig6 s.csv")
+    assert "no such layer" in refused("fit-material s.csv --into vezzoli_2014/fig6 --layer skn")
 
 
 @pytest.mark.parametrize("factor", [1.001, np.exp(1e-3j)])
 def test_the_systematic_error_is_that_of_a_fit_to_changed_data(factor, tmp_path):
     """Of the modulus and of the phase of the instrument."""
     exact, changed = (
-        ev.fit_material(written(tmp_path / f"{at}.csv", noise=1e-6, factor=each), systematic=1e-3, **ONE)
+        fitted(written(tmp_path / f"{at}.csv", noise=1e-6, factor=each), systematic=1e-3, **ONE)
         for at, each in enumerate((1.0, factor))
     )
     turned = InstrumentError(phase=1e-3)
@@ -134,7 +143,7 @@ def test_sources_are_weighted_by_their_noise(tmp_path):
     good = written(tmp_path / "good.csv", noise=0.002, seed=2)
     bad = written(tmp_path / "bad.csv", noise=0.08, seed=3, grid=GRID * 1.01)
     alone, both = (
-        ev.fit_material(files, noise=noise, **ONE)
+        fitted(files, scatter=noise, **ONE)
         for files, noise in (
             ([good], {"good.csv": 0.002}),
             ([good, bad], {"good.csv": 0.002, "bad.csv": 0.08}),
@@ -149,14 +158,14 @@ def test_sources_are_weighted_by_their_noise(tmp_path):
 
 def test_a_resistor_gives_the_error_of_the_instrument(file, tmp_path):
     known = resistor(tmp_path / "r.csv", value=50e3, phase=0.3)
-    found = ev.fit_material(file, reference=(known, "51 kohm"), **ONE)
+    found = fitted(file, reference=(known, "51 kohm"), **ONE)
     assert f"modulus {100 * (1 - 50 / 51):.2g} %, phase 0.3 degrees" in " ".join(found.history)
-    declared = ev.fit_material(file, reference=(known, "51 kohm"), systematic=0.05, **ONE)
+    declared = fitted(file, reference=(known, "51 kohm"), systematic=0.05, **ONE)
     assert declared.parameters[1].systematic > 1.4 * found.parameters[1].systematic
     error = error_by_resistor(GRID, 50e3 * np.exp(0.005j) * np.ones(31), resistance=51e3)
     assert (error.gain, error.phase) == pytest.approx((1 / 51, 0.005), rel=1e-6)
     with pytest.raises(InputError, match="bad calibration"):
-        ev.fit_material(file, reference=(resistor(tmp_path / "off.csv", phase=3.0), "51 kohm"), **ONE)
+        fitted(file, reference=(resistor(tmp_path / "off.csv", phase=3.0), "51 kohm"), **ONE)
 
 
 def test_the_capacitance_of_the_fixture_is_that_beside_the_reference(file, tmp_path):
@@ -174,11 +183,11 @@ def test_the_capacitance_of_the_fixture_is_that_beside_the_reference(file, tmp_p
         (measured("none.csv", 0.0), None, 33e-12),
     ):
         own = {} if stated is None else {"parallel_capacitance": stated}
-        found = ev.fit_material(sample, reference=(known, "51 kohm"), **PART, **own)
+        found = fitted(sample, reference=(known, "51 kohm"), **PART, **own)
         assert found.material.permittivity == pytest.approx(expected * UNIT, rel=1e-3)
         told = "measured in parallel with the reference" in " ".join(found.history)
         assert told is (expected == 31e-12)
-    permittivity = ev.fit_material(file, reference=(bare, "51 kohm"), **ONE)
+    permittivity = fitted(file, reference=(bare, "51 kohm"), **ONE)
     assert "reference resistor" not in " ".join(permittivity.history)  # it has no fixture
 
 
@@ -190,10 +199,10 @@ def test_the_phase_of_the_reference_is_read_as_that_of_the_sample(tmp_path):
         name = tmp_path / f"{len(files)}.csv"
         files.append(rows(name, "Frequency,Impedance,Phase", grid, abs(values), turned))
     sample, known = files
-    found = ev.fit_material(sample, reference=(known, "51 kohm"), **PART)
+    found = fitted(sample, reference=(known, "51 kohm"), **PART)
     assert found.material.permittivity == pytest.approx(33e-12 * UNIT, rel=1e-3)
     with pytest.raises(InputError, match="degrees or radians"):  # of a resistor alone nothing tells it
-        ev.fit_material(known, **PART)
+        fitted(known, **PART)
 
 
 def test_the_stated_error_covers_a_known_part(tmp_path):
@@ -214,7 +223,7 @@ def test_the_stated_error_covers_a_known_part(tmp_path):
         own = 51e3 * (1 + 0.02 * rng.uniform(-1, 1))
         bare = measured("bare.csv", 1 / own + turns * leads, gain)
         sample = measured("sample.csv", 1 / 51e3 + turns * (33e-12 + elsewhere), gain)
-        found = ev.fit_material(sample, reference=(bare, "51 kohm +- 2 %"), **PART)
+        found = fitted(sample, reference=(bare, "51 kohm +- 2 %"), **PART)
         (row,) = [each for each in found.parameters if each.name == "permittivity"]
         total = np.hypot(row.systematic, (row.upper - row.lower) / 3.92)
         inside += abs(row.value - 33e-12 * UNIT) < 1.96 * total
@@ -233,19 +242,19 @@ def test_the_tolerance_of_the_resistor_and_the_fixture_count(tmp_path):
     sample = impedance(tmp_path / "s.csv", 1 / (1 / 51e3 + 2j * np.pi * grid * 33e-12), grid=grid)
     bare = impedance(tmp_path / "r.csv", exact, grid=grid)
     for value, capacitance in (("51 kohm", None), ("51 kohm +- 510 ohm", None), ("51 kohm", "1 pF")):
-        found = ev.fit_material(sample, reference=(bare, value), parallel_capacitance=capacitance, **PART)
+        found = fitted(sample, reference=(bare, value), parallel_capacitance=capacitance, **PART)
         row = next(each for each in found.parameters if each.name == "permittivity")
         fixture = 0.0 if capacitance else 1e-12 * UNIT
         tolerance = row.value * 0.01 / np.sqrt(3) if "+-" in value else 0.0
         assert row.systematic == pytest.approx(np.hypot(fixture, tolerance), rel=0.02, abs=1e-3)
     assert "whose tolerance is not stated" in " ".join(found.history)
     with pytest.raises(InputError, match="tolerance = 2"):
-        ev.fit_material(sample, reference=(bare, "51 kohm +- 200 %"), **PART)
+        fitted(sample, reference=(bare, "51 kohm +- 200 %"), **PART)
 
 
 def test_a_deviation_is_a_warning_unless_it_is_that_of_the_stated_noise(tmp_path):
     file = written(tmp_path / "noisy.csv", noise=0.08)
-    found, stated = (ev.fit_material(file, noise=each, **ONE) for each in (None, {"noisy.csv": 0.08}))
+    found, stated = (fitted(file, scatter=each, **ONE) for each in ({}, {"noisy.csv": 0.08}))
     states = {each.name: each.state for each in found.diagnostics}
     assert (states["Kramers-Kronig"], states["misfit"]) == ("warning", "warning")
     assert {each.name: each.state for each in stated.diagnostics}["Kramers-Kronig"] == "ok"
@@ -264,7 +273,7 @@ def test_the_table_of_the_guide_keeps_its_loss(here, said):
     loss = 1 / (2 * np.pi * frequency * eps0 * resistivity)
     np.testing.assert_allclose(material["loss_samples"], loss, rtol=1e-9)
     np.testing.assert_allclose(material["permittivity_samples"], permittivity, rtol=1e-9)
-    said("fit skin.csv -o fitted.toml")
+    said("fit-material skin.csv -o fitted.toml")
     fitted = tomllib.loads((here / "fitted.toml").read_text())["stack"]["stratum_corneum"]["material"]
     changed = ev.load("vezzoli_2014/fig6", changes={"stack.stratum_corneum.material": fitted})
     skin = changed.stack.layers["stratum_corneum"].material
@@ -276,7 +285,7 @@ def test_a_form_that_misses_few_rows_is_omitted_in_spite_of_its_criterion(tmp_pa
     frequency = np.geomspace(1, 1e4, 5)
     permittivity, resistivity = [5800, 2600, 1560, 1240, 1100], np.array([5e5, 4.4e5, 3.8e5, 2.4e5, 8e4])
     header = "frequency (Hz),permittivity,resistivity (ohm m)"
-    found = ev.fit_material(rows(tmp_path / "few.csv", header, frequency, permittivity, resistivity))
+    found = fitted(rows(tmp_path / "few.csv", header, frequency, permittivity, resistivity))
     assert "omitted in spite of a lower AICc" in " ".join(found.history)
     assert "left out" not in " ".join(found.history)
     loss = 1 / (2 * np.pi * frequency * eps0 * resistivity)
@@ -295,25 +304,25 @@ def test_short_names_of_forms():
 @pytest.mark.slow
 @pytest.mark.skipif(not SHARED.exists(), reason="needs shared/data, which is not part of the repository")
 def test_skin_and_known_parts_as_measured():
-    skin = ev.fit_material(SHARED / "gabriel_measured_skin_dry.txt", band=(100.0, 1.0001e5))
+    skin = fitted(SHARED / "gabriel_measured_skin_dry.txt", band=(100.0, 1.0001e5))
     assert skin.fits[0].permittivity_error < 0.04
     assert skin.fits[0].conductivity_error < 0.03
     assert "left out as outliers: 251.2 Hz" in skin.history
     given, known = PART | {"columns": {"phase": "Phase [deg]"}}, (SHARED / "Cal10k_51k.csv", "51 kohm")
-    part = ev.fit_material(SHARED / "Cal10k_51kp33.csv", reference=known, **given)
+    part = fitted(SHARED / "Cal10k_51kp33.csv", reference=known, **given)
     capacitance = part.material.permittivity / UNIT
     assert capacitance == pytest.approx(33e-12, rel=0.11)  # 36.3 pF; 36.7 with the capacitance of the fixture
     assert "fixture of 402.6 fF in parallel subtracted" in " ".join(part.history)
-    kept = ev.fit_material(SHARED / "Cal10k_51kp33.csv", reference=known, parallel_capacitance=0, **given)
+    kept = fitted(SHARED / "Cal10k_51kp33.csv", reference=known, parallel_capacitance=0, **given)
     assert kept.material.permittivity / UNIT - capacitance == pytest.approx(0.403e-12, rel=0.02)
     given["columns"] = {"phase": "phase [deg]"}
     bad = SHARED / "rcal_10k_20k_par101.csv"
     alone = {name: value for name, value in given.items() if name != "form"}
-    for command in (ev.fit_material, ev.import_material):  # without a reference
+    for command in (fitted, ev.import_material):  # without a reference
         with pytest.raises(InputError, match=r"badly calibrated: .* constant phase of -3\.29 degrees"):
             command(bad, **alone)
     with pytest.raises(InputError, match="bad calibration"):
-        ev.fit_material(bad, reference=(bad, "20 kohm"), **given)
+        fitted(bad, reference=(bad, "20 kohm"), **given)
 
 
 def lossless(path, material=SKIN, *, noise=0.01, seed=1, zeros=False):
@@ -337,7 +346,7 @@ def test_a_dispersion_is_recovered_from_the_real_part_within_its_intervals(tmp_p
     inside, known = np.zeros(4), dict(list(TRUE.items())[:4])
     for seed in range(20):
         file = lossless(tmp_path / "eps.csv", seed=seed)
-        found = ev.fit_material(file, loss="unknown", noise=noise and {"eps.csv": noise}, **ONE)
+        found = fitted(file, loss="unknown", scatter={"eps.csv": noise} if noise else {}, **ONE)
         by = {each.name: each for each in found.parameters}
         inside += [by[path].lower <= value <= by[path].upper for path, value in known.items()]
         assert by["conductivity"].value == 0.0
@@ -348,7 +357,7 @@ def test_a_dispersion_is_recovered_from_the_real_part_within_its_intervals(tmp_p
 
 def test_the_loss_that_follows_is_that_of_the_dispersion_without_conduction(tmp_path):
     """The true loss factor, computed from the twin, lies in the stated interval; conduction alone is missing from it."""
-    found = ev.fit_material(lossless(tmp_path / "eps.csv"), loss="unknown")
+    found = fitted(lossless(tmp_path / "eps.csv"), loss="unknown")
     text = loss_of(found)
     assert "not measured" in text
     assert "lower bound" in text
@@ -366,7 +375,7 @@ def test_the_loss_that_follows_is_that_of_the_dispersion_without_conduction(tmp_
 @pytest.mark.parametrize("zeros", [False, True])
 def test_a_material_without_loss_is_constant(tmp_path, zeros):
     file = lossless(tmp_path / "film.csv", Constant(permittivity=3.4), zeros=zeros)
-    found = ev.fit_material(file, loss="none")
+    found = fitted(file, loss="none")
     (level, conductivity) = found.parameters
     assert found.form == "Constant"
     assert found.material.conductivity == 0.0
@@ -374,21 +383,21 @@ def test_a_material_without_loss_is_constant(tmp_path, zeros):
     assert level.upper - level.lower == pytest.approx(2 * 1.96 * 3.4 * 0.01 / math.sqrt(41), rel=0.35)
     assert conductivity.note == "0 as stated with the loss"
     assert "stated to be 0" in loss_of(found)
-    unknown = ev.fit_material(file, loss="unknown", form="constant").parameters[0]
+    unknown = fitted(file, loss="unknown", form="constant").parameters[0]
     assert (unknown.value, unknown.lower) == pytest.approx((level.value, level.lower))
     flat = rows(
         tmp_path / "flat.csv", "f [Hz],permittivity", WIDE, np.full(WIDE.size, 3.0)
     )  # without any scatter
     for loss in ("none", "unknown"):
-        exact = ev.fit_material(flat, loss=loss, form="constant")
+        exact = fitted(flat, loss=loss, form="constant")
         assert exact.parameters[0].value == pytest.approx(3, rel=1e-9)
 
 
-@pytest.mark.parametrize("noise", [None, {"eps.csv": 0.01}])
+@pytest.mark.parametrize("noise", [{}, {"eps.csv": 0.01}])
 def test_the_error_of_the_modulus_reaches_the_permittivity(tmp_path, noise):
     """By a closed form: an error of the modulus of 2 % is one of 2 % of every permittivity."""
     file = lossless(tmp_path / "eps.csv")
-    found = ev.fit_material(file, loss="unknown", systematic=0.02, noise=noise, **ONE)
+    found = fitted(file, loss="unknown", systematic=0.02, scatter=noise, **ONE)
     by = {each.name: each for each in found.parameters}
     assert by["terms.0.strength"].systematic == pytest.approx(by["terms.0.strength"].value * 0.0202, rel=0.01)
     assert by["terms.0.broadening"].systematic == pytest.approx(0, abs=1e-6)
@@ -403,7 +412,7 @@ def test_what_no_material_can_be_or_what_is_not_said_is_refused(file, tmp_path, 
         (rising, {"form": "debye"}, "Kramers-Kronig relations by .* more than 10 %"),
         (file, {"form": "constant"}, "misses the spectrum by"),
         (file, {"band": ("1 MHz", "2 MHz")}, "0 rows are within it"),
-        ([file, other], {"noise": {"skin.csv": 0.01}}, r"state that of 'bad\.csv' too"),
+        ([file, other], {"scatter": {"skin.csv": 0.01}}, r"state that of 'bad\.csv' too"),
         (eps, {}, "hold no loss.*--loss none, --loss unknown"),
         (zero, {}, "hold no loss.*--loss none, --loss unknown"),
         (eps, {"loss": "unknwon"}, "loss = 'unknwon': expected measured, none, unknown"),
@@ -413,12 +422,12 @@ def test_what_no_material_can_be_or_what_is_not_said_is_refused(file, tmp_path, 
         (file, {"loss": "unknown"}, "the data hold a loss"),
     ):
         with pytest.raises(InputError, match=words):
-            ev.fit_material(files, **given)
+            fitted(files, **given)
     wrong = {"form": "cole", "layer": "skin", "into": "vezzoli_2014/fig6", "output": "a.gif"}
     with pytest.raises(InputError) as caught:  # all mistakes at once
-        ev.fit_material([file, tmp_path / "none.csv"], **wrong)
+        fitted([file, tmp_path / "none.csv"], **wrong)
     for each in ("none.csv", "form = 'cole'", "layer = 'skin'", "a.gif"):
         assert each in " ".join(caught.value.problems)
-    out = said(f"fit {eps} --loss unknown --form cole-cole-1")
+    out = said(f"fit-material {eps} --loss unknown --form cole-cole-1")
     assert "to the permittivity alone" in out
     assert "nan" not in out

@@ -23,8 +23,8 @@ def separate(spectra, tmp_path_factory):
     """The fits of all four files, of which one is no Trace, and their folder."""
     out = tmp_path_factory.mktemp("out") / "fits"
     files = [spectra / f"{name}.nc" for name in ("a", "broken", "b", "c")]
-    asked = {"free": [GAP, LEAK], "noise": NOISE, "output": out}
-    return ev.fit_separately(spectra / "plate.toml", files, **asked), out
+    known = ev.Recordings(traces=files, noise=NOISE)
+    return ev.fit_separately(spectra / "plate.toml", known, free=[GAP, LEAK], output=out), out
 
 
 def test_each_recording_has_the_estimates_of_its_own_fit(spectra, separate):
@@ -32,7 +32,8 @@ def test_each_recording_has_the_estimates_of_its_own_fit(spectra, separate):
     for each, gap in zip([found.fits[0], *found.fits[2:]], GAPS, strict=True):
         row = each.rows[0]
         assert row.lower < gap < row.upper
-        alone = ev.fit(spectra / "plate.toml", spectra / each.record, free=[GAP, LEAK], noise=NOISE)
+        known = ev.Recordings(traces=spectra / each.record, noise=NOISE)
+        alone = ev.fit(spectra / "plate.toml", known, free=[GAP, LEAK])
         assert row == alone.rows[0]
         assert each.reduced_chi_square == alone.best.estimate.sum_of_squares / (50 - 2)
         assert 0.5 < each.reduced_chi_square < 1.6
@@ -110,8 +111,8 @@ def test_the_command_prints_each_recording_and_the_means_and_the_error_by_calibr
     spectra, here, said, refused, table
 ):
     files = [spectra / f"{name}.nc" for name in ("plate", "a", "broken", "b")]
-    asked = [files[0].with_suffix(".toml"), *files[1:], "--free", GAP, "--separately", "--all", "-o", "out"]
-    out = said("fit --gain-error 'impedance=2 %' --zero-error 'impedance=1 ohm'", *asked)
+    asked = [files[0].with_suffix(".toml"), *files[1:], "--free", GAP, "--all", "-o", "out"]
+    out = said("fit-separately --gain-error 'impedance=2 %' --zero-error 'impedance=1 ohm'", *asked)
     for words in ("a.nc:", "broken.nc: failed", f"{GAP}, mean of 2 recordings: ", "within a recording"):
         assert words in out
     assert out.count(", by calibration ") == 3
@@ -122,11 +123,11 @@ def test_the_command_prints_each_recording_and_the_means_and_the_error_by_calibr
     assert all(0.02 * gap < each < 0.2 * gap for each, gap in zip(systematic, GAPS[:2], strict=False))
     assert systematic[2] == pytest.approx(np.mean(systematic[:2]), rel=1e-12)
     assert "95 % by calibration" in (here / "out" / "report.html").read_text()
-    assert "Did you mean 'impedance'" in refused("fit --gain-error 'impedanc=1 %'", *asked)
+    assert "Did you mean 'impedance'" in refused("fit-separately --gain-error 'impedanc=1 %'", *asked)
 
 
 VOLTS = np.geomspace(20, 200, 8)
-COLUMNS = "--column x=voltage --column y=force"
+COLUMNS = "--x voltage --y force"
 
 
 def points(name, exponents, *, unit="mN"):
@@ -140,7 +141,7 @@ def points(name, exponents, *, unit="mN"):
 
 def test_sessions_of_a_column_are_those_of_the_function(here, said, table):
     points("all.csv", (1.8, 2.0, 2.2))
-    asked = f"fit all.csv {COLUMNS} --column session=day -o law.csv"
+    asked = f"fit-power-law all.csv {COLUMNS} --session-column day -o law.csv"
     out = said(asked)
     read = np.loadtxt("all.csv", delimiter=",", skiprows=1)
     law = ev.fit_power_law(read[:, 0], 1e-3 * read[:, 1], session=[f"{each:g}" for each in read[:, 2]])
@@ -159,7 +160,7 @@ def test_sessions_of_a_column_are_those_of_the_function(here, said, table):
 def test_each_file_is_a_session_and_units_are_converted(here, said, refused):
     points("a.csv", [1.9])
     points("b.csv", [2.1], unit="N")
-    lines = said(f"fit a.csv b.csv {COLUMNS}").splitlines()
+    lines = said(f"fit-power-law a.csv b.csv {COLUMNS}").splitlines()
     rows = [line.split() for line in lines if line.startswith(("a.csv", "b.csv"))]
     a, b = (float(row[-1]) for row in rows)
     assert [row[0] for row in rows] == ["a.csv", "b.csv"]
@@ -167,8 +168,8 @@ def test_each_file_is_a_session_and_units_are_converted(here, said, refused):
     assert b == pytest.approx(1e-3, rel=0.2)
     assert any("1 degree of freedom" in line for line in lines)
     for wrong, words in (
-        ("--column x=volts --column y=force", "the file has no such column"),
-        (f"{COLUMNS} --column session=dya", "Did you mean 'day'"),
+        ("--x volts --y force", "the file has no such column"),
+        (f"{COLUMNS} --session-column dya", "Did you mean 'day'"),
         (f"{COLUMNS} -o law.gif", "written as .html, .pdf"),
     ):
-        assert words in refused(f"fit a.csv {wrong}")
+        assert words in refused(f"fit-power-law a.csv {wrong}")

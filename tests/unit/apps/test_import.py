@@ -8,6 +8,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.signals import make_trace
 from electrovib.recordings.calibration import CalibrationError
+from electrovib.recordings.fit import MeasuredTrace
 from electrovib.scenario.toml import to_toml
 
 TIME = np.linspace(0, 0.1, 201)
@@ -220,5 +221,5 @@ def test_a_calibration_at_import_is_the_systematic_error_of_the_fit(weighed, her
     assert -1 < error.covariance / (error.gain * error.zero) < -0.5
     bare = ev.open_trace("a.nc")
     bare[FORCE].attrs = {"units": "N"}
-    by_hand = ev.fit("plate.toml", bare, free=[GAP], calibration={FORCE: error})
+    by_hand = ev.fit("plate.toml", MeasuredTrace(trace=bare, calibration={FORCE: error}), free=[GAP])
     assert by_hand.rows[0].systematic == float(row["systematic"])

@@ -173,23 +173,23 @@ times a.nc --swipes --by x => --by: does not belong to --swipes
 times a.csv --recipe gone.toml --speed '1 m/s' => channels: belongs to
 times a.csv --speed '1 m/s' => --speed: does not belong
 # fits
-fit a.csv a.csv --column x=x --column y=y => a.csv: is given twice; omit one
-fit a.csv --column x=x --column y=x => both are the column 'x'
+fit-power-law a.csv a.csv --x x --y y => a.csv: is given twice; omit one
+fit-power-law a.csv --x x --y x => both are the column 'x'
 fit a b --free c --gain-error 'current=-2 %' => error of current = -0.02: expected
-fit my.toml a.nc => --free: not given; for instance --free friction.coefficient, or --layer
-fit my.toml a.nc --free x --form debye --column x=y => --form: does not belong to the fit of a && --column: does not
-fit a.csv --posterior => --posterior: does not belong to the fit of a material; name --free
-fit a.csv --column x=a => --column: a power law takes x=COLUMN and y=COLUMN
-fit a.csv --set 'crop=1 s..2 s' => crop: does not belong to the fit of a material
-fit my.toml a.nc --free x --separately --vary x => --vary: does not belong to --separately, but to a joint fit
+fit my.toml a.nc => --free: not given; for instance --free friction.coefficient
+fit my.toml a.nc --free x --form debye => '--form' belongs to 'fit-material'
+fit-material a.csv --posterior => '--posterior' belongs to 'fit'
+fit-power-law a.csv --x a => Missing option '--y'
+fit-material a.csv --set 'crop=1 s..2 s' => crop: does not belong to the fit of a material
+fit-separately my.toml a.nc --free x --varying x => '--varying' belongs to 'fit', 'fit-laws'
 fit my.toml a.nc --free x --posterior => --posterior: state --seed
 fit my.toml a.nc --free x --session a.nc => expected FILE=NAME
 fit my.toml a.nc --free x --noise impedance => expected SIGNAL=VALUE
 fit my.toml a.nc --free x --noise 'electrostatic_force=3 V' => --noise electrostatic_force=3 V
 fit my.toml a.nc --free x --gain-error impedance=x => expected a share
 fit my.toml a.nc --free x --zero-error 'impedance=1 V' => --zero-error impedance=1 V
-fit a.csv --noise x => FILE=SHARE
-fit a.csv --band x => LOW..HIGH
+fit-material a.csv --scatter x => FILE=SHARE
+fit-material a.csv --band x => LOW..HIGH
 # designs
 find-value sine.toml --want 'mean electrostatic_force = 1 mN' --free voltage => Did you mean 'drive.amplitude' (peak voltage
 find-value my.toml --want 'a = 1' --want 'b = 2' --free c => --want: given 2 times; give it once
@@ -273,7 +273,6 @@ def test_a_signal_behind_an_amplifier_is_named_as_such(signal):
 
 
 def test_a_recording_of_a_force_sensor_is_imported_as_its_listing_proposes_and_fitted(folder, said, refused):
-    pytest.importorskip("lmfit")
     times = np.arange(0, 0.03, 2e-4)
     sliding = ev.simulate(ev.load("sine.toml").replace({"friction.coefficient": 0.6}), time=times)
     noise = 1e-3 * np.random.default_rng(1).standard_normal(times.size)

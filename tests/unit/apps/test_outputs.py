@@ -115,7 +115,8 @@ def test_pages_of_run_and_compare_keep_others_too(line, files, refused):
 
 def test_every_form_is_known_from_its_content_and_not_from_its_name(files):
     limits, thickness = {"voltage": 1e4, "current": 1.0}, ["stack.insulator.thickness"]
-    ev.fit("b.toml", "t.nc", free=thickness, signals=["electrostatic_force"], output="fit")
+    force = ev.Recordings(traces="t.nc", quantity=["electrostatic_force"])
+    ev.fit("b.toml", force, free=thickness, output="fit")
     write_design(
         ev.find_value("b.toml", want="peak electrostatic_force = 1 mN", free="drive.high"), "design.json"
     )

@@ -22,7 +22,11 @@ TRUE = {
 
 def fitted(seed, **options):
     trace = ev.run_bench(SCENARIO, simulate=True, seed=seed, **options)
-    found = ev.fit(ev.load(SCENARIO, changes=START), trace, free=list(START), signals=["lateral_force"])
+    found = ev.fit(
+        ev.load(SCENARIO, changes=START),
+        ev.Recordings(traces=trace, quantity=["lateral_force"]),
+        free=list(START),
+    )
     return {row.name: row for row in found.rows}
 
 
@@ -32,7 +36,7 @@ def test_a_recording_of_the_bench_gives_its_finger_back(tmp_path, monkeypatch):
     for name, value in TRUE.items():
         assert abs(rows[name].value - value) < 4 * rows[name].standard_error
         assert 0 < rows[name].standard_error < 0.2 * value
-    again = ev.fit(SCENARIO, "t.nc", free=[FRICTION], signals=["lateral_force"])
+    again = ev.fit(SCENARIO, ev.Recordings(traces="t.nc", quantity=["lateral_force"]), free=[FRICTION])
     assert again.rows[0].value == pytest.approx(rows[FRICTION].value, rel=1e-3)
 
 

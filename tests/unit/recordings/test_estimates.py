@@ -106,6 +106,33 @@ def test_criteria_by_hand_and_where_the_correction_has_no_meaning():
     assert math.isfinite(aicc(10.0, counted=3, data=5))
 
 
+@pytest.mark.parametrize(("noise", "counted"), [(None, 3), (0.1, 2)], ids=["estimated", "stated"])
+def test_the_noise_is_one_of_the_parameters_that_a_criterion_counts_where_it_is_estimated(noise, counted):
+    y = 2.0 + 3.0 * X + 0.1 * np.cos(40 * X)
+    _, (squares, *_), *_ = np.polyfit(X, y, 1, full=True)
+    found = fit_function(lambda x, a, b: a + b * x, X, y, start={"a": 1.0, "b": 1.0}, noise=noise)
+    deviance = squares / 0.01 if noise else X.size * math.log(squares / X.size)
+    few = 2 * counted * (counted + 1) / (X.size - counted - 1)
+    assert found.aicc == pytest.approx(deviance + 2 * counted + few, rel=1e-12)
+    assert found.bic == pytest.approx(deviance + counted * math.log(X.size), rel=1e-12)
+
+
+@pytest.mark.parametrize("far", [1e-3, 1e3])
+def test_a_start_beyond_the_bounds_is_moved_between_them(far):
+    seen = []
+
+    def columns(at):
+        seen.append(at["rate"])
+        return np.exp(-at["rate"] * X)[:, None]
+
+    free = {"rate": FreeParameter(start=1.0, lower=0.5, upper=2.0, logarithmic=True)}
+    problem = Separable(columns=columns, data=3 * np.exp(-X), free=free, names=["a"], ranges={})
+    assert free["rate"].starting_at(far).start == {1e-3: 0.5, 1e3: 2.0}[far]
+    starts = problem.best_starts([{"rate": far}], 1)
+    assert problem.minimum(starts).values == pytest.approx({"rate": 1.0, "a": 3.0}, rel=1e-6)
+    assert 0.499 < min(seen) <= max(seen) < 2.001  # but for the steps of derivatives
+
+
 GRID = np.linspace(0, 1, 50)
 DETERMINED = {
     "by the deviation of its logarithm": ([[20.0, 0, 0], [0, 2, 0], [0, 0, 0.2]], "1 1 1", "deviation 5,"),

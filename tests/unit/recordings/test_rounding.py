@@ -6,12 +6,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.identifiability import (
-    coherence_of,
-    least_noise,
-    resolution_of,
-    rounding_amplitudes,
-)
+from electrovib.recordings.fit.rounding import coherence_of, least_noise, resolution_of, rounding_amplitudes
 from electrovib.view.fitted import fit_answer
 
 FRICTION, FILM = "friction.coefficient", "stack.insulator.thickness"

@@ -8,6 +8,7 @@ import electrovib as ev
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.recordings.fit import CancelledError, MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.prediction import signals_over_frequency
+from electrovib.recordings.fit.result import parameter_table
 
 SKIN, INSULATOR = "stack.stratum_corneum.material.conductivity", "stack.insulator.material.permittivity"
 ELSEWHERE = {GAP: 4e-6, LEAK: 4e-9, FILM: 1.5e-6}
@@ -229,6 +230,17 @@ def test_the_profile_of_what_is_not_determined_is_open_and_may_still_give_a_limi
     assert profiled.upper > 1.8e-6
 
 
+@pytest.mark.parametrize("stated", [0, 1])
+def test_criteria_count_each_noise_that_is_estimated(stated):
+    trace = noisy(exact(PLATE, "step"), np.random.default_rng(3))
+    own = {name: float(trace[name].std()) / 100 for name in list(trace.data_vars)[:stated]}
+    found = fit_scenario(PLATE, MeasuredTrace(trace=trace, noise=own), free=[GAP])
+    counted, data = 1 + len(found.residuals) - stated, found.estimate.count
+    few = 2 * counted * (counted + 1) / (data - counted - 1)
+    assert found.aicc - found.deviance == pytest.approx(2 * counted + few, rel=1e-9)
+    assert found.bic - found.deviance == pytest.approx(counted * np.log(data), rel=1e-9)
+
+
 @pytest.mark.slow
 def test_criteria_choose_the_leak_where_there_is_one():
     without = plate(**{LEAK: 0.0})
@@ -273,6 +285,6 @@ def test_exact_data_have_an_interval_of_rounding(samples):
     """Without any residual the covariance would be that of residuals of 1."""
     scenario = ev.load("vezzoli_2014/fig6")
     recorded = ev.simulate(scenario.replace({"time.samples": samples}))
-    found = ev.fit(scenario, recorded, free=["friction.coefficient"], signals=["lateral_force"])
-    (row,) = found.rows
+    found = fit_scenario(scenario, recorded, free=["friction.coefficient"], signals=["lateral_force"])
+    (row,) = parameter_table(found)
     assert (row.value, row.lower, row.upper) == pytest.approx((0.5, 0.5, 0.5), rel=1e-9)

@@ -18,6 +18,7 @@ from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace
 from electrovib.recordings.fit.prediction import STEP, Prediction
 from electrovib.recordings.fit.problem import Separated, WeightedProblem
+from electrovib.recordings.fit.result import parameter_table
 from electrovib.solve.mechanics.lateral import BEHIND_FRICTION, INDEPENDENT, proportional_to_friction
 from electrovib.view.fitted import fit_answer
 
@@ -255,7 +256,7 @@ def test_a_search_along_an_undetermined_combination_is_ended_and_names_it(names)
 @pytest.mark.slow
 def test_the_table_of_an_undetermined_fit_takes_no_long_search():
     scenario, measured, settings, count = linked("5")
-    rows = {row.name: row for row in ev.fit(scenario, measured, **settings).rows}
+    rows = {row.name: row for row in parameter_table(fit_scenario(scenario, measured, **settings))}
     # 800 of them for the profile of the zero; 7,000 before it ended at an undetermined combination
     assert len(count) < 3000
     zero = f"recording: zero of {READING}"

@@ -12,7 +12,7 @@ from electrovib.physics.material import ColeCole, ConstantPhase, Prony
 from electrovib.recordings.importing.own_material import SampleSpectrum
 from electrovib.recordings.spectra import fit_material
 from electrovib.recordings.spectra.fitted import fit_samples
-from electrovib.recordings.spectra.material import consistency
+from electrovib.recordings.spectra.material import FittedSpectrum, consistency
 
 GABRIEL = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance" / "gabriel_measured_skin_dry.txt"
 GRID = np.geomspace(100, 1e5, 31)
@@ -204,6 +204,20 @@ def sample(data, grid=GRID):
     return SampleSpectrum(
         frequency=grid, permittivity=data, thickness=None, diagnostics=(), history=("rows",), per_farad=0.0
     )
+
+
+def test_a_search_begins_within_the_range_of_each_parameter():
+    material = Prony(permittivity_high=1.0, terms=of_terms((0.0, 1e-6)), conductivity=0.9)
+    for name, each in FittedSpectrum.of(GRID, noisy(TRUE), None, "measured").free(material).items():
+        assert each.lower <= each.start <= each.upper, name
+        assert each.start > 0, name
+
+
+def test_a_search_for_more_terms_than_the_rows_determine_is_ended():
+    true, grid = SUMS["Prony, 3 terms"]
+    found = fit_material(grid, noisy(true, grid, noise=0.002), forms=["Prony, 6 terms"])[0]
+    assert found.estimate.evaluations < 300  # thousands until the sum of squares changes no more
+    assert found.error < 0.003
 
 
 def test_no_interval_leaves_the_range_of_its_parameter():

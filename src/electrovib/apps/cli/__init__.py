@@ -29,7 +29,16 @@ app = typer.Typer(
 
 _GROUPS: Final[dict[str, tuple[Any, ...]]] = {
     "Predict": (run.run, compare.compare, study.study, compare.evidence, compare.reproduce),
-    "Measure": (import_.import_, times.times, fit.fit, bench.group),
+    "Measure": (
+        import_.import_,
+        times.times,
+        fit.fit,
+        fit.fit_laws,
+        fit.fit_separately,
+        fit.fit_material,
+        fit.fit_power_law,
+        bench.group,
+    ),
     "Plan": (
         plan.find_value,
         plan.value_for_share,

@@ -1,4 +1,4 @@
-"""``electrovib fit``: the parameters of a scenario, a material or a power law, by what it is given."""
+"""``electrovib fit``, ``fit-laws``, ``fit-separately``, ``fit-material`` and ``fit-power-law``."""
 
 from __future__ import annotations
 
@@ -17,60 +17,44 @@ from electrovib.core.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from electrovib.recordings.calibration import CalibrationError
+    from electrovib.apps.recorded import Recordings
     from electrovib.recordings.fit.sessions import SeparateFits
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.view.fitted import FitResult
 
 
-_OF_EACH: Final = "files free noise offsets gain_error zero_error signals keep separately set output all"
-_OF_ALL: Final = "varying sessions compare_with posterior seed steps"
-_OF_MATERIAL: Final = "files noise gain_error form reference loss band layer columns recipe set output"
-_OF_LAW: Final = "files columns recipe set output"
+_RECORDED: Final = """
+scenario
+recordings...              Trace files from which parameters are estimated.
+--free PATH,PATH,...       Parameters to estimate, as dotted paths; repeatable.
+--quantity SIGNAL,...      Fit only this signal; repeatable.
+--noise SIGNAL=VALUE       Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01;
+    repeatable.
+--zero SIGNAL,...          Signal whose zero is unknown and is fitted; repeatable.
+--gain-error SIGNAL=SHARE  Relative standard uncertainty of the gain of a sensor, such as electrostatic_force='2 %'; repeatable.
+--zero-error SIGNAL=VALUE  Standard uncertainty of the zero of a sensor, with its unit; repeatable.
+--keep PART,...            Take the drive, load or motion of the scenario although the recordings hold their own; repeatable.
+--set
+--models
+-o, --output PLACE         Folder for report.html, all figures, tables as .csv, and space.toml; or one of them: .html, a figure
+    (.pdf, .svg, .png), .csv, .tex; of a joint fit .txt too, a text to paste.
+--style
+--all
+--force
+"""
+_JOINT: Final = """
+--varying PATH,...         Free parameters that differ between sessions; repeatable.
+--session FILE=NAME        Session of a recording; by default each is its own; repeatable.
+--compare-with SCENARIO    Another model of the same experiment, by AICc and BIC, among laws by evidence; repeatable.
+"""
 
 
 @takes(
-    """
-files... [SCENARIO] FILE...  A scenario, and Trace files from which its parameters are estimated; or spectra of impedance or
-    permittivity of one material; or tables of measured points of a power law.
---free PATH,PATH,...       Parameters to estimate, as dotted paths; repeatable.
---vary PATH,... -> varying  Those of them that differ between sessions; repeatable.
---session FILE=NAME -> sessions  Session of a recording; by default each is its own; repeatable.
---noise SIGNAL=VALUE       Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01; of a
-    spectrum that of the rows of a file: z.csv='1 %', of all files or of none; repeatable.
---zero SIGNAL,... -> offsets  Signal whose zero is unknown and is fitted; repeatable.
---gain-error SIGNAL=SHARE  Relative standard uncertainty of the gain of a sensor, such as electrostatic_force='2 %'; of the
-    modulus of a spectrum, common to all rows: impedance='1 %'; repeatable.
---zero-error SIGNAL=VALUE  Standard uncertainty of the zero of a sensor, with its unit; repeatable.
---quantity SIGNAL,... -> signals  Fit only this signal; repeatable.
---keep PART,...            Take the drive, load or motion of the scenario although the recordings hold their own; repeatable.
---compare-with SCENARIO    Another model of the same experiment, compared by AICc and BIC; repeatable.
---separately               Fit each recording alone; one table and one figure for all, with the scatter within and between
-    recordings.
+    f"""{_RECORDED.strip()}
+{_JOINT.strip()}
 --posterior                Sample the posterior distribution too, with emcee; needs --seed.
---seed N                   Seed of the random numbers of --posterior, and of --models, there 0 by default.
+--seed N                   Seed of the random numbers of --posterior.
 -n N -> steps              Length of each chain of --posterior. [default: 2000]
---form FORM                Of a material: auto (by AICc), constant, constant-phase, debye, cole-cole, cole-cole-2,
-    havriliak-negami, prony-4, gabriel ... [default: auto]
---reference FILE=VALUE     Spectrum of a known resistor, r.csv='51 kohm +- 1 %': gives systematic error and fixture; a bad one is
-    refused.
---loss measured|none|unknown  Of a table of permittivity without loss: a material without any, or the permittivity alone is
-    fitted. [default: measured]
---band LOW..HIGH           Frequencies of a spectrum to fit: '100 Hz..100 kHz'.
---layer
---column
---recipe
---set PATH=VALUE           Change a parameter of the scenario; of a spectrum or a table an entry of the recipe of an import:
-    area='1 cm2', thickness='200 um', series_resistance='1 kohm', parallel_capacitance='2 pF' of the fixture, part, reader,
-    delimiter, decimal_comma; repeatable.
--o, --output PLACE         Folder for report.html, all figures, parameters.csv, correlations.csv, parameters.toml, space.toml and
-    fit.txt, a text to paste; or one of them: .txt, .html, a figure (.pdf, .svg, .png), .csv, .tex. Of a material, or
-    the scenario with it in --layer, .toml too; of a power law its table as .csv.
---style
---all
---models A,B,...|FILE.py -> laws  Force laws, or all: which of them made the recordings, each with and without the gap and the
-    leaks of the scenario, by their evidence. Or a Python file with models of your own; repeatable.
---force
 """,
     example="electrovib fit my.toml a.nc b.nc --free friction.coefficient --noise 'lateral_force=5 mN' -o fit",
 )
@@ -78,137 +62,188 @@ def fit(given: Arguments) -> None:
     """Estimate parameters of a scenario from recordings.
 
     Report each with its interval, what the data do not determine, and whether the model describes them; where it does not,
-    the exit code is 3. Without --free, fit a dispersion to the spectra of a material, with its statistical interval and
-    systematic error; with the columns x and y, a power law such as that of force over voltage, with the scatter of its
-    exponent between sessions.
+    the exit code is 3.
     """
-    files, laws = given["files"], given.read_laws()
-    if laws is not None and ("free" not in given or "separately" in given):
-        raise InputError("laws are weighed by a joint fit of a scenario, with --free", path="--models")
-    scenario = files[0] if "free" in given or _is_scenario(files[0]) else None
-    recorded = files if scenario is None else files[1:]
-    columns = {text.partition("=")[0].strip() for text in given.get("columns", [])}
-    if set_too := next((each for each in given.get("free", []) if "=" in each), ""):
-        path, _, value = set_too.partition("=")
-        begin = f"--set {path}={value.partition(':')[0]}"
-        raise InputError(f"--free {set_too}: 'fit' takes the path alone, --free {path}; it begins at {begin}")
-    if "free" in given:
-        _fit_scenario(files[0], recorded, given, laws)
-    elif scenario is None and columns & {"x", "y"}:  # which no spectrum has
-        given.only(_OF_LAW, "the fit of a power law")
-        entries = recipe_of(given, only=READING, of="the fit of a power law")
-        _fit_power_law(files, entries, given.get("output"), force="force" in given)
-    elif scenario is None or "layer" in given:
-        given.only(_OF_MATERIAL, "the fit of a material; name --free to estimate parameters of a scenario")
-        _fit_material(scenario, recorded, given)
-    else:
-        raise InputError(
-            "not given; for instance --free friction.coefficient, or --layer NAME to put a material into the scenario",
-            path="--free",
-        )
-
-
-def _is_scenario(first: str) -> bool:
-    """Tell whether the first argument is a scenario, and no file of what was measured."""
-    from electrovib.core.files import kind_of
-
-    return first.lower().endswith(".toml") or not (Path(first).suffix or kind_of(first) == "file")
-
-
-def _fit_scenario(scenario: str, recorded: list[str], given: Arguments, laws: list[str] | None) -> None:
-    """Fit all recordings together, or each alone."""
-    from electrovib.apps.changes import read_changes
-    from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
-
-    if "separately" in given:
-        given.only(_OF_EACH, "--separately, but to a joint fit")
-    else:
-        given.only(f"{_OF_EACH} {_OF_ALL}", "the fit of a scenario")
-    wanted = given.take("free signals keep offsets output force")
-    wanted |= {} if laws is None else {"laws": laws, "seed": given.get("seed", 0)}
-    noises = given.get("noise", [])
-    wanted["noise"] = dict(_of_signal(text, "--noise", relative=PROPORTIONAL) for text in noises)
-    wanted["calibration"] = calibrations_of(given.get("gain_error", []), given.get("zero_error", []))
-    stated = read_changes(given.get("set", []))
-    of_recordings = PRESCRIBING.values()  # what a recording may contradict
-    wanted["stated"] = {path: value for path, value in stated.items() if path.split(".")[0] in of_recordings}
-    given["scenario"] = scenario
-    given.put_changes()
-    (_fit_separately if "separately" in given else _fit_jointly)(given, recorded, wanted)
-
-
-def _fit_jointly(given: Arguments, recorded: list[str], wanted: dict[str, Any]) -> None:
-    """Fit all recordings together, and print the verdict."""
     from electrovib.apps.fit import fit
     from electrovib.apps.progress import tracked
     from electrovib.recordings.fit.of_scenario import Sampling
 
-    wanted |= given.take("varying compare_with")
-    wanted["sessions"] = dict(pair_of(text, "--session", "FILE=NAME") for text in given.get("sessions", []))
+    sampling = given.take("seed steps")
+    if "posterior" in given and "seed" not in sampling:
+        raise InputError("--posterior: state --seed, so that the samples can be repeated")
+    if "seed" in sampling and "posterior" not in given:
+        raise InputError("--seed: is that of --posterior, which is not given")
     with tracked("fitting") as progress:
-        if "posterior" in given:
-            if "seed" not in given:
-                raise InputError("--posterior: state --seed, so that the samples can be repeated")
-            wanted["posterior"] = Sampling(**given.take("seed steps"), progress=progress)
-        found = fit(given["scenario"], recorded, **wanted)
-    lines = summary(found) if "all" in given else brief(verdict(found))
-    _end([*lines, *warned(found)], wanted.get("output"), misfit=bool(found.best.misfit.reasons))
+        posterior = Sampling(**sampling, progress=progress) if given.pop("posterior", False) else None
+        found = fit(**_asked(given, progress), posterior=posterior)
+    _report(found, given)
 
 
-def _fit_separately(given: Arguments, recorded: list[str], wanted: dict[str, Any]) -> None:
-    """Fit each recording alone, and print the table."""
+@takes(
+    f"""{_RECORDED.strip()}
+{_JOINT.strip()}
+--laws A,B,...             Force laws, all by default, each with and without the gap and the leaks of the scenario; repeatable.
+--seed N                   Seed of the random numbers of nested sampling. [default: 0]
+""",
+    example="electrovib fit-laws my.toml a.nc --free contact.area --quantity electrostatic_force -o laws",
+)
+def fit_laws(given: Arguments) -> None:
+    """Weigh which force law made recordings.
+
+    Report how probable each law is by its evidence, what speaks against it, and the parameters of the scenario.
+    """
+    from electrovib.apps.fit import fit_laws
+    from electrovib.apps.progress import tracked
+
+    of_laws = given.take("laws seed")
+    with tracked("fitting") as progress:
+        found = fit_laws(**_asked(given, progress), **of_laws)
+    _report(found, given)
+
+
+@takes(_RECORDED)
+def fit_separately(given: Arguments) -> None:
+    """Estimate parameters from each of several recordings alone.
+
+    Make one table and one figure for all, with the scatter within and between recordings.
+    """
     from electrovib.apps.fit import fit_separately
     from electrovib.apps.progress import tracked
 
     with tracked("fitting") as progress:
-        found = fit_separately(given["scenario"], recorded, progress=progress, **wanted)
+        found = fit_separately(**_asked(given, progress))
     lines = separate_summary(found) if "all" in given else brief(separate_verdict(found))
-    _end([*lines, *warned(found)], wanted.get("output"), misfit=bool(found.misfits))
+    _end([*lines, *warned(found)], given.get("output"), misfit=bool(found.misfits))
 
 
-def _fit_material(scenario: str | None, files: list[str], given: Arguments) -> None:
-    """Fit a dispersion to spectra, and write the material, or the scenario with it."""
-    from electrovib.apps.fit_material import fit_material
+def _asked(given: Arguments, progress: object) -> dict[str, Any]:
+    """Return what the fits of a scenario have in common: the scenario with its changes, and the recordings."""
+    for text in given.get("free", []):
+        path, sign, value = text.partition("=")
+        if sign:
+            begin = f"--set {path}={value.partition(':')[0]}"
+            raise InputError(
+                f"--free {text}: a fit takes the path alone, --free {path}; it begins at {begin}"
+            )
+    if "free" not in given:
+        raise InputError("not given; for instance --free friction.coefficient", path="--free")
+    known = _recordings(given)
+    given.put_changes()
+    return given.take("scenario free varying compare_with") | {
+        "recordings": known, "output": given.get("output"), "force": "force" in given,
+        "progress": progress,
+    }  # fmt: skip
 
-    wanted = given.take("form loss layer output force")
-    wanted |= recipe_of(given, only=OF_SAMPLE, of="the fit of a material")
-    noises = dict(pair_of(text, "--noise", "FILE=SHARE") for text in given.get("noise", []))
-    gains = dict(pair_of(text, "--gain-error", "impedance=SHARE") for text in given.get("gain_error", []))
-    if gains and set(gains) != {"impedance"}:
-        raise InputError("of a spectrum: expected impedance=SHARE, once", path="--gain-error")
-    wanted["noise"] = {name: share_of(value, "--noise") for name, value in noises.items()}
-    if gains:
-        wanted["systematic"] = share_of(gains["impedance"], "--gain-error")
+
+def _recordings(given: Arguments) -> Recordings:
+    """Read what is known of the recordings."""
+    from electrovib.apps.changes import read_changes
+    from electrovib.apps.recorded import Recordings
+    from electrovib.core.signals import SIGNALS
+    from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
+
+    stated = read_changes(given.get("set", []))
+    of_recordings = PRESCRIBING.values()  # what a recording may contradict
+    return Recordings(
+        traces=given.pop("recordings"),
+        noise=_of_signals(given.pop("noise", []), "--noise", relative=PROPORTIONAL),
+        gain_error=_of_signals(given.pop("gain_error", []), "--gain-error", relative=SIGNALS),
+        zero_error=_of_signals(given.pop("zero_error", []), "--zero-error"),
+        session=dict(pair_of(text, "--session", "FILE=NAME") for text in given.pop("session", [])),
+        settings={path: value for path, value in stated.items() if path.split(".")[0] in of_recordings},
+        **given.take("quantity zero keep"),
+    )
+
+
+@takes(
+    """
+files...                   Spectra of impedance or permittivity of one material.
+--form FORM                auto (by AICc), constant, constant-phase, debye, cole-cole, cole-cole-2, havriliak-negami, prony-4,
+    gabriel ... [default: auto]
+--band LOW..HIGH           Frequencies to fit: '100 Hz..100 kHz'.
+--scatter FILE=SHARE       Relative standard deviation of the rows of a file, z.csv='1 %', of all files or of none; repeatable.
+--systematic SHARE         Relative standard uncertainty of the modulus, common to all rows, '1 %'.
+--reference FILE=VALUE     Spectrum of a known resistor, r.csv='51 kohm +- 1 %': gives systematic error and fixture; a bad one is
+    refused.
+--loss measured|none|unknown  Of permittivity without loss: a material without any, or the permittivity alone is fitted.
+    [default: measured]
+--column
+--recipe
+--set KEY=VALUE            Entry of the recipe: area='1 cm2', thickness='200 um', series_resistance='1 kohm',
+    parallel_capacitance='2 pF' of the fixture, part, reader, delimiter, decimal_comma; repeatable.
+--into SCENARIO            Scenario into which the material is put, as which it is written.
+--layer
+-o, --output PLACE         The material, or the scenario with it, as .toml; a page (.html), a figure, or a folder with all.
+--style
+--force
+""",
+    example="electrovib fit-material z.csv --set area='1 cm2' --set thickness='200 um' -o my_skin.toml",
+)
+def fit_material(given: Arguments) -> None:
+    """Fit a dispersion to the spectra of a material.
+
+    Report each parameter with its statistical interval and its systematic error.
+    """
+    from electrovib.apps.fit_material import SpectrumErrors, SpectrumRecipe, fit_material
+
+    entries = recipe_of(given, only=OF_SAMPLE, of="the fit of a material")
+    wanted = given.take("form loss into layer output force")
+    scatter = dict(pair_of(text, "--scatter", "FILE=SHARE") for text in given.get("scatter", []))
+    known: dict[str, Any] = {
+        "scatter": {name: share_of(value, "--scatter") for name, value in scatter.items()},
+        "systematic": given.get("systematic"),
+    }
     if "reference" in given:
-        wanted["reference"] = pair_of(given["reference"], "--reference", "FILE=VALUE")
+        known["reference"] = pair_of(given["reference"], "--reference", "FILE=VALUE")
     if "band" in given:
         low, dots, high = (part.strip() for part in given["band"].partition(".."))
         if not dots:
             raise InputError(f"--band {given['band']}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
         wanted["band"] = low, high
-    show_answer(fit_material(files, into=scenario, **wanted))
-    _end([], wanted.get("output"), misfit=False)
+    errors = SpectrumErrors(**known)
+    show_answer(fit_material(given["files"], SpectrumRecipe(**entries), errors=errors, **wanted))
+    _end([], given.get("output") or wanted.get("output"), misfit=False)
 
 
-def _fit_power_law(files: Sequence[str], entries: dict[str, Any], output: str | None, *, force: bool) -> None:
-    """Fit a power law to tables of points, and write its sessions as a table."""
+@takes(
+    """
+files...                   Tables of measured points.
+--x COLUMN                 Column of the voltage, or what else y is a power of, with a unit where the file states none. [required]
+--y COLUMN                 Column of the force, or of another quantity, likewise. [required]
+--session-column COLUMN -> session  Column with the number of the session of each point; by default each file is one.
+--recipe
+--set KEY=VALUE            Entry of the recipe: part, reader, delimiter, decimal_comma; repeatable.
+-o, --output PLACE         A table (.csv), a page (.html), a figure, or a folder with all.
+--style
+--force
+""",
+    example="electrovib fit-power-law monday.csv tuesday.csv --x 'voltage (V)' --y 'force (mN)' -o law.csv",
+)
+def fit_power_law(given: Arguments) -> None:
+    """Fit a power law, such as that of force over voltage.
+
+    Report the exponent with its interval, and its scatter between sessions.
+    """
     from electrovib.recordings.fit.power_law import PowerLawFit, fit_power_law, read_points
     from electrovib.view.files import check_answer, save_answer
 
-    columns = entries.pop("columns")
-    if not {"x", "y"} <= columns.keys() <= {"x", "y", "session"}:
-        raise InputError(
-            "a power law takes x=COLUMN and y=COLUMN, and may take session=COLUMN", path="--column"
-        )
-    inputs = [Path(each) for each in files]
+    entries = recipe_of(given, only=READING, of="the fit of a power law")
+    entries.pop("columns", None)
+    files, output, force = given["files"], given.get("output"), "force" in given
     if output is not None:
-        check_answer(PowerLawFit, output, inputs=inputs, force=force)
-    along, values, sessions = read_points(files, **{"session": ""} | columns, **entries)
+        check_answer(PowerLawFit, output, inputs=[Path(each) for each in files], force=force)
+    along, values, sessions = read_points(files, **given.take("x y session"), **entries)
     law = fit_power_law(along, values, session=sessions)
     if output is not None:
         save_answer(law, output, force=force)
     show_answer(law)
     _end([], output, misfit=False)
+
+
+def _report(found: FitResult, given: Arguments) -> None:
+    """Print the verdict of a joint fit."""
+    lines = summary(found) if "all" in given else brief(verdict(found))
+    _end([*lines, *warned(found)], given.get("output"), misfit=bool(found.best.misfit.reasons))
 
 
 def _end(lines: Sequence[str], output: str | None, *, misfit: bool) -> None:
@@ -230,37 +265,28 @@ def share_of(text: str, option: str) -> float:
         raise InputError(f"{option} {text}: expected a share such as '1 %' or 0.01") from None
 
 
-def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, CalibrationError]:
-    """Read the calibration errors of signals: shares of the gain, and zeros in the unit of each signal."""
-    from electrovib.core.signals import SIGNALS
-    from electrovib.recordings.calibration import CalibrationError
-
-    found = dict(_of_signal(text, "--gain-error", relative=SIGNALS) for text in gains)
-    at_zero = dict(_of_signal(text, "--zero-error") for text in zeros)
-    for name, error in (*found.items(), *at_zero.items()):
-        if not 0 <= error < float("inf"):
-            raise InputError(
-                f"error of {name} = {error:g}: expected a finite standard uncertainty of 0 or more"
-            )
-    names = dict.fromkeys([*found, *at_zero])
-    return {name: CalibrationError(gain=found.get(name, 0.0), zero=at_zero.get(name, 0.0)) for name in names}
-
-
-def _of_signal(text: str, option: str, *, relative: Collection[str] = ()) -> tuple[str, float]:
-    """Read ``SIGNAL=VALUE`` in the unit of the signal, or as a share of it."""
+def _of_signals(texts: Sequence[str], option: str, *, relative: Collection[str] = ()) -> dict[str, float]:
+    """Read each ``SIGNAL=VALUE`` in the unit of the signal, or as a share of it."""
     from electrovib.core.errors import nearest
     from electrovib.core.signals import SIGNALS
     from electrovib.core.units import parse_quantity
 
-    name, value = pair_of(text, option, f"SIGNAL={'SHARE' if relative is SIGNALS else 'VALUE'}")
-    if name not in SIGNALS:
-        raise InputError(f"{option} {text}: no signal has this name.{nearest(name, SIGNALS)}")
-    if name in relative:
-        return name, share_of(value, option)
-    try:
-        return name, parse_quantity(value, SIGNALS[name].unit)
-    except ValueError as error:
-        raise InputError(f"{option} {text}: {error}") from None
+    found: dict[str, float] = {}
+    for text in texts:
+        name, value = pair_of(text, option, f"SIGNAL={'SHARE' if relative is SIGNALS else 'VALUE'}")
+        if name not in SIGNALS:
+            raise InputError(f"{option} {text}: no signal has this name.{nearest(name, SIGNALS)}")
+        try:
+            found[name] = (
+                share_of(value, option) if name in relative else parse_quantity(value, SIGNALS[name].unit)
+            )
+        except ValueError as error:
+            raise InputError(f"{option} {text}: {error}") from None
+        if option != "--noise" and not 0 <= found[name] < math.inf:
+            raise InputError(
+                f"error of {name} = {found[name]:g}: expected a finite standard uncertainty of 0 or more"
+            )
+    return found
 
 
 _MOST: Final = 5  # lines of a verdict

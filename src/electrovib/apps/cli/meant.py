@@ -22,9 +22,8 @@ _COMMANDS: Final = {
     "evidence": "measurements judge",
     "explore": "gui ui web serve server app page browser",
     "export": "export-waveform spice waveform",
-    "fit": "fit-material fit-power-law estimate calibrate identify",
+    "fit": "estimate calibrate identify",
     "find-value": "design solve-for inverse",
-    "fit --separately": "fit-separately",
     "import": "import-file import-material merge-traces read open convert",
     "init": "load scenario-of new create template scenario",
     "list": "models show info describe search find papers version-of",
@@ -55,7 +54,7 @@ _IN_PYTHON: Final = {
 """Name of an argument in Python, where the command has no parameter of that name."""
 _ELSEWHERE: Final = {
     "-v": "--version", "-V": "--version", "-?": "--help", "--verbose": "--all", "--out": "--output", "--file": "--output",
-    "--param": "--set", "--parameter": "--set", "--config": "--set", "--law": "--models", "--scan": "--over",
+    "--param": "--set", "--parameter": "--set", "--config": "--set", "--scan": "--over",
     "--sweep": "--over", "--samples": "-n", "--number": "-n", "--overwrite": "--force", "-f": "--force", "-y": "--force",
     "--html": "--report",
 }  # fmt: skip
@@ -69,6 +68,8 @@ _ALIKE: Final = """
 --workers --scheduler
 --column --x --y
 --gain-error --systematic
+--noise --scatter
+--laws --law --models
 --layer --into
 --set --step --stamps --offset --shift --baseline --trigger --detrend --crop --average --resample
 --set --with --clock-shift --calibration --conductivity

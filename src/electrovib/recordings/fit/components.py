@@ -11,7 +11,8 @@ import numpy as np
 
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
-from electrovib.recordings.fit.identifiability import VANISHES, rounded_signal
+from electrovib.recordings.fit.identifiability import VANISHES
+from electrovib.recordings.fit.rounding import rounded_signal
 from electrovib.recordings.fit.spectrum import NoiseSpectrum, spectrum_of
 
 if TYPE_CHECKING:

@@ -1,9 +1,8 @@
-"""The minimum of a sum of squares over bounded parameters, by lmfit, and what the estimates are worth."""
+"""The minimum of a sum of squares over bounded parameters, by a trust region, and what the estimates are worth."""
 
 from __future__ import annotations
 
 import dataclasses
-import functools
 import importlib
 import math
 from dataclasses import dataclass, field
@@ -102,7 +101,7 @@ def least_squares(
     search = _Search(residual, derivatives, free, stall)
     try:
         found = search.minimum(converged, most_evaluations)
-        values, evaluations, ended = search.values(found.params), int(found.nfev), bool(found.success)
+        values, evaluations, ended = search.values(found.x), int(found.nfev), bool(found.success)
     except StalledError as stalled:
         values, evaluations, ended = stalled.values, search.evaluations, False
     left = np.asarray(residual(values), dtype=float)
@@ -120,7 +119,7 @@ def least_squares(
 
 @dataclass
 class _Search:
-    """The problem in the coordinates of the search, as lmfit asks for it."""
+    """The problem in the coordinates of the search, shape (parameters,)."""
 
     residual: Callable[[Mapping[str, float]], Real]
     derivatives: Callable[[Mapping[str, float]], Real]
@@ -130,53 +129,47 @@ class _Search:
     stalled: bool = False
     _last: tuple[Mapping[str, float], Real] | None = None
 
-    def values(self, parameters: Any) -> dict[str, float]:
-        """Values at lmfit's parameters, in their units."""
+    def values(self, place: Real) -> dict[str, float]:
+        """Values at a place, in their units."""
         return {
-            name: each.value(parameters[f"p{at}"].value) for at, (name, each) in enumerate(self.free.items())
+            name: each.value(at) for (name, each), at in zip(self.free.items(), place.tolist(), strict=True)
         }
 
-    def evaluated(self, parameters: Any) -> Real:
+    def evaluated(self, place: Real) -> Real:
         """Residuals there, shape (n,)."""
         self.evaluations += 1
-        values = self.values(parameters)
-        with np.errstate(all="ignore"):
-            found = np.asarray(self.residual(values), dtype=float)
+        values = self.values(place)
+        found = np.asarray(self.residual(values), dtype=float)
         self._last = (values, found)
         return np.where(np.isfinite(found), found, FAR_AWAY)
 
-    def sloped(self, parameters: Any) -> Real:
+    def sloped(self, place: Real) -> Real:
         """Derivatives of the residuals after the coordinates at an accepted step, shape (n, parameters)."""
-        values = self.values(parameters)
-        with np.errstate(all="ignore"):
-            found = np.array(self.derivatives(values), dtype=float)
-            if self.stall is not None and self._last is not None and self._last[0] == values:
-                self.stalled = self.stall.is_reached(values, self._last[1], found)
-                if self.stalled:
-                    raise StalledError(values)
+        values = self.values(place)
+        found = np.array(self.derivatives(values), dtype=float)
+        if self.stall is not None and self._last is not None and self._last[0] == values:
+            self.stalled = self.stall.is_reached(values, self._last[1], found)
+            if self.stalled:
+                raise StalledError(values)
         for at, (name, each) in enumerate(self.free.items()):
             if each.logarithmic:
                 found[:, at] *= values[name]
         return np.where(np.isfinite(found), found, 0.0)
 
     def minimum(self, converged: float, most_evaluations: int) -> Any:
-        """Search from the starting values, and give lmfit's result."""
-        lmfit = require_lmfit()
-        searched = lmfit.Parameters()
-        for at, each in enumerate(self.free.values()):
-            start, low, high = (each.coordinate(value) for value in (each.start, each.lower, each.upper))
-            searched.add(f"p{at}", value=start, min=low, max=high)
-        search = lmfit.Minimizer(self.evaluated, searched, max_nfev=most_evaluations, calc_covar=False)
-        ends = {"xtol": min(converged, _SMALL_STEP), "ftol": converged}
-        bounded = any(
-            math.isfinite(bound) for each in self.free.values() for bound in (each.lower, each.upper)
-        )
+        """Search from the starting values by a trust region, and give the result of scipy."""
+        from scipy.optimize import least_squares
+
+        places = [
+            [each.coordinate(value) for value in (each.start, each.lower, each.upper)]
+            for each in self.free.values()
+        ]
+        start, low, high = np.transpose(places)
         with np.errstate(all="ignore"):
-            if bounded:  # by a trust region: lmfit's transformation of bounds loses half of the digits
-                return search.minimize(
-                    method="least_squares", jac=self.sloped, gtol=None, x_scale="jac", **ends
-                )
-            return search.minimize(method="leastsq", Dfun=self.sloped, gtol=0.0, **ends)
+            return least_squares(
+                self.evaluated, start, self.sloped, (low, high), x_scale="jac", gtol=None, ftol=converged,
+                xtol=min(converged, _SMALL_STEP), max_nfev=most_evaluations,
+            )  # fmt: skip
 
 
 def required(package: str, what: str) -> Any:
@@ -185,9 +178,6 @@ def required(package: str, what: str) -> Any:
         return importlib.import_module(package)
     except ImportError:
         raise InputError(f"{what} needs {package}: pip install 'electrovib[fit]'") from None
-
-
-require_lmfit: Final = functools.partial(required, "lmfit", "a fit")
 
 
 LEAST_DETERMINED: Final = 1e-13

@@ -14,7 +14,7 @@ from electrovib.core.errors import ElectrovibError, InputError, gathered, neares
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.recordings.calibration import CalibrationError
-from electrovib.recordings.fit.identifiability import resolution_of
+from electrovib.recordings.fit.rounding import resolution_of
 from electrovib.recordings.interval import rough_noise
 
 if TYPE_CHECKING:

@@ -12,7 +12,8 @@ import numpy as np
 from electrovib.core.paths import quantity_at
 from electrovib.physics.stages import response as through_stages
 from electrovib.recordings.fit.components import STATED, Components, Sign, orthonormal
-from electrovib.recordings.fit.identifiability import VANISHES, response, rounded_signal
+from electrovib.recordings.fit.identifiability import VANISHES, response
+from electrovib.recordings.fit.rounding import rounded_signal
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
 from electrovib.recordings.interval import MISFIT, UNCLEAR
 

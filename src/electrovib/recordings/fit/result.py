@@ -14,11 +14,12 @@ import numpy as np
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
-from electrovib.recordings.fit.identifiability import Rounding, UndeterminedCombination, response
+from electrovib.recordings.fit.identifiability import UndeterminedCombination, response
 from electrovib.recordings.fit.least_squares import LeastSquaresEstimate, aicc, bic
 from electrovib.recordings.fit.misfit import Misfit
 from electrovib.recordings.fit.prediction import Residuals, Unknown
 from electrovib.recordings.fit.problem import WeightedProblem
+from electrovib.recordings.fit.rounding import Rounding
 from electrovib.recordings.fit.sessions import BetweenSessions
 from electrovib.recordings.interval import (
     MISFIT,

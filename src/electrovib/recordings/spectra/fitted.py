@@ -95,11 +95,11 @@ def _noise_of(samples: Mapping[str, SampleSpectrum], noise: Mapping[str, float])
     if not noise:
         return None
     problems = [
-        f"noise: '{name}' is none of the sources.{nearest(name, samples)}"
+        f"scatter: '{name}' is none of the sources.{nearest(name, samples)}"
         for name in noise
         if name not in samples
     ]
-    problems += [f"noise: state that of '{name}' too, or of none" for name in samples if name not in noise]
+    problems += [f"scatter: state that of '{name}' too, or of none" for name in samples if name not in noise]
     refuse(problems)
     return np.concatenate([np.full(each.frequency.size, noise[name]) for name, each in samples.items()])
 
@@ -191,7 +191,7 @@ def refuse_misfit(best: MaterialFit, consistent: float, allowed: float, advice: 
         raise InputError(
             f"the spectrum deviates from the Kramers-Kronig relations by {100 * consistent:.2g} %, more than {100 * limit:.2g} %:"
             " it is not that of a linear, causal material. Calibrate the instrument and measure again, restrict the band with"
-            f" --band, or state the noise of the rows with --noise if it is as large{more}"
+            f" --band, or state the scatter of the rows with --scatter if it is as large{more}"
         )
     if _misses(best, allowed):
         raise InputError(
@@ -294,8 +294,9 @@ def _losses(fit: MaterialFit, at: Real) -> tuple[Real, Real]:
         return value, value
     if covariance is None:
         return np.zeros(at.shape), np.full(at.shape, np.inf)
+    free = free_parameters(fit.material, fit.loss)
     slopes = slopes_of(
-        fit.material, fit.estimate.values, fit.loss, lambda one: -one.complex_permittivity(at).imag / value
+        fit.material, fit.estimate.values, free, lambda one: -one.complex_permittivity(at).imag / value
     )
     relative = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
     return value * np.exp(-relative), value * np.exp(relative)

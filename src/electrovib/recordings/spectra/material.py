@@ -17,8 +17,10 @@ from electrovib.core.errors import ElectrovibError, InputError, nearest, refuse
 from electrovib.core.paths import with_numbers
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.physics.material import ColeCole, Constant, ConstantPhase, Debye, HavriliakNegami, Prony
+from electrovib.recordings.fit.identifiability import Stall
 from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, FreeParameter, least_squares
 from electrovib.recordings.interval import rough_noise
+from electrovib.solve.population.columns import with_columns
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -303,7 +305,7 @@ def shift_of(
     whole, kept = replace(given, permittivity=given.permittivity * factor), ~fit.outliers
     spectrum = given.part(kept)
     inside = {name: value for name, value in fit.estimate.values.items() if name not in fit.estimate.on_bound}
-    sloped = slopes_of(fit.material, inside, fit.loss, spectrum.rows)
+    sloped = slopes_of(fit.material, inside, free_parameters(fit.material, fit.loss), spectrum.rows)
     scale = np.linalg.norm(sloped, axis=0)
     change = whole.part(kept).target - spectrum.target
     found, *_ = np.linalg.lstsq(sloped / scale, change, rcond=1e-10)
@@ -396,8 +398,8 @@ class FittedSpectrum:
         if self.loss == "measured":
             parts.append(-permittivity.imag * 2 * math.pi * self.frequency * eps0)
         with np.errstate(all="ignore"):
-            found = np.log(parts)
-        return (found if self.weights is None else found * self.weights[: len(parts)]).ravel()
+            found = np.log(np.concatenate(parts, axis=-1))
+        return found if self.weights is None else found * self.weights[: len(parts)].ravel()
 
     def free(self, start: Material) -> dict[str, FreeParameter]:
         """Return the parameters that are searched, the conductivity of a form up to the least of the rows and its noise."""
@@ -436,7 +438,7 @@ class FittedSpectrum:
         self, start: Material, *, converged: float, most: int
     ) -> tuple[LeastSquaresEstimate, Material]:
         """Search from one material, and return the best one of its form."""
-        target = self.target
+        target, free = self.target, self.free(start)
 
         def residual(values: Mapping[str, float]) -> Real:
             try:
@@ -446,26 +448,33 @@ class FittedSpectrum:
 
         found = least_squares(
             residual,
-            self.free(start),
-            derivatives=lambda values: slopes_of(start, values, self.loss, self.rows),
+            free,
+            derivatives=lambda values: slopes_of(start, values, free, self.rows),
             noise_is_known=self.weights is not None,
             converged=converged,
             most_evaluations=most,
+            stall=Stall(None if self.weights is None else 1.0),
         )
         return found, with_numbers(start, found.values)
 
 
 def slopes_of(
-    start: Material, values: Mapping[str, float], loss: str, rows: Callable[[Material], Real]
+    start: Material,
+    values: Mapping[str, float],
+    free: Mapping[str, FreeParameter],
+    rows: Callable[[Material], Real],
 ) -> Real:
-    """Compute the derivatives, shape (n, parameters), of the numbers `rows` of a material after its parameters."""
-    free = free_parameters(start, loss)
-    base, columns = rows(with_numbers(start, values)), []
-    for path, value in values.items():
-        step = _STEP * max(abs(value), 1e-3 if not free[path].logarithmic else 0.0)
-        moved = value + step if value + step <= free[path].upper else value - step
-        columns.append((rows(with_numbers(start, dict(values) | {path: moved})) - base) / (moved - value))
-    return np.column_stack(columns)
+    """Compute the derivatives, shape (n, parameters), of the numbers `rows` of a material after its parameters.
+
+    `rows` gets one material whose parameters are columns: the values first, then each moved by a step.
+    """
+    at = np.array(list(values.values()))
+    steps = _STEP * np.array(
+        [max(abs(value), 0.0 if free[path].logarithmic else 1e-3) for path, value in values.items()]
+    )
+    moved = np.vstack([at, at + np.diag(steps)])
+    found = rows(with_columns(start, {path: moved[:, [k]] for k, path in enumerate(values)}))
+    return np.asarray((found[1:] - found[0]).T / (moved[1:].diagonal() - at))
 
 
 def free_parameters(start: Material, loss: str) -> dict[str, FreeParameter]:

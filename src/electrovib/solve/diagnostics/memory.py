@@ -538,7 +538,7 @@ def _better_table(times: Real, known: tuple[float, float]) -> str:
     """State how a table has to be measured so that the response of a run is known."""
     lowest = min(known[0], 1 / (2 * np.pi * float(times[-1])))
     ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in (lowest, known[1]))
-    return f"measure the table from {ends} with three rows a decade or more, or fit a dispersion to it (electrovib fit)"
+    return f"measure the table from {ends} with three rows a decade or more, or fit a dispersion to it (electrovib fit-material)"
 
 
 def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Diagnostic]:
