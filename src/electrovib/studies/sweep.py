@@ -91,6 +91,13 @@ def sweep(
     -----
     A quantity is taken over one period of a periodic state, else over the whole time, with the error in its attribute
     ``numerical_error``, relative to the largest value of the signal; it does not depend on output times.
+
+    Examples
+    --------
+    >>> over = {"drive.amplitude": ["40 V", "80 V"]}  # twice the voltage, four times the force
+    >>> found = ev.sweep("bau_2010/sine", over, quantities=["mean electrostatic_force"])
+    >>> found["mean electrostatic_force"].values.round(4)
+    array([0.031 , 0.1239])
     """
     found = sweep_cases(scenario, over, quantities=quantities, records=records, progress=progress)
     return _dataset(found, records=records)
