@@ -26,14 +26,24 @@ def docstring_lines(path):
     return found
 
 
+def example_lines(path):
+    """Count the lines of the sections Examples, the last of a docstring: they are run, and bounded, by a test of their own."""
+    told = (ast.get_docstring(node) or "" for node in nodes_of(path) if isinstance(node, ast.FunctionDef))
+    return sum(
+        f"\n{text}".partition("\n\nExamples\n---")[2].count("\n") + 3
+        for text in told
+        if "\n\nExamples\n---" in text
+    )
+
+
 def lines_of(path):
-    """Lines of code, without blank lines and comments, and lines of docstrings."""
+    """Lines of code, without blank lines and comments, and lines of docstrings without their examples."""
     told = docstring_lines(path)
     code = sum(
         bool(line.strip()) and not line.lstrip().startswith("#") and number not in told
         for number, line in enumerate(text_of(path).splitlines(), 1)
     )
-    return code, len(told)
+    return code, len(told) - example_lines(path)
 
 
 @functools.cache
@@ -82,3 +92,8 @@ def test_lines_are_counted_as_described(tmp_path):
         '"""Sum."""\n\n# why\nx = 1\n\n\ndef f():\n    """Two.\n\n    Lines.\n    """\n    return x\n'
     )
     assert lines_of(file) == (3, 5)
+    file = tmp_path / "with_example.py"
+    file.write_text(
+        'def f():\n    """Two.\n\n    Examples\n    --------\n    >>> f()\n    """\n    return 1\n'
+    )
+    assert lines_of(file) == (2, 2)

@@ -51,6 +51,19 @@ def lines_with(pattern):
                 yield f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}"
 
 
+def test_folders_of_unit_tests_are_those_of_the_source():
+    """One that holds tests of a single module may have the name of the module."""
+    tests = ROOT / "tests" / "unit"
+    folders = {path.parent.relative_to(tests) for path in tracked_files() if path.is_relative_to(tests)}
+    assert len(folders) > 20
+    strange = {
+        str(each)
+        for each in folders
+        if not (SOURCE / each).is_dir() and not (SOURCE / each).with_suffix(".py").is_file()
+    }
+    assert not strange
+
+
 def test_no_file_names_a_place_on_one_machine_or_an_index_of_packages_and_there_is_no_lock_file():
     assert not [*lines_with(PLACES), *lines_with(INDEXES)]
     locks = {"poetry.lock", "uv.lock", "pdm.lock", "Pipfile.lock", "requirements.txt", "pylock.toml"}

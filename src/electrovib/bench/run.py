@@ -70,6 +70,11 @@ def plan_bench(
     ------
     InputError
         If the drive is not a finite voltage from 0 V to 0 V, or exceeds a limit, or a declaration for safety is missing.
+
+    Examples
+    --------
+    >>> f"{1e3 * ev.plan_bench('vezzoli_2014/fig6').duration:.0f} ms"
+    '272 ms'
     """
     return make_plan(read_scenario(scenario, changes=set), read_settings(bench))
 
@@ -134,6 +139,12 @@ def run_bench(
     The bench is left at 0 V, and disabled where it has an enable line, after the end, an error, a lost connection, Ctrl-C,
     SIGTERM and SIGHUP. After SIGKILL the burst that is running ends at 0 V by itself. Software does not protect a person: the
     hardware that limits the current does.
+
+    Examples
+    --------
+    >>> trace = ev.run_bench("vezzoli_2014/fig6", simulate=True)  # a simulated bench and finger
+    >>> sorted(trace.data_vars)
+    ['amplifier_current', 'drive_voltage', 'lateral_force', 'normal_force', 'plate_voltage']
     """
     checked_seed(seed)
     with inputs_noted() as inputs:

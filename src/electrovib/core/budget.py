@@ -99,6 +99,11 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
     What is counted beforehand is refused before a computation begins: output times, corners of the drive, numbers to be
     held. The computing time of everything else is measured: time stepping ends at the budget, and sweeps, studies,
     sensitivities and designs once their first cases show that all would exceed it.
+
+    Examples
+    --------
+    >>> with ev.budget(time="1 h", memory="16 GB"):
+    ...     trace = ev.simulate("vezzoli_2014/fig6")
     """
     chosen = _ALLOWED.get()
     if time is not None:

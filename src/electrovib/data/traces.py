@@ -302,6 +302,14 @@ def open_trace(path: str | Path) -> xarray.Dataset:
     ------
     DataFileError
         If there is no such file, if it is damaged, or if it holds no Trace.
+
+    Examples
+    --------
+    >>> ev.save(ev.simulate("vezzoli_2014/fig6"), "fig6.nc")[0].name
+    'fig6.nc'
+    >>> with ev.open_trace("fig6.nc") as trace:
+    ...     print(trace.sizes["time"])
+    2001
     """
     place = Path(path)
     note_input(place)

@@ -55,6 +55,11 @@ def save(
     InputError
         If the suffix is unknown, the file cannot be written or would replace one that electrovib did not write in this
         form, or the format cannot hold this Trace.
+
+    Examples
+    --------
+    >>> [path.name for path in ev.save(ev.check("bau_2010/sine"), "check.json")]
+    ['check.json']
     """
     from electrovib.view.files import in_style, save_answer, save_document
 

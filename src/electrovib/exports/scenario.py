@@ -69,6 +69,11 @@ def export(
         exceeds one of its declared `limits`.
     NotCausalError
         If the force law has no time-domain form.
+
+    Examples
+    --------
+    >>> ev.export("vezzoli_2014/fig6", "fig6.cir").read_text().splitlines()[0]
+    '* Vezzoli 2014, figure 6: 0 to 1000 V trapezoidal pulse on a plastic film'
     """
     place = output_path(path)
     if options or place.suffix.lower() in FORMATS:

@@ -140,6 +140,13 @@ def export_waveform(
     InputError
         Unless the limits are declared and held by the drive and by the samples as written, the error is allowed, what an
         instrument plays begins and ends at 0 V, and the file can be written. Nothing is clipped.
+
+    Examples
+    --------
+    >>> limits = {"limits.voltage": "1 kV", "limits.current": "10 mA"}
+    >>> found = ev.export_waveform("bau_2010/sine", "drive.csv", edge="line", ramp="1 ms", set=limits)
+    >>> repr(found).splitlines()[1]
+    '801 samples at 20 kHz; CSV, straight lines between the samples'
     """
     place = output_path(path)
     form = _format(place, instrument)

@@ -55,6 +55,11 @@ def read_scenario(
     ------
     InputError
         Every mistake of the file at once; also if the source has no scenario, or many.
+
+    Examples
+    --------
+    >>> ev.load("vezzoli_2014/fig6", changes={"drive.high": "500 V"}).drive.high
+    500.0
     """
     if is_trace_file(source) or is_trace(source):
         scenario = _of_trace(source, before_sweep=before_sweep)
@@ -192,6 +197,11 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     ------
     InputError
         If it carries none, as a measurement, or if a model that it needs is missing.
+
+    Examples
+    --------
+    >>> ev.scenario_of(ev.simulate("vezzoli_2014/fig6")).drive.high
+    1000.0
     """
     if "scenario" not in trace.attrs:
         raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")

@@ -75,6 +75,12 @@ def simulate(
     Linear layers are solved exactly in relaxation modes: those of the stack under voltage drive, those of each layer
     under current drive. A layer with a leak is one nonlinear branch, with its error in `step_error`; over frequency
     the leak counts as its conductivity at vanishing amplitude.
+
+    Examples
+    --------
+    >>> trace = ev.simulate("vezzoli_2014/fig6", signals=["electrostatic_force"])
+    >>> f"{1e3 * float(trace.electrostatic_force.max()):.2f} mN"
+    '2.56 mN'
     """
     scenario = read_scenario(scenario)
     _refuse_unknown(signals)

@@ -73,6 +73,12 @@ def perceive(
 
     relative to the level of a sine of force whose amplitude is half of the peak-to-peak force, at the best frequency of the
     most sensitive channel.
+
+    Examples
+    --------
+    >>> found = ev.perceive("bau_2010/sine")
+    >>> f"{found.sensation:.0f} dB above the threshold, within {found.uncertainty:.0f} dB"
+    '63 dB above the threshold, within 21 dB'
     """
     changes = {path: value for path, value in (set or {}).items() if not _personal(path)}
     scenario, trace = _experiment(source, changes)
@@ -431,6 +437,12 @@ def compare_percepts(first: Percept, second: Percept) -> Difference:
     ------
     InputError
         If only one of them has mechanics, or if nothing moves in one of them.
+
+    Examples
+    --------
+    >>> one, other = (ev.perceive("bau_2010/sine", set={"drive.amplitude": volts}) for volts in ("50 V", "60 V"))
+    >>> ev.compare_percepts(one, other).noticeable
+    True
     """
     if first.unit != second.unit:
         raise InputError(

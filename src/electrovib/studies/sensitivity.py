@@ -102,6 +102,12 @@ def sensitivity(
     ------
     InputError
         For every mistake in scenario, space and quantity.
+
+    Examples
+    --------
+    >>> found = ev.sensitivity("bau_2010/sine", "fingers", quantity="mean electrostatic_force", n=64, seed=1)
+    >>> found.document.sentences[0].partition(":")[0]
+    'Measure stack.gap.thickness first'
     """
     base = read_scenario(scenario)
     found = read_space(base, space)

@@ -62,13 +62,11 @@ def sweep(
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         Scenario of all cases, as for `electrovib.load`.
     over : sequence of str, or mapping of str to sequence of float
-        ``"path=from:to:n"`` or ``"path=from:to:nlog"``, or dotted path to values: numbers in SI, or texts with a unit such as
-        ``"100 V"``. Several paths give every combination, none the scenario itself.
+        ``"path=from:to:n"``, ``"path=from:to:nlog"``, or dotted path to values: numbers in SI, or texts such as ``"100 V"``.
     quantities : sequence of str, optional
-        Names such as ``"mean electrostatic_force"``, ``"swing lateral_force"``, ``"peak field in gap"``: ``peak``,
-        ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal over time; or ``"detection
-        level"``, which has a ``"lowest"`` and a ``"highest detection level"`` for the spread of thresholds. By
-        default peak and mean of the attraction, swing of the friction, peak of the current.
+        ``peak``, ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal, as in ``"peak field in
+        gap"``; or ``"detection level"``, with ``"lowest"`` or ``"highest"`` for the spread of thresholds. By default peak
+        and mean of the attraction, swing of the friction, peak of the current.
     records : bool
         Keep the Trace of each case too.
     progress : callable, optional
@@ -77,22 +75,23 @@ def sweep(
     Returns
     -------
     table : xarray.Dataset
-        A dimension, named by its path, for each parameter, and a variable for each quantity; ``to_dataframe()`` makes a
-        table with one row for each case. With `records` the signals over time run along ``sample`` too: each case has
-        its own times, in the coordinate ``time``, and NaN after its end.
+        A dimension, named by its path, for each parameter, and a variable for each quantity. With `records` the signals
+        over time run along ``sample`` too: each case has its own times, in ``time``, and NaN after its end. A quantity is
+        taken over one period of a periodic state, else over the whole time, whatever the output times; its attribute
+        ``numerical_error`` is relative to the largest value of the signal.
 
     Raises
     ------
     InputError
         For every value out of range and every unknown quantity; for a case that cannot be solved, with its values.
     BudgetError
-        If all cases would take more time or memory than `electrovib.budget` allows: before the first case as far as
-        that can be counted, and as soon as the first cases show it.
+        As soon as the first cases show that all would take more than `electrovib.budget` allows.
 
-    Notes
-    -----
-    A quantity is taken over one period of a periodic state, else over the whole time, with the error in its attribute
-    ``numerical_error``, relative to the largest value of the signal; it does not depend on output times.
+    Examples
+    --------
+    >>> found = ev.sweep("bau_2010/sine", {"drive.amplitude": ["40 V", "80 V"]})
+    >>> found["mean electrostatic_force"].values.round(4)
+    array([0.031 , 0.1239])
     """
     found = sweep_cases(scenario, over, quantities=quantities, records=records, progress=progress)
     return _dataset(found, records=records)

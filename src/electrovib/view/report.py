@@ -69,6 +69,11 @@ def report(
     InputError
         If something is not a Trace, or if the file cannot be written or would replace one that is read or not ours;
         nothing has been written then.
+
+    Examples
+    --------
+    >>> ev.report(["vezzoli_2014/fig6", "vezzoli_2014/fig6_gap"], "two.html").name
+    'two.html'
     """
     reported(traces, path, title=title, force=force)
     return Path(path)

@@ -181,6 +181,12 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
     interval is that of `random_effects`, which weights them by their noise and the spread between them: the points of one
     session share its mounting and are not independent. With one session it is that of Student's t with two degrees of freedom
     less than points, and holds for that session only.
+
+    Examples
+    --------
+    >>> found = ev.fit_power_law([10, 20, 40], [1.0, 4.1, 15.8])
+    >>> f"{found.exponent:.2f}"
+    '1.99'
     """
     voltage, force = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     groups = _groups(voltage, force, session)

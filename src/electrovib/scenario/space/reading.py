@@ -61,6 +61,12 @@ def read_space(scenario: Source, source: SpaceSource) -> Space:
     with a unit; the models are Normal, LogNormal (median, factor), Uniform, LogUniform, Triangular (low, likely, high) and
     Empirical (values, or file and column), and ``low`` and ``high`` truncate any of them. ``"PATH ~ PATH" = 0.5`` in
     ``correlation`` is the coefficient of a Gaussian copula, ``"PATH < PATH"`` a relation.
+
+    Examples
+    --------
+    >>> space = ev.read_space("bau_2010/sine", {"stack.gap.thickness": {"model": "LogNormal", "median": "3 um", "factor": 2}})
+    >>> space.draw(1, 0, 2)["stack.gap.thickness"].round(8)
+    array([1.32e-06, 5.54e-06])
     """
     found = read_scenario(scenario)
     if isinstance(source, Space):

@@ -165,6 +165,14 @@ def equilibrium(
     and a floating body that nothing discharges. K = eps_gap (sum T/eps + eps0 A/C) over them, with the permittivity at
     the lowest frequency of the scenario's grid. The attraction is the Maxwell stress in the gap, eps0 E^2/2, whatever the
     scenario's force law. Load, attraction and gross area belong to the same equilibrium.
+
+    Examples
+    --------
+    >>> spring = {"model": "LinearSpring", "stiffness": "1 GPa/m", "free_gap": "10 um"}
+    >>> pressed = {"contact.surface": spring, "stack.gap.material.conductivity": 0.0}
+    >>> found = ev.equilibrium(ev.load("vezzoli_2014/fig6_gap", changes=pressed), voltage=100.0)
+    >>> [f"{1e6 * each.gap:.3f} um" for each in found.states]
+    ['4.956 um']
     """
     known = read_scenario(scenario)
     surface, gap = _surface(known), _gap(known)

@@ -354,6 +354,14 @@ def hysteresis(
     ------
     InputError
         If the voltages do not rise, or a state is outside the range of the surface model.
+
+    Examples
+    --------
+    >>> from electrovib.physics.contact import LinearSpring
+    >>> surface = LinearSpring(stiffness=1e9, free_gap=10e-6)
+    >>> found = ev.hysteresis([0, 100, 200], surface=surface, pressure=5e3, electrical_thickness=27e-6)
+    >>> found.up.gap.round(8)
+    array([5.00e-06, 4.96e-06, 4.83e-06])
     """
     course = np.asarray(voltages, dtype=float)
     if course.ndim != 1 or len(course) < 1 or not np.all(np.diff(course) > 0):

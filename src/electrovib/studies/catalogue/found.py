@@ -48,6 +48,11 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     ------
     InputError
         If nothing is found; the message has the three names that are spelled most similarly, and what they are.
+
+    Examples
+    --------
+    >>> [each.name for each in ev.models("parylene") if each.kind == "material"]
+    ['parylene_c']
     """
     entries = list(items.everything())
     if not query.strip():
@@ -87,6 +92,11 @@ def scenarios(query: str = "") -> Listing:
     ------
     InputError
         If nothing is found; the message has the three names that are spelled most similarly, and what they are.
+
+    Examples
+    --------
+    >>> [each.name for each in ev.scenarios("bau_2010")]
+    ['bau_2010/sine']
     """
     entries = list(items.scenario_items())
     title, full = "Ready-made scenarios", list[Listed]()

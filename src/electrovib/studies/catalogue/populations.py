@@ -64,6 +64,11 @@ def spaces(name: str = "") -> Listing:
     ------
     InputError
         If there is no population of this name.
+
+    Examples
+    --------
+    >>> [each.name for each in ev.spaces()]
+    ['fingers']
     """
     if not name:
         records = [Listed(name=each, kind="population", meaning=title_of(each)) for each in shipped_names()]

@@ -98,6 +98,12 @@ def check(
     The values are those of the model, from time 0 to the last output time: a stray capacitance that is not declared counts
     as 0, and a fault of the amplifier or of the insulator is not part of it. Largest values between output times are sought
     at the corners of the drive, after them and through its oscillations.
+
+    Examples
+    --------
+    >>> found = ev.check("bau_2010/sine", limits={"voltage": "120 V", "current": "10 mA"})
+    >>> found.state, round(found.value("peak voltage"))
+    ('unknown', 100)
     """
     source: Any = drive if scenario is None else scenario
     own: Any = None if scenario is None else drive

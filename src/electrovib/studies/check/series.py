@@ -122,6 +122,11 @@ def series_resistor(
     R = V/I: the body counts as no resistance. The capacitance is that of the layers of plate and gap under the contact at
     1 kHz, with the finger as a conductor, plus the declared stray capacitance; the energy C V^2/2 stored there is released
     past the resistor.
+
+    Examples
+    --------
+    >>> round(ev.series_resistor("bau_2010/sine", limits={"current": "1 mA"}).resistance)
+    100000
     """
     found = read_scenario(scenario, changes=set)
     declared = declared_limits(found, limits)

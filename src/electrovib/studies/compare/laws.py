@@ -76,6 +76,12 @@ def compare(
     The finger is pressed with the full load all the time, whatever `load.time_profile` is. The responses to a step contain
     the limits of an amplifier; static forces are those of the largest voltage that it holds, and means over frequency those
     of a sine that it supplies.
+
+    Examples
+    --------
+    >>> found = ev.compare("bau_2010/sine", models=["MaxwellStressInGap", "MaxwellStressInInsulator"])
+    >>> [f"{each.name}: {1e3 * each.static:.1f} mN" for each in found.entries]
+    ['MaxwellStressInGap: 386.5 mN', 'MaxwellStressInInsulator: 99.1 mN']
     """
     given = read_scenario(scenario, changes=set)
     return _compared(given, models, parse_over(given, over))

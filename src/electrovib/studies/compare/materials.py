@@ -145,6 +145,12 @@ def compare_materials(
     ------
     InputError
         For a layer or a material that does not exist, or if the scenario runs with none of them.
+
+    Examples
+    --------
+    >>> found = ev.compare_materials("bau_2010/sine", materials=["silica", "pet"])
+    >>> [f"{each.name}: {1e3 * each.force:.4g} mN" for each in found.entries]
+    ['as it is: 387.2 mN', 'silica: 387.2 mN', 'pet: 373.6 mN']
     """
     given = read_scenario(scenario)
     chosen = layer_of_plate(given, layer)

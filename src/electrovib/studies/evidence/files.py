@@ -54,6 +54,11 @@ def measurements(word: str = "") -> dict[str, Measurement]:
     ------
     InputError
         If no measurement has the word; the groups are listed. Of a file: every mistake at once.
+
+    Examples
+    --------
+    >>> list(ev.measurements("israr_2006"))[:3]
+    ['israr_2006/pen', 'israr_2006/pen_slope', 'israr_2006/cylinder']
     """
     path = Path(word)
     if word.endswith(("/", os.sep)):

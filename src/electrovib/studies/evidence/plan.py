@@ -220,6 +220,14 @@ def plan_experiment(
     over the repeats and by the distance between the draws, so that a finer experiment cannot see what the draws do not
     show. The odds are p(y|A)/p(y|B) for y from law A, their logarithm expected over draws and noise, and those for y from B;
     the smaller one counts.
+
+    Examples
+    --------
+    >>> laws = ["MaxwellStressInGap", "MaxwellStressInInsulator"]
+    >>> asked = {"quantity": "mean electrostatic_force", "space": "fingers", "n": 8}
+    >>> found = ev.plan_experiment("bau_2010/sine", laws, over={"drive.amplitude": [10.0, 20.0]}, **asked)
+    >>> found.document.sentences[0]
+    'No experiment of this grid tells MaxwellStressInGap from MaxwellStressInInsulator with odds of 20.'
     """
     base = read_scenario(scenario, changes=set)
     _check_laws(models)

@@ -109,6 +109,13 @@ def study(
         For every mistake in the arguments, and for a store that is damaged or of another study.
     BudgetError
         If the study would take more time or memory than `electrovib.budget` allows.
+
+    Examples
+    --------
+    >>> found = ev.study("bau_2010/sine", "fingers", n=20, seed=1)
+    >>> median = found["electrostatic_force_percentile"].sel(percentile=50)
+    >>> f"{1e3 * float(median.max()):.0f} mN"
+    '772 mN'
     """
     declared = read_study(
         scenario,

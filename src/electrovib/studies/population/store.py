@@ -263,6 +263,12 @@ def open_study(path: str | Path) -> xarray.Dataset:
     InputError
         If it is no study, not complete, or not as it was written: every file is compared with the checksum that the store
         states, and the signals of every finger when they are read.
+
+    Examples
+    --------
+    >>> found = ev.study("bau_2010/sine", "fingers", n=5, seed=1, output="fingers.zarr")
+    >>> ev.open_study("fingers.zarr").attrs["fingers"]
+    5
     """
     import xarray
 

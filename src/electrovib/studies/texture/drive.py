@@ -195,6 +195,14 @@ def texture_drive(
     The attraction that adds the friction of the texture follows from the scenario's law of friction, and the amplitude from the
     mean force of the full model at the carrier. The gain contains neither the filtering of the modulation by the stack nor,
     without a carrier, the dependence of the force on frequency; the misfit states what both amount to.
+
+    Examples
+    --------
+    >>> ridges = {"model": "Grating", "period": "2 mm", "amplitude": "0.5 mN"}
+    >>> limits = {"voltage": "1 kV", "current": "10 mA"}
+    >>> found = ev.texture_drive("bau_2010/sine", texture=ridges, path="50 mm/s", carrier="3 kHz", limits=limits)
+    >>> f"misfit {found.misfit:.2%}"
+    'misfit 0.18%'
     """
     found = RenderingSetUp.read(scenario, texture, set, limits, "the drive of a texture")
     followed = read_path(path, found.texture)
@@ -360,6 +368,14 @@ def texture_stream(
     compared with the limits of voltage and current, the latter from the slope of the voltage and the charge that the stack and
     the stray capacitance can take up. Limits of charge, of stored energy and of root mean squares have no such bound, and a
     stream is refused where they are declared. A stream is never passed on to the bench.
+
+    Examples
+    --------
+    >>> ridges = {"model": "Grating", "period": "2 mm", "amplitude": "0.5 mN"}
+    >>> limits = {"voltage": "300 V", "current": "10 mA"}
+    >>> stream = ev.texture_stream("bau_2010/sine", texture=ridges, limits=limits)
+    >>> len(stream.render(position=0.001, time=0.001))
+    10
     """
     found = RenderingSetUp.read(scenario, texture, set, limits, "a stream of a texture")
     if unbounded := [name for name in found.declared if name not in BOUNDED]:

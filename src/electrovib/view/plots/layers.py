@@ -55,6 +55,11 @@ def stack(source: Source, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the Trace carries no scenario, as a measurement does.
+
+    Examples
+    --------
+    >>> [text.get_text() for text in ev.plot.stack("bau_2010/sine").texts][3]
+    'insulator, 1 µm, silica'
     """
     scenario = read_scenario(source, before_sweep=True)
     heights = drawn_heights({name: layer.thickness for name, layer in scenario.stack.layers.items()})

@@ -46,6 +46,12 @@ def trade_off(design: PlateDesign, *, ax: Axes | None = None) -> Axes:
     Axes
         Data in SI. With one objective it is drawn over the first varied parameter. Candidates without a finite number are
         omitted; a scale is logarithmic where the values span more than a factor of 30.
+
+    Examples
+    --------
+    >>> plates = ev.design_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
+    >>> ev.plot.trade_off(plates).get_ylabel()
+    'mean electrostatic force [mN]'
     """
     first = design.objectives[0]
     across = _across(design)
@@ -150,6 +156,11 @@ def limits(found: CheckResult, *, ax: Axes | None = None) -> Axes:
     -------
     Axes
         A bar for each known limit, in the colour of its state: within, of uncertain standing, or exceeded. Bars end at 3.
+
+    Examples
+    --------
+    >>> ev.plot.limits(ev.check("bau_2010/sine")).get_xlabel()
+    'value over its limit'
     """
     rows = [row for row in found.rows if row.margin is not None]
     with drawing(ax, (_WIDTH, 1.2 + _HEIGHT_OF_INPUT * len(rows))) as axes:
@@ -189,6 +200,12 @@ def indices(found: Sensitivity, *, ax: Axes | None = None) -> Axes:
     -------
     Axes
         The largest total index on top.
+
+    Examples
+    --------
+    >>> found = ev.sensitivity("bau_2010/sine", "fingers", quantity="mean electrostatic_force", n=8, seed=1)
+    >>> ev.plot.indices(found).get_xlabel()
+    'Sobol index (lines: 95 % intervals)'
     """
     with drawing(ax, size_of(found)) as axes:
         places = np.arange(len(found.indices), dtype=float)
@@ -247,6 +264,12 @@ def panel(panel: Panel, *, ax: Axes | None = None) -> Axes:
     -------
     Axes
         Data in SI. Curves that are not to be drawn are omitted.
+
+    Examples
+    --------
+    >>> found = ev.evidence("israr_2006/cylinder", n=4)
+    >>> ev.plot.panel(found.document.figures[1]).get_xlabel()
+    'frequency of the sine [Hz]'
     """
     with drawing(ax, _SIZE) as axes:
         if panel.log_x:

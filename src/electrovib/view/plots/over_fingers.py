@@ -54,6 +54,12 @@ def bands(
     ------
     InputError
         If the study has no such signal.
+
+    Examples
+    --------
+    >>> found = ev.study("bau_2010/sine", "fingers", n=8, seed=1)
+    >>> ev.plot.bands(found, "electrostatic_force").get_ylabel()
+    'electrostatic force $f_e$ [N]'
     """
     name = signal or str(found.attrs["signals"][0])
     if name not in found.attrs["signals"]:
@@ -98,6 +104,12 @@ def exceedance(found: xarray.Dataset, signal: str = "", *, ax: Axes | None = Non
     ------
     InputError
         If the study has no such signal, or no threshold of it.
+
+    Examples
+    --------
+    >>> found = ev.study("bau_2010/sine", "fingers", n=8, seed=1, exceed="1 mN")
+    >>> ev.plot.exceedance(found).get_ylabel()
+    'exceedance probability'
     """
     from electrovib.view.units import pretty_quantity
 

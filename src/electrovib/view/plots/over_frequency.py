@@ -39,6 +39,11 @@ def frequency_response(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal.
+
+    Examples
+    --------
+    >>> ev.plot.frequency_response(ev.simulate("vezzoli_2014/fig6")).get_xlabel()
+    'frequency $f$ [Hz]'
     """
     return _over_frequency(traces, "mean_force", np.real, _words("mean_force"), "N", ax)
 
@@ -60,6 +65,11 @@ def gain(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has either signal.
+
+    Examples
+    --------
+    >>> ev.plot.gain(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'effective voltage gain $|v_e/v|$'
     """
     name = _gain(traces)
     return _over_frequency(traces, name, np.abs, _words(name, "|{}|"), "1", ax)
@@ -82,6 +92,11 @@ def gain_phase(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has either signal.
+
+    Examples
+    --------
+    >>> ev.plot.gain_phase(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'phase of the effective voltage gain $v_e/v$ [°]'
     """
     name = _gain(traces)
     return _over_frequency(traces, name, _degrees, f"phase of the {_words(name)}", "°", ax)
@@ -104,6 +119,11 @@ def impedance(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal.
+
+    Examples
+    --------
+    >>> ev.plot.impedance(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'impedance $|Z|$ [Ω]'
     """
     return _over_frequency(traces, "impedance", np.abs, "impedance $|Z|$", "ohm", ax)
 
@@ -125,6 +145,11 @@ def impedance_phase(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal.
+
+    Examples
+    --------
+    >>> ev.plot.impedance_phase(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'phase of the impedance $Z$ [°]'
     """
     return _over_frequency(traces, "impedance", _degrees, "phase of the impedance $Z$", "°", ax)
 

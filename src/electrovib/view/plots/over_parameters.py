@@ -51,6 +51,12 @@ def quantity(trace: xarray.Dataset, name: str, *, ax: Axes | None = None) -> Axe
     ------
     InputError
         If the sweep has no such quantity, or depends on none or more than two parameters.
+
+    Examples
+    --------
+    >>> swept = ev.sweep("bau_2010/sine", {"drive.amplitude": [40.0, 80.0]})
+    >>> ev.plot.quantity(swept, "mean electrostatic_force").get_xlabel()
+    'drive voltage [V]'
     """
     known = quantities_of(trace) if is_sweep(trace) else []
     if name not in known:

@@ -46,6 +46,11 @@ def drive(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal.
+
+    Examples
+    --------
+    >>> ev.plot.drive(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'drive voltage $v$ [kV]'
     """
     return _over_time(traces, "drive_voltage", ax)
 
@@ -67,6 +72,11 @@ def effective_voltage(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal; `layer_voltages` can be drawn for every law.
+
+    Examples
+    --------
+    >>> ev.plot.effective_voltage(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'effective voltage $v_e$ [V]'
     """
     return _over_time(traces, "effective_voltage", ax)
 
@@ -88,6 +98,11 @@ def force(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal.
+
+    Examples
+    --------
+    >>> ev.plot.force(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'electrostatic force $f_e$ [mN]'
     """
     return _over_time(traces, "electrostatic_force", ax)
 
@@ -110,6 +125,11 @@ def lateral_force(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal.
+
+    Examples
+    --------
+    >>> ev.plot.lateral_force(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'lateral force $f_t$ above 250 mN [mN]'
     """
     return _over_time(traces, "lateral_force", ax)
 
@@ -131,6 +151,11 @@ def field(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal.
+
+    Examples
+    --------
+    >>> ev.plot.field(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'field $E$ [MV/m]'
     """
     return _over_time(traces, "field", ax)
 
@@ -152,6 +177,11 @@ def current(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has the signal.
+
+    Examples
+    --------
+    >>> ev.plot.current(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'current $i$ [nA]'
     """
     return _over_time(traces, "current", ax)
 
@@ -177,6 +207,11 @@ def over_time(traces: Traces, name: str, *, ax: Axes | None = None) -> Axes:
     ------
     ElectrovibError
         If there is no signal of this name, or no Trace has it.
+
+    Examples
+    --------
+    >>> ev.plot.over_time(ev.simulate("vezzoli_2014/fig6"), "current").get_ylabel()
+    'current $i$ [nA]'
     """
     return _over_time(traces, name, ax)
 
@@ -198,6 +233,11 @@ def layer_voltages(traces: Traces, *, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If no Trace has both.
+
+    Examples
+    --------
+    >>> ev.plot.layer_voltages(ev.simulate("vezzoli_2014/fig6")).get_ylabel()
+    'layer voltage [kV]'
     """
     known = labelled(traces)
     arrays = {label: _voltages(trace) for label, trace in known.items() if has_layer_voltages(trace)}
