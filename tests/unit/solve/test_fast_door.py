@@ -270,12 +270,11 @@ def test_times_at_corners_do_not_count_in_stretches(unjudged, monkeypatch):
     rng = np.random.default_rng(3)
     times = np.linspace(0, 1, 30_001)
     row, judged = 2 + np.cos(40 * times), np.ones(len(times), bool)
-    row[unjudged], judged[unjudged] = 0.0, False
-    probes = np.unique(np.append(rng.integers(1000, len(times), 300), [0, len(times) - 1]))
+    row[unjudged], judged[unjudged] = 0.01, False
+    probes = np.unique(np.append(rng.integers(1000, len(times), 300), [0, 1, len(times) - 1]))
     bounds = 1e-5 * rng.random((1, len(probes)))
-    bounds[0, 0] = 1.0
-    bounds[0, 1] = 0.9e-5
-    given_ = row[None], times[None], probes, bounds * np.where(judged[probes], 1, 1e-9), judged
+    bounds[0, 0] = 2e-5
+    given_ = row[None], times[None], probes, bounds, judged
     found = memory.judge(*given_)
     monkeypatch.setattr(memory, "_MANY", 10**9)
     assert found == memory.judge(*given_)

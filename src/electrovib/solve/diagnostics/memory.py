@@ -437,7 +437,7 @@ class Extremes:
             whole = np.logical_and.reduceat(judged[begin : self.end], starts - begin)
             if np.any(np.logical_or.reduceat(judged[begin : self.end], starts - begin) != whole):
                 return None
-            low, larger = np.where(whole, low, np.inf), np.where(whole, larger, 0.0)
+            larger = np.where(whole, larger, 0.0)
             highs[~whole[np.searchsorted(starts, self.marks, side="right") - 1]] = 0.0
         high = np.maximum.reduceat(highs, np.searchsorted(self.marks, starts))
         peak = TAIL * float(np.max(high))
