@@ -177,10 +177,9 @@ class FoundValue:
 class Explored:
     """Where the quantity was computed, at `count` values of the free parameter.
 
-    `points` are such a value and the quantity there, in the order of the values, `refused` has the reasons where nothing
-    could be computed, and `unknown` values have no known quantity. The quantity passes the wanted value
-    discontinuously at the `jumps`, and `beyond` the listed solutions; `is_settled` is False if finer values
-    kept showing further ones.
+    `points` are such a value and the quantity there, in the order of the values, `refused` has the reasons where nothing could be
+    computed, and `unknown` values have no known quantity. The quantity passes the wanted value discontinuously at the `jumps`,
+    and `beyond` the listed solutions; `is_settled` is False if finer values kept showing further ones.
     """
 
     count: int
