@@ -69,14 +69,9 @@ def test_damaged_files(tmp_path):
     raw = path.read_bytes()
     flipped = bytearray(raw)
     flipped[len(raw) // 2] ^= 0xFF
-    error = r"damaged or not a MATLAB file \(Error -3"
-    for damage, words in {
-        raw[:128]: "not a Trace",
-        raw[: len(raw) // 2]: "could not read bytes",
-        bytes(flipped): error,
-    }.items():
+    for damage in (raw[:128], raw[: len(raw) // 2], bytes(flipped)):
         path.write_bytes(damage)
-        with pytest.raises(DataFileError, match=words) as caught:
+        with pytest.raises(DataFileError, match="is damaged, or was edited") as caught:
             load_mat(path)
         assert "\n" not in str(caught.value)
 
