@@ -27,7 +27,7 @@ _EXACT = 2.0**53
 _KINDS = ("i1", "i2", "i4", "i8")
 _STRETCH = 1 << 15
 """Numbers that are processed together, so that they stay in the cache."""
-_LOOKS = 256
+_INSPECTED = 256
 """Numbers that are inspected first, before all of them are."""
 _HEAD = 1 << 16
 _WORTH = 0.6
@@ -133,7 +133,7 @@ def _as_bytes(raw: bytes) -> str:
 
 def _as_decimals(values: NDArray[np.float64]) -> str:
     """Write numbers with few decimals as differences of integers; empty if they have many decimals."""
-    some = values[:: max(1, len(values) // _LOOKS)]
+    some = values[:: max(1, len(values) // _INSPECTED)]
     places = next((each for each in range(_MOST_PLACES + 1) if _whole(some, each) is not None), None)
     whole = None if places is None else _whole(values, places)
     if whole is None:

@@ -55,13 +55,15 @@ class Changed:
     """Nested tables in which changes are put, or what is wrong with them.
 
     Parts of a model without a change stay the models that they are. `stored` has the changes by the paths of the parameters
-    that are stored; `offers` the names that stood in the place of tables, by path, with the kind of model of each.
+    that are stored; `offers` the names that stood in the place of tables, by path, with the kind of model of each; `unread`
+    the tables whose file has not been read.
     """
 
     model: Model | None = None
     content: Any = None
     stored: dict[str, Any] = field(default_factory=dict)
     offers: dict[str, tuple[type[Model], str]] = field(default_factory=dict)
+    unread: list[tuple[str, type[Model], dict[str, Any]]] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     _around: str = ""
 
@@ -76,10 +78,14 @@ class Changed:
             return found.to_dict()
         if isinstance(value, Mapping):
             own = kind.chosen(value) if kind is not None else None
-            return {
-                name: each if own is None else self._read(own, str(name), each, _joined(path, name))
-                for name, each in value.items()
+            if own is None:
+                return dict(value)
+            table = {
+                name: self._read(own, str(name), each, _joined(path, name)) for name, each in value.items()
             }
+            if own.file_columns(table):
+                self.unread.append((path, own, table))
+            return table
         if isinstance(value, (list, tuple)) and kind is not None:
             return [self.opened(kind, each, _joined(path, place)) for place, each in enumerate(value)]
         return value
@@ -149,7 +155,7 @@ class Changed:
         """Return a value or a table that is given in the place of what is there, with what is given within it."""
         found, around = self.opened(kind, given.value, path), self._around
         if given.within:
-            self._around = around or (path if isinstance(given.value, Mapping) else "")
+            self._around = path if isinstance(given.value, Mapping) else ""
             found = self.within(path, kind, found, _Given(within=given.within), fresh=True)
             self._around = around
         return found

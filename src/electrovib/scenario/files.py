@@ -25,36 +25,20 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
     tables = opened.opened(kind, content, "")
     if opened.offers and "sources" in kind.model_fields and isinstance(tables.get("sources", {}), dict):
         tables["sources"] = sources_of_offers(opened) | tables.get("sources", {})
-    filled = _filled(kind, tables, folder or Path(), "", faults)
+    for path, model, table in opened.unread:
+        try:
+            table.update(_read((folder or Path()) / str(table["file"]), model, table))
+        except DataFileError as error:
+            value = shown({"model": model.__name__, **table})
+            faults += [Problem(str(each), path=path, value=value) for each in error.problems]
     try:
-        built = read_model(kind, filled)
+        built = read_model(kind, tables)
     except InputError as error:
         unread = {fault.path for fault in faults}  # such a model complains that it has no numbers
         raise InputError([*faults, *(each for each in error.problems if each.path not in unread)]) from None
     if faults:
         raise InputError(faults)
     return built
-
-
-def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, faults: list[Problem]) -> Any:
-    """Copy tables and add the numbers of their files; tables that name no known model are left to validation."""
-    start = f"{path}." if path else ""
-    if isinstance(content, (list, tuple)) and any(isinstance(item, Mapping) for item in content):
-        return [_filled(kind, item, folder, f"{start}{index}", faults) for index, item in enumerate(content)]
-    model = kind.chosen(content) if kind is not None and isinstance(content, Mapping) else None
-    if model is None:
-        return content
-    table = {
-        name: _filled(model.part(str(name)), item, folder, f"{start}{name}", faults)
-        for name, item in content.items()
-    }
-    if model.file_columns(table):
-        try:
-            table |= _read(folder / str(table["file"]), model, table)
-        except DataFileError as error:
-            value = shown({"model": model.__name__, **table})
-            faults += [Problem(str(each), path=path, value=value) for each in error.problems]
-    return table
 
 
 def _read(file: Path, model: type[Model], table: Mapping[str, Any]) -> dict[str, Any]:

@@ -141,6 +141,13 @@ def test_tables_can_be_made_on_the_way_and_a_part_that_is_not_given_is_told_apar
         scenario.replace({"drive": {"model": "Step", "level": 1.0}, "drive.model": "Sine"})
 
 
+def test_a_source_is_changed_and_none_is_added_by_its_path(scenario):
+    named = scenario.model_copy(update={"sources": {"title": "ours"}})
+    assert changed(named, {"sources.title": "theirs"}).content["sources"] == {"title": "theirs"}
+    (problem,) = changed(named, {"sources.other": "theirs"}).problems
+    assert problem.path == "sources.other"
+
+
 def test_every_error_lists_its_problems_and_all_are_of_one_family():
     error = InputError(["one", "two"])
     assert (error.problems, str(error)) == (("one", "two"), "one\ntwo")

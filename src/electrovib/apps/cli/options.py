@@ -123,25 +123,25 @@ class Arguments(dict[str, Any]):
 
 
 def takes(
-    options: str, *, example: str = "", **at_once: Callable[[Any], None]
+    options: str, *, example: str = "", **eager: Callable[[Any], None]
 ) -> Callable[[Callable[[Arguments], object]], Callable[..., None]]:
     """Make a command of a function, with the arguments and options of a table.
 
     An entry has the flags, a word for the value if one follows, ``->`` and the name of the parameter if that is another one,
     and after two blanks the help, which may end with ``; repeatable.``, ``[required]``, ``[default: VALUE]`` or ``[env var:
     NAME]``. One without help is that of `SHARED`. An argument may be ``[optional]``, and have several values: ``files...``.
-    The help begins with the `example`; `at_once` are called with the values of options, before any other is read.
+    The help begins with the `example`; `eager` are called with the values of options before any other is read.
     """
-    at_once = {"models": _use_models} | at_once
-    parameters = [_parameter(*entry, at_once) for entry in _entries(options)]
+    eager = {"models": _use_models} | eager
+    parameters = [_parameter(*entry, eager) for entry in _entries(options)]
 
-    def made(told: Callable[[Arguments], object]) -> Callable[..., None]:
+    def made(command_of: Callable[[Arguments], object]) -> Callable[..., None]:
         def command(context: typer.Context, **_: Any) -> None:
-            told(Arguments(context))
+            command_of(Arguments(context))
 
         own = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
         command.__signature__ = inspect.Signature([own, *parameters])  # type: ignore[attr-defined]
-        command.__doc__, command.__name__, command.example = told.__doc__, told.__name__, example  # type: ignore[attr-defined]
+        command.__doc__, command.__name__, command.example = command_of.__doc__, command_of.__name__, example  # type: ignore[attr-defined]
         return command
 
     return made
@@ -165,7 +165,7 @@ _HELP: Final = re.compile(
 )
 
 
-def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None]]) -> inspect.Parameter:
+def _parameter(head: str, words: str, eager: Mapping[str, Callable[[Any], None]]) -> inspect.Parameter:
     """Return an argument or an option, as typer reads it from the parameter of a function."""
     flags, word, name = _HEAD.fullmatch(head).groups()  # type: ignore[union-attr]
     about, required, default, variable = _HELP.fullmatch(words).groups()  # type: ignore[union-attr]
@@ -175,8 +175,8 @@ def _parameter(head: str, words: str, at_once: Mapping[str, Callable[[Any], None
     shown: dict[str, Any] = {"help": about, "metavar": word or None, "show_default": default is not None}
     if flags.startswith("-"):
         value = ... if required else False if kind is bool else default and kind(default)
-        if name in at_once:
-            shown |= {"callback": at_once[name], "is_eager": True, "expose_value": False}
+        if name in eager:
+            shown |= {"callback": eager[name], "is_eager": True, "expose_value": False}
         if kind in {int, float}:
             shown["parser"] = functools.partial(_number, flags.split(", ")[-1], kind)
         found = typer.Option(value, *flags.split(", ")[::-1], envvar=variable, **shown)
