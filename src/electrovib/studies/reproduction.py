@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import functools
+import tomllib
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
+from pathlib import Path
 from typing import Any, Final
 
-from electrovib.core.answer import Page, Shown, Table
+from electrovib.core.answer import Curve, Page, Panel, Shown, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import KINDS
 
@@ -201,3 +204,55 @@ class Reproduction:
         of = Counter(row.verdict for row in self.rows)
         words = {"disagrees": "disagree", "ours": "quantities of ours", "check": "checks"}
         return ", ".join(f"{of[name]} {words.get(name, name)}" for name in VERDICTS if of[name])
+
+
+@dataclass(frozen=True, eq=False)
+class Words:
+    """Rows, figures and tables of a report whose words are data: `file` has them by name, and numbers are put into them.
+
+    `rows` has entries of `Row`, where `paper` names one of `values` [SI], which is printed, or is it; `panels` those of
+    `electrovib.core.answer.Panel`, over time where none says otherwise, and `tables` those of `Table`.
+    """
+
+    file: Path
+    values: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
+
+    @functools.cached_property
+    def _told(self) -> dict[str, Any]:
+        return tomllib.loads(self.file.read_text(encoding="utf-8"))
+
+    def _filled(self, kind: str, name: str, numbers: Mapping[str, Any]) -> dict[str, Any]:
+        """Put numbers into the words, and make lists tuples."""
+        told = self._told[kind][name]
+        texts = {key: told[key].format_map(numbers) for key in ("what", "note", "caption") if key in told}
+        return {key: tuple(each) if isinstance(each, list) else each for key, each in told.items()} | texts
+
+    def row(self, name: str, ours: float | Iterable[float], *, verdict: str = "", **numbers: Any) -> Row:
+        """Return a row with our number, or the least and the largest of several, in SI; `verdict` where it depends on them."""
+        told = {"note": "", "paper": None} | self._filled("rows", name, numbers)
+        told |= {"verdict": verdict} if verdict else {}
+        size, paper = SHOWN_UNITS.get(told["unit"], 1.0), told.pop("paper")
+        printed = self.values[paper] if isinstance(paper, str) else paper
+        return Row(
+            id=name, paper=None if printed is None else _sized(printed, size), ours=_sized(ours, size), **told
+        )
+
+    def panel(self, name: str, *curves: Curve, below: tuple[Panel, ...] = (), **numbers: Any) -> Panel:
+        """Return a figure of these curves."""
+        told = {"title": "", "caption": "", "x": ("time", "s")} | self._filled("panels", name, numbers)
+        return Panel(id=name, curves=curves, below=below, **told)
+
+    def table(
+        self, name: str, rows: Iterable[tuple[str, ...]], *, headings: tuple[str, ...] = (), **numbers: Any
+    ) -> Table:
+        """Return a table of these rows; `headings` where its file has none."""
+        return Table(
+            rows=tuple(rows), **{"headings": headings, "id": name} | self._filled("tables", name, numbers)
+        )
+
+
+def _sized(value: float | Iterable[float], size: float) -> float | tuple[float, float]:
+    if isinstance(value, Iterable):
+        several = [each / size for each in value]
+        return min(several), max(several)
+    return value / size

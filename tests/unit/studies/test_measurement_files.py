@@ -302,6 +302,7 @@ def test_what_is_printed_in_another_form_is_reduced_to_value_and_spread(printed,
     [
         ({"printed_range": [2, 1], "spread": 0.1}, "printed_range: expected the least and the largest value"),
         ({"printed_range": [1, 2], "values": 3, "spread": 0.1}, "values: printed_range stands in their place; state one of both"),
+        ({"printed_range": [1, 2]}, "spread: missing"),
         ({"runs": [[1, 2]], "over": "drive.level", "at": [50, 100]}, "runs: expected two or more rows"),
         ({"devices": [1]}, "devices: expected two or more values"),
         ({"line": [1, 2], "over": "drive.level", "at": [50, 100]}, "line: expected start, its error"),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterable
 from itertools import chain
-from typing import Any, Final
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from electrovib.physics.material import Material
 from electrovib.physics.perception import MOTION, RYU, NonPacinian, Pacinian
 from electrovib.scenario import skins
 from electrovib.studies.felt_spectrum import ThresholdCurves, threshold_over_frequency
-from electrovib.studies.reproduction import Reproduction, Row
+from electrovib.studies.reproduction import Reproduction, Row, Words
 
 TIME_CONSTANTS: Final = (1e-3, 3e-3, 7.7e-3, 15e-3, 30e-3)
 """Of skins without dispersion, C_i + C_s times R_s [s]."""
@@ -46,8 +47,8 @@ WEIGHTS: Final = {
 }
 KINDS: Final = {"sine": "line", "square": "dashed"}
 """Lines of the drives; that of a square with edges is dotted."""
-DECIBELS: Final = "1"
-"""Unit of an axis whose label contains dB: a plain number."""
+WORDS: Final = Words(Path(__file__).with_name("words.toml"))
+"""Words of rows, figures and the table."""
 
 
 def panels() -> tuple[Panel, ...]:
@@ -103,17 +104,7 @@ def thresholds() -> Panel:
             curves.append(
                 Curve(label=f"{drive}, {name}", x=found.frequency, y=level, kind=kind, drawn=is_drawn)
             )
-    return Panel(
-        id="thresholds",
-        title="Threshold voltage of sine and square over frequency",
-        caption="In dB above the lowest threshold on that skin: the thresholds in volts were not read, and no threshold of"
-        " displacement is calibrated. Both channels, weight on the force. The square has the lower threshold at low frequencies;"
-        " with ideal edges its threshold rises at high ones, where the square of the voltage is nearly constant.",
-        x=("frequency", "Hz"),
-        y=("threshold voltage, dB", DECIBELS),
-        curves=tuple(curves),
-        log_x=True,
-    )
+    return WORDS.panel("thresholds", *curves)
 
 
 def ratio() -> Panel:
@@ -135,17 +126,7 @@ def ratio() -> Panel:
         Curve(label=f"{tau / 1e-3:g} ms", x=frequency, y=ratios(first_order_skin(time_constant=tau), places))
         for tau in TIME_CONSTANTS
     ]
-    return Panel(
-        id="ratio",
-        title="Threshold of a sine over that of a square",
-        caption="Above 0 the square is felt at a lower voltage, as the paper reports below 60 Hz. Pacinian weight on the force,"
-        " ideal edges. Above the frequency of equal thresholds the paper reports similar ones; the model overestimates the"
-        " difference.",
-        x=("frequency", "Hz"),
-        y=("sine over square threshold, dB", DECIBELS),
-        curves=tuple(curves),
-        log_x=True,
-    )
+    return WORDS.panel("ratio", *curves)
 
 
 def crossovers() -> Panel:
@@ -162,17 +143,7 @@ def crossovers() -> Panel:
     curves.append(Curve(label="Pacinian, on the force, edges of 200 us", x=taus[known], y=edged[known]))
     reported = np.full(2, 60.0)
     curves.append(Curve(label="60 Hz, the paper", x=taus[[0, -1]], y=reported, kind="dashed", look=REFERENCE))
-    return Panel(
-        id="crossover",
-        title="Frequency of equal thresholds against the time constant of the skin",
-        caption="Skins without dispersion on the coating. The frequency depends on the skin and little on the weight; nothing"
-        " here imposes 60 Hz. A channel for low frequencies changes nothing: its points lie on the first line.",
-        x=("time constant", "s"),
-        y=("frequency of equal thresholds", "Hz"),
-        curves=tuple(curves),
-        log_x=True,
-        log_y=True,
-    )
+    return WORDS.panel("crossover", *curves)
 
 
 EQUATIONS: Final = {
@@ -180,8 +151,6 @@ EQUATIONS: Final = {
     "Pacinian": r"$w_P = \frac{2 x^2}{1 + x^4}, \quad x = f/250\,\mathrm{Hz}$",
     "ratio": r"$20 \lg \frac{V_{sine}}{V_{square}} = \frac{L_{square} - L_{sine}}{2}$",
 }
-REPORTED: Final = 60.0
-"""Below it the abstract reports lower thresholds for the square [Hz]."""
 
 
 def reproduce(*, skin: str | None = None) -> Reproduction:
@@ -230,12 +199,8 @@ def _numbers() -> list[tuple[str, Callable[[], Iterable[Row]]]]:
 def _direction() -> Row:
     skins = conducting_skins().values()
     found = np.array([ratios(skin, (15.0, 30.0), resistance=BODY) for skin in skins])
-    low, high = float(found.min()), float(found.max())
-    return Row("direction", f"sine over square threshold at 15 and 30 Hz, {len(found)} skins that conduct, in dB", None,
-        (low, high), "1", "consistent" if low > 0 else "open", "The paper reports the direction, above 0, and no size. The size"
-        " is overestimated where the sine lacks a channel for low frequencies.",
-        "lower thresholds for square than for sine voltages below 60 Hz",
-        place="abstract", inputs="published", agrees=(0.0, np.inf))  # fmt: skip
+    verdict = "consistent" if found.min() > 0 else "open"
+    return WORDS.row("direction", found.ravel().tolist(), count=len(found), verdict=verdict)
 
 
 def _u_shape() -> Row:
@@ -243,10 +208,8 @@ def _u_shape() -> Row:
     sine = curves.level["sine"]
     place = int(np.argmin(sine))
     shaped = 0 < place < len(sine) - 1 and bool(np.all(np.diff(sine[place:]) > 0))
-    return Row("best_frequency", "frequency of the lowest threshold of the sine, 7.7 ms", None,
-        lowest_of(curves.frequency, sine), "Hz", "consistent" if shaped else "open", "The paper reports a U. The force of a sine"
-        " moves at twice its frequency, so the lowest threshold is at half the frequency at which the Pacinian channel is most"
-        " sensitive.", "U-shaped thresholds", place="abstract", inputs="constructed", agrees=(0.0, np.inf))  # fmt: skip
+    verdict = "consistent" if shaped else "open"
+    return WORDS.row("best_frequency", lowest_of(curves.frequency, sine), verdict=verdict)
 
 
 def lowest_of(frequency: Real, level: Real) -> float:
@@ -267,16 +230,11 @@ def _equal() -> tuple[Row, ...]:
     each_weight = ", ".join(
         f"{name} {found:.0f} Hz" for name, found in zip(WEIGHTS, over_weight, strict=True)
     )
-    given: dict[str, Any] = {"place": "abstract", "inputs": "constructed"}
     return (
-        Row("crossover_tau", "frequency of equal thresholds, time constant 30 to 1 ms", REPORTED, (min(over_tau), max(over_tau)),
-            "Hz", "open", f"It depends on the skin, whose time constant the abstract does not give: {each_tau}.", **given),
-        Row("crossover_weight", "frequency of equal thresholds, 7.7 ms, over three weights", REPORTED,
-            (min(over_weight), max(over_weight)), "Hz", "open", f"The skin is not given. {each_weight}. The corner frequency of"
-            " the skin in the last, 100 Hz, is a value from memory, unverified.", **given),
-        Row("tau_of_60", "time constant with which both are equal at 60 Hz", None, 1e3 * time_constant_of(REPORTED), "ms", "ours",
-            "Computed from the model, not from the paper: 60 Hz is no evidence for it. No skin here is fitted to it.", **given),
-    )  # fmt: skip
+        WORDS.row("crossover_tau", over_tau, each=each_tau),
+        WORDS.row("crossover_weight", over_weight, each=each_weight),
+        WORDS.row("tau_of_60", time_constant_of(60.0)),
+    )
 
 
 def time_constant_of(frequency: float) -> float:
@@ -294,15 +252,11 @@ def _beyond() -> tuple[Row, ...]:
     edges = [sine_over_square(skin, frequency=480.0, edge=edge) for edge in (0.0, 20e-6, EDGE)]
     low = {name: sine_over_square(skin, frequency=15.0, person=person) for name, person in WEIGHTS.items()}
     both = sine_over_square(skin, frequency=15.0, person=BOTH_CHANNELS) - low["Pacinian, on the force"]
-    given: dict[str, Any] = {"place": "abstract", "inputs": "constructed"}
+    ideal, short, long = edges
     return (
-        Row("edges_480", "sine over square threshold at 480 Hz, 7.7 ms, edges of 0 to 200 us, in dB", None,
-            (min(edges), max(edges)), "1", "open", f"The paper reports similar thresholds and no edge. 0, 20 and 200 us:"
-            f" {edges[0]:.1f}, {edges[1]:.1f}, {edges[2]:.1f} dB.", "similar thresholds", **given),
-        Row("weights_15", "sine over square threshold at 15 Hz, 7.7 ms, over three weights, in dB", None,
-            (min(low.values()), max(low.values())), "1", "ours", "The size in the paper was not read. The non-Pacinian channel"
-            f" detects the sine, and changes this by {both:.1f} dB.", **given),
-    )  # fmt: skip
+        WORDS.row("edges_480", edges, ideal=ideal, short=short, long=long),
+        WORDS.row("weights_15", low.values(), both=both),
+    )
 
 
 def skin_table() -> Table:
@@ -312,13 +266,7 @@ def skin_table() -> Table:
         (name, *(f"{found:+.1f}" for found in ratios(skin, places, resistance=BODY)))
         for name, skin in conducting_skins().items()
     )
-    return Table(
-        "Sine over square threshold on every skin that conducts, in dB",
-        ("skin", "15 Hz", "30 Hz", "60 Hz", "480 Hz"),
-        lines,
-        caption="Pacinian weight on the force, ideal edges, body of 1 kohm. Skins that do not conduct lose no charge and"
-        " reverse the direction; they are omitted.",
-    )
+    return WORDS.table("skins", lines)
 
 
 def _findings(rows: tuple[Row, ...]) -> tuple[str, ...]:

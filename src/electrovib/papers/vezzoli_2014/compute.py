@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from electrovib.core.answer import Table
 from electrovib.core.arrays import Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers.vezzoli_2014 import values
+from electrovib.papers.vezzoli_2014 import values, words
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.physics.drive.edges import Trapezium
@@ -23,7 +23,6 @@ from electrovib.scenario import Scenario, skins
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.studies.reproduction import Row
 
 if TYPE_CHECKING:
     from electrovib.physics.material import Material
@@ -258,66 +257,9 @@ SLOWEST, USUAL = 1.0, 100.0
 """Frequencies between which the time constants of skins are given, as the paper prints none [Hz]."""
 
 
-def decay_rows() -> tuple[Row, ...]:
-    """Return the time constants of the paper under both readings, and the check that they rest on."""
-    voltage = (time_constants(USUAL)[0] / 1e-3, time_constants(SLOWEST)[1] / 1e-3)
-    force = (values.force_decay(tau=voltage[0]), values.force_decay(tau=voltage[1]))
-    at = ", ".join(f"{time_constants(f)[1] / 1e-3:.3g} ms at {f:g} Hz" for f in (USUAL, 10.0, SLOWEST))
-    through = max(
-        float(time_constant(skin.material, USUAL))
-        for skin in values.skins().values()
-        if not skin.reproduces_force
-    )
-    short, long = BY_VOLTAGE.decay / MEASURED.decay, BY_FORCE.decay / MEASURED.decay
-    simulated = lateral_decay(point(values.TAU_MODEL))
-    film = 1 + values.insulator_capacitance() / values.skin_capacitance()
-    ends = [time_constant(skin.material, np.array([100.0, 1e4])) for skin in published_skins().values()]
-    falls = [float(low / high) for low, high in ends]
-    skins = f"published skins, {SLOWEST:g} to {USUAL:g} Hz"
-    calculated, measured = values.TAU_MODEL / 1e-3, values.DECAY_MEASURED / 1e-3
-    given: dict[str, Any] = {"place": "section 4", "inputs": "published"}
-    return (
-        Row("tau_giraud", f"time constant of the voltage, {skins}", calculated, voltage, "ms", "open",
-            f"The paper prints neither the frequency of its eps 1560 nor a resistivity: 5.57e5 ohm m is computed from these 7.7"
-            f" ms and is no independent value. Published skins end at {at}. Skins constructed through the paper's own point reach"
-            f" {through / 1e-3:.3g} ms at {USUAL:g} Hz.", **given),
-        Row("tau_giraud_force", f"decay of the force, {skins}", calculated, force, "ms", "open",
-            "The same 7.7 ms, taken as the decay of the force. A force is proportional to the square of the voltage and"
-            f" decays in half its time constant, which is then {BY_FORCE.tau / 1e-3:.3g} ms; the paper does not state which of"
-            " the two its 7.7 ms is, nor the frequency.", **given),
-        Row("tau_giraud_measured", f"decay of the lateral force, {skins}", measured, force, "ms", "open",
-            f"Measured by Giraud; insulator and skin are not printed. These 6 ms correspond to {MEASURED.tau / 1e-3:.3g} ms of"
-            " the voltage. A decay of the finger pulp of 4 ms (Pawluk and Howe 1999) may be part of them.", **given),
-        Row("tau_giraud_decay", "decay of the lateral force, the paper's model",
-            measured, (BY_VOLTAGE.decay / 1e-3, BY_FORCE.decay / 1e-3), "ms", "open",
-            "The paper compares 7.7 ms with 6 ms. If 7.7 ms belongs to the voltage, the force of the model decays in"
-            f" {short:.2f} of the measured time; if it belongs to the force, in {long:.2f} of it. The paper does not state"
-            " which.", place="section 4"),
-        Row("fig4_dispersion", "time constant at 100 Hz over that at 10 kHz, published skins", None,
-            (min(falls), max(falls)), "1", "open", "The table of Yamamoto and Yamamoto 1976, which figure 4 shows, could"
-            " not be obtained.",
-            "strong frequency dependence of the time constant", place="section 3.1, figure 4", inputs="published"),
-        Row("force_decay_over_tau", "decay of the simulated lateral force over the time constant of the voltage",
-            None, simulated / (values.TAU_MODEL * film), "1", "consistent", "After a step, simulated with friction. One"
-            " half, because the force is proportional to the square of the voltage; the static law (1) keeps its force.",
-            "exponential reduction of the lateral force, unexplained by the static model", place="section 2.2",
-            agrees=(0.49, 0.51)),
-    )  # fmt: skip
-
-
 @functools.cache
 def decay_table() -> Table:
     """Return what follows from either reading of the paper's time, and from the measurement."""
-    headings = (
-        "reading",
-        "voltage decays with [ms]",
-        "force decays with [ms]",
-        "skin that would need it, at eps 1560 [Ω m]",
-        "leaky gap that would need it [Ω m]",
-        "ramp for 2.5 mN of attraction [ms]",
-        "ramp for 2.5 mN of lateral force [ms]",
-        "ramp for the measured 2 to 5 mN of lateral force [ms]",
-    )
     printed = (values.FORCE_MODEL, values.FORCE_MODEL)
     lines = []
     for reading in (BY_VOLTAGE, BY_FORCE, MEASURED):
@@ -333,14 +275,7 @@ def decay_table() -> Table:
                 *(f"{low / 1e-3:.3g} to {high / 1e-3:.3g}" for low, high in ranges),
             )
         )
-    return Table(
-        "Voltage or force: what the paper's 7.7 ms may mean",
-        headings,
-        tuple(lines),
-        caption="The force decays twice as fast as the voltage.",
-        id="decay_readings",
-        shown=(0, 1, 2, 4, 5),
-    )
+    return words.table("decay_readings", lines)
 
 
 @dataclass(frozen=True)
@@ -418,22 +353,7 @@ def _results(own: Tabulated | None) -> Table:
         lines.append((case.name, skin.status if skin else "", *numbers, *_shown(shapes.get(case.name))))
     if own is not None:
         lines.append(("your table", "your own", "", "", "", *_shown(shape_of(own))))
-    headings = (
-        "skin or leaky gap",
-        "source status",
-        "peak attraction [mN]",
-        "ramp for 2.5 mN [ms]",
-        "falling/rising",
-        "figure 7: rise",
-        "saturation",
-        "verdict",
-    )
-    caption = (
-        "Figure 6 with ramps of 36 ms and a hold of 100 ms. Figure 7: rise = F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest"
-        " F. Solved with the capacitance of the film added to that of the skin, which equations (3) and (5) omit: 0.5 % slower."
-        " Sources, notes and time constants: skins.csv"
-    )
-    return Table("Figures 6 and 7 by skin", headings, tuple(lines), caption=caption, id="by_skin")
+    return words.table("by_skin", lines)
 
 
 def _shown(shape: Shape | None) -> tuple[str, str, str]:
@@ -446,8 +366,7 @@ def _skins(own: Tabulated | None) -> Table:
     ]
     if own is not None:
         lines.append(("your table", own.file, *_taus(own), "your own", ""))
-    headings = ("skin", "path", "tau at 100 Hz [ms]", "1 kHz", "10 kHz", "source status", "note")
-    return Table("Skins", headings, tuple(lines), id="skins", on_page=False)
+    return words.table("skins", lines)
 
 
 def _taus(material: Material) -> list[str]:

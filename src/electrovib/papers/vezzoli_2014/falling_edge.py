@@ -20,9 +20,10 @@ import numpy as np
 from electrovib.core.answer import Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.papers.kaczmarek_2006 import FAST, SLOW, skin_conductivity
-from electrovib.papers.vezzoli_2014 import values
+from electrovib.papers.vezzoli_2014 import values, words
 from electrovib.papers.vezzoli_2014.figures import curve
 from electrovib.papers.vezzoli_2014.values import scenarios
+from electrovib.papers.vezzoli_2014.words import panel, row
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.studies.reproduction import Row
@@ -184,26 +185,7 @@ def table() -> Table:
                 candidate.test,
             )
         )
-    headings = (
-        "candidate",
-        "force falling/rising",
-        "decay in the hold [ms]",
-        "changes",
-        "values",
-        "experiment that would identify it",
-    )
-    caption = (
-        f"Ramps of {RAMP * 1e3:g} ms, hold of {HOLD * 1e3:g} ms; force without the friction of the load. Changes: by more than"
-        " a tenth, the falling ramp or the decay in the hold of the paper's model."
-    )
-    return Table(
-        "The falling edge: each candidate cause alone",
-        headings,
-        tuple(lines),
-        caption=caption,
-        id="falling_edge_candidates",
-        shown=(0, 1, 2, 3),
-    )
+    return words.table("falling_edge_candidates", lines, ramp=RAMP * 1e3, hold=HOLD * 1e3)
 
 
 def _readings(result: Outcome, base: float) -> str:
@@ -234,19 +216,9 @@ def _pulses() -> Panel:
                 drawn=name in DRAWN,
             )
         )
-    return Panel(
-        id="falling_edge",
-        title="The falling edge: force over its rising peak, one cause at a time",
-        caption=f"0 to 1000 V, ramps of {RAMP * 1e3:g} ms, hold of {HOLD * 1e3:g} ms; in brackets falling over rising peak.",
-        x=("time", "s"),
-        y=("force over its rising peak", "1"),
-        curves=tuple(curves),
-        log_y=True,
-        floor=FLOOR,
-    )
+    return panel("falling_edge", *curves, ramp=RAMP * 1e3, hold=HOLD * 1e3)
 
 
-FLOOR: Final = 1e-3
 HOLDS: Final = (5e-3, 10e-3, 20e-3, 50e-3, 100e-3, 200e-3, 500e-3)
 
 
@@ -265,15 +237,7 @@ def _against_hold() -> Panel:
                     drawn=candidate.name in AGAINST_HOLD,
                 )
             )
-    return Panel(
-        id="falling_edge_hold",
-        title="Falling over rising force against the hold",
-        caption="With a longer hold the effect of relaxation or a dispersive skin vanishes; those of sliding and polarity stay.",
-        x=("hold", "s"),
-        y=("force falling over rising", "1"),
-        curves=tuple(curves),
-        log_x=True,
-    )
+    return panel("falling_edge_hold", *curves)
 
 
 def causes(reading: str) -> list[str]:
@@ -287,25 +251,12 @@ def causes(reading: str) -> list[str]:
 def rows() -> tuple[Row, ...]:
     """Return the range of each ratio and decay over the candidates, a finger that slides, and the check of equal halves."""
     found = outcomes()
-    ratios = [result.ratio for result in found.values()]
-    decays = [result.decay * 1e3 for result in found.values() if not np.isnan(result.decay)]
     sliding = [found[f"sliding at {speed:g} mm/s"].ratio for speed in (10, 30, 100)]
+    decays = [result.decay for result in found.values() if not np.isnan(result.decay)]
     own = found["the paper's model"].decay * 1e3
-    given: dict[str, Any] = {"place": "section 4, figure 6", "inputs": "chosen"}
     return (
-        Row("moving_finger", "force falling over rising, finger that slides over fresh film at 10 to 100 mm/s; at rest 1", None,
-            (min(sliding), max(sliding)), "1", "open", "A film that slides carries lost charge away, which the equations do not"
-            f" contain: {sliding[-1]:.2f} at 100 mm/s in our model. The paper prints no speed.",
-            "valid for a static or moving finger", place="section 3.1", inputs="chosen"),
-        Row("falling_edge_candidates", "force falling over rising, each candidate cause alone", None, (min(ratios), max(ratios)),
-            "1", "ours", "The paper states that there is a difference, but neither its sign nor its size. Every candidate"
-            " is in the table of the falling edge.", **given),
-        Row("hold_decay_candidates", "decay of the force in the hold, each candidate cause alone", None,
-            (min(decays), max(decays)), "ms", "ours", "The other reading of the paper's discharging parts: time to"
-            f" 1/e. The paper's model gives {own:.3g} ms, half of the time constant of its voltage, (C_i + C_s) R_s, or twice"
-            " that if its 7.7 ms is the decay of the force. Every candidate is in the table of the falling edge.", **given),
-        Row("periodic_trapezium", "difference of both pulses of a periodic trapezoidal pulse, linear causes", None,
-            periodic_asymmetry(), "1", "check", "Largest difference over the peak, for equal halves. The two pulses are exactly"
-            " equal for any linear law. A difference measured on a rig is therefore due to polarity, the amplifier or a film that"
-            " slides; neither the memory of the skin nor a linear relaxation of skin or sensor can cause it.", **given),
-    )  # fmt: skip
+        row("moving_finger", sliding, fastest=sliding[-1]),
+        row("falling_edge_candidates", [result.ratio for result in found.values()]),
+        row("hold_decay_candidates", decays, own=own),
+        row("periodic_trapezium", periodic_asymmetry()),
+    )

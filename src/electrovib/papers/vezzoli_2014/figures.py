@@ -12,6 +12,7 @@ from electrovib.core.answer import REFERENCE, Curve, Panel, Shown
 from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import compute, drawings, values
 from electrovib.papers.vezzoli_2014.values import scenarios
+from electrovib.papers.vezzoli_2014.words import panel
 from electrovib.physics.skin import time_constant
 from electrovib.physics.tabulated import Tabulated
 from electrovib.solve.simulate import simulate
@@ -74,11 +75,6 @@ def panels(own: Tabulated | None) -> tuple[Shown, ...]:
     return (*printed, *(replace(each, folded=True) for each in further))
 
 
-def panel(name: str, title: str, caption: str, *curves: Curve, **more: Any) -> Panel:
-    """Return a panel over time, or over what `more` has."""
-    return Panel(id=name, title=title, caption=caption, curves=curves, **{"x": ("time", "s")} | more)
-
-
 def behind(label: str, x: Real, y: Real, words: str = PUBLISHED) -> Curve:
     """Return a curve of the background, which `words` name in the legend."""
     return Curve(label=label, x=x, y=y, look=REFERENCE, background=words)
@@ -119,15 +115,7 @@ def figure_2() -> Panel:
             ("gap leaks, 8.7e8 ohm m", leaky, "leaky gap", "dashed"),
         )
     ]
-    return panel(
-        "fig2",
-        "Figure 2: finger held 100 um off the plate",
-        "The force stays as long as the voltage does, as measured: law (1). It would fade if the gap leaked as 7.7 ms need. Gap"
-        " and voltage: not printed.",
-        voltage(trace),
-        y=("voltage", "V"),
-        below=(panel("fig2_force", "", "", *forces, y=("electrostatic force", "N")),),
-    )
+    return panel("fig2", voltage(trace), below=(panel("fig2_force", *forces),))
 
 
 def figure_4(own: Tabulated | None) -> Panel:
@@ -156,17 +144,7 @@ def figure_4(own: Tabulated | None) -> Panel:
     if own is not None:
         rows = own.table()[0]
         curves.append(curve("your table", rows, time_constant(own, rows), "your table", kind="points"))
-    return panel(
-        "fig4",
-        "Figure 4: time constant of the stratum corneum over frequency",
-        "tau = eps0 eps rho, the decay of a voltage; a force decays twice as fast. It falls with frequency, as in the paper,"
-        " whose table (Yamamoto and Yamamoto 1976) could not be obtained: no curve is that data.",
-        *curves,
-        x=("frequency", "Hz"),
-        y=("time constant", "s"),
-        log_x=True,
-        log_y=True,
-    )
+    return panel("fig4", *curves)
 
 
 def figure_6() -> Panel:
@@ -179,32 +157,18 @@ def figure_6() -> Panel:
     time = traces["paper point"].time.values
     friction, end = paper.to_dict()["friction"]["coefficient"], 1.03 * time[-1:]
 
-    def forces(name: str, quantity: str, factor: float, *beside: Curve) -> Panel:
+    def forces(name: str, factor: float, *beside: Curve) -> Panel:
         own = {skin: factor * each.electrostatic_force.values for skin, each in traces.items()}
         reading = curve(
             "the paper's reading, 7.7 ms", time, own.pop("paper point"), "paper point", kind="bold"
         )
         skins = (behind(skin, time, force) for skin, force in own.items())
-        return panel(name, "", "", reading, *skins, *beside, y=(quantity, "N"))
+        return panel(name, reading, *skins, *beside)
 
     printed = Curve(label="printed: 2.5 mN", x=end, y=np.array([values.FORCE_MODEL]), look=REFERENCE)
-    return panel(
-        "fig6",
-        "Figure 6: a trapezoidal pulse of 0 to 1000 V",
-        "Each edge attracts, and the attraction fades while the voltage is held. The ramp of 36 ms is our choice, which gives the"
-        f" printed 2.5 mN. Lateral force: its change, at a coefficient of friction of {friction:g}, a choice.",
-        voltage(traces["paper point"]),
-        y=("voltage", "V"),
-        below=(
-            forces("fig6_force", "electrostatic force", 1.0, printed),
-            forces(
-                "fig6_lateral",
-                "change of lateral force",
-                friction,
-                span("measured, 2 to 5 mN, eight people", end, *values.FORCE_MEASURED),
-            ),
-        ),
-    )
+    lateral = span("measured, 2 to 5 mN, eight people", end, *values.FORCE_MEASURED)
+    below = (forces("fig6_force", 1.0, printed), forces("fig6_lateral", friction, lateral))
+    return panel("fig6", voltage(traces["paper point"]), below=below, friction=friction)
 
 
 def figure_6_over_decades(whole: Panel) -> Panel:
@@ -251,16 +215,7 @@ def figure_6_ramps() -> Panel:
         )
         drawn = name in (*SHOWN, SINGLE_LEAK)
         curves.append(curve(name, ramps, forces, meaning, drawn=drawn))
-    return panel(
-        "fig6_ramps",
-        "Figure 6: ramp that would give the measured force",
-        "Range as above. Every skin reaches it with some ramp.",
-        *curves,
-        x=("ramp", "s"),
-        y=("peak electrostatic force", "N"),
-        log_x=True,
-        log_y=True,
-    )
+    return panel("fig6_ramps", *curves)
 
 
 def figure_7(own: Tabulated | None) -> Panel:
@@ -280,13 +235,4 @@ def figure_7(own: Tabulated | None) -> Panel:
     if own is not None:
         force = compute.frequency_force(own, frequency)
         curves.append(curve("your table", frequency, force, "your table", kind="points"))
-    return panel(
-        "fig7",
-        "Figure 7: mean force over frequency on a thin coating",
-        "In colour the skins with which it rises and saturates, as printed. Sine of 100 V, coating of 1 um with eps 3.9, not"
-        " printed. Meyer's points could not be obtained.",
-        *curves,
-        x=("frequency", "Hz"),
-        y=("mean electrostatic force", "N"),
-        log_x=True,
-    )
+    return panel("fig7", *curves)

@@ -16,10 +16,11 @@ from electrovib.core.answer import Curve, Panel, Table
 from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.units import parse_quantity
-from electrovib.papers.vezzoli_2014 import compute, values
-from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range, panel, span
+from electrovib.papers.vezzoli_2014 import compute, values, words
+from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range, span
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.values import scenarios
+from electrovib.papers.vezzoli_2014.words import panel, row
 from electrovib.scenario.space import Space, read_space
 from electrovib.scenario.space.shipped import read_shipped
 from electrovib.solve.simulate import simulate
@@ -275,14 +276,7 @@ def whole_set_up() -> Panel:
                 meaning,
             )
         )
-    return panel(
-        "fig6_set_up",
-        "Figure 6: drawn fingers, whole set-up",
-        "",
-        measured_range(time[[0, -1]]),
-        *curves,
-        y=("lateral reading over friction coefficient", "N"),
-    )
+    return panel("fig6_set_up", measured_range(time[[0, -1]]), *curves)
 
 
 _FINGERS: Final = 2000
@@ -304,35 +298,19 @@ _SHORT: Final = {
 def rows() -> tuple[Row, ...]:
     """Return the range of eight drawn fingers for both laws, and the parts of the variance that two inputs hold."""
     found = []
-    measured = (values.FORCE_MEASURED[0] / 1e-3, values.FORCE_MEASURED[1] / 1e-3)
-    given: dict[str, Any] = {"place": "section 4", "inputs": "drawn"}
-    names = (("law_1", "law (1)"), ("gap", "Maxwell stress in a leaky gap"))
-    for (name, short), each, dry in zip(names, predicted(), predicted("dry"), strict=True):
-        low, high = each.central
+    for name, each, dry in zip(("law_1", "gap"), predicted(), predicted("dry"), strict=True):
+        low, high = (end / 1e-3 for end in each.central)
+        told = {"dry": _words(dry), "indices": _indices(each), "of_dry": _indices(dry)}
         found.append(
-            Row(f"population_{name}", f"eight drawn fingers, {short}, ramp of 36 ms", measured, _millinewtons(each), "mN", "open",
-                f"Smallest and largest lateral force of {SUBJECTS} fingers drawn from the population 'fingers', medians over many"
-                f" such groups, at 1 cm2 and a ramp of 36 ms; 5 to 95 % of all fingers lie between {low / 1e-3:.2g} and"
-                f" {high / 1e-3:.3g} mN, and dry fingers alone give {_words(dry)} mN. First-order Sobol indices:"
-                f" {_indices(each)}; of dry fingers alone: {_indices(dry)}. Skins, gaps and frictions of the eight"
-                " subjects are not printed, nor is the ramp.", **given),
-        )  # fmt: skip
-    law = predicted()[0]
-    for name, path, what in (("thickness", SKIN, _SHORT[SKIN]), ("resistivity", _GROUPS, _SHORT[_GROUPS])):
-        found.append(
-            Row(f"variance_{name}", f"part of the variance of the lateral force, law (1): {what}", None, law.shares[path][0],
-                "1", "ours", "First-order Sobol index over the population 'fingers'; all inputs: population.csv", **given),
-        )  # fmt: skip
-    return tuple(found)
-
-
-def _millinewtons(each: Predicted) -> tuple[float, float]:
-    low, high = each.of_subjects
-    return low / 1e-3, high / 1e-3
+            row(f"population_{name}", each.of_subjects, subjects=SUBJECTS, low=low, high=high, **told)
+        )
+    shares = predicted()[0].shares
+    pairs = (("thickness", SKIN), ("resistivity", _GROUPS))
+    return (*found, *(row(f"variance_{name}", shares[path][0]) for name, path in pairs))
 
 
 def _words(each: Predicted) -> str:
-    low, high = _millinewtons(each)
+    low, high = (end / 1e-3 for end in each.of_subjects)
     return f"{low:.2g} to {high:.3g}"
 
 
@@ -349,23 +327,9 @@ def table() -> Table:
     lines = [
         (_SHORT[name], *(cell for each in cases.values() for cell in _pair(each, name))) for name in names
     ]
-    ranges = [
-        f"{each.of_subjects[0] / 1e-3:.2g} to {each.of_subjects[1] / 1e-3:.3g}" for each in cases.values()
-    ]
-    lines.append(("eight subjects [mN]", *(cell for shown in ranges for cell in (shown, ""))))
+    lines.append(("eight subjects [mN]", *(cell for each in cases.values() for cell in (_words(each), ""))))
     heads = [f"{case}: {kind}" for case in cases for kind in ("first-order", "total")]
-    caption = (
-        "Parts of the variance of the lateral force at the end of a ramp of 36 ms over the population 'fingers' (source and"
-        " status of each distribution: docs/populations.md). A leaky gap has the time constants of the stratum corneum: a choice."
-    )
-    return Table(
-        "What the spread of figure 6 is due to",
-        ("input", *heads),
-        tuple(lines),
-        caption=caption,
-        id="population",
-        on_page=False,
-    )
+    return words.table("population", lines, headings=("input", *heads))
 
 
 def _pair(each: Predicted, name: str) -> tuple[str, str]:
@@ -390,16 +354,8 @@ def _figure_6() -> Panel:
             ("Maxwell stress in a leaky gap", in_gap, "leaky gap"),
         )
     ]
-    return panel(
-        "fig6_population",
-        "Figure 6 over fingers",
-        "",
-        span("measured, eight subjects", np.array(values.FORCE_MEASURED), 0.0, 1.0),
-        *curves,
-        x=("lateral force", "N"),
-        y=("share of fingers below", "1"),
-        log_x=True,
-    )
+    measured = span("measured, eight subjects", np.array(values.FORCE_MEASURED), 0.0, 1.0)
+    return panel("fig6_population", measured, *curves)
 
 
 def _figure_7() -> Panel:
@@ -418,17 +374,7 @@ def _figure_7() -> Panel:
             Curve(label=f"{label}, 5 to 95 %", y=low, upper=high, kind="band", **band),
             Curve(label=f"{label}, median", y=middle, **band),
         ]
-    return panel(
-        "fig7_population",
-        "Figure 7 over fingers",
-        "Grey: thickness alone.",
-        _of_thickness(frequency),
-        *curves,
-        x=("frequency", "Hz"),
-        y=("mean electrostatic force", "N"),
-        log_x=True,
-        log_y=True,
-    )
+    return panel("fig7_population", _of_thickness(frequency), *curves)
 
 
 def _of_thickness(frequency: Real) -> Curve:
