@@ -145,6 +145,12 @@ def test_mistakes_are_reported_together(spectra, here, monkeypatch):
         ev.fit(plate, record, free=[GAP], posterior=ev.Sampling(seed=1))
 
 
+def test_the_errors_of_gain_and_zero_of_a_sensor_are_its_calibration():
+    known = ev.Recordings(traces=(), gain_error={"lateral_force": 0.02}, zero_error={"lateral_force": 1e-3})
+    (error,) = known.calibration.values()
+    assert (error.gain, error.zero) == (0.02, 1e-3)
+
+
 PULSE = {"model": "Trapezium", "high": "100 V", "rise": "10 us", "hold": "20 ms", "fall": "10 us"}
 TIMES = np.linspace(0, 30e-3, 60)
 

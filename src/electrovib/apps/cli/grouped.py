@@ -13,8 +13,8 @@ from electrovib.core.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-_SCENARIOS: Final = ("scenario", "second", "files")
-"""Arguments that are or begin with the scenario: the second one of `check`, after a drive; the first one of `fit`."""
+_SCENARIOS: Final = ("scenario", "second")
+"""Arguments that are the scenario: the second one of `check`, after a drive."""
 
 
 class Commands(TyperGroup):

@@ -267,7 +267,7 @@ def parameter_paths(ctx: typer.Context, incomplete: str) -> Iterator[tuple[str, 
 
 
 _COMPLETED: Final = {
-    "scenario": scenario_names, "files": scenario_names, "query": model_names, "paper": paper_names, "want": quantity_names,
+    "scenario": scenario_names, "query": model_names, "paper": paper_names, "want": quantity_names,
     "space": space_names, "free": parameter_paths,
 }  # fmt: skip
 

@@ -224,12 +224,13 @@ def fit_material(
     spectrum = FittedSpectrum.of(frequency, permittivity, noise, loss)
     _refuse(spectrum.frequency, spectrum.permittivity, forms, loss)
     outliers = np.zeros(spectrum.frequency.size, bool)
+    before: dict[str, Material] = {}
     for _ in range(_MOST_ROUNDS):
         found: list[MaterialFit] = []
         refused: list[str] = []
         for form in forms:
             try:
-                found.append(_best_of(form, spectrum, outliers))
+                found.append(_best_of(form, spectrum, outliers, before.get(form)))
             except InputError as error:
                 refused += error.problems
         if not found:
@@ -238,7 +239,7 @@ def fit_material(
         found_out = _outliers(found[0], spectrum)
         if (found_out == outliers).all():
             break
-        outliers = found_out
+        outliers, before = found_out, {each.form: each.material for each in found}
     return tuple(found)
 
 
@@ -313,11 +314,13 @@ def shift_of(
     return shift | {path: float(value) for path, value in zip(inside, found / scale, strict=True)}
 
 
-def _best_of(form: str, spectrum: FittedSpectrum, outliers: NDArray[np.bool_]) -> MaterialFit:
-    """Fit one form roughly from each of its initial values, and continue with the best."""
+def _best_of(
+    form: str, spectrum: FittedSpectrum, outliers: NDArray[np.bool_], before: Material | None
+) -> MaterialFit:
+    """Fit one form roughly from each of its initial values, or from the fit with other outliers, and continue with the best."""
     kept, loss = spectrum.part(~outliers), spectrum.loss
     rough: list[tuple[LeastSquaresEstimate, Material]] = []
-    for start in FORMS[form](kept.frequency, kept.permittivity):
+    for start in FORMS[form](kept.frequency, kept.permittivity) if before is None else [before]:
         with contextlib.suppress(ElectrovibError):
             begin = start if loss == "measured" else start.conducting(0.0)
             rough.append(kept.fitted(begin, converged=_ROUGH, most=_FIRST_EVALUATIONS))
