@@ -273,8 +273,10 @@ def test_a_folder_holds_the_page_and_all_files(found, written, tmp_path):
             assert alone.read_bytes() == path.read_bytes()
 
 
-def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_force_replaces(tmp_path):
-    found = ANSWERS["PlateDesign"]()
+@pytest.mark.parametrize("name", ["SwipesAnswer", "MaterialComparison"])
+def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_force_replaces(name, tmp_path):
+    """The main figure of the one is its first, that of the other its last."""
+    found = ANSWERS[name]()
     folder = tmp_path / "answer"
     written = ev.save(found, folder)
     main = folder / f"{parts(found.document.main)[0].id}.pdf"

@@ -126,7 +126,15 @@ NAMED = list(
 )
 
 
-@pytest.mark.parametrize("suffix", ["", ".toml", ".nc", ".csv", ".html", ".py", ".zarr"])
+@pytest.mark.parametrize(
+    "suffix",
+    [
+        "",
+        ".toml",
+        ".nc",
+        *(pytest.param(each, marks=pytest.mark.slow) for each in (".csv", ".html", ".py", ".zarr")),
+    ],
+)
 @pytest.mark.parametrize(("name", "option"), NAMED)
 def test_a_name_longer_than_any_file_has_is_answered_in_a_sentence(said, name, option, suffix):
     name_of = "x" * 300 + suffix

@@ -252,6 +252,7 @@ def test_the_tolerance_of_the_resistor_and_the_fixture_count(tmp_path):
         fitted(sample, reference=(bare, "51 kohm +- 200 %"), **PART)
 
 
+@pytest.mark.slow
 def test_a_deviation_is_a_warning_unless_it_is_that_of_the_stated_noise(tmp_path):
     file = written(tmp_path / "noisy.csv", noise=0.08)
     found, stated = (fitted(file, scatter=each, **ONE) for each in ({}, {"noisy.csv": 0.08}))
@@ -280,6 +281,7 @@ def test_the_table_of_the_guide_keeps_its_loss(here, said):
     np.testing.assert_allclose(-skin.complex_permittivity(frequency).imag, loss, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_a_form_that_misses_few_rows_is_omitted_in_spite_of_its_criterion(tmp_path):
     """One row a decade of an invented skin: AICc alone prefers a form of few parameters that misses them."""
     frequency = np.geomspace(1, 1e4, 5)

@@ -243,6 +243,7 @@ def test_bursts_that_no_sample_shows_are_found_in_their_band(ratio, options):
     assert found.quality.value == pytest.approx(20.0, rel=0.4)
 
 
+@pytest.mark.slow
 def test_noise_alone_has_no_bursts_in_200_records_nor_has_a_change_that_does_not_swing():
     time = np.arange(8000) / 10e3
     alarms = 0

@@ -229,6 +229,7 @@ def test_no_interval_leaves_the_range_of_its_parameter():
         assert np.isnan(each.lower) or each.lower <= each.value <= each.upper
 
 
+@pytest.mark.slow
 def test_a_form_that_misses_the_rows_names_one_that_does_not_or_a_band():
     both = noisy(SUMS["Prony, 3 terms"][0], SUMS["Prony, 3 terms"][1], noise=0.002)
     with pytest.raises(InputError, match=r"--form (cole-cole-3|prony-3)"):
