@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from electrovib.solve.compiling import inner, is_compiled, outer
+from electrovib.solve.recursion.compiling import inner, is_compiled, outer
 
 WITHOUT = "import sys\nsys.modules['numba'] = None\n"
 STICK_SLIP = """

@@ -14,13 +14,13 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError
 from electrovib.physics.friction import bristle
 from electrovib.physics.friction.bristle import strength_at_speed, yielding_rate
-from electrovib.solve.compiling import is_compiled
 from electrovib.solve.mechanics import between, skin
 from electrovib.solve.mechanics.between import cubic
 from electrovib.solve.mechanics.skin import DEFLECTION, KINDS, OVER_PLATE, let_go, rates_of_skin
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear import integrate
 from electrovib.solve.nonlinear.integrate import MOST_EVENTS, NODES, WEIGHTS
+from electrovib.solve.recursion.compiling import inner, is_compiled, outer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +33,7 @@ DONE, UNSOLVED, CHATTERS, GOES_ON = range(4)
 NOW, STRETCH, KNOT, FILLED, WANTED, DIRECTION, SIDE, STEPS, ASKED, EVENTS, STATUS = range(11)
 """Numbers of `memory`: time [s], indices of stretch, knot and output, next step [s], mode, counts, status."""
 ASKED_IN_STEP = 20  # evaluations of the rate in a usual step; more where steps are rejected
-AT_ONCE = 100_000
+AT_ONCE = 100_000 if is_compiled() else 1_000
 """Steps in one call, some tenths of a second: between calls the run can be interrupted and reports its progress."""
 _SMALLEST_STEP = 1e-15
 _STAGES = 3
@@ -75,27 +75,14 @@ class Given(NamedTuple):
     at_once: int  # steps in one call
 
 
-def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
-    """Compile a function; a division by 0 is infinite, as in arrays.
-
-    By default without wrappers for a call from Python, which take most of the compilation time.
-    """
-    if not is_compiled():
-        return function
-    from numba import njit
-
-    alone: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return njit(function, **alone | options)  # type: ignore[no-any-return]
+_level_at = inner(strength_at_speed)
+_deflection_rate = inner(yielding_rate)
+_cubic = inner(cubic)
+_rates_of_skin = inner(rates_of_skin)
+_let_go = inner(let_go)
 
 
-_level_at = compiled(strength_at_speed)
-_deflection_rate = compiled(yielding_rate)
-_cubic = compiled(cubic)
-_rates_of_skin = compiled(rates_of_skin)
-_let_go = compiled(let_go)
-
-
-@compiled
+@inner
 def _strength_in(time: Any, given: Any, memory: Any) -> Any:
     """Return the strength [N] at a time [s] of the stretch; `memory` stores the index of the knot before it."""
     knots, stretch = given.knots, int(memory[STRETCH])
@@ -109,7 +96,7 @@ def _strength_in(time: Any, given: Any, memory: Any) -> Any:
     return np.hypot(_cubic(knots, given.values, given.slopes, index, time), given.floor)
 
 
-@compiled
+@inner
 def _at(time: Any, given: Any, memory: Any) -> Any:
     """Return what the rates need at a time [s]: strength, speed of the bone, contact, direction; law and body."""
     stretch = int(memory[STRETCH])
@@ -120,7 +107,7 @@ def _at(time: Any, given: Any, memory: Any) -> Any:
     return strength, speed, touch, memory[DIRECTION], given.law, given.body
 
 
-@compiled
+@inner
 def _rates(state: Any, at: Any, rates: Any) -> Any:
     """Compute the rates of all states."""
     strength, speed, touch, direction, law, body = at
@@ -134,7 +121,7 @@ def _rates(state: Any, at: Any, rates: Any) -> Any:
     rates[0], rates[1], rates[2], rates[3], rates[4], rates[5] = found
 
 
-@compiled
+@inner
 def _solve(matrix: Any, right: Any) -> Any:
     """Solve in place by Gaussian elimination with pivots, which uses up the matrix."""
     size = len(right)
@@ -158,7 +145,7 @@ def _solve(matrix: Any, right: Any) -> Any:
         right[row] /= matrix[row, row]
 
 
-@compiled
+@inner
 def _jacobian(state: Any, base: Any, at: Any, scale: Any, matrix: Any) -> Any:
     """Compute the Jacobian of the implicit rates by forward differences from the rates `base`."""
     moved, count = np.empty(6), len(matrix)
@@ -172,7 +159,7 @@ def _jacobian(state: Any, base: Any, at: Any, scale: Any, matrix: Any) -> Any:
         state[index] = kept
 
 
-@compiled
+@inner
 def _newton(size: Any, count: Any, stages: Any, rates: Any, slopes: Any, matrix: Any, right: Any) -> Any:
     """Compute matrix and right-hand side of one Newton iteration for all stages."""
     for stage in range(_STAGES):
@@ -187,7 +174,7 @@ def _newton(size: Any, count: Any, stages: Any, rates: Any, slopes: Any, matrix:
             matrix[row, row] += 1.0
 
 
-@compiled
+@inner
 def _collocate(size: Any, before: Any, given: Any, memory: Any, stages: Any) -> Any:
     """Solve the stages of one step from the current time by Newton's iteration; return whether it converged."""
     count, scale, enough = given.implicit, given.scale, _SETTLED * given.tolerance
@@ -221,7 +208,7 @@ def _collocate(size: Any, before: Any, given: Any, memory: Any, stages: Any) -> 
     return moved <= enough
 
 
-@compiled
+@inner
 def _state_at(share: Any, before: Any, stages: Any, state: Any) -> Any:
     """Compute the state at a share of a step, on the polynomial through its stages."""
     for row in range(6):
@@ -233,7 +220,7 @@ def _state_at(share: Any, before: Any, stages: Any, state: Any) -> Any:
             power *= share
 
 
-@compiled
+@inner
 def _error_of(size: Any, before: Any, given: Any, memory: Any, stages: Any) -> Any:
     """Return the embedded error of a step over the allowed one, filtered a second time if above 1."""
     count, rates, near = given.implicit, np.empty(6), before.copy()
@@ -266,7 +253,7 @@ def _error_of(size: Any, before: Any, given: Any, memory: Any, stages: Any) -> A
     return norm
 
 
-@compiled
+@inner
 def _switch(kind: Any, state: Any, strength: Any, given: Any, memory: Any) -> Any:
     """Return a quantity that is above 0 in the mode: speed along its direction, or remaining share of the strength."""
     direction = memory[DIRECTION]
@@ -276,7 +263,7 @@ def _switch(kind: Any, state: Any, strength: Any, given: Any, memory: Any) -> An
     return memory[SIDE] * left + given.passed / strength
 
 
-@compiled
+@inner
 def _at_share(
     kind: Any, share: Any, size: Any, before: Any, stages: Any, given: Any, memory: Any, state: Any
 ) -> Any:
@@ -286,7 +273,7 @@ def _at_share(
     return _switch(kind, state, strength, given, memory)
 
 
-@compiled
+@inner
 def _first_fall(size: Any, before: Any, stages: Any, given: Any, memory: Any) -> Any:
     """Return the share of a step at which a switch first falls through 0, and its kind; 2 and -1 if none does."""
     step, low = (size, before, stages, given, memory, np.empty(6)), 0.0
@@ -312,7 +299,7 @@ def _first_fall(size: Any, before: Any, stages: Any, given: Any, memory: Any) ->
     return best, which
 
 
-@compiled
+@inner
 def _land(kind: Any, size: Any, whole: Any, before: Any, stages: Any, given: Any, memory: Any) -> Any:
     """Solve a shortened step until a switch is 0 at its end; return its length, or -1."""
     state, enough = np.empty(6), _ENOUGH * given.stops[-1]
@@ -331,7 +318,7 @@ def _land(kind: Any, size: Any, whole: Any, before: Any, stages: Any, given: Any
     return size
 
 
-@compiled
+@inner
 def _turn(kind: Any, now: Any, state: Any, strength: Any, given: Any, memory: Any, events: Any) -> Any:
     """Store an event, and change the mode after a switch has fallen through 0."""
     count, direction = int(memory[EVENTS]), memory[DIRECTION]
@@ -344,7 +331,7 @@ def _turn(kind: Any, now: Any, state: Any, strength: Any, given: Any, memory: An
     memory[DIRECTION], memory[SIDE] = -direction, 1.0 if left >= 0 else -1.0
 
 
-@compiled
+@inner
 def _hold(state: Any, given: Any, memory: Any, events: Any) -> Any:
     """At the begin of a stretch release bristles off the plate, and change the mode until it is consistent."""
     if given.touches[int(memory[STRETCH])] == 0:
@@ -357,7 +344,7 @@ def _hold(state: Any, given: Any, memory: Any, events: Any) -> Any:
                 break
 
 
-@compiled
+@inner
 def _put_out(times: Any, reached: Any, size: Any, before: Any, stages: Any, memory: Any, out: Any) -> Any:
     """Write the states at the output times inside a step."""
     states, directions = out
@@ -371,7 +358,7 @@ def _put_out(times: Any, reached: Any, size: Any, before: Any, stages: Any, memo
     memory[FILLED] = filled
 
 
-@compiled
+@inner
 def _accepted(size: Any, state: Any, given: Any, memory: Any, stages: Any, smallest: Any) -> Any:
     """Try a step from the current time; return whether its error is allowed, and store the length of the next."""
     if not _collocate(size, state, given, memory, stages):
@@ -389,7 +376,7 @@ def _accepted(size: Any, state: Any, given: Any, memory: Any, stages: Any, small
     return True
 
 
-@compiled
+@inner
 def _step(times: Any, state: Any, given: Any, memory: Any, events: Any, out: Any) -> Any:
     """Take one step, at most to the next knot or event, or shorten the next one."""
     now, stages = memory[NOW], np.empty((_STAGES, 6))
@@ -441,10 +428,7 @@ def _marching(stamp: int) -> Callable[..., Any]:
             if memory[EVENTS] >= given.most_events:
                 memory[STATUS] = CHATTERS
 
-    try:
-        return compiled(march, no_cpython_wrapper=False, cache=True)
-    except RuntimeError:  # there is no folder for the cache that numba can write to
-        return compiled(march, no_cpython_wrapper=False)
+    return outer(march)
 
 
 march = _marching(zlib.crc32("".join(map(inspect.getsource, (bristle, between, skin, integrate))).encode()))

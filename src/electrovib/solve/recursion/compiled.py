@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from electrovib.solve.compiling import outer
+from electrovib.solve.recursion.compiling import outer
 from electrovib.solve.recursion.hold import SLOW
 
 _FINE: Final = 16.0

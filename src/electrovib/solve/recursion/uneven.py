@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.compiling import is_compiled
 from electrovib.solve.recursion.blocks import PRODUCT, numbers, states_before
+from electrovib.solve.recursion.compiling import is_compiled
 from electrovib.solve.recursion.hold import SLOW, StraightDrive, hold_weights
 
 if TYPE_CHECKING:

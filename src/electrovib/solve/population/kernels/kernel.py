@@ -3,7 +3,7 @@
 from importlib.metadata import version
 from types import ModuleType
 
-from electrovib.solve.compiling import is_compiled
+from electrovib.solve.recursion.compiling import is_compiled
 
 
 def kernel() -> ModuleType:

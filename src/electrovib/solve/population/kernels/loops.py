@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from electrovib.solve.compiling import inner, outer
+from electrovib.solve.recursion.compiling import inner, outer
 
 LANES: Final = 64
 """Fingers of a tile."""
