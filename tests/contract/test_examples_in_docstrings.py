@@ -16,7 +16,7 @@ ELSEWHERE = (
     "electrovib.solve.prepare",
 )
 """Where functions take recordings or search: guides show them with their files."""
-LONG = {"reproduce", "plot.held_force", "compare_surfaces"}
+LONG = {"reproduce", "compare_surfaces"}
 """A whole paper takes ten seconds, and results of two others are those of `design` and of its module."""
 CALLED = {name: getattr(ev, name) for name in dir(ev)} | {
     f"plot.{name}": getattr(ev.plot, name) for name in ev.plot.__all__

@@ -18,7 +18,8 @@ from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load
 from electrovib.solve.choice import solve
-from electrovib.solve.diagnostics.memory import FORCE, PROBES, TAIL, answer_errors
+from electrovib.solve.diagnostics.memory import FORCE, answer_errors
+from electrovib.solve.diagnostics.probes import PROBES, TAIL
 from electrovib.solve.expanded import worst_of
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import MARGIN, modes, phasors, reductions, run_band, shortest_time

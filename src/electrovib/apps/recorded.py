@@ -73,7 +73,20 @@ class Recordings:
         return [_opened(each, number) for number, each in enumerate(given, start=1)]
 
     def described(self, measured: Sequence[MeasuredTrace], *, varying: bool = False) -> list[MeasuredTrace]:
-        """Give each recording a name of its own, and put what is known of all into those that have these signals."""
+        """Give each recording a name of its own, and put what is known of all into those that have these signals.
+
+        Parameters
+        ----------
+        measured : sequence of MeasuredTrace
+            The recordings that could be opened.
+        varying : bool
+            Whether parameters vary between sessions: a recording of no session is one of its own then.
+
+        Returns
+        -------
+        list of MeasuredTrace
+            The same recordings, in their order.
+        """
         names = [each.name for each in measured]
         names = [
             f"{name} ({number})" if names.count(name) > 1 else name

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.memory import Extremes, Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
+    from electrovib.solve.diagnostics.probes import Extremes, Judged
     from electrovib.solve.mechanics.closed_form import ExponentialSum
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection

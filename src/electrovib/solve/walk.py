@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.memory import Extremes
+    from electrovib.solve.diagnostics.probes import Extremes
     from electrovib.solve.electrics.solution import Solution
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection

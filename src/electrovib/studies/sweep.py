@@ -62,7 +62,8 @@ def sweep(
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         Scenario of all cases, as for `electrovib.load`.
     over : sequence of str, or mapping of str to sequence of float
-        ``"path=from:to:n"``, ``"path=from:to:nlog"``, or dotted path to values: numbers in SI, or texts such as ``"100 V"``.
+        ``"path=from:to:n"``, ``"path=from:to:nlog"``, or dotted path to values, in SI or such as ``"100 V"``; several paths
+        give every combination, none the scenario itself.
     quantities : sequence of str, optional
         ``peak``, ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal, as in ``"peak field in
         gap"``; or ``"detection level"``, with ``"lowest"`` or ``"highest"`` for the spread of thresholds. By default peak
@@ -85,7 +86,7 @@ def sweep(
     InputError
         For every value out of range and every unknown quantity; for a case that cannot be solved, with its values.
     BudgetError
-        As soon as the first cases show that all would take more than `electrovib.budget` allows.
+        If all would take more than `electrovib.budget` allows: at once where it can be counted, else after the first cases.
 
     Examples
     --------

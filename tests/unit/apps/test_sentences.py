@@ -271,7 +271,7 @@ times st.zarr => st.zarr: is a
 run own.py => own.py: is Python && electrovib --models own.py
 import own.py => electrovib --models own.py
 import ok.toml => 'electrovib run ok.toml'
-run m.csv => m.csv: && 'electrovib import'
+run m.csv => m.csv: && 'electrovib import m.csv'
 # files of others
 run a.xls => a.xls: is a spreadsheet && save it as .csv or .xlsx
 import a.xls => a.xls: is a spreadsheet && save it as .csv or .xlsx

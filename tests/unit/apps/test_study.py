@@ -179,7 +179,7 @@ class Terminal(io.StringIO):
 )
 def test_each_item_replaces_the_line_of_the_one_before_on_a_terminal(monkeypatch, stream, columns, lines):
     monkeypatch.setattr(sys, "stderr", written := stream())
-    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size((columns, 24)))
+    monkeypatch.setattr("shutil.get_terminal_size", lambda *_, **__: os.terminal_size((columns, 24)))
     with items_shown("a paper"):
         assert computed([("numbers", lambda: [1, 2]), ("figures", list)]) == [(1, 2), ()]
     list(each_item(["after the end"]))

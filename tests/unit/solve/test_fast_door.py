@@ -13,7 +13,8 @@ from plain_recursion import march_loop
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Linear, circling
-from electrovib.solve.diagnostics import memory, peaks
+from electrovib.solve.diagnostics import peaks
+from electrovib.solve.diagnostics import probes as at_probes
 from electrovib.solve.diagnostics.peaks import MOST_CORNERS
 from electrovib.solve.electrics import straight
 from electrovib.solve.electrics.straight import FEW_TIMES, SharedModes, fading
@@ -255,13 +256,13 @@ def test_an_error_judged_by_stretches_is_that_of_every_time(seed, monkeypatch):
     row = np.cos(40 * times) * np.exp(-seed * times) if seed < 4 else rng.normal(size=len(times))
     probes = np.unique(np.append(rng.integers(0, len(times), 300), [0, len(times) - 1]))
     given_ = row[None], times[None], probes, 1e-5 * rng.random((1, len(probes))), np.ones(len(times), bool)
-    found = memory.judge(*given_)
-    in_stretches = memory.Extremes(times, probes)
+    found = at_probes.judge(*given_)
+    in_stretches = at_probes.Extremes(times, probes)
     for first in range(0, len(times), 4000):
         in_stretches.take(first, {"row": row[first : first + 4000]})
-    noted = memory.judge(*given_, "row", in_stretches)
-    monkeypatch.setattr(memory, "_MANY", 10**9)
-    assert found == noted == memory.judge(*given_)
+    noted = at_probes.judge(*given_, "row", in_stretches)
+    monkeypatch.setattr(at_probes, "MANY", 10**9)
+    assert found == noted == at_probes.judge(*given_)
 
 
 @pytest.mark.parametrize("unjudged", [[0], [0, 30_000], [700]])
@@ -275,9 +276,9 @@ def test_times_at_corners_do_not_count_in_stretches(unjudged, monkeypatch):
     bounds = 1e-5 * rng.random((1, len(probes)))
     bounds[0, 0] = 2e-5
     given_ = row[None], times[None], probes, bounds, judged
-    found = memory.judge(*given_)
-    monkeypatch.setattr(memory, "_MANY", 10**9)
-    assert found == memory.judge(*given_)
+    found = at_probes.judge(*given_)
+    monkeypatch.setattr(at_probes, "MANY", 10**9)
+    assert found == at_probes.judge(*given_)
 
 
 @pytest.mark.parametrize("begin", [0.0, 30.0])
@@ -289,15 +290,15 @@ def test_errors_of_several_cases_are_those_of_a_plain_loop(begin):
     probes, judged = np.array([2, 3, 9, 20, 36]), np.ones(40, bool)
     judged[[0, 1, 12, 37, 38, 39]] = False
     bounds = 2e-3 * rng.random((2, len(probes)))
-    every = memory.judge(rows, times, probes, bounds, judged)
+    every = at_probes.judge(rows, times, probes, bounds, judged)
     for row, own, bound, found in zip(rows, times, bounds, every, strict=True):
         peak, errors, shares, larger, lost = max(abs(row[judged])), [], [], [], np.inf
         for place in np.flatnonzero(judged):
             larger.append(max(bound[probes <= place][-1], bound[probes >= place][0]))
-            left = max(abs(row[judged & (own >= memory.LOOKING_BACK * own[place])]))
-            errors.append(larger[-1] / abs(row[place]) if abs(row[place]) > memory.TAIL * peak else 0.0)
+            left = max(abs(row[judged & (own >= at_probes.LOOKING_BACK * own[place])]))
+            errors.append(larger[-1] / abs(row[place]) if abs(row[place]) > at_probes.TAIL * peak else 0.0)
             shares.append(larger[-1] / left)
-            if shares[-1] > memory.LARGEST:
+            if shares[-1] > at_probes.LARGEST:
                 lost = min(lost, own[place])
         expected = (max(errors), max(shares), lost, max(larger) / peak)
         assert tuple(found) == pytest.approx(expected, rel=1e-12)

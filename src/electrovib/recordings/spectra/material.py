@@ -244,11 +244,8 @@ def fit_material(
 
 
 def _refuse(grid: Real, data: Complex, forms: Sequence[str], loss: str) -> None:
-    problems = [
-        f"forms = '{form}': no form of dispersion.{nearest(form, FORMS)}"
-        for form in forms
-        if form not in FORMS
-    ]
+    unknown = [form for form in forms if form not in FORMS]
+    problems = [f"forms = '{form}': no form of dispersion.{nearest(form, FORMS)}" for form in unknown]
     if grid.ndim != 1 or data.shape != grid.shape or grid.size < 4:
         problems.append("frequency, permittivity: expected two rows of the same length, 4 or more")
     elif not (np.isfinite(grid).all() and (grid > 0).all() and np.isfinite(data).all()):

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.memory import Judged
+    from electrovib.solve.diagnostics.probes import Judged
     from electrovib.solve.expanded import Expanded
     from electrovib.solve.one_by_one import ParametricScenario
     from electrovib.solve.quantities.names import Named

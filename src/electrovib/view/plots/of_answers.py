@@ -49,7 +49,7 @@ def trade_off(design: PlateDesign, *, ax: Axes | None = None) -> Axes:
 
     Examples
     --------
-    >>> plates = ev.design_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
+    >>> plates = ev.plan_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
     >>> ev.plot.trade_off(plates).get_ylabel()
     'mean electrostatic force [mN]'
     """
