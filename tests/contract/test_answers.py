@@ -24,7 +24,6 @@ from electrovib.physics.material import Debye
 from electrovib.recordings.importing.own_material import SampleSpectrum
 from electrovib.recordings.spectra.fitted import fit_samples
 from electrovib.solve.equilibrium import equilibrium
-from electrovib.studies.texture import TextureDrive
 from electrovib.view.documents import parts
 from electrovib.view.files import check_answer
 from electrovib.view.fitted_separately import SeparateAnswer
@@ -321,7 +320,6 @@ def test_remarks_follow_warnings_and_tables_follow_sentences():
         "",
         "r",
     ]
-    assert TextureDrive.__repr__ is Answer.__repr__
 
 
 def test_a_long_last_cell_is_wrapped_under_its_own_column(monkeypatch):

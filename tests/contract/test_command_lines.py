@@ -159,6 +159,7 @@ def written():
         "export_waveform": lambda name: ev.export_waveform(SCENARIO, name, limits="limits.toml"),
         "study": lambda name: ev.study(SCENARIO, output=name, **study),
         "fit": lambda name: ev.fit(SCENARIO, trace, free="friction.coefficient", output=name),
+        "fit_laws": lambda name: ev.fit_laws(SCENARIO, trace, free="friction.coefficient", output=name),
         "fit_separately": lambda name: ev.fit_separately(SCENARIO, [trace], free=[PATH], output=name),
         "fit_material": lambda name: ev.fit_material("record.csv", output=name),
         "reproduce": lambda name: ev.reproduce("vezzoli_2014", name),

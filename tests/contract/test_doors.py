@@ -198,7 +198,19 @@ def test_every_public_name_is_a_door_or_computes_nothing_from_a_scenario():
     assert taking | {"plot.stack"} == {*VALUES, *READING}
 
 
-@pytest.mark.parametrize("name", DOORS)
+SLOW = {"fit_laws"}
+"""Functions that integrate over all parameters, for some ten seconds."""
+
+
+def marked(names):
+    """Return names of functions, or calls of commands, as parameters; those that take long are slow."""
+    return [
+        pytest.param(name, marks=pytest.mark.slow if name.split()[0].replace("-", "_") in SLOW else ())
+        for name in names
+    ]
+
+
+@pytest.mark.parametrize("name", marked(DOORS))
 def test_every_function_states_the_warning(name):
     found = DOORS[name](SCENARIO)
     if isinstance(found, Path):
@@ -230,7 +242,7 @@ def forms(tmp_path_factory):
 
 
 @pytest.mark.parametrize("form", ["preset", "text", "path", "mapping", "trace", "trace file"])
-@pytest.mark.parametrize("name", [*VALUES, *READING])
+@pytest.mark.parametrize("name", marked([*VALUES, *READING]))
 def test_a_scenario_is_taken_in_every_form(name, form, forms):
     np.testing.assert_array_equal(use(name, forms[form]), expected(name))
 
@@ -239,7 +251,7 @@ def test_a_trace_file_gives_its_scenario_and_opens_as_a_trace(forms):
     assert ev.load(forms["trace file"]) == SCENARIO
     assert ev.load(forms["trace file"], changes={LOAD: "1 N"}).load.normal_force == 1
     assert ev.open_trace(forms["trace file"]).identical(forms["trace"])
-    with pytest.raises(InputError, match=r"a Trace is opened from \.nc, \.csv, \.mat, not from '\.toml'"):
+    with pytest.raises(InputError, match=r"a Trace is opened from \.nc, \.mat, not from '\.toml'"):
         ev.open_trace(forms["path"])
 
 
@@ -298,6 +310,7 @@ COMMANDS = [
     "export s.toml -o out.cir",
     "export s.toml --edge line -o out.csv",
     "fit s.toml r.nc --free contact.area -o out",
+    "fit-laws s.toml r.nc --free contact.area --laws EffectiveMedium --seed 1 -o out",
     "fit-separately s.toml r.nc --free contact.area -o out",
     f"plan-experiment s.toml --models {','.join(LAWS)} --over {LOAD}=0.5:1:2 --space space.toml --quantity '{MEAN}' -n 4"
     " -o out.html",
@@ -309,7 +322,10 @@ COMMANDS = [
     f"study s.toml {STUDY} --sensitivity --quantity '{MEAN}' -o out",
 ]
 """Calls of commands that compute numbers from a scenario."""
-WITHOUT_A_NUMBER = {"bench init", "evidence", "explore", "import", "init", "list", "reproduce", "times"}
+WITHOUT_A_NUMBER = {
+    *("bench init", "evidence", "explore", "fit-material", "fit-power-law"),
+    *("import", "init", "list", "reproduce", "times"),
+}
 """Commands that compute none from a scenario; `evidence`, the page of `explore` and `reproduce` are doors of their own."""
 INPUTS = {"s.toml", "r.nc", "space.toml", "parameters.toml", "zarr.json"}
 """Files that hold no number that was computed, but what one is computed from; a study is read by `open_study`."""
@@ -327,7 +343,7 @@ def test_every_command_is_a_door_or_computes_nothing_from_a_scenario():
     assert sorted([*called, *WITHOUT_A_NUMBER]) == sorted(commands())
 
 
-@pytest.mark.parametrize("call", COMMANDS)
+@pytest.mark.parametrize("call", marked(COMMANDS))
 def test_every_command_states_the_warning_once_and_in_each_of_its_files(call, capsys, monkeypatch):
     Path("s.toml").write_text(to_toml(SCENARIO), encoding="utf-8")
     lines = [

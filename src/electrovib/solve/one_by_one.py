@@ -91,8 +91,8 @@ class ParametricScenario:
         if others := {*names} - {"capacitance"}:
             expanded = self._expanded(member, self.by_path(values), times if band is None else band)
             found |= expanded.at(times, wanted=others).signals
-            if missing := [name for name in names if name not in found]:
-                raise InputError(without(missing[0], expanded.at(times).signals))
+        if missing := [name for name in names if name not in found]:
+            raise InputError(without(missing[0], expanded.at(times).signals if others else found))
         return {"time": times} | {name: np.asarray(found[name][1]) for name in names}
 
     def of_many(
