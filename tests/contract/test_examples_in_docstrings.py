@@ -6,6 +6,7 @@ import doctest
 import inspect
 
 import pytest
+from matplotlib import pyplot as plt
 
 import electrovib as ev
 
@@ -33,6 +34,7 @@ def test_an_example_prints_what_stands_below_it(name, tmp_path, monkeypatch, cap
     monkeypatch.chdir(tmp_path)
     told = []
     failed, tried = doctest.DocTestRunner(verbose=False).run(TESTS[name], out=told.append)
+    plt.close("all")
     assert (failed, tried) == (0, len(TESTS[name].examples)), "".join(told)
 
 

@@ -37,7 +37,7 @@ def test_columns_then_a_trace_then_a_report(record, said, refused):
     page = (record / "r.html").read_text(encoding="utf-8")
     assert "Measured and predicted" in page
     assert "100 mN" in page  # the mean of the residual: 0.2 V of offset at 0.5 N/V
-    assert "'electrovib import' makes one" in refused("report run.nc a.csv -o r.html")
+    assert "'electrovib import a.csv' reads it" in refused("report run.nc a.csv -o r.html")
 
 
 @pytest.fixture
@@ -135,7 +135,7 @@ def test_a_part_of_a_file_becomes_a_material(here, said, refused):
     np.testing.assert_allclose(second, first / 2, rtol=1e-9)  # conduction 1/R of the sample
     assert "ZCURVE" in refused(f"import z.dta --as material {geometry} part=ZZ")
     for part, conductivity in (("ZCURVE", "100 uS/m"), ("ZSECOND", "50 uS/m")):
-        out = said(f"fit z.dta --form constant {geometry} part={part}")
+        out = said(f"fit-material z.dta --form constant {geometry} part={part}")
         (row,) = (line for line in out.splitlines() if line.startswith("conductivity "))
         assert conductivity in row
 

@@ -16,7 +16,7 @@ from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.solve import choice, effort, expanded
+from electrovib.solve import choice, effort, expanded, walk
 from electrovib.solve.diagnostics import judge
 from electrovib.solve.diagnostics.peaks import count_evaluation_times, evaluation_times
 from electrovib.solve.electrics.solution import RENEWAL, Question, linear_quantities
@@ -211,20 +211,20 @@ def test_the_trace_tells_the_solver_that_was_chosen(method):
 
 
 @pytest.mark.parametrize("method", ["amplifier", "periodic"])
-def test_a_march_is_asked_once_and_a_closed_form_again_where_it_is_largest(monkeypatch, method):
+def test_a_march_and_a_closed_form_are_asked_once(monkeypatch, method):
     asked = []
-    for name in ("solve", "solve_fields"):
-        whole = getattr(judge, name)
+    for module, name in ((walk, "solve"), (walk, "along"), (judge, "solve_fields")):
+        whole = getattr(module, name)
 
         def counted(*arguments, name=name, whole=whole, **options):
             asked.append(name)
             return whole(*arguments, **options)
 
-        monkeypatch.setattr(judge, name, counted)
+        monkeypatch.setattr(module, name, counted)
     scenario = scenario_for(method)
     Expanded(scenario).at(scenario.time.times(scenario.drive), closely=True)
-    assert asked.count("solve") == 1
-    assert ("solve_fields" not in asked) == (method == "amplifier")
+    assert asked.count("solve" if method == "amplifier" else "along") == 1
+    assert "solve_fields" not in asked  # where it is largest the response of the same course is looked up
 
 
 @pytest.mark.parametrize(("method", "state"), [("current drive", "ok"), ("renewal", "unknown")])

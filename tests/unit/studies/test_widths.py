@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 
 import electrovib as ev
 from electrovib.apps.cli import app
-from electrovib.apps.cli.study import summary
 from electrovib.apps.explorer.computed import FREQUENCY, Further, compute, slices
 from electrovib.apps.explorer.page.plots import law_words, verdict_words
 from electrovib.studies import widths
 from electrovib.studies.widths import Width
+from electrovib.view.studied import study_document
 
 SINE, VOLTS = "bau_2010/sine", "drive.amplitude"
 LEVEL = "detection level = 0 dB"
@@ -133,16 +133,16 @@ def test_a_share_that_is_not_reached_says_at_which_threshold_it_would_be():
 def test_a_study_states_its_widths_in_words_record_and_table(tmp_path):
     found = ev.study(SINE, "fingers", n=100, seed=1, output=tmp_path / "s.zarr", exceed="500 mN")
     assert found["electrostatic_force_percentile_interval"].dims == ("percentile", "end", "time")
-    lines = summary(found)
+    lines = study_document(found).text.splitlines()
     assert (
         sum(
-            line.startswith("width by sampling, 95 % intervals for 100 fingers: 5th percentile")
+            line.startswith("Width by sampling, 95 % intervals for 100 fingers: 5th percentile")
             for line in lines
         )
         == 1
     )
-    assert sum(line.startswith("width by force law, 1/12 to 12 times the force") for line in lines) == 1
-    assert sum(line.startswith("not included: thresholds of perception") for line in lines) == 1
+    assert sum(line.startswith("Width by force law, 1/12 to 12 times the force") for line in lines) == 1
+    assert sum(line.startswith("Not included: thresholds of perception") for line in lines) == 1
     share = float(found["electrostatic_force_exceedance_anywhere"][0])
     low, high = widths.clopper_pearson(round(100 * share), 100)
     assert any(
@@ -154,7 +154,7 @@ def test_a_study_states_its_widths_in_words_record_and_table(tmp_path):
     (path,) = ev.save(found, tmp_path / "s.csv")
     assert "width by force law" in path.read_text()
     few = ev.study(SINE, "fingers", n=5, seed=1)
-    assert "no bound (too few draws)" in " ".join(summary(few))
+    assert "no bound (too few draws)" in study_document(few).text
 
 
 def test_compare_says_how_far_the_law_it_believes_is_off_on_fingers():

@@ -29,7 +29,7 @@ def test_what_a_word_leads_to_exists(kind, each):
     assert set(each["see"]) <= {item.name for item in ENTRIES}
     assert kind == "missing" or each["see"], "a word that is here leads somewhere"
     commands = {command.name or command.callback.__name__ for command in app.registered_commands}
-    assert set(re.findall(r"'electrovib (\w+)", each["says"])) <= commands
+    assert set(re.findall(r"'electrovib ([\w-]+)", each["says"])) <= commands
     assert all(hasattr(ev, name) for name in re.findall(r"\bev\.(\w+)", each["says"]))
     for part, name in re.findall(r"\b(circuit)\.([a-z_]+)", each["says"]):
         assert name in Scenario.model_fields[part].annotation.model_fields

@@ -103,7 +103,7 @@ def fit_laws(given: Arguments) -> None:
 
 @takes(_RECORDED)
 def fit_separately(given: Arguments) -> None:
-    """Estimate parameters from each of several recordings alone.
+    """Estimate parameters from each recording alone.
 
     Make one table and one figure for all, with the scatter within and between recordings.
     """

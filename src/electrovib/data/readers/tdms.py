@@ -58,7 +58,8 @@ def _channels(path: Path) -> Iterator[tuple[Any, Any]]:
     from nptdms.log import log_manager
 
     log_manager.set_level(logging.ERROR)  # it would warn on the terminal of a last segment that is not whole
-    with TdmsFile.open(path) as file:
+    # the library leaves a damaged file that it opened itself open
+    with path.open("rb") as opened, TdmsFile.open(opened) as file:
         all_channels = {
             f"{group.name}/{each.name}": each for group in file.groups() for each in group.channels()
         }
