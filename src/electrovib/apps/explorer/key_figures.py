@@ -1,4 +1,4 @@
-"""The key figures of a page: forces, and the first sentences of `perceive` and `check`."""
+"""The key figures of a page: forces, whether they are felt, and the nearest limit, each in one line."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.diagnostics import STATES
+from electrovib.studies.check.result import FAIL, OUTCOMES, UNCERTAIN, UNKNOWN, nearest_limit
 from electrovib.studies.widths import TOGETHER
 from electrovib.view.summary import quantities_of_scenario
-from electrovib.view.units import pretty_quantity, typeset
+from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.apps.explorer.computed import Computed, Further
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.studies.check.result import CheckResult
+    from electrovib.studies.check.result import CheckRow
     from electrovib.studies.perceive import Percept
 
 FORCES: Final = {
@@ -27,7 +28,7 @@ FORCES: Final = {
 }
 """Quantities of a run, and what the page calls them."""
 FELT: Final = "Felt?"
-LIMIT: Final = "Limits"
+LIMIT: Final = "Nearest limit"
 VALIDITY: Final = "Validity"
 
 
@@ -83,24 +84,45 @@ def _sampled(found: Computed, how: str, signal: str, *, note: str) -> KeyFigure:
 
 
 def answers(further: Further) -> dict[str, KeyFigure]:
-    """Return what takes longer than the run, as far as it is known: exact forces, what is felt, and the limits."""
+    """Return what takes longer than the run, as far as it is known: exact forces, what is felt, and the nearest limit."""
     found = dict(further.forces) | {name: KeyFigure("–", why) for name, why in further.unanswered.items()}
     if further.percept is not None:
         found[FELT] = felt(further.percept)
     if further.check is not None:
-        found[LIMIT] = limit(further.check)
+        found[LIMIT] = limit(nearest_limit(further.check.rows), further.check.state)
     return found
 
 
+_VERDICTS: Final = {"detectable": "yes", "not detectable": "no", "within the uncertainty": "undecided"}
+
+
 def felt(percept: Percept) -> KeyFigure:
-    """State the answer of `perceive`: whether a drive is felt, and by how much, with what makes this uncertain."""
-    value, _, note = percept.answer.removeprefix("felt or not: ").rpartition(": ")
-    together = [each.sentence for each in percept.widths if each.name == TOGETHER]
-    return KeyFigure(typeset(value or note), typeset(". ".join([note, *together] if value else together)))
+    """State whether a drive is felt, and by how many decibels it is above the threshold."""
+    if not percept.loudest:
+        return KeyFigure("no", "nothing moves the skin")
+    middle, spread = percept.sensation, percept.uncertainty
+    if middle is None or spread is None:
+        return KeyFigure("unknown", "no threshold is known")
+    whose = "published thresholds" if percept.left else "the threshold"
+    ends = f"{_level(middle - spread)} to {_level(middle + spread)} dB relative to {whose}"
+    law = next((each.interval for each in percept.widths if each.name == TOGETHER), None)
+    more = f"{_level(law[0])} to {_level(law[1])} dB with" if law else "without"
+    return KeyFigure(
+        f"{_VERDICTS[percept.verdict]}, {_level(middle)} dB", f"{ends}; {more} the spread of the force law"
+    )
 
 
-def limit(found: CheckResult) -> KeyFigure:
-    """State the verdict of `check`, and the limit that is closest."""
-    value, _, names = found.verdict.partition(": ")
-    closest = found.closest or "no limit is declared or known"
-    return KeyFigure(value, typeset(f"{names}; {closest}" if found.failed else closest), found.state)
+def _level(value: float) -> str:
+    return f"{np.round(value) + 0.0:+.0f}".replace("-", "\N{MINUS SIGN}").replace("+0", "0")
+
+
+def limit(row: CheckRow | None, state: str) -> KeyFigure:
+    """State how much of the nearest limit is reached, and the outcome of the whole check, whose `state` is given."""
+    outcome = OUTCOMES[state]
+    if row is None or row.value is None or row.limit is None:
+        return KeyFigure("none", f"no limit is declared or known: {outcome}", state)
+    sizes = " of ".join(pretty_quantity(each, row.unit, digits=3) for each in (row.value, row.limit))
+    doubt = f", {UNCERTAIN}" if row.state == UNKNOWN else ""
+    reached = outcome if state == FAIL else f"{100 * row.value / row.limit:.2g} % reached"
+    rest = "" if state == FAIL else f"; {outcome}"
+    return KeyFigure(reached, f"{row.quantity}: {sizes}{doubt}{rest}", state)

@@ -254,20 +254,15 @@ class CheckResult(Answer):
         return f"{outcome}: {names}" if names else outcome
 
     @property
-    def closest(self) -> str:
-        """The limit to which a value is closest, or that it exceeds most; empty where nothing is compared."""
-        row = nearest_limit(self.rows)
-        if row is None:
-            return ""
-        doubt = f", {UNCERTAIN}" if row.state == UNKNOWN else ""
-        sizes = f"{shown(row.value, row.unit)} of {shown(row.limit, row.unit)}"
-        return f"closest limit: {row.quantity}, {sizes}, limit/value {row.margin or 0.0:.3g}{doubt}"
-
-    @property
     def sentences(self) -> list[str]:
         """The verdict, the closest limit, what is not shown to be safe, and what was not compared."""
         lines = [f"{self.verdict} ({self.title})"]
-        lines += [self.closest] if self.closest else []
+        if row := nearest_limit(self.rows):
+            doubt = f", {UNCERTAIN}" if row.state == UNKNOWN else ""
+            lines.append(
+                f"closest limit: {row.quantity}, {shown(row.value, row.unit)} of {shown(row.limit, row.unit)}, limit/value"
+                f" {row.margin or 0.0:.3g}{doubt}"
+            )
         lines += not_shown(self.rows)
         undeclared = [row.quantity for row in self.rows if row.limit is None and not row.remedy]
         lines += [f"not compared: {', '.join(undeclared)}"] if undeclared else []

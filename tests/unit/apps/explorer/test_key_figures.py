@@ -1,6 +1,7 @@
 """The line of key figures holds what the library states, and the curves before a change stay until the next one."""
 
 import asyncio
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from electrovib.apps.explorer.key_figures import (
     LIMIT,
     VALIDITY,
     KeyFigure,
+    _level,
     answers,
     felt,
     limit,
@@ -28,7 +30,7 @@ from electrovib.apps.explorer.session import Earlier
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import parse_quantity
-from electrovib.studies.check.result import FAIL
+from electrovib.studies.check.result import FAIL, CheckRow
 from electrovib.studies.widths import TOGETHER
 
 SINE = "bau_2010/sine"
@@ -73,26 +75,37 @@ def test_forces_between_the_output_times_replace_those_at_them():
     assert {**quick, **exact}["Peak attraction"].value == "387 mN"
 
 
-def test_what_is_felt_and_the_limits_are_the_first_sentences_of_perceive_and_check():
+def test_what_is_felt_and_the_nearest_limit_are_those_of_perceive_and_check():
     found = known(compute(ev.load(SINE)))
     percept, checked = ev.perceive(SINE), ev.check(SINE)
-    (together,) = [each.sentence for each in percept.widths if each.name == TOGETHER]
-    assert f"{found[FELT].value}: {found[FELT].note}" == f"{percept.answer}. {together}"
-    assert found[FELT].value.startswith("felt, ")
-    assert found[LIMIT].value == checked.verdict.partition(":")[0] == "not shown to be safe"
-    assert found[LIMIT].note == checked.closest == checked.sentences[1]
-    assert found[LIMIT].state == checked.state == "unknown"
+    low, middle, high_ = (percept.sensation + each * percept.uncertainty for each in (-1, 0, 1))
+    assert found[FELT].value == f"yes, +{middle:.0f} dB"
+    least, most = next(each.interval for each in percept.widths if each.name == TOGETHER)
+    assert found[FELT].note == (
+        f"+{low:.0f} to +{high_:.0f} dB relative to published thresholds;"
+        f" +{least:.0f} to +{most:.0f} dB with the spread of the force law"
+    )
+    nearest = max(
+        (row for row in checked.rows if row.limit and row.value), key=lambda row: row.value / row.limit
+    )
+    assert found[LIMIT].value == f"{100 * nearest.value / nearest.limit:.2g} % reached"
+    assert found[LIMIT].note.startswith(f"{nearest.quantity}: ")
+    assert found[LIMIT].note.endswith(", of uncertain standing; not shown to be safe")
+    assert found[LIMIT].state == "unknown"
 
 
-def test_nothing_is_made_up_where_nothing_is_known():
-    exceeded = limit(ev.check(ev.load(SINE).replace({"limits": {"voltage": "1 V"}})))
-    assert (exceeded.value, exceeded.state) == ("exceeded", FAIL)
-    assert exceeded.note.startswith("1 of ")
-    assert "peak voltage; closest limit: peak voltage, " in exceeded.note
+def test_a_limit_that_is_exceeded_is_a_warning_and_nothing_is_made_up_where_nothing_is_known():
+    row = CheckRow(quantity="peak current", value=2.0, limit=1.0, unit="A", source="", state=FAIL, text="")
+    assert limit(row, FAIL) == KeyFigure("exceeded", "peak current: 2 A of 1 A", FAIL)
+    held = replace(row, value=0.5, state="pass")
+    assert limit(held, "pass") == KeyFigure(
+        "50 % reached", "peak current: 500 mA of 1 A; within all limits", "pass"
+    )
+    assert limit(None, "unknown").value == "none"
     still = ev.load(FIG6).replace({"drive": {"model": "Step", "level": 0}})
-    assert felt(ev.perceive(still)) == KeyFigure("not felt", "nothing moves the skin")
+    assert felt(ev.perceive(still)).value == "no"
     weak = ev.load(SINE).replace({"drive.amplitude": "10 mV"})
-    assert known(compute(weak))[FELT].value.startswith("not felt, ")
+    assert re.fullmatch(r"no, \N{MINUS SIGN}\d+ dB", known(compute(weak))[FELT].value)
     rests = known(compute(ev.load("shultz_2018/at_rest")))
     assert rests[FORCES["peak lateral_force"]] == KeyFigure("–", "the finger rests")
     assert rests[FELT].value == "–"
@@ -180,6 +193,11 @@ def test_validity_counts_what_is_open_and_names_the_worst():
     assert validity(found[:1]) == validity([]) == KeyFigure("ok", "", "ok")
     run = compute(ev.load(FIG6))
     assert run.figures[VALIDITY] == validity(run.diagnostics)
+
+
+def test_a_level_that_rounds_to_nothing_has_no_sign():
+    assert {_level(each) for each in (-0.4, 0.0, 0.4)} == {"0"}
+    assert [_level(each) for each in (-12.0, 3.0)] == ["\N{MINUS SIGN}12", "+3"]
 
 
 def test_former_curves_are_faint_behind_the_others_and_on_the_same_scale():
