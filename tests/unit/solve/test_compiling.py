@@ -23,7 +23,9 @@ print(*ev.simulate(scenario, time=np.linspace(0, 0.002, 51)).lateral_force.value
 STUDY = """
 import numpy as np, electrovib as ev
 found = ev.study("vezzoli_2014/fig6", "fingers", n=70, seed=1)
-print(*np.nan_to_num(found.electrostatic_force_percentile.values.ravel()))
+names = ["percentile", "mean", "variance"]
+sizes = [np.ravel(found[f"electrostatic_force_{name}"].values) for name in names]
+print(*np.concatenate([each / each.max() for each in sizes]))
 """
 UNEVEN = """
 import numpy as np

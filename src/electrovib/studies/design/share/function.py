@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -24,9 +24,6 @@ from electrovib.studies.design.share.result import DesignedForShare, ShareAt
 from electrovib.studies.design.wanted import FreeSource, Wanted, WantSource, read_wanted
 from electrovib.studies.design.widths import Sampled, widths_of
 from electrovib.studies.widths import SAMPLING, Width, clopper_pearson, quantile_ranks
-
-if TYPE_CHECKING:
-    pass
 
 RESAMPLED: Final = 400
 """Bootstrap samples of the value with the largest share."""
