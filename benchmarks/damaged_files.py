@@ -207,7 +207,9 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         kinds = make_files(folder)
-        open_one(folder / "columns.nc", kinds["columns.nc"])  # the memory of a reading process counts for no file
+        open_one(
+            folder / "columns.nc", kinds["columns.nc"]
+        )  # the memory of a reading process counts for no file
         chosen = given.kinds.split(",") if given.kinds else list(kinds)
         for kind in chosen:
             whole = (folder / kind).read_bytes()
