@@ -12,6 +12,7 @@ from electrovib.core.budget import ONE_THREAD
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.update(ONE_THREAD | os.environ)  # for processes of `-n`, and those that tests start
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # these are hundreds: each module is compiled once
 # the same examples each time, so that a red run is red again; search for new ones with
 # --hypothesis-profile=search
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True, max_examples=60)
