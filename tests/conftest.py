@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 
 import pytest
+import typer.testing
 from hypothesis import settings
 
 from electrovib.core.budget import ONE_THREAD
@@ -26,6 +27,22 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     from xdist.scheduler import WorkStealingScheduling
 
     return WorkStealingScheduling(config, log) if config.option.dist == "load" else None
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _commands_built_once():
+    """Build the commands of a program once, and not for each of some thousand command lines: 40 ms each."""
+    kept, build = {}, typer.main.get_command
+
+    def once(program):
+        if id(program) not in kept:
+            kept[id(program)] = program, build(program)
+        return kept[id(program)][1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.main, "get_command", once)
+        patch.setattr(typer.testing, "_get_command", once)
+        yield
 
 
 ALLOWED_SKIPS = ("shared/data", "device")
