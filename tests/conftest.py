@@ -45,6 +45,21 @@ def _commands_built_once():
         yield
 
 
+@pytest.fixture
+def blank_pictures(monkeypatch):
+    """Draw nothing where a test is about words and files: tests/contract draws every figure of every answer."""
+
+    from matplotlib.figure import Figure
+
+    def blank(_):
+        figure = Figure((1, 1))
+        figure.add_subplot().set_axis_off()
+        return figure
+
+    for module in ("documents", "files"):
+        monkeypatch.setattr(f"electrovib.view.{module}.drawn", blank)
+
+
 ALLOWED_SKIPS = ("shared/data", "device")
 """What a skip may be for where everything else is installed."""
 
