@@ -1,4 +1,4 @@
-"""Many fingers: the compiled kernels compared with numpy and JAX in one run.
+"""Many fingers: responses, compiled statistics and poles, compared with numpy and JAX in one run.
 
 Run from the root of the repository with ``python -m benchmarks.population``; rows of JAX need JAX to be installed.
 """
@@ -14,15 +14,15 @@ import numpy as np
 from benchmarks.population_peers import batched_eigenvalues, by_jax, plain_numpy
 from benchmarks.table import surroundings, write_page
 
-from electrovib.solve.population.kernels import (
-    first_order_hold_many,
-    kernel_name,
-    quantiles,
-)
+from electrovib.physics.drive.parts import Linear
+from electrovib.solve.electrics.rows import in_rows
+from electrovib.solve.electrics.straight import SharedModes
+from electrovib.solve.population.kernels import kernel_name, quantiles
 from electrovib.solve.stack.secular import secular_roots
 from electrovib.studies.population.tiles import Statistics
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
+AT_ONCE = 64
 
 
 class Measured(NamedTuple):
@@ -100,9 +100,15 @@ def head(unit: str) -> list[str]:
 def stepping() -> list[list[object]]:
     """Return the tables of stepping, with mean and variance, and with exact percentiles."""
     fingers, factor = population()
+    gains, none = (fingers.residues / fingers.rates)[:, np.newaxis], np.zeros(1, bool)
+    modes = SharedModes(fingers.rates, gains, fingers.direct[:, np.newaxis], none)
+    part = Linear(fingers.time, fingers.voltage, fingers.voltage)
+    through = in_rows(modes, part, fingers.time, fingers.state)
 
     def forces() -> np.ndarray:
-        return factor[:, np.newaxis] * first_order_hold_many(*fingers) ** 2
+        some = (slice(first, first + AT_ONCE) for first in range(0, FINGERS, AT_ONCE))
+        rows = np.concatenate([through(each)[0] for each in some])
+        return factor[:, np.newaxis] * rows**2
 
     def table() -> np.ndarray:
         return forces().astype(np.float32)

@@ -15,7 +15,8 @@ One chain, from top to bottom; every number may be a column of shape (cases, 1),
         <- `quantities.resolve`            means and extremes: polynomials on pieces that are halved until they resolve it
     `population.Population.signals(columns)`   the same text for columns (cases, 1)            rows (cases, n)
         linear quantities   rates, gains (modes,) or (cases, modes)                            `population.arrays`
-        drive               times (m,), sum of factor (cases, 1) times voltage (m,) or tones   `population.drive`
+        drive               sum of factor (cases, 1) times straight pieces or tones            `population.drive`
+        response            (cases, n), of the same `respond`; straight pieces in rows         `electrics.rows`
     `quantities.cases`                         cases on a mesh: rows (cases, n) -> (cases, pieces, nodes) -> numbers (cases,)
         <- `prepare.Prepared`              many points in columns on common meshes
         <- `answers`                       a sweep; scenarios under tones at once, each on pieces of its own period

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import electrovib as ev
 from electrovib.apps.cli import main
@@ -70,6 +71,19 @@ def refused(cli, here):
         return err
 
     return call
+
+
+@pytest.fixture
+def blank_pictures(monkeypatch):
+    """Draw nothing where a test is about words and files: tests/contract draws every figure of every answer."""
+
+    def blank(_):
+        figure = Figure((1, 1))
+        figure.add_subplot().set_axis_off()
+        return figure
+
+    for module in ("documents", "files"):
+        monkeypatch.setattr(f"electrovib.view.{module}.drawn", blank)
 
 
 @pytest.fixture(scope="session")

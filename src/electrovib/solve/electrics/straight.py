@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from electrovib.solve.electrics.rows import in_rows, some_cases
 from electrovib.solve.recursion import March, hold_weights, states_at
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 Rows: TypeAlias = "Sequence[Real] | Real"
 """Outputs over time, one array (n,) for each."""
 InStretches: TypeAlias = "Callable[[slice], Rows]"
-"""Outputs at the times of a stretch; the stretches follow one another."""
+"""Outputs at the times of a stretch; the stretches follow one another. Of cases, those of a stretch of the cases."""
 CHUNK = 1 << 16
 """Largest number of states in memory, so that a million samples need no gigabyte."""
 MANY_SAMPLES = 20_000
@@ -66,7 +67,8 @@ _STEEP: Final = 1e3
 class SharedModes:
     """Outputs of modes x' = rate (v - x) under a drive v: direct v + sum gain x, or gain (x - v) in outputs with a lag.
 
-    `rates` (modes,) > 0 [1/s], `gains` (outputs, modes), `direct`, `lag` (outputs,); `known` holds the states at the breaks of
+    `rates` (modes,) > 0 [1/s], `gains` (outputs, modes), `direct`, `lag` (outputs,); cases have an axis before these but `lag`,
+    and there may be rates of 0. `known` holds the states at the breaks of
     parts of straight pieces, and `passed` those at some breaks of a record that the recursion has passed.
     """
 
@@ -82,6 +84,9 @@ class SharedModes:
 
         At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
         """
+        if self.rates.ndim > 1:
+            begin = periodic_state(part, self.rates) if state is None else state
+            return in_rows(self, part, time, begin)
         marched = _marched(part, time)
         if marched is not None:
             return self._recursion(part, time, marched, state)
@@ -89,6 +94,11 @@ class SharedModes:
             whole = self._piece_by_piece(part, time, state)
             return lambda stretch: [row[stretch] for row in whole]
         return lambda stretch: self._piece_by_piece(part, time[stretch], state)
+
+    def some(self, stretch: slice) -> SharedModes:
+        """Return the modes of some cases."""
+        rates, gains, direct = (some_cases(each, stretch) for each in (self.rates, self.gains, self.direct))
+        return SharedModes(rates, gains, direct, self.lag)
 
     def straight(self, part: Linear, time: Real, state: Real | None) -> Rows:
         """Compute the response to straight pieces at any times, each output in an array of its own.
@@ -231,11 +241,11 @@ def _marched(part: Linear, time: Real) -> tuple[Real, Real, Real | float] | None
 def periodic_state(part: Linear, rates: Real) -> Real:
     """Compute the state of each mode at the beginning of a period, in the periodic state of a repeated drive.
 
-    `rates` (modes,); returns `state` (modes,) [V].
+    `rates` (..., modes); returns `state` (..., modes) [V].
 
     x0 = (state after one period from rest)/(1 - exp(-rate period)).
     """
-    return BreakStates(part, rates, None).state
+    return BreakStates(part, rates.ravel(), None).state.reshape(rates.shape)
 
 
 class BreakStates:

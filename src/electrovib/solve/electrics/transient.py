@@ -6,6 +6,7 @@ one. Gain and pole of an amplifier are a filter before the stack.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -16,6 +17,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling, even_step
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
+from electrovib.solve.electrics.rows import NOTHING, in_rows, some_cases
 from electrovib.solve.electrics.solution import (
     CURRENT_DRIVE,
     PERIODIC,
@@ -65,40 +67,69 @@ def transient(
     """
     if settled:
         refuse_unrepeated(drive)
+    whole = functools.partial(settled_integral, drive, time)
+    return respond(transfers, drive.parts(), time, settled=settled, integral=whole)(slice(0, len(time)))
+
+
+def respond(
+    transfers: Mapping[K, Transfer],
+    parts: Sequence[Part],
+    time: Real,
+    *,
+    settled: bool,
+    integral: Callable[[], Real],
+    many: bool = False,
+) -> Callable[[slice], dict[K, Real]]:
+    """Return the response of linear quantities to a sum of parts: of one case (n,), or of many (cases, n).
+
+    `time` (n,) [s]; `integral` returns that of the parts over time in the periodic state (n,). The response is a function of
+    stretches of the times, one after the other, or of the cases where there are many.
+    """
     weights = {name: integral_weight(transfer) for name, transfer in transfers.items()} if settled else {}
-    if any(weights.values()):
-        integral = settled_integral(drive, time)
-        relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
-        rest = transient(relaxing, drive, time, settled=True)
-        return {name: row + weights[name] * integral for name, row in rest.items()}
-    return Response(transfers, drive.parts(), settled=settled).at(time)
+    if not any(np.any(weight) for weight in weights.values()):
+        return Response(transfers, parts, settled=settled, many=many).along(time)
+    relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
+    response, whole = Response(relaxing, parts, settled=True, many=many), integral()
+    rest = response.along(time)
+
+    def through(stretch: slice) -> dict[K, Real]:
+        rows = rest(stretch)
+        return {name: row + response.share(weights[name], whole, stretch) for name, row in rows.items()}
+
+    return through
 
 
 class Response:
     """Response of linear quantities to a sum of parts, without integrators in the periodic state.
 
-    The states of all modes at the breaks of straight pieces are computed once, for evaluation at any times.
+    The states of all modes at the breaks of straight pieces are computed once, for evaluation at any times. Rows of many
+    cases are (cases or 1, n) in the place of (n,).
     """
 
     def __init__(
-        self, transfers: Mapping[Any, Transfer], parts: Sequence[Part], *, settled: bool = False
+        self,
+        transfers: Mapping[Any, Transfer],
+        parts: Sequence[Part],
+        *,
+        settled: bool = False,
+        many: bool = False,
     ) -> None:
-        self.parts, self.settled = parts, settled
-        self.slopes = {name: each.slope for name, each in transfers.items() if each.slope}
+        self.parts, self.settled, self.many = parts, settled, many
+        self.slopes = {name: each.slope for name, each in transfers.items() if np.any(each.slope)}
         self.groups: list[tuple[list[Any], Real, Real, SharedModes]] = []
         together: dict[bytes, list[Any]] = {}  # quantities with the same modes, which are computed once
         for name, transfer in transfers.items():
             together.setdefault(transfer.rates.tobytes(), []).append(name)
         for names in together.values():
             group = [transfers[name] for name in names]
-            rates = group[0].rates
             lag = np.array([each.static is not None for each in group])
-            direct = np.array([each.direct if each.static is None else each.static for each in group])
-            gains, free = np.array([each.gains for each in group]), np.array([each.free for each in group])
-            active = np.any(gains != 0, axis=0) & (rates > 0)
-            left = free * (rates == 0) if settled else free  # settled: only trapped charge remains
+            rates, gains, free, direct = _of_cases(group) if self.many else _of_one(group)
+            active = np.any((gains != 0) & (rates[..., None, :] > 0), axis=tuple(range(gains.ndim - 1)))
+            left = (
+                free * (rates[..., None, :] == 0) if settled else free
+            )  # settled: only trapped charge remains
             self.groups.append(
-                (names, rates, left, SharedModes(rates[active], gains[:, active], direct, lag))
+                (names, rates, left, SharedModes(rates[..., active], gains[..., active], direct, lag))
             )
 
     def at(self, time: Real) -> dict[Any, Real]:
@@ -108,27 +139,32 @@ class Response:
     def along(self, time: Real) -> Callable[[slice], dict[Any, Real]]:
         """Return the response at increasing times (n,) [s] as a function of stretches of them, one after the other.
 
-        The arrays of a stretch hold no more than its times, so that all that is made of them is made in the cache.
+        The arrays of a stretch hold no more than its times, so that all that is made of them is made in the cache. Where there
+        are many cases, the stretches are of these.
         """
-        driven = [
-            self._driven(modes, time) if len(time) < _MANY else self._driven_once(modes, time)
-            for *_, modes in self.groups
-        ]
+        once = len(time) >= _MANY and not self.many
+        driven = [(self._driven_once if once else self._driven)(modes, time) for *_, modes in self.groups]
+        faded = [_fading(left, rates, time) if np.any(left) else None for _, rates, left, _ in self.groups]
         now = np.sum([part.slope(time) for part in self.parts], axis=0) if self.slopes else np.zeros(0)
 
         def through(stretch: slice) -> dict[Any, Real]:
             result: dict[Any, Real] = {}
-            for (names, rates, left, _), rows_of in zip(self.groups, driven, strict=True):
+            for (names, *_), rows_of, left_of in zip(self.groups, driven, faded, strict=True):
                 rows = rows_of(stretch)
-                if np.any(left):
-                    more = fading(left, rates, time[stretch])
-                    rows = [row + each for row, each in zip(rows, more, strict=True)]
+                if left_of is not None:
+                    rows = [row + each for row, each in zip(rows, left_of(stretch), strict=True)]
                 result |= zip(names, rows, strict=True)
             for name, slope in self.slopes.items():
-                result[name] = result[name] + slope * now[stretch]
+                result[name] = result[name] + self.share(slope, now, stretch)
             return result
 
         return through
+
+    def share(self, number: Any, row: Real, stretch: slice) -> Real:
+        """Return a number, of each case, times a row over time, in a stretch."""
+        if self.many:
+            return np.asarray(some_cases(np.atleast_2d(number), stretch) * row)
+        return np.asarray(number * row[stretch])
 
     def _driven_once(self, modes: SharedModes, time: Real) -> InStretches:
         """Return the response to all parts; an output that is a multiple of another, D = eps0 eps E, is not computed."""
@@ -154,13 +190,36 @@ class Response:
         driven = [_of_part(modes, part, time, settled=self.settled) for part in self.parts]
 
         def through(stretch: slice) -> Rows:
-            found = [each(stretch) for each in driven]
-            if len(found) == 1:
-                return found[0]
-            nothing = np.zeros(len(time[stretch]))
-            return [sum((rows[place] for rows in found), nothing) for place in range(len(modes.direct))]
+            first, *others = [each(stretch) for each in driven]
+            if not others:
+                return first
+            return [sum((rows[place] for rows in others), first[place]) for place in range(len(modes.lag))]
 
         return through
+
+
+def _of_one(group: Sequence[Transfer]) -> tuple[Real, ...]:
+    """Return rates (modes,), gains and free parts (outputs, modes), and direct or static shares (outputs,)."""
+    level = [each.direct if each.static is None else each.static for each in group]
+    found = ([each.gains for each in group], [each.free for each in group], level)
+    return group[0].rates, *map(np.array, found)
+
+
+def _of_cases(group: Sequence[Transfer]) -> tuple[Real, ...]:
+    """Return the same with an axis of cases before, of length 1 in what all cases share."""
+    level = [each.direct if each.static is None else each.static for each in group]
+    found = ([each.gains for each in group], [each.free for each in group], level)
+    gains, free, direct = (np.stack(np.broadcast_arrays(*map(np.atleast_2d, rows)), axis=1) for rows in found)
+    return np.atleast_2d(group[0].rates), gains, free, direct[..., 0]
+
+
+def _fading(left: Real, rates: Real, time: Real) -> InStretches:
+    """Return the sums of what decays, left exp(-rate t), in stretches."""
+    if rates.ndim == 1:
+        return lambda stretch: fading(left, rates, time[stretch])
+    count = left.shape[1]
+    modes = SharedModes(rates, left, np.zeros((1, count)), np.zeros(count, bool))
+    return in_rows(modes, NOTHING, time, np.ones(rates.shape))
 
 
 def how_it_begins(drive: Drive, *, settled: bool) -> str:
@@ -173,14 +232,18 @@ def how_it_begins(drive: Drive, *, settled: bool) -> str:
 def _of_part(modes: SharedModes, part: Part, time: Real, *, settled: bool) -> InStretches:
     """Return the response to one part [V] in stretches of the times."""
     rates, direct = modes.rates, modes.direct
-    if not len(rates) or (settled and part.is_step):  # a constant to which the modes have settled
-        follows, value = direct + np.where(modes.lag, 0.0, modes.gains.sum(axis=1)), part.value(time)
+    if not rates.shape[-1] or (settled and part.is_step):  # a constant to which the modes have settled
+        follows, value = direct + np.where(modes.lag, 0.0, modes.gains.sum(axis=-1)), part.value(time)
+        if rates.ndim > 1:
+            return lambda stretch: np.moveaxis(some_cases(follows, stretch)[..., None] * value, 1, 0)
         return lambda stretch: np.outer(follows, value[stretch])
     match part:
+        case Tones() if rates.ndim > 1:
+            return lambda stretch: _tones(part, modes.some(stretch), time, settled=settled)
         case Tones():
             return lambda stretch: _tones(part, modes, time[stretch], settled=settled)
         case Linear():
-            return modes.along(part, time, None if settled else np.zeros(len(rates)))
+            return modes.along(part, time, None if settled else np.zeros(rates.shape))
     whole = _formula(modes, part, time)
     return lambda stretch: whole[:, stretch]
 
@@ -203,37 +266,40 @@ def _formula(modes: SharedModes, part: Smooth, time: Real) -> Real:
 def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> list[Real]:
     """Return the steady state of each tone, minus its modes' value at the switching times, which decays from there."""
     angular = 2j * np.pi * part.frequencies
-    response = np.asarray(modes.rates[:, None] / (modes.rates[:, None] + angular), complex)  # of mode to tone
-    lagging = -angular / (modes.rates[:, None] + angular)
-    modal = np.where(modes.lag[:, None], modes.gains @ lagging, modes.gains @ response)
-    steady = (modes.direct[:, None] + modal) * part.amplitudes
+    rates = modes.rates[..., None]
+    response = np.asarray(rates / (rates + angular), complex)  # of mode to tone
+    modal = np.where(modes.lag[:, None], modes.gains @ (-angular / (rates + angular)), modes.gains @ response)
+    steady = (modes.direct[..., None] + modal) * part.amplitudes
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
     on = slice(*np.searchsorted(time, [start, part.stop]))
     begin, end = (
-        modes.gains * (response @ (part.amplitudes * np.exp(angular * switched))).real
+        modes.gains * (response @ (part.amplitudes * np.exp(angular * switched))).real[..., None, :]
         if np.isfinite(switched)
         else np.zeros_like(modes.gains)
         for switched in (start, part.stop)
     )
-    if on == slice(0, len(time)) and (step := even_step(time)) is not None:
+    if on == slice(0, len(time)) and rates.ndim == 2 and (step := even_step(time)) is not None:
         since = start if np.isfinite(start) else 0.0
         return _in_products(part.frequencies, steady, -begin, modes.rates, time, step=step, since=since)
-    found = [np.empty(len(time)) for _ in steady]
+    found = [np.empty((*steady.shape[:-2], len(time))) for _ in modes.lag]
     for row in found:
-        row[: on.start] = row[on.stop :] = 0.0
+        row[..., : on.start] = row[..., on.stop :] = 0.0
     waves = [wave for frequency in part.frequencies.tolist() for wave in circling(frequency, time[on])]
-    shares = np.stack([steady.real, -steady.imag], axis=2).reshape(len(steady), -1)
+    shares = np.stack([steady.real, -steady.imag], axis=-1).reshape(*steady.shape[:-1], -1)
+    shares = np.moveaxis(shares, -2, 0)
     length = max(1, PRODUCT // max(1, shares.size))
     for first in range(on.start, on.stop, length):
         some = slice(first, min(first + length, on.stop))
         seen = [wave[some.start - on.start : some.stop - on.start] for wave in waves]
         for row, each in zip(found, shares @ np.stack(seen), strict=True):
-            row[some] = each
+            row[..., some] = each
     for switched, then in ((start, -begin), (part.stop, end)):
-        if np.isfinite(switched):
-            first = int(np.searchsorted(time, switched))
-            for row, left in zip(found, fading(then, modes.rates, time[first:] - switched), strict=True):
-                row[first:] += left
+        first = int(np.searchsorted(time, switched))
+        if np.isfinite(switched) and first < len(time):
+            for row, left in zip(
+                found, _fading(then, modes.rates, time[first:] - switched)(slice(None)), strict=True
+            ):
+                row[..., first:] += left
     return found
 
 

@@ -9,27 +9,28 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.tables import derived_at
+from electrovib.physics.drive.parts import Tones
 from electrovib.physics.stack import INTERFACE
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone
+from electrovib.solve.electrics.rows import NOTHING, some_cases
 from electrovib.solve.electrics.solution import TRANSIENT, Solution, linear_quantities
-from electrovib.solve.electrics.straight import periodic_state
+from electrovib.solve.electrics.transient import respond
 from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.mechanics.mechanical import FrictionChain
-from electrovib.solve.population.drive import Excitation
-from electrovib.solve.population.kernels import first_order_hold_many
 from electrovib.solve.stack.expand import phasors
+from electrovib.solve.stack.harmonics import integral_of, mean_of
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, amplitudes_among
 from electrovib.solve.stack.section import total_of
-from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral_weight, without_integrators
+from electrovib.solve.stack.transfer import NotInArraysError, Transfer
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
-    from electrovib.core.arrays import Complex, Real
-    from electrovib.physics.drive.parts import Linear
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.drive import Parts, Terms
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
@@ -110,16 +111,15 @@ def _keys(member: Scenario, name: str) -> list[Key]:
 
 def over_time(
     member: Scenario,
-    asked: Mapping[Key, Transfer],
-    driven: list[tuple[slice, list[tuple[Any, Excitation]]]],
+    responses: list[dict[Key, Real]],
+    driven: list[Terms],
     names: tuple[str, ...],
+    time: Real,
 ) -> dict[str, Any]:
-    """Return signals over time of fingers; `driven` are factors and drives, whose sum is the drive of a range of them."""
-    time = driven[0][1][0][1].moments.outputs
-    each = [respond(some_of(asked, some), terms) for some, terms in driven]
-    rows: dict[Any, Any] = {key: _below([row[key] for row in each]) for key in asked}
+    """Return signals over time of fingers, from the responses and drives of ranges of them; `time` (n,) [s]."""
+    rows: dict[Any, Any] = {key: _below([row[key] for row in responses]) for key in responses[0]}
     if not member.force.causal:
-        rows |= _of_one_sine(member, driven[0][1])
+        rows |= _of_one_sine(member, driven[0], time)
     found: dict[str, Any] = {}
     amplitudes = amplitudes_among(rows)
     force: Any = attraction(member, total_pull(member, amplitudes), time) if amplitudes else None
@@ -129,7 +129,10 @@ def over_time(
         elif name == "lateral_force":
             found[name] = _friction(member, time, force)
         elif name == "drive_voltage":
-            own = [total_of(factor * drive.values() for factor, drive in terms) for _, terms in driven]
+            own = [
+                total_of(factor * part.value(time) for factor, parts in terms for part in parts)
+                for terms in driven
+            ]
             found[name] = _below([np.atleast_2d(row) for row in own])
         elif name == "normal_force":
             found[name] = member.load.forces(time)
@@ -153,14 +156,16 @@ def _below(rows: list[Real]) -> Real:
     return rows[0] if len(rows) == 1 else np.concatenate(rows)
 
 
-def _of_one_sine(member: Scenario, terms: list[tuple[Any, Excitation]]) -> dict[Key, Any]:
+def _of_one_sine(member: Scenario, terms: Terms, time: Real) -> dict[Key, Any]:
     """Return the amplitudes of a law that is defined by magnitudes at the frequency of one sine."""
     frequency, _ = loudest_tone(member)
-    moments = terms[0][1].moments
     tone: Any = total_of(
-        factor * drive.tones[moments.frequencies == frequency].sum() for factor, drive in terms
+        factor * part.amplitudes[part.frequencies == frequency].sum()
+        for factor, parts in terms
+        for part in parts
+        if isinstance(part, Tones)
     )
-    wave = tone * np.exp(2j * np.pi * frequency[0] * moments.outputs)
+    wave = tone * np.exp(2j * np.pi * frequency[0] * time)
     exact = phasors(member, frequency)
     found: dict[Key, Any] = {
         AmplitudeOf(name): np.real(value * wave) for name, value in member.force.amplitudes(exact).items()
@@ -169,21 +174,38 @@ def _of_one_sine(member: Scenario, terms: list[tuple[Any, Excitation]]) -> dict[
     return found if effective is None else found | {"effective_voltage": np.real(effective * wave)}
 
 
-def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Excitation]]) -> dict[K, Real]:
-    """Compute the response of linear quantities to a sum of drives with factors.
+def respond_to(
+    transfers: Mapping[K, Transfer], terms: Terms, time: Real, *, settled: bool
+) -> Callable[[slice], dict[K, Real]]:
+    """Return the response of linear quantities to a sum of drives with factors, as a function of stretches of the fingers.
 
-    `terms` are factors, 1 or a column (fingers, 1), and drives with common moments; returns rows (fingers, n), or
-    (1, n) for what does not differ.
+    `terms` are factors, 1 or a column (fingers, 1), and the parts of drives; `time` (n,) [s]. Rows are (fingers, n), or (1, n)
+    for what does not differ.
     """
-    known: dict[Any, Real] = {}
-    found = {}
-    for key, transfer in transfers.items():
-        total = total_of(
-            _driven(transfer if np.ndim(factor) == 0 else transfer * factor, drive, known)
-            for factor, drive in terms
-        )
-        found[key] = total + _left(transfer, terms[0][1]) if np.any(transfer.free) else total
-    return found
+
+    def alone(given: Mapping[K, Transfer], parts: Parts) -> Callable[[slice], dict[K, Real]]:
+        def integral() -> Real:
+            if mean_of(parts):
+                raise NotInArraysError("the integral of a drive with a mean has no period")
+            return integral_of(parts, time)
+
+        return respond(given, parts, time, settled=settled, integral=integral, many=True)
+
+    forced = {key: replace(each, free=np.zeros(0)) for key, each in transfers.items()}
+    left = {key: replace(each * 0.0, free=each.free) for key, each in transfers.items() if np.any(each.free)}
+    driven = [(factor, alone(forced, parts)) for factor, parts in terms]
+    driven += [(1.0, alone(left, [NOTHING]))] if left else []
+
+    def through(stretch: slice) -> dict[K, Real]:
+        rows = [(some_cases(factor, stretch), each(stretch)) for factor, each in driven]
+        return {
+            key: total_of(
+                row[key] if np.ndim(factor) == 0 else factor * row[key] for factor, row in rows if key in row
+            )
+            for key in transfers
+        }
+
+    return through
 
 
 def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:
@@ -197,85 +219,3 @@ def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:
         key: replace(each, **{name: some(number) for name, number in vars(each).items()})
         for key, each in transfers.items()
     }
-
-
-def _rows(*arrays: Real) -> list[Real]:
-    """Return arrays (modes,) and (fingers, modes) as arrays of one shape (fingers, modes)."""
-    shape = np.broadcast_shapes(*(np.atleast_2d(each).shape for each in arrays))
-    return [np.broadcast_to(each, shape) for each in arrays]
-
-
-def _driven(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> Real:
-    """Return the response to a drive, without that to charge, shape (fingers or 1, n)."""
-    moments, lags = drive.moments, transfer.static is not None
-    if moments.settled and np.any(weight := integral_weight(transfer)):
-        if drive.mean:
-            raise NotInArraysError("the integral of a drive with a mean has no period")
-        relaxing = _driven(without_integrators(transfer), drive, known)
-        return np.asarray(relaxing + weight * drive.integral)
-    at_once = np.atleast_2d(transfer.direct if transfer.static is None else transfer.static)
-    rates, gains = _rows(transfer.rates, transfer.gains, at_once * np.ones(transfer.rates.shape[-1]))[:2]
-    active = np.any(gains != 0, axis=0)
-    rates, gains = rates[:, active], gains[:, active]
-    state = np.zeros(rates.shape)
-    for place, part in enumerate(drive.repeated()):  # computed once for modes in common
-        key = id(transfer.rates), id(drive), place
-        if key not in known:
-            known[key] = _periodic(part, np.atleast_2d(transfer.rates))
-        state = state + gains * known[key][:, active]
-    if lags:  # gain (x - v) in the place of gain x
-        state = state - gains * drive.voltage[0]
-    if not moments.settled:
-        state = state - gains * _tones_at_start(drive, rates)
-    found = np.zeros((len(rates), len(moments.outputs)))
-    if moments.is_straight or np.any(state):
-        direct = np.broadcast_to(at_once, (len(rates), 1))[:, 0]
-        found = _stepped(drive, rates, gains if lags else gains * rates, direct, state, lags=lags)
-        found = found + transfer.slope * drive.slopes if np.any(transfer.slope) else found
-    if drive.level:
-        found = found + np.atleast_1d(transfer.at(0.0)).real[:, None] * drive.level
-    if len(moments.frequencies):
-        found = found + in_tones(transfer, moments.frequencies, drive.tones, moments.waves)
-    return found
-
-
-def in_tones(transfer: Transfer, frequencies: Real, tones: Complex, waves: Real) -> Real:
-    """Return the response to sines that have always been on, shape (fingers or 1, n).
-
-    `frequencies` (tones,) or (tones, fingers) [Hz]; `tones` (tones,) or (fingers, tones) [V]; `waves` (2 tones, n) or
-    (fingers, 2 tones, n), cosines and minus sines at the outputs.
-    """
-    gain = np.stack([np.atleast_1d(transfer.at(each)) for each in frequencies], axis=1)
-    own = gain * tones
-    shares = np.concatenate([own.real, own.imag], axis=1)
-    return np.asarray(shares @ waves if waves.ndim == 2 else (shares[:, None] @ waves)[:, 0])
-
-
-def _tones_at_start(drive: Excitation, rates: Real) -> Real:
-    """Return the states of modes at time 0 in the steady state of all sines."""
-    tones = zip(drive.moments.frequencies.tolist(), drive.tones.tolist(), strict=True)
-    steady = ((rates * tone / (rates + 2j * np.pi * frequency)).real for frequency, tone in tones)
-    return np.asarray(sum(steady, start=np.zeros(rates.shape)))
-
-
-def _periodic(part: Linear, rates: Real) -> Real:
-    """Return the states of modes (fingers, modes) at the beginning of a period; the drive does not excite trapped charge."""
-    return periodic_state(part, np.where(rates > 0, rates, 1.0).ravel()).reshape(rates.shape)
-
-
-def _left(transfer: Transfer, drive: Excitation) -> Real:
-    """Return the response to charge at time 0; in the periodic state only trapped charge remains."""
-    rates, free = _rows(transfer.rates, transfer.free)
-    left = np.where(rates == 0, free, 0.0) if drive.moments.settled else free
-    nothing = Excitation(drive.moments, np.zeros(len(drive.row)))
-    return _stepped(nothing, rates, np.zeros(rates.shape), np.zeros(len(rates)), left, lags=False)
-
-
-def _stepped(
-    drive: Excitation, rates: Real, residues: Real, direct: Real, state: Real, *, lags: bool
-) -> Real:
-    """Return the response of modes to the straight pieces of a drive at its outputs."""
-    moments, rises = drive.moments, drive.rises if lags else None
-    return first_order_hold_many(
-        rates, residues, direct, state, drive.voltage, moments.steps, rises=rises, places=moments.places
-    )

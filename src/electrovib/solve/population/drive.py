@@ -1,252 +1,123 @@
-"""The drive that fingers share: straight pieces on a grid of all outputs and corners, and sines."""
+"""The drive that fingers share: parts whose amplitudes are linear in the values that differ between fingers."""
 
 from __future__ import annotations
 
-import functools
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
-from electrovib.physics.drive.parts import SLACK, Linear, Smooth, Tones, circling
-from electrovib.solve.population.kernels import TimeSteps, time_steps
-from electrovib.solve.stack.harmonics import drive_mean, settled_integral
+from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
 
-MOST_CORNERS: Final = 200_000
-"""Corners of a drive up to the last output time beyond which fingers are computed one by one."""
-MOST_PIECES: Final = 4096
-"""Straight pieces of one period beyond which the periodic state is computed one by one."""
+Parts: TypeAlias = "Sequence[Linear | Tones]"
+SharedDrive: TypeAlias = "dict[str, Parts]"
+"""A drive as the sum of its values times these parts, by the paths of its parameters; of the empty path the value is 1."""
+Terms: TypeAlias = "list[tuple[Any, Parts]]"
+"""Factors, 1 or a column (fingers, 1), and the parts of drives, whose sum is the drive."""
+MOST_CORNERS: Final = 20_000
+"""Corners of a part up to the last output time beyond which fingers are computed one by one."""
 _SAME: Final = 1e-13
 """Difference over the largest number up to which two drives agree."""
 _LOOKS: Final = ((0.53, 0.75, 0.11), (0.97, 0.51, 0.37), (0.81, 0.93, 0.73))
 """Factors of a value at which a drive is compared with a linear one, for paths in turn; of the largest value for a 0."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Moments:
-    """The times and frequencies of a drive, without its amplitudes.
-
-    Parameters
-    ----------
-    outputs : ndarray, shape (n,)
-        Output times, increasing, >= 0 [s].
-    time : ndarray, shape (m,)
-        Time 0, outputs and corners of the straight pieces, not decreasing; a discontinuity has its time twice [s].
-    places : ndarray of int, shape (n,)
-        Index of each output in `time`.
-    breaks : tuple of ndarray, shape (pieces + 1,)
-        Breaks in one period of each part that has been repeating since long before time 0 [s].
-    frequencies : ndarray, shape (tones,)
-        Frequencies of the sines, which are on at all outputs [Hz]; 0 for a constant.
-    settled, is_straight : bool
-        Whether the drive has been on since long before time 0, and whether it has straight pieces.
-    """
-
-    outputs: Real
-    time: Real
-    places: Indices
-    breaks: tuple[Real, ...]
-    frequencies: Real
-    settled: bool
-    is_straight: bool
-
-    @functools.cached_property
-    def steps(self) -> TimeSteps:
-        """Steps of the grid."""
-        return time_steps(self.time)
-
-    @functools.cached_property
-    def waves(self) -> Real:
-        """Cosines and minus sines of all tones at the outputs, shape (2 tones, n)."""
-        found = [circling(frequency, self.outputs) for frequency in self.frequencies.tolist()]
-        rows = [cosine for cosine, _ in found] + [-sine for _, sine in found]
-        return np.array(rows).reshape(len(rows), len(self.outputs))
-
-    def agrees_with(self, other: Moments) -> bool:
-        """Return whether another drive has the same times and frequencies."""
-        mine, its = ((each.time, each.places, each.frequencies, *each.breaks) for each in (self, other))
-        return len(mine) == len(its) and all(map(np.array_equal, mine, its))
-
-
-class Excitation:
-    """A drive as sums of straight pieces and of sines: its moments, and all of its amplitudes [V] in one row.
-
-    Attributes
-    ----------
-    slopes, integral : ndarray, shape (n,)
-        Rate of change of the straight pieces after each output [V/s]; integral of a settled drive without a mean [V s].
-    rises, voltage : ndarray, shape (m,)
-        Rise from each time of the grid to the next, no difference of large values, and the straight pieces there [V].
-    mean, level : float
-        Mean of a settled drive, and the constant to which all modes have settled at time 0 [V].
-    tones : ndarray of complex, shape (tones,)
-        Amplitudes of the sines [V].
-    """
-
-    def __init__(self, moments: Moments, row: Real) -> None:
-        self.moments, self.row = moments, row
-        outputs, grid, tones = len(moments.outputs), len(moments.time), len(moments.frequencies)
-        parts = np.split(row, np.cumsum([outputs, outputs, grid, grid, 1, 1, tones, tones]))
-        self.slopes, self.integral, self.rises, self.voltage, mean, level, real, imag, self._ends = parts
-        self.mean, self.level, self.tones = float(mean[0]), float(level[0]), real + 1j * imag
-
-    def repeated(self) -> list[Linear]:
-        """Return each repeated part."""
-        rest, found = self._ends, []
-        for times in self.moments.breaks:
-            before, after, rest = np.split(rest, [len(times), 2 * len(times)])
-            found.append(Linear(times, before, after, period=float(times[-1])))
-        return found
-
-    def values(self) -> Real:
-        """Return the drive at its output times [V], shape (n,)."""
-        waves = np.concatenate([self.tones.real, self.tones.imag]) @ self.moments.waves
-        return np.asarray(self.voltage[self.moments.places] + self.level + waves)
-
-
-SharedDrive: TypeAlias = "dict[str, Excitation]"
-"""A drive as the sum of its values times these, by the paths of its parameters; of the empty path the value is 1."""
-
-
-def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
-    """Return a drive as straight pieces and sines.
-
-    `time` (n,) [s].
-    """
-    parts, kind = drive.parts(), type(drive).__name__
-    straight = [part for part in parts if isinstance(part, Linear)]
-    tones = [part for part in parts if isinstance(part, Tones)]
-    if any(isinstance(part, Smooth) for part in parts):
+def parts_of(drive: Drive, end: float) -> Parts:
+    """Return the parts of a drive, straight pieces and sines; `end` is the last output time [s]."""
+    every, kind = drive.parts(), type(drive).__name__
+    parts = [part for part in every if isinstance(part, Linear | Tones)]
+    if len(parts) < len(every):
         raise NotInArraysError(f"{kind} is neither made of straight pieces nor of sines")
-    for part in tones:
-        always = part.start == -np.inf if settled else part.start <= 0
-        if not (always and part.stop > time[-1]):
-            raise NotInArraysError(f"{kind} has sines that are switched within the output times")
-    level = 0.0
-    if settled:
-        level = sum(float(part.after[0]) for part in straight if part.is_step)
-        straight = [part for part in straight if not part.is_step]
-    grid, voltage, places = _grid(straight, time, kind) if straight else _only_outputs(time)
-    rises = _rises(straight, grid, voltage)
-    slopes = sum((part.slope(time) for part in straight), start=np.zeros(len(time)))
-    repeated = straight if settled else []
-    if any(part.period is None or len(part.times) > MOST_PIECES for part in repeated):
-        raise NotInArraysError(f"{kind} has more than {MOST_PIECES} straight pieces in a period")
-    amplitudes = np.concatenate([np.zeros(0), *(part.amplitudes for part in tones)])
-    moments = Moments(
-        outputs=time,
-        time=grid,
-        places=places,
-        breaks=tuple(part.times for part in repeated),
-        frequencies=np.concatenate([np.zeros(0), *(part.frequencies for part in tones)]),
-        settled=settled,
-        is_straight=bool(straight),
-    )
-    ends = [each for part in repeated for each in (part.before, part.after)]
-    mean = drive_mean(drive) if settled else 0.0
-    integral = settled_integral(drive, time) if settled and not mean else np.zeros(len(time))
-    row: list[Any] = [
-        slopes,
-        integral,
-        rises,
-        voltage,
-        [mean, level],
-        amplitudes.real,
-        amplitudes.imag,
-        *ends,
-    ]
-    return Excitation(moments, np.concatenate(row))
-
-
-def _only_outputs(time: Real) -> tuple[Real, Real, Indices]:
-    """Return time 0 and the outputs, at which there is no voltage of straight pieces."""
-    return np.concatenate([[0.0], time]), np.zeros(len(time) + 1), np.arange(1, len(time) + 1)
-
-
-def _grid(parts: Sequence[Linear], time: Real, kind: str) -> tuple[Real, Real, Indices]:
-    """Return outputs and corners, the drive there, and the places of the outputs.
-
-    An output within the rounding of a corner is at that corner, as for one finger.
-    """
-    end = float(time[-1])
-    if sum(part.count_breaks(end) for part in parts) > MOST_CORNERS:
+    if any(part.count_breaks(end) > MOST_CORNERS for part in parts):
         raise NotInArraysError(f"{kind} has more than {MOST_CORNERS} corners up to the last output time")
-    corners = np.unique(np.concatenate([[0.0], *[part.until(end).times for part in parts]]))
-    corners = corners[corners < end * (1 + SLACK)]
-    corners = corners[
-        np.diff(corners, prepend=-1.0) > 2 * SLACK * np.abs(corners)
-    ]  # one point for two that agree
-    after = np.sum([part.value(corners) for part in parts], axis=0)
-    before = after.copy()
-    before[1:] = np.sum([part.value_before(corners[1:]) for part in parts], axis=0)
-    nearest = np.clip(np.searchsorted(corners, time * (1 + SLACK), side="right") - 1, 0, None)
-    met = np.abs(time - corners[nearest]) <= SLACK * np.abs(time)
-    moments = np.where(met, corners[nearest], time)
-    steps = np.flatnonzero(before != after)
-    lone = np.setdiff1d(np.arange(len(corners)), nearest[met])
-    grid = np.concatenate([corners[steps], corners[lone], moments])
-    kinds = np.concatenate([np.zeros(len(steps)), np.ones(len(lone)), np.full(len(moments), 2.0)])
-    values = [before[steps], after[lone], np.sum([part.value(moments) for part in parts], axis=0)]
-    order = np.lexsort((kinds, grid))
-    places = np.flatnonzero(kinds[order] == 2)
-    return grid[order], np.concatenate(values)[order], places
+    return parts
 
 
-def _rises(parts: Sequence[Linear], grid: Real, voltage: Real) -> Real:
-    """Return the rise of straight pieces from each time of a grid to the next [V], shape (m,)."""
-    steps = np.diff(grid)
-    slopes = sum((part.slope(grid[:-1] + steps / 2) for part in parts), start=np.zeros(len(steps)))
-    return np.append(np.where(steps > 0, slopes * steps, np.diff(voltage)), 0.0)
-
-
-def shared_drive(scenario: Scenario, begin: Mapping[str, float], time: Real, *, settled: bool) -> SharedDrive:
+def shared_drive(scenario: Scenario, begin: Mapping[str, float], end: float) -> SharedDrive:
     """Find the fixed drives whose sum is the drive of every finger, with the values of its free parameters in the scenario.
 
-    `time` (n,) [s].
+    `end` is the last output time [s].
     """
-    base = excitation(scenario.drive, time, settled=settled)
+    parts = parts_of(scenario.drive, end)
     if not begin:
-        return {"": base}
-    slopes, rest = {}, base.row
-    own = slice(2 * len(time) + len(base.moments.time), None)  # what precedes it follows from it
+        return {"": parts}
+    base = _amplitudes(parts)
+    slopes, rest = {}, base
     for path in begin:
         nudged = 0.5 * begin[path] or 0.5 * quantity_at(scenario, path).high
-        other = _with(scenario, {**begin, path: nudged}, base)  # a level may follow another
-        slopes[path] = (other.row - base.row) / (nudged - begin[path])
+        other = _with(scenario, {**begin, path: nudged}, parts, end)  # a level may follow another
+        slopes[path] = (other - base) / (nudged - begin[path])
         rest = rest - slopes[path] * begin[path]
-    sizes = [float(np.max(np.abs(slope[own]))) * abs(begin[path]) for path, slope in slopes.items()]
-    size = max([float(np.max(np.abs(base.row[own]), initial=0.0)), *sizes])
+    sizes = [float(np.max(np.abs(slope))) * abs(begin[path]) for path, slope in slopes.items()]
+    size = max([float(np.max(np.abs(base), initial=0.0)), *sizes])
     for look in _LOOKS:
         point = {
             path: begin[path] * look[place % 2] or look[2] * quantity_at(scenario, path).high
             for place, path in enumerate(begin)
         }
         expected = rest + sum(slopes[path] * point[path] for path in begin)
-        seen = _with(scenario, point, base).row[own]
-        if np.any(np.abs(seen - expected[own]) > _SAME * max(size, float(np.max(np.abs(seen), initial=0.0)))):
+        seen = _with(scenario, point, parts, end)
+        if np.any(np.abs(seen - expected) > _SAME * max(size, float(np.max(np.abs(seen), initial=0.0)))):
             raise NotInArraysError(f"the drive is not linear in {', '.join(begin)}")
-    rows = slopes if np.all(np.abs(rest[own]) <= _SAME * size) else {"": rest} | slopes
-    return {path: Excitation(base.moments, row) for path, row in rows.items()}
+    rows = slopes if np.all(np.abs(rest) <= _SAME * size) else {"": rest} | slopes
+    return {path: _with_amplitudes(parts, row) for path, row in rows.items()}
 
 
-def _with(scenario: Scenario, point: Mapping[str, float], base: Excitation) -> Excitation:
-    """Return the drive at other values of its parameters, which has to have the moments of the first."""
+def _with(scenario: Scenario, point: Mapping[str, float], base: Parts, end: float) -> Real:
+    """Return the amplitudes of the drive at other values of its parameters, which has to have the same times and frequencies."""
     try:
         changed = scenario.replace(dict(point)).drive
     except InputError as error:
         listed = ", ".join(point)
         raise NotInArraysError(f"the range of {listed} depends on other parameters: {error}") from None
-    found = excitation(changed, base.moments.outputs, settled=base.moments.settled)
-    if not found.moments.agrees_with(base.moments):
+    parts = parts_of(changed, end)
+    mine, its = (_moments(each) for each in (base, parts))
+    if len(mine) != len(its) or not all(map(np.array_equal, mine, its)):
         raise NotInArraysError(f"{', '.join(point)} changes more of the drive than its amplitude")
+    return _amplitudes(parts)
+
+
+def _moments(parts: Parts) -> list[Any]:
+    """Return the times [s] and frequencies [Hz] of parts."""
+    return [
+        each
+        for part in parts
+        for each in (part.times if isinstance(part, Linear) else part.frequencies, part.start, part.stop)
+    ]
+
+
+def _amplitudes(parts: Parts) -> Real:
+    """Return all amplitudes of parts in one row [V]."""
+    rows = [
+        each
+        for part in parts
+        for each in (
+            (part.before, part.after)
+            if isinstance(part, Linear)
+            else (part.amplitudes.real, part.amplitudes.imag)
+        )
+    ]
+    return np.concatenate(rows)
+
+
+def _with_amplitudes(parts: Parts, row: Real) -> Parts:
+    """Return parts with other amplitudes, from one row [V]."""
+    found: list[Linear | Tones] = []
+    for part in parts:
+        count = len(part.times if isinstance(part, Linear) else part.frequencies)
+        first, second, row = np.split(row, [count, 2 * count])
+        if isinstance(part, Linear):
+            found.append(replace(part, before=first, after=second))
+        else:
+            found.append(replace(part, amplitudes=first + 1j * second))
     return found

@@ -12,22 +12,30 @@ from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
 from electrovib.solve.electrics.over_frequency import over_frequency
+from electrovib.solve.electrics.rows import some_cases
 from electrovib.solve.one_by_one import KERNEL, ParametricScenario, over_which
-from electrovib.solve.population.arrays import asked_of, has_modes, over_time, refuse_beyond_arrays, some_of
+from electrovib.solve.population.arrays import (
+    asked_of,
+    has_modes,
+    over_time,
+    refuse_beyond_arrays,
+    respond_to,
+    some_of,
+)
 from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
-from electrovib.solve.population.drive import SharedDrive, excitation, shared_drive
-from electrovib.solve.population.kernels import kernel_name
+from electrovib.solve.population.drive import SharedDrive, parts_of, shared_drive
 from electrovib.solve.stack.expand import modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.drive import Terms
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
 
@@ -40,7 +48,7 @@ GRIDS: Final = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
 STACKS: Final = 1024
 """Fingers whose modes are in memory together."""
-RESPONSES: Final = 1 << 16
+RESPONSES: Final = 1 << 17
 """Numbers of the responses in memory together, about."""
 FEWEST: Final = 64
 """Smallest number of fingers whose responses are computed together."""
@@ -89,7 +97,7 @@ class Population:
     method : str
         How the fingers are computed, together or one by one, and why.
     kernel : str
-        Kernel over fingers on which the last bits of the numbers depend.
+        What computes the signals, on whose version the last bits of the numbers depend.
     free, names : tuple of str
         Paths that differ between fingers; signals.
     time : ndarray, shape (n,), or None
@@ -132,7 +140,7 @@ class Population:
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
         self._lock = Lock()  # one scenario at a time is prepared for fingers that are solved one by one
-        self.method, self.kernel = TOGETHER, kernel_name()
+        self.method, self.kernel = TOGETHER, f"numpy {np.__version__}"
         self.drive: SharedDrive | None = None
         try:
             self._prepare()
@@ -225,16 +233,16 @@ class Population:
         if absent := [path for path in free if not isinstance(begin[path], float)]:
             raise NotInArraysError(f"{absent[0]} has no value in the scenario")
         of_drive = {path: begin[path] for path in free if path.startswith("drive.")}
-        settled, band = scenario.time.settled, time if self._band is None else self._band
+        band = time if self._band is None else self._band
         self._largest: Any = scenario.drive.largest() if time is None else 0.0
         if time is not None or of_drive:
-            times = scenario.time.times(scenario.drive) if time is None else time
+            end = float((scenario.time.times(scenario.drive) if time is None else time)[-1])
             try:
-                self.drive = shared_drive(scenario, of_drive, times, settled=settled)
+                self.drive = shared_drive(scenario, of_drive, end)
             except NotInArraysError:  # each finger may have a drive of its own
                 if time is None or not scenario.force.causal:
                     raise
-                excitation(scenario.drive, times, settled=settled)
+                parts_of(scenario.drive, end)
         if time is None and self.drive is not None:
             self._largest = _largest_per_parameter(scenario, self.drive, begin)
         self._reduced = {}
@@ -253,17 +261,16 @@ class Population:
         asked = self.asked(with_columns(self.scenario, inner))
         outputs = self.frequency if self.time is None else self.time
         assert outputs is not None
-        at_once = max(FEWEST, RESPONSES // len(outputs))
+        at_once, respond = max(FEWEST, RESPONSES // len(outputs)), self._responses(asked, columns)
         for first in range(0, count, at_once):
             part = slice(first, min(first + at_once, count))
             some = with_columns(self.scenario, {path: each[part] for path, each in inner.items()})
             mine = {path: each[part] for path, each in columns.items()}
-            driven = self._driven(mine)
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 found = (
                     self._over_frequency(some, mine)
                     if self.time is None
-                    else over_time(some, some_of(asked, part), driven, self.names)
+                    else over_time(some, *respond(part), self.names, self.time)
                 )
             size = part.stop - first
             for name, each in found.items():
@@ -271,22 +278,38 @@ class Population:
                 found[name] = np.broadcast_to(each, (size, *each.shape[each.ndim - axes :]))
             yield found, size
 
-    def _driven(self, columns: Mapping[str, Real]) -> list[tuple[slice, list[Any]]]:
-        """Return ranges of fingers, and the factors and drives that add up to the drive of each range."""
-        if self.time is None:
-            return []
+    def _responses(
+        self, asked: Mapping[Key, Transfer], columns: Mapping[str, Real]
+    ) -> Callable[[slice], tuple[list[dict[Key, Real]], list[Terms]]]:
+        """Return the responses and drives of a range of fingers: of all together, or of each where it has a drive of its own."""
+        time, settled = self.time, self.scenario.time.settled
+        if time is None:
+            return lambda _: ([], [])
         if self.drive is not None:
-            return [(slice(None), [(columns.get(path, 1.0), each) for path, each in self.drive.items()])]
-        settled, found = self.scenario.time.settled, []
-        mine = {path: values[:, 0].tolist() for path, values in columns.items() if path.startswith("drive.")}
-        for finger, values in enumerate(zip(*mine.values(), strict=True)):
-            with self._lock:
-                drive = self.prepared.scenario(dict(zip(mine, values, strict=True))).drive
-            if settled:
-                refuse_unrepeated(drive)
-            own = excitation(drive, self.time, settled=settled)
-            found.append((slice(finger, finger + 1), [(1.0, own)]))
-        return found
+            terms = [(columns.get(path, 1.0), parts) for path, parts in self.drive.items()]
+            whole = respond_to(asked, terms, time, settled=settled)
+            return lambda part: ([whole(part)], [[(some_cases(each, part), parts) for each, parts in terms]])
+        mine = {path: values[:, 0] for path, values in columns.items() if path.startswith("drive.")}
+
+        def alone(part: slice) -> tuple[list[dict[Key, Real]], list[Terms]]:
+            drives = [
+                self._terms({path: float(each[at]) for path, each in mine.items()})
+                for at in range(part.start, part.stop)
+            ]
+            members = (some_of(asked, slice(finger, finger + 1)) for finger in range(part.start, part.stop))
+            given = zip(members, drives, strict=True)
+            return [respond_to(*each, time, settled=settled)(slice(0, 1)) for each in given], drives
+
+        return alone
+
+    def _terms(self, values: Mapping[str, float]) -> Terms:
+        """Return the drive of one finger."""
+        assert self.time is not None
+        with self._lock:
+            drive = self.prepared.scenario(values).drive
+        if self.scenario.time.settled:
+            refuse_unrepeated(drive)
+        return [(1.0, parts_of(drive, float(self.time[-1])))]
 
     def _over_frequency(self, member: Scenario, columns: Mapping[str, Real]) -> dict[str, Any]:
         """Return the signals over frequency of some fingers."""

@@ -21,7 +21,6 @@ from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import Solution, fields, linear_quantities, name_interface
 from electrovib.solve.expanded import LATER_PERIODS, Record
 from electrovib.solve.mechanics.mechanical import mechanical
-from electrovib.solve.population.arrays import in_tones
 from electrovib.solve.population.fingers import TOGETHER, Population
 from electrovib.solve.quantities.answer import QuantityNumbers, answer, judged
 from electrovib.solve.quantities.resolve import (
@@ -359,4 +358,8 @@ class _Cases:
         phases = 2 * np.pi * frequencies[:, :, None] * times[:, None]
         waves = np.concatenate([np.cos(phases), -np.sin(phases)], axis=1)
         asked = {**transfers, "drive_voltage": _DRIVE}
-        return {name: in_tones(each, frequencies.T, tones, waves) for name, each in asked.items()}
+        found = {}
+        for name, each in asked.items():
+            own = np.stack([np.atleast_1d(each.at(some)) for some in frequencies.T], axis=1) * tones
+            found[name] = (np.concatenate([own.real, own.imag], axis=1)[:, None] @ waves)[:, 0]
+        return found

@@ -7,15 +7,13 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import SLACK
 from electrovib.solve.population import population
-from electrovib.solve.population.arrays import respond
-from electrovib.solve.population.drive import excitation
+from electrovib.solve.population.arrays import respond_to
+from electrovib.solve.population.drive import parts_of
 from electrovib.solve.population.fingers import _agree
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integrated
 
 SQUARE = {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}
-TRAPEZIUM = {"model": "Trapezium", "high": 100.0, "rise": 0.01, "hold": 0.01, "fall": 0.02}
 SLOPE = (1000.001 - 1000.0) / 1.0
 NONE = np.zeros(0)
 
@@ -28,57 +26,44 @@ def slow_ramp():
     return drive_of("Trapezium", low=1000.0, high=1000.001, rise=1.0, hold=1.0, fall=1.0)
 
 
-def assert_adds_up(found):
-    """Rises add up to the voltage, over jumps and corners too."""
-    expected = found.voltage[1:]
-    assert np.allclose(found.voltage[0] + np.cumsum(found.rises)[:-1], expected, rtol=0, atol=1e-10)
+def responded(transfer, terms, time, settled=False):
+    """The response of one quantity."""
+    return respond_to({"x": transfer}, terms, time, settled=settled)(slice(None))["x"]
 
 
-def test_rises_and_currents_keep_their_digits_beside_a_large_voltage():
-    """A slope of 1e-3 V/s at 1 kV rises by 1e-9 V in a step: the difference of the voltages would have four digits.
+def parts(model, **given):
+    return parts_of(drive_of(model, **given), 1.0)
 
-    A capacitor behind a resistor passes slope/rate of a slow ramp, whatever the voltage it starts from.
-    """
-    found = excitation(slow_ramp(), np.linspace(0.0, 0.9, 900_001)[::1000], settled=False)
-    steps = np.diff(found.moments.time)
-    assert np.allclose(found.rises[:-1][steps > 0], SLOPE * steps[steps > 0], rtol=1e-12, atol=0)
-    assert found.rises[-1] == 0
+
+def test_currents_keep_their_digits_beside_a_large_voltage():
+    """A capacitor behind a resistor passes slope/rate of a slow ramp, whatever the voltage it starts from."""
     time, rate = np.linspace(0.0, 0.9, 901), 1e6
     current = Transfer(rates=np.array([rate]), gains=np.array([-1.0]), direct=1.0, static=0.0)
-    found = respond({"current": current}, [(1.0, excitation(slow_ramp(), time, settled=False))])["current"]
+    found = responded(current, [(1.0, slow_ramp().parts())], time)
     assert np.allclose(found[0, 2:], SLOPE / rate, rtol=1e-11, atol=0)
 
 
-def test_rises_add_up_to_the_voltage_over_jumps_and_nearly_equal_corners():
-    """Of two corners that nearly agree the earlier one is kept, where the slope of the other has not begun."""
-    time, drive = np.linspace(0.0, 0.05, 83), drive_of(**SQUARE)
-    found = excitation(drive, time, settled=False)
-    assert np.any(np.diff(found.moments.time) == 0)
-    assert_adds_up(found)
-    assert np.array_equal(found.values(), drive.voltage(time))
-    drives = [TRAPEZIUM | {"delay": delay} for delay in (1e-3, 1e-3 * (1 + 1.5 * SLACK))]
-    assert_adds_up(excitation(drive_of("Sum", drives=drives), np.array([0.0, 0.02, 0.05]), settled=False))
-
-
-def test_corners_that_two_drives_share_up_to_rounding_are_one(fingers):
-    """Every third corner of one is a corner of the other; as two corners they would be two jumps of both."""
+def test_corners_that_two_drives_share_up_to_rounding_agree(fingers):
+    """Every third corner of one is a corner of the other."""
     drives = [SQUARE, SQUARE | {"frequency": 180.0}]
     member = ev.load("vezzoli_2014/fig6_gap").replace({"drive": {"model": "Sum", "drives": drives}})
     time = np.linspace(0.0, 0.2, 331)
-    gaps = np.diff(excitation(member.drive, time, settled=False).moments.time)
-    assert not np.any((gaps > 0) & (gaps < 1e-12))
     fingers.assert_together(member, ["stack.gap.thickness"], ["current", "field"], time=time)
 
 
-def test_a_burst_that_outlasts_the_outputs_is_a_sine_and_one_that_is_switched_within_is_none():
-    time, burst = np.linspace(0.0, 0.02, 41), {"amplitude": 3.0, "frequency": 200.0}
-    whole = drive_of("Burst", **burst, cycles=5)
-    assert np.allclose(
-        excitation(whole, time, settled=False).values(), whole.voltage(time), rtol=0, atol=1e-13
-    )
-    for delay, cycles in ((0.0, 2), (1e-3, 9)):
-        with pytest.raises(NotInArraysError, match="switched within"):
-            excitation(drive_of("Burst", **burst, cycles=cycles, delay=delay), time, settled=False)
+@pytest.mark.parametrize(("delay", "cycles"), [(0.0, 2), (1e-3, 9), (0.0, 5)])
+def test_sines_that_are_switched_within_the_outputs_agree(fingers, delay, cycles):
+    burst = {"model": "Burst", "amplitude": 30.0, "frequency": 200.0, "delay": delay, "cycles": cycles}
+    member, free = ev.load("vezzoli_2014/fig6_gap").replace({"drive": burst}), ["stack.gap.thickness"]
+    names = ("electrostatic_force", "current", "drive_voltage")
+    fingers.assert_together(member, [*free, "drive.amplitude"], names, time=np.linspace(0.0, 0.02, 41))
+
+
+def test_a_drive_of_very_many_corners_and_one_of_a_formula_are_one_by_one():
+    with pytest.raises(NotInArraysError, match="20000 corners"):
+        parts("Square", high=1.0, low=0.0, frequency=11_000.0)
+    with pytest.raises(NotInArraysError, match="neither"):
+        parts("Chirp", amplitude=1.0, first=10.0, last=20.0, length=1.0)
 
 
 def test_a_current_with_a_mean_has_no_periodic_state_in_arrays():
@@ -101,11 +86,11 @@ def test_a_drive_with_a_mean_is_not_integrated_for_ever():
     """The integral of a periodic drive is periodic only without a mean."""
     charge = integrated(Transfer(rates=NONE, gains=NONE, direct=2.0))
     drives = (drive_of("Square", frequency=50.0, high=1.0, low=low) for low in (-1.0, 0.0))
-    even, uneven = (excitation(each, np.linspace(0, 0.02, 41), settled=True) for each in drives)
-    found = respond({"charge": charge}, [(np.array([[3.0]]), even)])["charge"]
+    (even, uneven), time = (each.parts() for each in drives), np.linspace(0, 0.02, 41)
+    found = responded(charge, [(np.array([[3.0]]), even)], time, settled=True)
     assert np.max(found) == pytest.approx(2 * 3 * 0.01 / 2, rel=1e-12)
     with pytest.raises(NotInArraysError, match="mean"):
-        respond({"charge": charge}, [(1.0, uneven)])
+        responded(charge, [(1.0, uneven)], time, settled=True)
 
 
 @pytest.mark.parametrize("is_settled", [False, True])
@@ -113,11 +98,11 @@ def test_a_mode_that_one_finger_does_not_excite_responds_in_the_others(is_settle
     rates = np.array([[3.0, 400.0], [5.0, 600.0], [7.0, 90.0]])
     gains = np.array([[0.0, 1.0], [2.0, 1.0], [3.0, 0.0]])
     direct, free = np.array([[0.1], [0.2], [0.3]]), np.array([[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
-    drive = excitation(drive_of(**SQUARE), np.linspace(0.0, 0.05, 41), settled=is_settled)
-    found = respond({"x": Transfer(rates=rates, gains=gains, direct=direct, free=free)}, [(1.0, drive)])["x"]
+    given = [(1.0, parts(**SQUARE))], np.linspace(0.0, 0.05, 41), is_settled
+    found = responded(Transfer(rates=rates, gains=gains, direct=direct, free=free), *given)
     for each in range(3):
         own = {"gains": gains[each], "direct": float(direct[each, 0]), "free": free[each]}
-        expected = respond({"x": Transfer(rates=rates[each], **own)}, [(1.0, drive)])["x"][0]
+        expected = responded(Transfer(rates=rates[each], **own), *given)[0]
         assert np.max(np.abs(found[each] - expected)) <= 1e-12 * np.max(np.abs(expected))
 
 

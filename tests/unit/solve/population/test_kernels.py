@@ -1,27 +1,21 @@
-"""Many fingers: responses, quantiles and histograms, parts on threads, and compiled code without a folder for it."""
+"""Many fingers: quantiles and histograms, parts on threads, and compiled code without a folder for it."""
 
 import sys
 
 import numba
 import numpy as np
 import pytest
-from plain_recursion import march_loop
 
 from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels import (
     Histogram,
-    first_order_hold_many,
     kernel,
     kernel_name,
     loops,
     plain,
     quantiles,
-    time_steps,
 )
 from electrovib.solve.population.kernels.percentiles import in_threads, ranges, thread_count
-from electrovib.solve.recursion import hold_weights
-
-SAME = 1e-12
 
 
 @pytest.fixture(autouse=True, params=["compiled", "as arrays"])
@@ -30,121 +24,6 @@ def loop(request, monkeypatch):
     if request.param == "as arrays":
         monkeypatch.setitem(sys.modules, "numba", None)
     return kernel_name(), kernel()
-
-
-END = 7e-3
-SPREAD = np.random.default_rng(1).exponential(1e-5, 700)
-TIMES = {
-    "even": np.linspace(0.0, END, 700),
-    "corners": np.unique([*np.linspace(0, END, 500), 1e-5 * np.pi, 2e-3, 2.0000123e-3, 6.9e-3]),
-    "discontinuous": np.insert(
-        np.linspace(0.0, END, 300), [5, 100, 100], [END * 4 / 299, END * 99 / 299, END * 99 / 299]
-    ),
-    "uneven": np.cumsum(SPREAD),  # more kinds of steps than weights are kept for
-}
-
-
-def some_fingers(seed, fingers, modes):
-    """Rates over nine decades, residues of both signs, states that are not at rest."""
-    random = np.random.default_rng(seed)
-    rates = 10 ** random.uniform(-2, 7, (fingers, modes))
-    given = {"rates": rates, "residues": random.normal(size=(fingers, modes)) * rates}
-    return given | {"direct": random.normal(size=fingers), "state": random.normal(size=(fingers, modes))}
-
-
-def drive(times):
-    return np.random.default_rng(2).normal(size=times.size)
-
-
-@pytest.mark.parametrize(("fingers", "modes"), [(11, 1), (11, 12), (70, 7)])
-@pytest.mark.parametrize("kind", TIMES)
-def test_responses_are_those_of_the_plain_loop(kind, fingers, modes):
-    """70 in more than one tile, with modes that fill up the row and modes that charge alone excites."""
-    given, times = some_fingers(3, fingers, modes), TIMES[kind]
-    if fingers == 70:
-        given["residues"][::3, 2] = 0.0
-    voltage = drive(times)
-    found = first_order_hold_many(**given, voltage=voltage, time=times)
-    assert found.shape == (fingers, times.size)
-    for finger in range(0, fingers, 1 + fingers // 20):
-        rates, state = given["rates"][finger], given["state"][finger]
-        gains = given["residues"][finger] / rates
-        idle = gains == 0
-        start = np.where(idle, 0.0, state / np.where(idle, 1.0, gains))
-        pieces = voltage[:-1], voltage[1:], np.diff(times)
-        expected = march_loop(-rates, [gains], [given["direct"][finger]], *pieces, start)[0][0]
-        expected += (state * np.exp(-np.multiply.outer(times - times[0], rates)))[:, idle].sum(axis=1)
-        assert np.max(np.abs(found[finger] - expected)) <= SAME * np.max(np.abs(expected))
-
-
-@pytest.mark.parametrize("kind", TIMES)
-def test_the_lag_of_a_mode_behind_the_drive(kind):
-    """direct v + sum residue s is (direct + sum gain) v + sum gain (rate s - v), whatever the steps and jumps."""
-    given, times = some_fingers(8, 70, 3), TIMES[kind]
-    given["state"][:] = 0.0
-    voltage, gains = drive(times), given["residues"] / given["rates"]
-    expected = first_order_hold_many(**given, voltage=voltage, time=times)
-    given |= {"residues": gains, "direct": given["direct"] + gains.sum(axis=1), "state": -gains * voltage[0]}
-    rises = np.append(np.diff(voltage), 0.0)
-    found = first_order_hold_many(**given, voltage=voltage, time=times, rises=rises)
-    assert np.max(np.abs(found - expected)) <= SAME * np.max(np.abs(expected))
-
-
-def test_a_rate_of_zero_integrates_trapped_charge_stays_and_one_time_is_the_state():
-    times = np.linspace(0, 1, 101)
-    given = {"rates": [[0.0, 0.0]], "residues": [[2.0, 0.0]], "direct": [0.0], "state": [[0.0, 5.0]]}
-    found = first_order_hold_many(**given, voltage=times, time=times)[0]
-    assert np.allclose(found, times**2 + 5, rtol=1e-14, atol=0)
-    found = first_order_hold_many([[1.0, 2.0]], [[1.0, 1.0]], [2.0], [[3.0, 4.0]], [10.0], [0.0])
-    assert found.tolist() == [[27.0]]
-
-
-@pytest.mark.parametrize("kind", ["even", "corners"])
-def test_a_finger_does_not_depend_on_the_company(kind):
-    given, times = some_fingers(5, 1100, 5), TIMES[kind]
-    shared = {"voltage": drive(times), "time": times}
-    found = first_order_hold_many(**given, **shared)
-    for part in (slice(0, 1), slice(3, 4), slice(5, 42), slice(1023, 1030), slice(1097, 1100)):
-        some = {name: values[part] for name, values in given.items()}
-        assert np.array_equal(first_order_hold_many(**some, **shared), found[part])
-
-
-def test_digits_are_kept():
-    """Of a lag where the mode follows; of slow modes over long records, and over short ones.
-
-    Behind a ramp of 1 V/s a mode lags by 1/rate, 1e-9 of the drive. The response of a slow mode to 1 V from rest is one
-    exponential. Rounding is compensated once it has accumulated, not before.
-    """
-    times, rises = np.linspace(0.0, 1.0, 1001), np.append(np.full(1000, 1e-3), 0.0)
-    found = first_order_hold_many([[1e9]], [[1.0]], [0.0], [[0.0]], times, times, rises=rises)
-    assert np.allclose(found[0, 1:], -1e-9, rtol=1e-13, atol=0)
-
-    times, rates = np.arange(60_001) * 1e-6, np.array([[1.0, 7.0], [30.0, 0.1]])
-    found = first_order_hold_many(rates, rates, [0.0, 0.0], np.zeros((2, 2)), np.ones(times.size), times)
-    expected = -np.expm1(-rates[:, :, np.newaxis] * times).sum(axis=1)
-    assert np.max(np.abs(found - expected) / np.max(expected, axis=1, keepdims=True)) < 2e-13
-
-    times, rates = np.arange(20) * 1e-6, np.linspace(10.0, 900.0, 40)[:, np.newaxis]
-    nothing = np.zeros(rates.shape)
-    found = first_order_hold_many(rates, nothing, np.zeros(40), nothing + 1.0, np.zeros(20), times)
-    assert np.max(np.abs(found / np.exp(-rates * times) - 1)) < 4e-15
-
-
-def test_weights_of_a_step_are_those_of_the_hold():
-    z = np.geomspace(1e-12, 1e4, 500)
-    decay, first, last = hold_weights(-z)
-    found = np.array([loops.step_weights.py_func(each, 1.0, np.exp(-each)) for each in z.tolist()]).T
-    assert np.allclose(found[0], decay, rtol=2e-14, atol=0)
-    for weight, expected in zip(found[1:], (first, last, -np.expm1(-z)), strict=True):
-        assert np.allclose(weight * z, expected, rtol=4e-15, atol=0)
-
-
-def test_equal_steps_count_once():
-    assert time_steps(0.3 + np.linspace(0, 1e-2, 1001)).duration.size == 1
-    steps = time_steps([0.0, 0.0, 1.0, 2.0, 2.5, 3.0])
-    assert steps.duration.tolist() == [0.0, 0.5, 1.0]
-    assert steps.kind.tolist() == [0, 2, 2, 1, 1]
-    assert time_steps([1.0]).kind.size == 0
 
 
 PROBABILITIES = [0.0, 0.05, 0.5, 0.5001, 0.95, 1.0]
