@@ -1,0 +1,99 @@
+"""Heights of a randomly rough surface with a declared self-affine spectrum, periodic on a grid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from electrovib.core.arrays import Indices, Numbers, Real
+from electrovib.core.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelfAffine:
+    """Isotropic roughness whose power per wave vector is constant up to a wave number and falls with q^(-2 - 2 H) above it.
+
+    `rms` height [m]; `hurst` exponent H; wavelengths [m]: the `longest`, that of the `roll_off`, the `shortest`. Phases are
+    random and amplitudes are not, so that every draw has the declared rms height; many waves make Gaussian heights.
+    """
+
+    rms: float
+    hurst: float
+    longest: float
+    roll_off: float
+    shortest: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is no spectrum."""
+        if not 0 < self.rms < math.inf:
+            raise InputError(f"rms = {self.rms}: an rms height is finite and above 0, for instance 5e-6 m")
+        if not 0 <= self.hurst <= 1:
+            raise InputError(f"hurst = {self.hurst}: a Hurst exponent is from 0 to 1, for instance 0.8")
+        if not 0 < self.shortest <= self.roll_off <= self.longest < math.inf:
+            raise InputError(
+                f"longest = {self.longest}, roll_off = {self.roll_off}, shortest = {self.shortest}: wavelengths fall in this"
+                " order, for instance 1e-3, 2.5e-4 and 1e-5 m"
+            )
+
+    def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
+        """Return heights [m] with mean 0 on a grid of periods [m].
+
+        A finer grid shows the same surface, and a smaller `shortest` adds waves to those of a larger one.
+        """
+        waves = self._waves(periods)
+        needed = tuple(2 * int(np.abs(order).max()) + 1 for order in (waves.rows, waves.columns))
+        if any(length < least for length, least in zip(shape, needed, strict=True)):
+            raise InputError(
+                f"shape = {shape}: at least {needed} points are needed for a shortest wavelength of {self.shortest} m"
+            )
+        phases = _phases(waves, seed)
+        spectrum = np.zeros((shape[0], shape[1] // 2 + 1), dtype=complex)
+        spectrum[waves.rows, waves.columns] = waves.amplitudes * np.exp(1j * phases)
+        alone = (waves.columns == 0) & (waves.rows > 0)  # the other half of these waves is in the grid too
+        spectrum[-waves.rows[alone], 0] = spectrum[waves.rows[alone], 0].conj()
+        heights: Real = np.fft.irfft2(spectrum, s=shape, norm="forward")
+        return heights
+
+    def rms_slope(self, periods: tuple[float, float]) -> float:
+        """Return the root mean square of the gradient of every draw [1], by Parseval's theorem."""
+        waves = self._waves(periods)
+        return math.sqrt(2 * float(np.sum((waves.numbers * waves.amplitudes) ** 2)))
+
+    def _waves(self, periods: tuple[float, float]) -> _Waves:
+        """Return the waves with a wavelength in the range, one of each pair q, -q."""
+        most = [int(period / self.shortest * (1 + 1e-12)) for period in periods]
+        rows, columns = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(most[1] + 1), indexing="ij")
+        numbers = 2 * math.pi * np.hypot(rows / periods[0], columns / periods[1])
+        low, corner, high = (2 * math.pi / length for length in (self.longest, self.roll_off, self.shortest))
+        slack = 1 + 1e-12
+        kept = (numbers >= low / slack) & (numbers <= high * slack) & ((columns > 0) | (rows > 0))
+        if not kept.any():
+            raise InputError(
+                f"longest = {self.longest}, shortest = {self.shortest}: no wave of this range fits into periods of {periods} m"
+            )
+        amplitudes = np.maximum(numbers[kept] / corner, 1.0) ** (-1 - self.hurst)
+        amplitudes *= self.rms / math.sqrt(2 * float(np.sum(amplitudes**2)))
+        return _Waves(rows[kept], columns[kept], numbers[kept], amplitudes)
+
+
+class _Waves(NamedTuple):
+    """Periods in the cell along both axes, wave numbers [1/m], and half the amplitude [m] of each wave."""
+
+    rows: Indices
+    columns: Indices
+    numbers: Real
+    amplitudes: Real
+
+
+def _phases(waves: _Waves, seed: int) -> Numbers:
+    """Return a phase for each wave, the same however many shorter ones there are."""
+    shell = np.maximum(np.abs(waves.rows), waves.columns)
+    reach = int(shell.max())
+    drawn = np.random.default_rng(seed).uniform(0.0, 2 * math.pi, (reach + 1) * (2 * reach + 1))
+    # of the shells below there are n (2 n - 1); within one, first the column of the shell's number, then its rows on both sides
+    beside = waves.columns == shell
+    place = np.where(beside, waves.rows + shell, 2 * shell + 1 + 2 * waves.columns + (waves.rows > 0))
+    return np.asarray(drawn[shell * (2 * shell - 1) + place])

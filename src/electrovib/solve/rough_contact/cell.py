@@ -1,0 +1,93 @@
+"""One period of the contact on a grid: between pressure and displacement by Fourier transforms, exact or in single precision.
+
+Transforms in single precision serve where an approximate answer is enough: for corrections that the exact operator then
+judges, and for preconditioners.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from electrovib.core.arrays import Numbers, Real
+
+WORKERS = 2
+"""Threads of a transform."""
+LEVELLING = 2.0
+"""Compliance of the mean in `roughly`, over that of the longest wave: the mean is held by the places of contact."""
+
+Compliance = Callable[[Real], Real]
+"""Displacement per pressure [m/Pa] at wave numbers [1/m]."""
+
+
+class Cell:
+    """A periodic grid of a shape, its periods [m], the compliance, and the stiffness of a spring behind the mean [Pa/m].
+
+    `soft` and `stiff` are displacement per pressure and its inverse at the wave numbers of a real transform.
+    `exact` and `single` count transforms there and back.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        periods: tuple[float, float],
+        compliance: Compliance,
+        *,
+        spring: float = 0.0,
+    ) -> None:
+        self.shape, self.periods = shape, periods
+        self._compliance, self._spring = compliance, spring
+        steps = [2 * math.pi * length / period for length, period in zip(shape, periods, strict=True)]
+        wavenumber = np.hypot(
+            steps[0] * np.fft.fftfreq(shape[0])[:, None], steps[1] * np.fft.rfftfreq(shape[1])[None, :]
+        )
+        wavenumber[0, 0] = 1.0
+        self.soft = compliance(wavenumber)
+        self.stiff = 1 / self.soft
+        self.soft[0, 0], self.stiff[0, 0] = 0.0, spring
+        self._soft, self._stiff, self._levelled = (
+            each.astype(np.float32) for each in (self.soft, self.stiff, self.soft)
+        )
+        softest = LEVELLING * float(self.soft.max())
+        self._levelled[0, 0] = 1 / spring if spring * softest > 1 else softest
+        self.exact = self.single = 0.0
+
+    def coarser(self) -> Cell:
+        """The same period on every other point."""
+        rows, columns = self.shape
+        return Cell((rows // 2, columns // 2), self.periods, self._compliance, spring=self._spring)
+
+    def displacement(self, pressure: Real) -> Real:
+        """Return the displacement into the body under a pressure, with mean 0."""
+        self.exact += 1
+        return self._through(pressure, self.soft)
+
+    def pressure(self, displacement: Real) -> Real:
+        """Return the pressure of a displacement, with the mean that the spring gives."""
+        self.exact += 1
+        return self._through(displacement, self.stiff)
+
+    def displacement_roughly(self, pressure: Numbers) -> Numbers:
+        """Return `displacement` in single precision."""
+        self.single += 1
+        return self._through(pressure, self._soft)
+
+    def pressure_roughly(self, displacement: Numbers) -> Numbers:
+        """Return `pressure` in single precision."""
+        self.single += 1
+        return self._through(displacement, self._stiff)
+
+    def levelled(self, pressure: Numbers) -> Numbers:
+        """Return a displacement in single precision whose mean follows the mean pressure: a preconditioner."""
+        self.single += 1
+        return self._through(pressure, self._levelled)
+
+    def _through(self, field: Numbers, factors: Numbers) -> Numbers:
+        from scipy.fft import irfft2, rfft2
+
+        waves = rfft2(field, workers=WORKERS)
+        waves *= factors
+        found: Numbers = irfft2(waves, s=self.shape, workers=WORKERS, overwrite_x=True)
+        return found

@@ -1,0 +1,73 @@
+"""Compliance of an elastic half-space under normal pressure, homogeneous or covered by one film.
+
+A pressure p cos(q x) without friction gives the displacement C(q) p cos(q x). Two bodies that touch have the sum of their
+compliances: skin with its stratum corneum, a polymer on metal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from electrovib.core.arrays import Real
+from electrovib.core.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Elastic:
+    """A homogeneous isotropic elastic half-space: Young's modulus [Pa] and Poisson's ratio."""
+
+    modulus: float
+    poisson: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Refuse what is no elastic solid."""
+        if not 0 < self.modulus < np.inf:
+            raise InputError(
+                f"modulus = {self.modulus}: Young's modulus is finite and above 0, for instance 1e6 Pa"
+            )
+        if not 0 <= self.poisson <= 0.5:
+            raise InputError(f"poisson = {self.poisson}: Poisson's ratio is from 0 to 0.5, for instance 0.5")
+
+    @property
+    def shear(self) -> float:
+        """Shear modulus [Pa]."""
+        return self.modulus / (2 * (1 + self.poisson))
+
+    def compliance(self, wavenumber: ArrayLike) -> Real:
+        """Return the displacement per pressure [m/Pa] at wave numbers [1/m] above 0: 2 (1 - nu^2)/(E q)."""
+        found: Real = (1 - self.poisson) / (self.shear * np.asarray(wavenumber, dtype=float))
+        return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coated:
+    """An elastic film of a thickness [m], bonded to an elastic half-space."""
+
+    film: Elastic
+    thickness: float
+    below: Elastic
+
+    def __post_init__(self) -> None:
+        """Refuse a thickness that is none."""
+        if not 0 <= self.thickness < np.inf:
+            raise InputError(f"thickness = {self.thickness}: a film is 0 or more thick, for instance 20e-6 m")
+
+    def compliance(self, wavenumber: ArrayLike) -> Real:
+        """Return the displacement per pressure [m/Pa] at wave numbers [1/m] above 0.
+
+        That of the film alone times (1 + 4 b x e - a b e^2)/(1 - (a + b + 4 b x^2) e + a b e^2), x = q t and e = exp(-2 x), from
+        the stresses and displacements that are continuous across the bond: that of the lower half-space for x = 0.
+        """
+        reach = np.asarray(wavenumber, dtype=float) * self.thickness
+        ratio = self.film.shear / self.below.shear
+        upper, lower = 3 - 4 * self.film.poisson, 3 - 4 * self.below.poisson
+        a = (ratio * lower - upper) / (1 + ratio * lower)
+        b = (ratio - 1) / (ratio + upper)
+        fade = np.exp(-2 * reach)
+        above = 1 + 4 * b * reach * fade - a * b * fade**2
+        under = 1 - (a + b + 4 * b * reach**2) * fade + a * b * fade**2
+        found: Real = self.film.compliance(wavenumber) * above / under
+        return found

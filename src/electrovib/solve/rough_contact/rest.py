@@ -1,0 +1,173 @@
+"""The contact at rest under a load, with or without attraction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from electrovib.core.arrays import Real
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.solve.rough_contact.attracted import attract
+from electrovib.solve.rough_contact.cell import Cell, Compliance
+from electrovib.solve.rough_contact.potential import Attraction, Local
+from electrovib.solve.rough_contact.pressed import press
+
+TOLERANCE = 1e-6
+ROUGH = 1e-4
+"""Penetration over the rms height of the contact without attraction from which one with attraction begins."""
+
+EVEN = 1e-3
+"""Rms height, over how far the load bends the spring, below which surfaces are even."""
+
+
+class Transforms(NamedTuple):
+    """Fourier transforms there and back on the finest grid, those on coarser ones by their number of points."""
+
+    exact: float
+    single: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rest:
+    """A contact at rest: maps on the grid, and what they add up to.
+
+    `gap` [m], `pressure` of the contact [Pa], 0 where it is open, `attraction` [Pa]; `energy` per area, elastic, of the load and
+    of the attraction [J/m2]; `residual`, error of the gap over the rms height (of even surfaces over a thousandth of how far the
+    load bends the spring);
+    `rounds` of the solver and its `transforms`; `fell`: the start was beyond a pull-in or a release, and this is another rest;
+    `steepness`: largest slope of the attraction over the stiffness of the shortest wave that the grid has, below 1 where the grid
+    resolves the attraction.
+    """
+
+    gap: Real
+    pressure: Real
+    attraction: Real
+    energy: float
+    residual: float
+    rounds: int
+    transforms: Transforms
+    fell: bool
+    steepness: float
+
+    @property
+    def contact_share(self) -> float:
+        """Share of the points that are pressed together [1]."""
+        return float(np.mean(self.pressure > 0))
+
+    @property
+    def mean_attraction(self) -> float:
+        """Mean attraction per area [Pa]."""
+        return float(self.attraction.mean())
+
+    @property
+    def mean_gap(self) -> float:
+        """Mean gap [m]."""
+        return float(self.gap.mean())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loaded:
+    """Rough heights [m] on a periodic grid, the body that they press, and the load.
+
+    `heights` of the composite roughness, towards the body, periods [m] along both axes, `compliance` [m/Pa] at wave numbers
+    [1/m], mean `pressure` of the load [Pa]. With a `spring` [Pa/m] behind the body, `pressure` is that at a mean surface of
+    the body in the height 0, and grows as the body is pushed back.
+    """
+
+    heights: Real
+    periods: tuple[float, float]
+    compliance: Compliance = field(repr=False)
+    pressure: float
+    spring: float = 0.0
+    tolerance: float = TOLERANCE
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be pressed."""
+        heights = np.asarray(self.heights, dtype=float)
+        if heights.ndim != 2 or min(heights.shape) < 2 or not np.isfinite(heights).all():
+            raise InputError(
+                f"heights of shape {heights.shape}: a grid of finite heights with two axes is expected"
+            )
+        if not all(0 < period < math.inf for period in self.periods):
+            raise InputError(f"periods = {self.periods}: both are finite and above 0, for instance 1e-3 m")
+        if not math.isfinite(self.pressure) or (self.pressure <= 0 and not self.spring > 0):
+            raise InputError(
+                f"pressure = {self.pressure}: a load is finite and above 0, for instance 5e3 Pa; less only with a spring"
+            )
+        if not 1e-10 <= self.tolerance <= 1e-2:
+            raise InputError(f"tolerance = {self.tolerance}: from 1e-10 to 1e-2, for instance 1e-6")
+        object.__setattr__(self, "heights", heights)
+
+    def rest(self, attraction: Attraction | None = None, *, start: Real | None = None) -> Rest:
+        """Return the contact at rest, with an attraction near the gap to start from or near the contact without attraction."""
+        softness = float(self.compliance(np.array([2 * math.pi / max(self.periods)]))[0])
+        length = self._length()
+        unit = length / softness  # of pressure: every number of the solver is near 1
+        cell = Cell(
+            self.heights.shape,
+            self.periods,
+            lambda wavenumber: self.compliance(wavenumber) / softness,
+            spring=self.spring * softness,
+        )
+        heights, load = self.heights / length, self.pressure / unit
+
+        def scaled(gap: Real) -> Local:
+            found = (attraction or _none)(gap * length)
+            return Local(found.energy / (unit * length), found.stress / unit, found.slope * softness)
+
+        if attraction is None and not self.spring:
+            pressed = press(heights, cell, load=load, tolerance=self.tolerance)
+            gap, pressure, pull = np.maximum(pressed.gap, 0.0), pressed.pressure, np.zeros(heights.shape)
+            gap[pressure > 0] = 0.0
+            bent = pressed.gap + heights
+            energy = float(np.mean(pressure * (bent - bent.mean()))) / 2 + load * float(gap.mean())
+            residual, rounds, fell = pressed.residual, pressed.rounds, False
+        else:
+            begin = self._start(heights, cell, load) if start is None else np.maximum(start, 0.0) / length
+            gap, pressure, pull, energy, residual, rounds, fell = attract(
+                heights, cell, scaled, begin, load=load, tolerance=self.tolerance
+            )
+        rows = heights.shape[0]
+        steepness = float(np.abs(scaled(gap).slope).max() / min(cell.stiff[rows // 2, 0], cell.stiff[0, -1]))
+        if not residual <= self.tolerance:
+            raise ElectrovibError(_not_at_rest(residual, self.tolerance, steepness))
+        return Rest(
+            gap=gap * length,
+            pressure=pressure * unit,
+            attraction=pull * unit,
+            energy=energy * unit * length,
+            residual=residual,
+            rounds=rounds,
+            transforms=Transforms(cell.exact, cell.single),
+            fell=fell,
+            steepness=steepness,
+        )
+
+    def _length(self) -> float:
+        """Return the unit of length [m]: the rms height, of even surfaces a share of how far the load bends the spring."""
+        bent = EVEN * abs(self.pressure) / self.spring if self.spring else 0.0
+        return max(float(self.heights.std()), bent) or 1.0
+
+    def _start(self, heights: Real, cell: Cell, load: float) -> Real:
+        """Return the gap without attraction; with a spring that of a body that is not bent."""
+        if self.spring:
+            apart: Real = np.maximum(-load / cell.stiff[0, 0] - heights, 0.0)
+            return apart
+        pressed = press(heights, cell, load=load, tolerance=max(self.tolerance, ROUGH))
+        return np.where(pressed.pressure > 0, 0.0, np.maximum(pressed.gap, 0.0))
+
+
+def _none(gap: Real) -> Local:
+    nothing = np.zeros_like(gap)
+    return Local(nothing, nothing, nothing)
+
+
+def _not_at_rest(residual: float, tolerance: float, steepness: float) -> str:
+    return (
+        f"the contact did not come to rest: the gap is uncertain by {residual:.1e} of the rms height, tolerance = {tolerance:g};"
+        f" the attraction is {steepness:.2g} times as steep as the shortest wave of the grid is stiff. Raise the voltage in"
+        " smaller steps, or take a finer grid, which resolves the attraction where that number is below 1"
+    )

@@ -1,0 +1,80 @@
+"""Heights drawn from a self-affine spectrum have its statistics, on any grid."""
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.physics.topography import SelfAffine
+
+PERIODS = (1e-3, 5e-4)
+GIVEN = {"rms": 5e-6, "hurst": 0.7, "longest": 1e-3, "roll_off": 2.5e-4, "shortest": 2e-5}
+SPECTRUM = SelfAffine(**GIVEN)
+
+
+def power(heights):
+    """Return the power of each wave, and its wave number."""
+    q = [2 * np.pi * np.fft.fftfreq(n, period / n) for n, period in zip(heights.shape, PERIODS, strict=True)]
+    return np.abs(np.fft.fft2(heights) / heights.size) ** 2, np.hypot(q[0][:, None], q[1][None, :])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rms_height_and_slope_are_those_of_the_spectrum(seed):
+    heights = SPECTRUM.heights((128, 64), PERIODS, seed=seed)
+    found, q = power(heights)
+    assert heights.std() == pytest.approx(5e-6, rel=1e-12)
+    assert abs(heights.mean()) < 1e-18
+    assert np.sqrt(np.sum(q**2 * found)) == pytest.approx(SPECTRUM.rms_slope(PERIODS), rel=1e-12)
+
+
+def test_the_power_is_level_up_to_the_roll_off_and_then_falls():
+    found, q = power(SPECTRUM.heights((128, 64), PERIODS, seed=0))
+    wavelength = 2 * np.pi / np.where(q == 0, 1e-9, q)
+    there = (wavelength <= 1e-3 * (1 + 1e-9)) & (wavelength >= 2e-5 * (1 - 1e-9))
+    level = found[there & (wavelength > 2.5e-4)]
+    assert level == pytest.approx(level[0], rel=1e-9)
+    assert found[~there].max() < 1e-20 * level[0]
+    falls = there & (wavelength < 2.5e-4)
+    assert found[falls] == pytest.approx(level[0] * (wavelength[falls] / 2.5e-4) ** 3.4, rel=1e-9)
+
+
+def test_heights_are_nearly_gaussian_and_phases_are_independent():
+    heights = SPECTRUM.heights((128, 64), PERIODS, seed=4) / 5e-6
+    assert abs(np.mean(heights**3)) < 0.3
+    assert np.mean(heights**4) == pytest.approx(3, abs=0.5)
+    other = SPECTRUM.heights((128, 64), PERIODS, seed=5) / 5e-6
+    assert abs(np.mean(heights * other)) < 0.2
+
+
+def test_a_finer_grid_shows_the_same_surface_and_a_finer_spectrum_adds_to_it():
+    coarse = SPECTRUM.heights((128, 64), PERIODS, seed=1)
+    fine = SPECTRUM.heights((256, 128), PERIODS, seed=1)
+    assert fine[::2, ::2] == pytest.approx(coarse, abs=1e-18)
+    finer = SelfAffine(**GIVEN | {"shortest": 1e-5}).heights((256, 128), PERIODS, seed=1)
+    waves, added = np.fft.fft2(fine), np.fft.fft2(finer)
+    own = np.abs(waves) > 1e-9 * np.abs(waves).max()
+    ratio = added[own] / waves[own]
+    assert ratio == pytest.approx(np.full(ratio.shape, ratio[0].real), rel=1e-7)
+    assert 0.9 < ratio[0].real < 1
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ({"rms": 0.0}, "rms = 0.0"),
+        ({"hurst": 1.2}, "hurst = 1.2"),
+        ({"roll_off": 1e-6}, "wavelengths fall in this order"),
+        ({"longest": np.inf}, "longest = inf"),
+    ],
+)
+def test_what_is_no_spectrum_is_refused(other, said):
+    with pytest.raises(InputError, match=said):
+        SelfAffine(**GIVEN | other)
+
+
+def test_a_grid_that_is_too_coarse_and_a_range_without_waves_are_refused():
+    with pytest.raises(InputError, match=r"at least \(101, 51\) points"):
+        SPECTRUM.heights((100, 64), PERIODS, seed=0)
+    assert SPECTRUM.heights((101, 51), PERIODS, seed=0).shape == (101, 51)
+    narrow = SelfAffine(rms=1e-6, hurst=0.5, longest=9.5e-4, roll_off=9e-4, shortest=9e-4)
+    with pytest.raises(InputError, match="no wave of this range"):
+        narrow.heights((64, 64), (1e-3, 1e-3), seed=0)

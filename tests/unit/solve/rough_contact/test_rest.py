@@ -1,0 +1,153 @@
+"""Any rough contact at rest obeys the conditions of contact, and what it says of itself is so."""
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.physics.topography import SelfAffine
+from electrovib.solve.rough_contact import Coated, Elastic, Loaded, MaxwellStress, attracted, follow
+
+SKIN = Coated(
+    film=Elastic(modulus=5e6, poisson=0.45),
+    thickness=2e-5,
+    below=Elastic(modulus=2e5, poisson=0.5),
+)
+SPECTRUM = SelfAffine(rms=2e-6, hurst=0.8, longest=2e-4, roll_off=1e-4, shortest=2e-5)
+PERIODS = (2e-4, 3e-4)
+
+
+def rough(shape=(64, 96), pressure=2e4, seed=0, **other):
+    heights = SPECTRUM.heights(shape, PERIODS, seed=seed)
+    return Loaded(heights=heights, periods=PERIODS, compliance=SKIN.compliance, pressure=pressure, **other)
+
+
+def pull(voltage):
+    return MaxwellStress(voltage=voltage, electrical_thickness=1e-6)
+
+
+def bent(pressure, periods):
+    """Displacement under a pressure, by transforms of complex numbers."""
+    q = [2 * np.pi * np.fft.fftfreq(n, period / n) for n, period in zip(pressure.shape, periods, strict=True)]
+    wave = np.hypot(q[0][:, None], q[1][None, :])
+    wave[0, 0] = 1
+    waves = np.fft.fft2(pressure) * SKIN.compliance(wave)
+    waves[0, 0] = 0
+    return np.fft.ifft2(waves).real
+
+
+@pytest.mark.parametrize("voltage", [None, 100.0, 200.0])
+@pytest.mark.parametrize("shape", [(64, 96), (36, 54), (128, 64)])
+@pytest.mark.parametrize("pressure", [200.0, 2e4, 2e6])
+def test_places_touch_or_are_open_and_the_displacement_is_that_of_the_stress(voltage, shape, pressure):
+    loaded = rough(shape, pressure)
+    rest = loaded.rest() if voltage is None else loaded.rest(pull(voltage))
+    assert rest.gap.min() >= 0
+    assert rest.pressure.min() >= -1e-6 * pressure
+    assert np.all(rest.gap * rest.pressure == 0)
+    assert 0 < rest.contact_share <= 1
+    assert rest.contact_share == np.mean(rest.gap == 0)
+    net = rest.pressure - rest.attraction
+    assert net.mean() == pytest.approx(pressure, rel=1e-5)
+    expected = 0 if voltage is None else pull(voltage)(rest.gap).stress
+    assert rest.attraction == pytest.approx(expected, rel=1e-12)
+    wanted = bent(net, PERIODS) - loaded.heights
+    offset = rest.gap - wanted
+    assert np.ptp(offset) < 1e-5 * loaded.heights.std()
+    assert rest.residual <= loaded.tolerance
+
+
+def test_a_smaller_tolerance_is_met():
+    coarse, fine = (rough(tolerance=tolerance).rest(pull(150.0)) for tolerance in (1e-3, 1e-9))
+    assert fine.residual <= 1e-9
+    assert 0 < np.abs(coarse.gap - fine.gap).max() < 1e-2 * SPECTRUM.rms
+    assert coarse.rounds < fine.rounds
+
+
+def test_energy_over_voltage_is_the_charge():
+    """dE/dV = -C V at rest: what the source does not deliver twice is stored once. By Gauss-Legendre over the voltage."""
+    loaded = rough(tolerance=1e-9)
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    voltages = 60 + 60 * nodes
+    rests = follow(loaded, pull, [0.0, *voltages, 120.0])
+    assert not any(rest.fell for rest in rests)
+    charges = [
+        pull(voltage).capacitance(rest.gap) * voltage
+        for voltage, rest in zip(voltages, rests[1:-1], strict=True)
+    ]
+    assert rests[-1].energy - rests[0].energy == pytest.approx(-60 * np.dot(weights, charges), rel=1e-4)
+
+
+def test_energy_over_load_is_the_mean_gap():
+    low, middle, high = (rough(pressure=2e4 * factor, tolerance=1e-9).rest() for factor in (0.99, 1, 1.01))
+    assert high.energy - low.energy == pytest.approx(400 * middle.mean_gap, rel=1e-4)
+
+
+def test_energy_is_that_of_the_other_solver_at_no_voltage():
+    loaded = rough(tolerance=1e-8)
+    assert loaded.rest(pull(0.0)).energy == pytest.approx(loaded.rest().energy, rel=1e-7)
+
+
+def test_what_is_followed_up_and_down_comes_back_along_another_path():
+    """Between a fall and a release the contact of the way down is larger; away from both the paths are one."""
+    loaded, voltages = rough(pressure=2e3), [20.0, 70.0, 100.0, 120.0]
+    thin = lambda voltage: MaxwellStress(voltage=voltage, electrical_thickness=3e-7)  # noqa: E731
+    up = follow(loaded, thin, voltages)
+    down = follow(loaded, thin, voltages[::-1], start=up[-1].gap)[::-1]
+    assert not up[0].fell
+    assert all(rest.fell for rest in up[2:])
+    assert down[0].mean_attraction == pytest.approx(up[0].mean_attraction, rel=1e-5)
+    assert down[2].mean_attraction > 1.02 * up[2].mean_attraction
+    assert down[2].contact_share > up[2].contact_share
+
+
+def test_the_mean_of_the_heights_does_not_matter_and_scales_do_not():
+    plain = rough().rest(pull(150.0))
+    shifted = Loaded(
+        heights=rough().heights + 1e-3, periods=PERIODS, compliance=SKIN.compliance, pressure=2e4
+    ).rest(pull(150.0))
+    assert shifted.gap == pytest.approx(plain.gap, abs=1e-5 * SPECTRUM.rms)
+    assert shifted.energy == pytest.approx(plain.energy, rel=1e-6)
+
+
+def test_steepness_tells_whether_the_grid_holds_the_attraction():
+    coarse, fine = (rough(shape).rest(pull(100.0)) for shape in ((64, 96), (128, 192)))
+    assert coarse.steepness == pytest.approx(2 * fine.steepness, rel=0.02)
+
+
+def test_what_does_not_come_to_rest_says_why(monkeypatch):
+    monkeypatch.setattr(attracted, "ROUNDS", 3)
+    with pytest.raises(
+        ElectrovibError, match=r"did not come to rest: .* attraction is 0\.\d+ times as steep .* a finer grid"
+    ):
+        rough().rest(pull(200.0))
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ({"heights": np.zeros(4)}, "two axes"),
+        ({"heights": np.full((4, 4), np.nan)}, "finite heights"),
+        ({"periods": (1e-3, 0.0)}, "periods"),
+        ({"pressure": 0.0}, "pressure = 0.0"),
+        ({"pressure": np.inf}, "pressure = inf"),
+        ({"tolerance": 0.1}, "tolerance = 0.1"),
+    ],
+)
+def test_what_cannot_be_pressed_is_refused(other, said):
+    given = {"heights": np.zeros((4, 4)), "periods": PERIODS, "compliance": SKIN.compliance, "pressure": 1.0}
+    with pytest.raises(InputError, match=said):
+        Loaded(**given | other)
+
+
+def test_potentials_are_refused_where_they_are_infinite():
+    for given in ({"electrical_thickness": 0.0}, {"voltage": np.nan}):
+        with pytest.raises(InputError, match=f"{next(iter(given))} = "):
+            MaxwellStress(**{"voltage": 1.0, "electrical_thickness": 1e-6} | given)
+
+
+def test_flat_surfaces_share_the_load():
+    rest = Loaded(heights=np.zeros((8, 8)), periods=PERIODS, compliance=SKIN.compliance, pressure=3e3).rest(
+        pull(10.0)
+    )
+    assert rest.contact_share == 1
+    assert rest.pressure == pytest.approx(3e3 + pull(10.0)(np.zeros(1)).stress[0])
