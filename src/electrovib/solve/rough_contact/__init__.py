@@ -1,6 +1,6 @@
 """Where two rough surfaces touch: gap and pressure of a rough contact on a compliant body, with attraction.
 
-The skin's heights and the plate's are one composite roughness on the body that gives way, a grid of one period::
+The skin's heights and the plate's are one composite roughness on the body that yields, a grid of one period::
 
     heights, load, compliance of the waves        `half_space`: a film on a half-space, in closed form; `cell`: transforms
     -> pressure where they touch, gap elsewhere   `pressed`: without attraction

@@ -29,7 +29,7 @@ ROUNDING = 1e-10
 class Attracted(NamedTuple):
     """Gap, pressure of the contact, attraction, energy per point; error of the gap over the unit of length, rounds.
 
-    `fell`: the energy curved downwards on the way, so that this is another rest than that near the start.
+    `fell`: the energy curved downwards between start and rest, so that this may be another rest than that near the start.
     """
 
     gap: Real

@@ -43,7 +43,7 @@ def fall(
     """Return the first voltage [V] through which the contact falls: shut where they rise, open where they fall.
 
     Halved between two of them up to an accuracy relative to the larger; every step begins with the last rest before the fall.
-    None where the contact follows the voltage all the way.
+    None where the contact follows the voltage to its end.
     """
     first, *others = voltages
     begin, before = first, loaded.rest(pull(first), start=start)

@@ -1,0 +1,117 @@
+"""A rough contact beside tamaas (AGPL), which is an oracle and never a dependency: same heights, load and residual.
+
+Run from the root of the repository with ``python -m benchmarks.rough_contact [PYTHON]``, PYTHON being that of an environment that
+has tamaas; without one its rows say so.
+"""
+
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+from benchmarks.table import surroundings, timed, write
+
+from electrovib.physics.topography import SelfAffine
+from electrovib.solve.rough_contact import Elastic, Loaded, MaxwellStress
+
+PERIOD, MODULUS, REPEATS = 1e-3, 2e6, 1
+LOADS = (2e3, 6e4)
+BODY = Elastic(modulus=MODULUS * 0.75, poisson=0.5)
+PEER = """
+import sys, time
+import numpy as np, tamaas as tm
+heights, period, modulus, load, repeats = np.load(sys.argv[1]), *map(float, sys.argv[2:5]), int(sys.argv[5])
+tm.initialize(2)
+tm.set_log_level(tm.LogLevel.error)
+wall, used = [], []
+for _ in range(repeats):
+    model = tm.ModelFactory.createModel(tm.model_type.basic_2d, [period] * 2, list(heights.shape))
+    model.E, model.nu = modulus, 0.0
+    solver = tm.PolonskyKeerRey(model, heights, 1e-6, tm.PolonskyKeerRey.pressure, tm.PolonskyKeerRey.pressure)
+    solver.max_iter = 5000
+    begin, spent = time.perf_counter(), time.process_time()
+    solver.solve(load)
+    wall.append(time.perf_counter() - begin)
+    used.append(time.process_time() - spent)
+print(np.median(wall), np.median(used), np.mean(model.traction > 0))
+"""
+
+
+def loaded(points, load):
+    spectrum = SelfAffine(
+        rms=5e-6, hurst=0.8, longest=PERIOD, roll_off=PERIOD / 4, shortest=PERIOD * 8 / points
+    )
+    heights = spectrum.heights((points, points), (PERIOD, PERIOD), seed=1)
+    return Loaded(heights=heights, periods=(PERIOD, PERIOD), compliance=BODY.compliance, pressure=load)
+
+
+def ours(contact, attraction=None):
+    used = process_time()
+    wall, rest = timed(lambda: contact.rest(attraction), REPEATS)
+    return wall, (process_time() - used) / REPEATS, rest
+
+
+def peer(contact, python):
+    """Return wall and processor time [s] and contact share of tamaas, or None."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "heights.npy"
+        np.save(path, contact.heights)
+        given = [str(each) for each in (path, PERIOD, MODULUS, contact.pressure, REPEATS)]
+        done = subprocess.run(
+            [python, "-c", PEER, *given], capture_output=True, text=True, check=False, timeout=900
+        )
+    return tuple(map(float, done.stdout.split()[-3:])) if done.returncode == 0 else None
+
+
+def main() -> None:
+    """Measure and write the page."""
+    python = sys.argv[1] if sys.argv[1:] else sys.executable
+    rows = []
+    for points in (128, 256, 512, 1024):
+        for load in LOADS:
+            contact = loaded(points, load)
+            wall, used, rest = ours(contact)
+            other = peer(contact, python) if points <= 512 else None
+            attraction = MaxwellStress(voltage=100.0, electrical_thickness=1e-6)
+            pulled_wall, pulled_used, pulled = ours(contact, attraction)
+            rows.append(
+                (
+                    f"{points} x {points}, {load:g} Pa",
+                    f"{wall:.3f} ({used:.3f})",
+                    f"{other[0]:.3f} ({other[1]:.3f})" if other else "not measured",
+                    f"{other[0] / wall:.1f} ({other[1] / used:.1f})" if other else "-",
+                    f"{rest.contact_share:.6f}, {other[2]:.6f}" if other else f"{rest.contact_share:.6f}",
+                    f"{rest.transforms.exact:.1f} + {rest.transforms.single:.1f}",
+                    f"{pulled_wall / wall:.1f} ({pulled_used / used:.1f})",
+                    f"{pulled.mean_attraction:.4g}",
+                )
+            )
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    write(
+        "rough_contact.md",
+        "Rough contact beside tamaas",
+        [
+            "Median wall time [s], processor time in parentheses; residual 1e-6: gap weighted with the pressure over the"
+            " lowest gap, over the rms height. Two threads each. Attraction: 100 V across 1 um of electrical thickness, time"
+            " over that without. tamaas is run where PYTHON has it.",
+            f"Largest resident memory of this process: {memory:.0f} MB. {surroundings(['numpy', 'scipy'])}",
+        ],
+        (
+            "grid, load",
+            "electrovib",
+            "tamaas",
+            "ratio",
+            "contact shares",
+            "transforms, double + single",
+            "with attraction",
+            "attraction [Pa]",
+        ),
+        rows,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""Rough contact with attraction against the least energy with the dense matrix of Green's function, without transforms."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from electrovib.core.constants import eps0
+from electrovib.physics.topography import SelfAffine
+from electrovib.solve.rough_contact import Coated, Elastic, Loaded, MaxwellStress, follow
+
+PERIOD, LAYER, LOAD = 2e-4, 8e-7, 5e3
+SKIN = Coated(
+    film=Elastic(modulus=4e6, poisson=0.45), thickness=2e-5, below=Elastic(modulus=3e5, poisson=0.5)
+)
+
+
+def stiffness(points):
+    """Pressure of unit displacements, (n^2, n^2), summed wave by wave."""
+    place = np.arange(points)
+    wave = np.where(place > points // 2, place - points, place)
+    q = 2 * np.pi / PERIOD * np.hypot(wave[:, None], wave[None, :])
+    stiff = 1 / SKIN.compliance(np.where(q == 0, 1.0, q))
+    stiff[0, 0] = 0.0
+    cosines, sines = (f(2 * np.pi * np.outer(place, place) / points) for f in (np.cos, np.sin))
+    green = (cosines @ stiff @ cosines - sines @ stiff @ sines) / points**2
+    shift = (place[:, None] - place[None, :]) % points
+    return green[shift[:, None, :, None], shift[None, :, None, :]].reshape(points**2, points**2)
+
+
+def least_energy(heights, matrix, voltages):
+    """Gaps that make the energy least at the last voltage, from those of the former one, by L-BFGS-B."""
+    unit, heights = heights.std(), heights.ravel()
+    gap, weight = heights.max() - heights, 1 / (matrix[0, 0] * unit)
+
+    def energy(scaled, voltage):
+        gap = scaled * unit
+        elastic, reach = matrix @ (gap + heights), gap + LAYER
+        half = eps0 * voltage**2 / 2
+        value = (gap + heights) @ elastic / 2 + LOAD * gap.sum() - np.sum(half / reach)
+        return value * weight / unit, (elastic + LOAD + half / reach**2) * weight
+
+    for voltage in voltages:
+        found = minimize(
+            energy,
+            gap / unit,
+            (voltage,),
+            "L-BFGS-B",
+            jac=True,
+            bounds=[(0, None)] * heights.size,
+            options={"maxiter": 20000, "maxfun": 40000, "ftol": 1e-15, "gtol": 1e-8, "maxcor": 40},
+        )
+        gap = found.x * unit
+    return gap
+
+
+def compare(points, seeds, voltage, shortest):
+    spectrum = SelfAffine(rms=1e-6, hurst=0.8, longest=2e-4, roll_off=1e-4, shortest=shortest)
+    matrix, voltages = stiffness(points), voltage * np.linspace(0, 1, 5)
+    for seed in seeds:
+        heights = spectrum.heights((points, points), (PERIOD, PERIOD), seed=seed)
+        gap = least_energy(heights, matrix, voltages)
+        loaded = Loaded(heights=heights, periods=(PERIOD, PERIOD), compliance=SKIN.compliance, pressure=LOAD)
+        rest = follow(loaded, lambda v: MaxwellStress(voltage=v, electrical_thickness=LAYER), voltages)[-1]
+        attraction = np.mean(eps0 * voltage**2 / (2 * (gap + LAYER) ** 2))
+        assert attraction > 0.3 * LOAD
+        assert rest.mean_attraction == pytest.approx(attraction, rel=1e-2), seed
+        assert rest.contact_share == pytest.approx(np.mean(gap <= 0), abs=1.01 / points**2), seed
+        assert rest.gap.ravel() == pytest.approx(gap, abs=1e-2 * heights.std())
+
+
+def test_attraction_of_twenty_surfaces_is_that_of_the_least_energy():
+    compare(16, range(20), 100.0, 5e-5)
+
+
+@pytest.mark.slow
+def test_on_a_grid_of_64_by_64_too():
+    compare(64, range(1), 100.0, 2e-5)
