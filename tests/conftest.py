@@ -6,12 +6,14 @@ import os
 from collections.abc import Iterator
 
 import pytest
+import typer.testing
 from hypothesis import settings
 
 from electrovib.core.budget import ONE_THREAD
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.update(ONE_THREAD | os.environ)  # for processes of `-n`, and those that tests start
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # these are hundreds: each module is compiled once
 # the same examples each time, so that a red run is red again; search for new ones with
 # --hypothesis-profile=search
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True, max_examples=60)
@@ -25,6 +27,37 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     from xdist.scheduler import WorkStealingScheduling
 
     return WorkStealingScheduling(config, log) if config.option.dist == "load" else None
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _commands_built_once():
+    """Build the commands of a program once, and not for each of some thousand command lines: 40 ms each."""
+    kept, build = {}, typer.main.get_command
+
+    def once(program):
+        if id(program) not in kept:
+            kept[id(program)] = program, build(program)
+        return kept[id(program)][1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.main, "get_command", once)
+        patch.setattr(typer.testing, "_get_command", once)
+        yield
+
+
+@pytest.fixture
+def blank_pictures(monkeypatch):
+    """Draw nothing where a test is about words and files: tests/contract draws every figure of every answer."""
+
+    from matplotlib.figure import Figure
+
+    def blank(_):
+        figure = Figure((1, 1))
+        figure.add_subplot().set_axis_off()
+        return figure
+
+    for module in ("documents", "files"):
+        monkeypatch.setattr(f"electrovib.view.{module}.drawn", blank)
 
 
 ALLOWED_SKIPS = ("shared/data", "device")

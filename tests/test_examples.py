@@ -8,9 +8,9 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from vezzoli_fingers import lateral_by_law
 
 import electrovib as ev
-from electrovib.papers.vezzoli_2014.population import lateral_by_law
 
 ROOT = Path(__file__).parent.parent
 

@@ -225,7 +225,10 @@ def test_what_installs_and_tests_is_run_as_written_before_a_change_lands():
     marked = re.findall(r"<!-- (\w+) command -->\n```sh\n(.*?)\n```\n<!-- end -->", text, flags=re.DOTALL)
     assert [name for name, _ in marked] == ["install", "test", "docs"]
     assert [shown for _, shown in marked] == MARKED
-    assert all(f"readme_command {name}" in script for name, _ in marked)
+    assert all(re.search(rf"readme_(command|text) {name}\b", script) for name, _ in marked)
+    assert script.index("ruff format --check") < script.index(
+        "${test_command##* && }"
+    )  # a matter of seconds first
 
 
 @pytest.mark.slow

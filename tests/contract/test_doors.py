@@ -343,6 +343,7 @@ def test_every_command_is_a_door_or_computes_nothing_from_a_scenario():
     assert sorted([*called, *WITHOUT_A_NUMBER]) == sorted(commands())
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize("call", marked(COMMANDS))
 def test_every_command_states_the_warning_once_and_in_each_of_its_files(call, capsys, monkeypatch):
     Path("s.toml").write_text(to_toml(SCENARIO), encoding="utf-8")

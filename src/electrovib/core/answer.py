@@ -191,6 +191,7 @@ class Document:
 class Answer(Unchangeable, ABC):
     """A result that says what it is as a `Document`; `electrovib.save` writes it as a page, and its `FILES`."""
 
+    __slots__ = ()
     FILES: ClassVar[Mapping[str, str | None]] = {}
     """Names of the files that hold its numbers, and their forms as in `electrovib.data.marks`."""
 

@@ -35,6 +35,8 @@ class FrozenDict(dict[K, V]):
 class Unchangeable:
     """A frozen dataclass whose members cannot be changed in place."""
 
+    __slots__ = ()
+
     def __post_init__(self) -> None:
         """Freeze what was given."""
         _freeze(self)

@@ -22,7 +22,6 @@ FORMATS: Final[dict[str, Callable[..., list[Path]]]] = {".nc": save_nc, ".csv": 
 """Suffix to writer of a Trace."""
 _FORMS: Final = {".nc": Form.NETCDF, ".csv": Form.TABLE, ".mat": Form.MATLAB}
 _IN_FOLDER: Final = {"trace.nc": Form.NETCDF}
-_OF_STUDY: Final = {"bands.csv": Form.TABLE}
 
 
 def save(
@@ -33,8 +32,7 @@ def save(
     Parameters
     ----------
     trace : xarray.Dataset or Answer
-        Any Trace; the units of its signals are written anew. Or the result of a study, whose bands are written as CSV. Or
-        any other result that has a `document`.
+        Any Trace; the units of its signals are written anew. Or any other result that has a `document`.
     path : str or Path
         The output: of a Trace ``.nc`` (netCDF) or ``.mat`` (MATLAB), which hold everything, or ``.csv``, a table of plain
         values over time (over frequency if it has no time; of a sweep a row for each case), which is not opened as a Trace
@@ -65,15 +63,12 @@ def save(
 
     path = output_path(path)
     with in_style(style, [path]):
+        if is_study_result(trace) and not isinstance(trace, Answer):
+            from electrovib.studies.population.answer import StudyResult
+
+            trace = StudyResult.of(trace)
         if isinstance(trace, Answer):
             return save_answer(trace, path, force=force)
-        if is_study_result(trace):
-            from electrovib.studies.population.result import bands_csv
-            from electrovib.view.studied import study_document
-
-            return save_document(
-                study_document(trace), path, _OF_STUDY, lambda _: bands_csv(trace), force=force
-            )
         if not is_trace(trace):
             kind = type(trace).__name__
             why = f"only a Trace or a result with a document is saved, not a {kind}; a scenario is written by its to_toml()"
@@ -109,13 +104,6 @@ def check_output(
         rows_of_table(sizes, path)
     check_writable({path: _FORMS[suffix]}, inputs=inputs, force=force)
     return None
-
-
-def check_bands(path: str | Path, *, force: bool = False) -> None:
-    """Check, before a study, that its bands can be written."""
-    from electrovib.view.files import check_document
-
-    check_document(path, _OF_STUDY, force=force)
 
 
 def _is_document(path: Path) -> bool:

@@ -172,7 +172,7 @@ def document_of(
     studied: xarray.Dataset | None = None,
 ) -> Document:
     """Say what runs, sweeps and recordings show, side by side, and the bands of a study under them."""
-    from electrovib.view import studied as of_study
+    from electrovib.studies.population import document as of_study
 
     if studied is not None and not traces:
         return of_study.study_document(studied, title=title)

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray
 
 import electrovib as ev
@@ -14,6 +15,8 @@ from electrovib.apps.cli.terminal import judged
 from electrovib.core.budget import BudgetError, allowed
 from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
+
+pytestmark = pytest.mark.usefixtures("blank_pictures")
 
 
 def names(folder):

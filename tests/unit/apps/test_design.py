@@ -8,6 +8,8 @@ import pytest
 import electrovib as ev
 from electrovib.bench.settings import read_settings
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 WISH = "mean electrostatic_force = 50 mN"
 ASKED = f"find-value bau_2010/sine --want '{WISH}' --free drive.amplitude"
 

@@ -16,6 +16,8 @@ from electrovib.physics.material import ColeCole, Constant
 from electrovib.recordings.spectra.fitted import InstrumentError, error_by_resistor
 from electrovib.recordings.spectra.material import forms_of
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 SHARED = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
 GUIDE = Path(__file__).parents[3] / "docs" / "how_to" / "my_recording.md"
 GRID, WIDE = np.geomspace(100, 1e5, 31), np.geomspace(10, 1e6, 41)

@@ -12,6 +12,8 @@ from electrovib.core.errors import InputError
 from electrovib.recordings.fit import CancelledError
 from electrovib.scenario.space import read_space
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 GAP, LEAK = "stack.gap.thickness", "stack.gap.material.conductivity"
 GAPS = (3e-6, 3.3e-6, 3.6e-6)
 FILES = ["parameters.csv", "report.html", "space.toml"]

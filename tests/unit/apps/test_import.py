@@ -11,6 +11,8 @@ from electrovib.recordings.calibration import CalibrationError
 from electrovib.recordings.fit import MeasuredTrace
 from electrovib.scenario.toml import to_toml
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 TIME = np.linspace(0, 0.1, 201)
 MEASURED = "lateral_force_measured"
 

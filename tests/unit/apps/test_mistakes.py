@@ -6,6 +6,8 @@ import pytest
 import electrovib as ev
 from electrovib.core.signals import without
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 TRAPEZIUM = 'model = "Trapezium", high = "1 kV", rise = "36 ms", hold = "100 ms", fall = "36 ms"'
 GOOD = f"""
 schema = 1

@@ -14,6 +14,8 @@ from electrovib.studies.evidence.files import import_measurement
 from electrovib.studies.population.files import write_group
 from electrovib.view import report
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 QUICK = {"time.samples": 21, "frequency.samples": 3, "sources": {}, "drive.rise": "1 ms"}
 PULSE = ev.load("vezzoli_2014/fig6", changes=QUICK | {"drive.hold": "1 ms", "drive.fall": "1 ms"})
 MEASURED = {"model": "Sampled", "file": "drive.csv"}

@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 LAW = ("force", "ForceLaw", "def pressure(self, E):")
 FRICTION = (
     "friction",

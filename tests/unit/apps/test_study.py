@@ -18,6 +18,8 @@ from electrovib.core.paths import words_at
 from electrovib.data.marks import Form
 from electrovib.view import reproduce as page
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 STUDY = "study vezzoli_2014/fig6 --space space.toml"
 FIVE = f"{STUDY} -n 5 --seed 1 -o a.zarr"
 

@@ -129,20 +129,24 @@ LINUX = pytest.mark.skipif(
 )
 
 
+RUN = "run vezzoli_2014/fig6_gap -o b.csv"
+STUDY = "study vezzoli_2014/fig6_gap --space fingers -n 2 --seed 1 -o s.zarr -o b.csv"
+"""Its second file follows the first printed line."""
+
+
 @LINUX
 @pytest.mark.parametrize(
-    ("where", "code", "words"),
+    ("line", "where", "code", "words"),
     [
-        ("1>&- 2>&- <&-", 0, ""),
-        ("2>/dev/full", 0, ""),
-        (">/dev/full", 4, "the output could not be printed completely: No space left on device"),
-        ("| true", 4, "the output could not be printed completely: Broken pipe"),
+        (RUN, "1>&- 2>&- <&-", 0, ""),
+        (RUN, "2>/dev/full", 0, ""),
+        (STUDY, ">/dev/full", 4, "the output could not be printed completely: No space left on device"),
+        (RUN, "| true", 4, "the output could not be printed completely: Broken pipe"),
     ],
 )
-def test_an_output_that_takes_nothing_costs_no_run(where, code, words, tmp_path):
-    """Each file is written, also the one that follows the first printed line, and holds no text of the terminal."""
-    study = "-m electrovib study vezzoli_2014/fig6_gap --space fingers -n 2 --seed 1 -o s.zarr -o b.csv"
-    script = f'( "{sys.executable}" {study}; echo $? >code ) {where}'
+def test_an_output_that_takes_nothing_costs_no_run(line, where, code, words, tmp_path):
+    """Each file is written, and holds no text of the terminal."""
+    script = f'( "{sys.executable}" -m electrovib {line}; echo $? >code ) {where}'
     done = subprocess.run(["sh", "-c", script], capture_output=True, check=False, cwd=tmp_path, text=True)
     assert (tmp_path / "code").read_text() == f"{code}\n"
     assert done.stderr == (f"electrovib: {words}\n" if words else "")

@@ -10,6 +10,8 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 TAU = 6e-3
 
 

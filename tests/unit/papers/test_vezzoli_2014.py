@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import csv
 import html
+import importlib
+import inspect
 import io
 import json
 import re
@@ -47,6 +50,27 @@ def panels_of(found):
 @pytest.fixture(scope="module")
 def rows(reproduction) -> dict[str, Row]:
     return {row.id: row for row in reproduction.rows}
+
+
+@pytest.mark.parametrize("name", ["falling_edge", "numbers", "population"])
+def test_the_study_calls_public_functions_alone(name):
+    """Beside those of papers, as an example would; classes and constants are what these functions take and return."""
+    module = importlib.import_module(f"electrovib.papers.vezzoli_2014.{name}")
+    imported = [
+        (each.module, alias.name)
+        for each in ast.walk(ast.parse(inspect.getsource(module)))
+        if isinstance(each, ast.ImportFrom)
+        and each.module.startswith("electrovib.")
+        and not each.module.startswith("electrovib.papers")
+        for alias in each.names
+    ]
+    called = {
+        each
+        for each in imported
+        if inspect.isfunction(getattr(importlib.import_module(each[0]), each[1], None))
+    }
+    assert called, "the check can fail"
+    assert called <= set(ev._PLACES.values())
 
 
 VERDICTS = {
@@ -449,7 +473,10 @@ def test_figure_7_shows_in_colour_the_skins_that_rise_and_saturate(reproduction)
     assert set(shapes) - behind == {"Gabriel wet", *MOIST}
     wet, moist = shown[:2]
     assert (wet.label, wet.kind, wet.x[0], wet.x[-1]) == ("Gabriel wet", "bold", 100.0, 1e4)
-    ends = [compute.frequency_force(compute.force_skins()[name].material, moist.x) for name in MOIST]
+    ends = [
+        compute.frequency_force(compute.force_skins()[name].material, samples=len(moist.x))[1]
+        for name in MOIST
+    ]
     assert np.array([moist.y, moist.upper]) == pytest.approx(np.array(ends))
 
 

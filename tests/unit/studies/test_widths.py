@@ -15,8 +15,8 @@ from electrovib.apps.cli import app
 from electrovib.apps.explorer.computed import FREQUENCY, Further, compute, slices
 from electrovib.apps.explorer.page.plots import law_words, verdict_words
 from electrovib.studies import widths
+from electrovib.studies.population.document import study_document
 from electrovib.studies.widths import Width
-from electrovib.view.studied import study_document
 
 SINE, VOLTS = "bau_2010/sine", "drive.amplitude"
 LEVEL = "detection level = 0 dB"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import answered, complain, say, show
+from electrovib.apps.cli.terminal import answered, complain, say, show_answer
 from electrovib.apps.exit_codes import INTERRUPTED
 from electrovib.core.errors import InputError, gathered, refuse
 
@@ -82,15 +82,16 @@ def _print_sensitivity(given: Arguments, outputs: list[str]) -> None:
 def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
     """Compute the bands, print them, and write the outputs beside the store."""
     from electrovib.apps.progress import tracked
-    from electrovib.exports.save import check_bands, save
+    from electrovib.exports.save import save
     from electrovib.studies.population import study
+    from electrovib.studies.population.answer import StudyResult
+    from electrovib.view.files import check_answer
     from electrovib.view.pages import check_page
-    from electrovib.view.studied import study_document
 
     force, problems = given.pop("force", False), list[str]()
     for each in bands:
         with gathered(problems):
-            check_bands(each, force=force)
+            check_answer(StudyResult, each, force=force)
     if "report" in given:
         with gathered(problems):
             check_page(given["report"], force=force)
@@ -108,7 +109,7 @@ def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
     except KeyboardInterrupt:
         complain(f"{done[0]} of {done[1]} fingers are complete; the same command continues with the next")
         raise SystemExit(INTERRUPTED) from None
-    show(study_document(found).text)
+    show_answer(found)
     say(f"written: {store}")
     for each in bands:
         say(*(f"written: {path}" for path in save(found, each, force=force)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +17,9 @@ from electrovib.papers.vezzoli_2014 import values, words
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.physics.drive.edges import Trapezium
-from electrovib.physics.material import Material
 from electrovib.physics.skin import Skin, time_constant
 from electrovib.scenario import Scenario, skins
-from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
     from electrovib.physics.material import Material
@@ -119,24 +116,26 @@ def edge_ratio(scenario: Scenario) -> float:
     return float(force[2] / force[1])
 
 
-def frequency_force(material: Material, frequency: Real, *, thickness: float = values.SKIN_THICKNESS) -> Real:
-    """Mean attraction on the thin coating of figure 7 under a 100 V sine [N], by the law as printed.
+def frequency_force(
+    material: Material, *, samples: int, thickness: float = values.SKIN_THICKNESS
+) -> tuple[Real, Real]:
+    """Mean attraction on the thin coating of figure 7 under a 100 V sine [N], by the law as printed, after the frequencies [Hz].
 
     Without the body's resistance, as in the paper: above 10 kHz a body would take part of the voltage.
     """
     changes: dict[str, Any] = {
+        "frequency": {"low": 100.0, "high": 1e4, "samples": samples},
         "stack.stratum_corneum.material": material,
         "stack.stratum_corneum.thickness": thickness,
         "circuit.return_path.resistance": 0.0,
     }
-    scenario = scenarios()["fig7"].replace(changes)
-    return mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
+    found = simulate(scenarios()["fig7"].replace(changes), signals=["mean_force"])
+    return found.frequency.values, found.mean_force.values
 
 
 def rise_and_saturation(material: Material) -> tuple[float, float, float]:
     """Compute for figure 7 F(10 kHz)/F(100 Hz), F(10 kHz)/largest F and F(5 kHz)/F(10 kHz) [1]."""
-    frequency = np.geomspace(100.0, 1e4, 161)
-    force = frequency_force(material, frequency)
+    frequency, force = frequency_force(material, samples=161)
     half = float(np.interp(np.log(5e3), np.log(frequency), force))
     return float(force[-1] / force[0]), float(force[-1] / force.max()), half / float(force[-1])
 
@@ -247,9 +246,10 @@ def published_skins() -> dict[str, Skin]:
     return {key: skin for key, skin in all_skins().items() if not key.startswith("vezzoli_2014/")}
 
 
-def time_constants(frequency: float) -> tuple[float, float]:
-    """Shortest and longest time constant of the voltage [s] among the published skins at a frequency [Hz]."""
-    found = [float(time_constant(skin.material, frequency)) for skin in published_skins().values()]
+def time_constants(frequency: float, skins: Iterable[Skin] = ()) -> tuple[float, float]:
+    """Shortest and longest time constant of the voltage [s] among skins, the published ones if none, at a frequency [Hz]."""
+    among = list(skins) or published_skins().values()
+    found = [float(time_constant(skin.material, frequency)) for skin in among]
     return min(found), max(found)
 
 

@@ -218,13 +218,15 @@ def figure_6_ramps() -> Panel:
     return panel("fig6_ramps", *curves)
 
 
+_ALONG: Final = 81
+"""Frequencies of figure 7."""
+
+
 def figure_7(own: Tabulated | None) -> Panel:
     """Mean force over frequency on a thin coating, the skins that rise and saturate before the others."""
-    frequency = np.geomspace(100.0, 1e4, 81)
-    forces = {
-        name: compute.frequency_force(skin.material, frequency)
-        for name, skin in compute.force_skins().items()
-    }
+    forces = {}
+    for name, skin in compute.force_skins().items():
+        frequency, forces[name] = compute.frequency_force(skin.material, samples=_ALONG)
     low, high = (forces.pop(name) for name in MOIST)
     moist = span("palmar 20 uS, women to men", frequency, low, high)
     curves = [
@@ -233,6 +235,6 @@ def figure_7(own: Tabulated | None) -> Panel:
         *(behind(name, frequency, force, "other published skins, and the paper's point") for name, force in forces.items()),
     ]  # fmt: skip
     if own is not None:
-        force = compute.frequency_force(own, frequency)
+        _, force = compute.frequency_force(own, samples=_ALONG)
         curves.append(curve("your table", frequency, force, "your table", kind="points"))
     return panel("fig7", *curves)

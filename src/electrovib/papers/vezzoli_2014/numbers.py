@@ -12,11 +12,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.papers.vezzoli_2014.words import row
-from electrovib.physics.drive.edges import Step
-from electrovib.physics.skin import time_constant
-from electrovib.solve.electrics.transient import transient
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import modes
 from electrovib.studies.reproduction import Row
 
 
@@ -90,27 +86,22 @@ def _equations() -> tuple[Row, ...]:
     film, skin = values.insulator_capacitance(), values.skin_capacitance()
     tau = (film + skin) * values.SKIN_THICKNESS / (values.CONDUCTIVITY * values.AREA)
     scenario = scenarios()["fig6"].replace(_body(0.0))
-    section, _ = modes(scenario)
-    effective = scenario.force.effective_voltage(section)
-    assert effective is not None
-    wanted = {"v_e": effective, "v_sc": section["stratum_corneum"].field * values.SKIN_THICKNESS}
-    wanted |= {"D_i": section["insulator"].displacement, "D_s": section["stratum_corneum"].displacement}
     time = np.linspace(0.0, 5 * tau, 501)
-    answer = transient(wanted, Step(level=1.0), time)
-    faded = np.exp(-time / tau)
-    charge = answer["D_s"] * values.AREA
-    lost = (answer["D_i"] - answer["D_s"]) * values.AREA
-    share = film / (film + skin)
     stepped = simulate(scenario.replace({"drive": {"model": "Step", "level": values.VOLTAGE}}), time=time)
+    faded = np.exp(-time / tau)
+    of_film, of_skin = (stepped.sel(layer=name) / values.VOLTAGE for name in ("insulator", "stratum_corneum"))
+    charge = of_skin.displacement.values * values.AREA
+    lost = of_film.displacement.values * values.AREA - charge
+    share = film / (film + skin)
     static = values.static_force(voltage=values.VOLTAGE)
     friction = scenario.to_dict()["friction"]["coefficient"]
     lateral = friction * (scenario.load.normal_force + static * faded**2)
     held = compute.static_force("EffectiveMedium")
     found = {
         "1": held / static - 1,
-        "2": (answer["v_sc"] - share * faded) / share,
+        "2": (of_skin.field.values * values.SKIN_THICKNESS - share * faded) / share,
         "4": charge * (1 / film + 1 / skin) + lost / film - 1,
-        "5": answer["v_e"] - faded,
+        "5": stepped.effective_voltage.values / values.VOLTAGE - faded,
         "6": stepped.lateral_force.values / lateral - 1,
     }
     return (
@@ -128,13 +119,14 @@ def _decays() -> tuple[Row, ...]:
     ends = ", ".join(
         f"{compute.time_constants(f)[1] / 1e-3:.3g} ms at {f:g} Hz" for f in (usual, 10.0, slowest)
     )
-    constructed = [skin for skin in values.skins().values() if not skin.reproduces_force]
-    through = max(float(time_constant(skin.material, usual)) for skin in constructed)
+    constructed = (skin for skin in values.skins().values() if not skin.reproduces_force)
+    _, through = compute.time_constants(usual, constructed)
     decays = [each.decay for each in (compute.BY_VOLTAGE, compute.BY_FORCE)]
     short, long = (each / compute.MEASURED.decay for each in decays)
     film = 1 + values.insulator_capacitance() / values.skin_capacitance()
     edges = [
-        time_constant(skin.material, np.array([100.0, 1e4])) for skin in compute.published_skins().values()
+        [compute.time_constants(each, [skin])[0] for each in (100.0, 1e4)]
+        for skin in compute.published_skins().values()
     ]
     simulated = compute.lateral_decay(compute.point(values.TAU_MODEL))
     return (
@@ -142,7 +134,7 @@ def _decays() -> tuple[Row, ...]:
         row("tau_giraud_force", force, tau=compute.BY_FORCE.tau / 1e-3, **band),
         row("tau_giraud_measured", force, tau=compute.MEASURED.tau / 1e-3, **band),
         row("tau_giraud_decay", decays, short=short, long=long),
-        row("fig4_dispersion", [float(low / high) for low, high in edges]),
+        row("fig4_dispersion", [low / high for low, high in edges]),
         row("force_decay_over_tau", simulated / (values.TAU_MODEL * film)),
     )
 
@@ -207,13 +199,10 @@ def _figure_7() -> tuple[Row, ...]:
     }
     agree = [name for name, shape in shapes.items() if shape.words.startswith("consistent")]
     counts: dict[str, Any] = {"agree": len(agree), "all": len(shapes)}
-    frequency = np.geomspace(100.0, 1e4, 21)
+    materials = [compute.force_skins()[name].material for name in agree]
     thin, thick = (
-        [
-            compute.frequency_force(compute.force_skins()[name].material, frequency, thickness=each)
-            for name in agree
-        ]
-        for each in values.THICKNESSES
+        [compute.frequency_force(each, samples=21, thickness=thickness)[1] for each in materials]
+        for thickness in values.THICKNESSES
     )
     spread = (np.array(thin) / np.array(thick)).ravel().tolist()
     coating = values.capacitance(

@@ -1,122 +1,34 @@
-"""Figures 6 and 7 for a population of fingers, under law (1) and with the Maxwell stress in the gap.
-
-Forces are in closed form, for many fingers at once; tests compare them with the solvers.
-"""
+"""Figures 6 and 7 for a population of fingers, under law (1) and with the Maxwell stress in the gap."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.answer import Curve, Panel, Table
-from electrovib.core.arrays import Complex, Real
-from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.core.units import parse_quantity
+from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import compute, values, words
 from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range, span
-from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.papers.vezzoli_2014.words import panel, row
+from electrovib.scenario import Scenario
 from electrovib.scenario.space import Space, read_space
-from electrovib.scenario.space.shipped import read_shipped
+from electrovib.solve.prepare import prepare
 from electrovib.solve.simulate import simulate
+from electrovib.studies.population import study
 from electrovib.studies.reproduction import Row
-from electrovib.studies.sensitivity import Indices, sobol
+from electrovib.studies.sensitivity import InputIndices, sensitivity
 
 SKIN: Final = "stack.stratum_corneum.thickness"
 PERMITTIVITY: Final = "stack.stratum_corneum.material.permittivity"
 CONDUCTIVITY: Final = "stack.stratum_corneum.material.conductivity"
-EXPONENT: Final = "stack.stratum_corneum.material.exponent"
 GAP: Final = "stack.gap.thickness"
 LEAK: Final = "stack.gap.material.conductivity"
 FRICTION: Final = "friction.coefficient"
-ANCHOR: Final = 100.0
-"""Frequency of the permittivity of the constant-phase skin of figure 7 [Hz]."""
-AMPLITUDE: Final = 100.0
-"""Voltage of figure 7, as `compute.frequency_force` takes it [V]."""
-
-
-def lateral_by_law(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real:
-    """Compute the lateral force at the end of the rising ramp of figure 6, under law (1) with the causal charge loss.
-
-    `at` has by path, each of shape (n,), thickness, permittivity and conductivity of the stratum corneum, and
-    friction, in SI; returns coefficient of friction times attraction (n,) [N].
-    """
-    skin, film = _skin(at), values.FILM_PERMITTIVITY * eps0 / values.FILM_THICKNESS
-    tau = (film + skin) * at[SKIN] / at[CONDUCTIVITY]
-    effective = values.VOLTAGE * tau / ramp * -np.expm1(-ramp / tau)
-    electrical = values.FILM_THICKNESS / values.FILM_PERMITTIVITY + at[SKIN] / at[PERMITTIVITY]
-    length = values.FILM_THICKNESS + at[SKIN]
-    return np.asarray(
-        at[FRICTION] * eps0 * values.AREA * effective**2 / (2 * electrical * length), dtype=float
-    )
-
-
-def lateral_in_gap(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real:
-    """Compute the lateral force at the end of the rising ramp of figure 6, with the Maxwell stress in a leaky gap.
-
-    As `lateral_by_law`, with thickness and conductivity of the gap. The step response of the gap voltage is a
-    sum of two exponentials, whose rates are the zeros of C_g C_s + C_i (C_g + C_s) times s^2, and so on:
-    film, gap and skin in series, without the resistance of the body.
-    """
-    film, gap, skin = values.FILM_PERMITTIVITY * eps0 / values.FILM_THICKNESS, eps0 / at[GAP], _skin(at)
-    leak, loss = at[LEAK] / at[GAP], at[CONDUCTIVITY] / at[SKIN]
-    square = gap * skin + film * (skin + gap)
-    linear = leak * skin + loss * gap + film * (loss + leak)
-    root = np.sqrt(linear**2 - 4 * square * leak * loss)
-    fast = (linear + root) / (2 * square)
-    slow = leak * loss / (square * fast)
-    response = np.zeros_like(fast)
-    for rate, other in ((fast, slow), (slow, fast)):
-        weight = film * (skin * rate - loss) / (square * (rate - other))
-        response += weight * -np.expm1(-rate * ramp) / (rate * ramp)
-    field = values.VOLTAGE * response / at[GAP]
-    return np.asarray(at[FRICTION] * values.AREA * eps0 * field**2 / 2, dtype=float)
-
-
-def mean_by_law(at: Mapping[str, Real], frequency: Real) -> Real:
-    """Compute the mean attraction of figure 7 over frequency, by the law as printed.
-
-    `at` has by path, each of shape (n,), thickness, permittivity at 100 Hz, exponent and conductivity of a
-    constant-phase skin, in SI; `frequency` (m,) [Hz]. Returns the mean attraction (n, m) [N] on 1 cm2 of the
-    thin coating under 100 V.
-    """
-    bound, whole = _dispersive(at, frequency)
-    skin = at[SKIN][:, None]
-    film = values.COATING_PERMITTIVITY * eps0 / values.COATING_THICKNESS
-    gain = np.abs(literal_response(frequency, insulator=film, skin=eps0 * whole / skin))
-    electrical = values.COATING_THICKNESS / values.COATING_PERMITTIVITY + skin / bound.real
-    length = values.COATING_THICKNESS + skin
-    return np.asarray(eps0 * values.AREA * (AMPLITUDE * gain) ** 2 / (4 * electrical * length))
-
-
-def mean_in_gap(at: Mapping[str, Real], frequency: Real) -> Real:
-    """Compute the mean attraction of figure 7 over frequency, with the Maxwell stress in a gap of air that does not conduct.
-
-    As `mean_by_law`, with the thickness of the gap.
-    """
-    _, whole = _dispersive(at, frequency)
-    electrical = values.COATING_THICKNESS / values.COATING_PERMITTIVITY + at[SKIN][:, None] / whole
-    field = np.abs(AMPLITUDE / (electrical + at[GAP][:, None]))
-    return np.asarray(eps0 * values.AREA * field**2 / 4)
-
-
-def _skin(at: Mapping[str, Real]) -> Real:
-    return np.asarray(eps0 * at[PERMITTIVITY] / at[SKIN])
-
-
-def _dispersive(at: Mapping[str, Real], frequency: Real) -> tuple[Complex, Complex]:
-    """Return the bound and the whole relative permittivity of constant-phase skins, each of shape (n, m)."""
-    power = at[EXPONENT][:, None] - 1
-    bound = at[PERMITTIVITY][:, None] * (1j * frequency / ANCHOR) ** power / np.cos(power * np.pi / 2)
-    whole = bound + at[CONDUCTIVITY][:, None] / (2j * np.pi * frequency * eps0)
-    return np.asarray(bound, dtype=complex), np.asarray(whole, dtype=complex)
-
-
 SEED: Final = 2014
 SUBJECTS: Final = 8
 """Of the paper."""
@@ -125,20 +37,21 @@ _DRAWS: Final = 2048
 _OF_FIGURE_6: Final = (SKIN, PERMITTIVITY, GAP, FRICTION)
 _NOMINAL_GAP: Final = 1e-6
 """Gap at which the leak has the time constant of the skin [m]."""
+FORCE: Final = "swing lateral_force"
+"""The lateral force above that of the load."""
+_NO_BODY: Final = {"circuit.return_path.resistance": 0.0}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Predicted:
     """The lateral force of figure 6 over a population, under one law.
 
-    `force` of random fingers (n,) [N], n a multiple of `SUBJECTS`; `indices` are the Sobol indices of the
-    inputs of `space`.
+    `force` of random fingers (n,) [N], n a multiple of `SUBJECTS`; `indices` are the Sobol indices of the inputs.
     """
 
     law: str
-    space: Space
     force: Real
-    indices: Indices
+    indices: tuple[InputIndices, ...]
 
     @property
     def spread(self) -> float:
@@ -161,8 +74,7 @@ class Predicted:
     @property
     def shares(self) -> dict[str, tuple[float, float]]:
         """Name of each input to its first-order and its total index."""
-        pairs = zip(self.indices.first.tolist(), self.indices.total.tolist(), strict=True)
-        return dict(zip(self.space.inputs, pairs, strict=True))
+        return {each.name: (each.first, each.total) for each in self.indices}
 
 
 @functools.cache
@@ -172,16 +84,22 @@ def predicted(group: str = "") -> tuple[Predicted, Predicted]:
     `group` is ``dry`` or ``moist`` for these fingers alone; all if empty.
     """
     return (
-        _predicted("law (1)", population("fig6", group), lateral_by_law),
-        _predicted("Maxwell stress in the gap", population("fig6_gap", group), lateral_in_gap),
+        _predicted("law (1)", "fig6", group),
+        _predicted("Maxwell stress in the gap", "fig6_gap", group),
     )
 
 
-def _predicted(law: str, space: Space, function: Callable[[Mapping[str, Real]], Real]) -> Predicted:
+def _predicted(law: str, figure: str, group: str) -> Predicted:
+    scenario, space = rising(figure), population(figure, group)
+    force = prepare(scenario, free=space.paths, quantities=[FORCE])
     drawn = space.draw(SEED, 0, SUBJECTS * _GROUPS_OF_SUBJECTS)
-    return Predicted(
-        law=law, space=space, force=function(drawn), indices=sobol(space, function, n=_DRAWS, seed=SEED)
-    )
+    found = sensitivity(scenario, space, quantity=FORCE, n=_DRAWS, seed=SEED)
+    return Predicted(law=law, force=force(drawn)[FORCE], indices=found.indices)
+
+
+def rising(figure: str) -> Scenario:
+    """Return figure 6 until the end of the rising ramp, without the resistance of the body, which the paper has not."""
+    return scenarios()[figure].replace(_NO_BODY | {"time.duration": values.RAMP, "time.samples": 2})
 
 
 def population(figure: str, group: str = "") -> Space:
@@ -191,13 +109,13 @@ def population(figure: str, group: str = "") -> Space:
     of moisture the distribution of time constants that the stratum corneum has, at a permittivity of 1560: a
     choice, because no source gives its resistivity.
     """
-    shipped = read_shipped("fingers")
+    shipped = read_space(scenarios()[figure], "fingers").as_table()
     groups = {
         label: {"share": group["share"], "space": _conductivities(group["space"], leaks=figure == "fig6_gap")}
         for label, group in shipped["groups"]["moisture"].items()
     }
     tables: dict[str, Any] = {
-        "space": {path: shipped["space"][path] for path in _OF_FIGURE_6},
+        "space": {path: each for path, each in shipped["space"].items() if path in _OF_FIGURE_6},
         "groups": {} if group else {"moisture": groups},
     }
     if group:
@@ -214,7 +132,7 @@ def _conductivities(table: Mapping[str, Any], *, leaks: bool) -> dict[str, Any]:
         return {CONDUCTIVITY: skin}
     ratio = values.FILM_PERMITTIVITY * _NOMINAL_GAP / values.FILM_THICKNESS  # C_i/C_g
     factor = (1 + ratio) / values.SKIN_PERMITTIVITY
-    ends = {name: factor * parse_quantity(skin[name], "S/m") for name in ("low", "high")}
+    ends = {name: factor * skin[name] for name in ("low", "high")}
     return {CONDUCTIVITY: skin, LEAK: {"model": "LogUniform", **ends}}
 
 
@@ -323,7 +241,7 @@ def _indices(each: Predicted) -> str:
 def table() -> Table:
     """Return the Sobol indices of every input under both laws."""
     cases = {f"{each.law}{kind}": each for kind, group in _KINDS.items() for each in predicted(group)}
-    names = dict.fromkeys(name for each in cases.values() for name in each.space.inputs)
+    names = dict.fromkeys(name for each in cases.values() for name in each.shares)
     lines = [
         (_SHORT[name], *(cell for each in cases.values() for cell in _pair(each, name))) for name in names
     ]
@@ -359,26 +277,39 @@ def _figure_6() -> Panel:
 
 
 def _figure_7() -> Panel:
-    frequency = np.geomspace(100.0, 1e4, 41)
-    space = population("fig7")
-    at = space.draw(SEED, 0, _FINGERS)
-    gap = population("fig6_gap").draw(SEED, 0, _FINGERS)[GAP]
     curves = []
-    for label, force, meaning in (
-        ("law (1) of the paper", mean_by_law(at, frequency), "paper point"),
-        ("gap that does not conduct", mean_in_gap(at | {GAP: gap}, frequency), "no conduction"),
+    for label, (scenario, space), meaning in (
+        ("law (1) of the paper", over_frequency(), "paper point"),
+        ("gap that does not conduct", over_frequency(in_gap=True), "no conduction"),
     ):
-        low, middle, high = np.quantile(force, [0.05, 0.5, 0.95], axis=0)
+        found = study(scenario, space, n=_FINGERS, seed=SEED, signal="mean_force")
+        frequency, (low, middle, high) = found.frequency.values, found["mean_force_percentile"].values
         band: dict[str, Any] = {"x": frequency, "look": look(meaning)}
         curves += [
             Curve(label=f"{label}, 5 to 95 %", y=low, upper=high, kind="band", **band),
             Curve(label=f"{label}, median", y=middle, **band),
         ]
-    return panel("fig7_population", _of_thickness(frequency), *curves)
+    return panel("fig7_population", _of_thickness(samples=len(frequency)), *curves)
 
 
-def _of_thickness(frequency: Real) -> Curve:
+def over_frequency(*, in_gap: bool = False) -> tuple[Scenario, Space]:
+    """Return figure 7 by the law as printed, or with the Maxwell stress in a gap of air, and its population."""
+    grid = {"frequency.low": 100.0, "frequency.high": 1e4, "frequency.samples": 41}
+    scenario, space = scenarios()["fig7"].replace(_NO_BODY | grid), population("fig7")
+    if not in_gap:
+        return scenario, space
+    gap = population("fig6_gap").as_table()["space"][GAP]
+    scenario = scenario.replace(
+        {"force.model": "MaxwellStressInGap", "stack.gap": {"thickness": _NOMINAL_GAP}}
+    )
+    table = space.as_table()
+    return scenario, read_space(scenario, table | {"space": table["space"] | {GAP: gap}})
+
+
+def _of_thickness(*, samples: int) -> Curve:
     """Return the range of law (1) over the thickness of the stratum corneum alone."""
     material = compute.force_skins()["palmar women 20 uS"].material
-    thin, thick = (compute.frequency_force(material, frequency, thickness=t) for t in values.THICKNESSES)
+    (frequency, thin), (_, thick) = (
+        compute.frequency_force(material, samples=samples, thickness=each) for each in values.THICKNESSES
+    )
     return span("thickness alone, law (1), palmar women 20 uS", frequency, thick, thin)

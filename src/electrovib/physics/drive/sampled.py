@@ -134,7 +134,7 @@ class Sampled(Drive):
         if not np.all(kept):
             stamps, voltage = stamps[kept], voltage[kept]
         with np.errstate(over="ignore", invalid="ignore"):  # of impossible times, which are refused
-            time = stamps - stamps[0]
+            time = stamps - stamps[0] if stamps[0] else stamps  # no copy of stamps that count from 0
             step = _even_step(time, float(np.max(np.abs(stamps[[0, -1]]))))
         after = self.readback.driving(time, voltage)
         before = after  # one array where nothing jumps, not even at time 0

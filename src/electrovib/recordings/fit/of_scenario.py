@@ -71,7 +71,7 @@ def fit_scenario(
         few = predicted(thinned)
         few.free = prediction.free
     begin = _roughly(few, prediction, progress)
-    noise, estimate, problem = weighted(prediction, begin, progress, near=begin is not prediction.free)
+    noise, estimate, problem = weighted(prediction, begin, progress)
     found = _judged(problem, WeightedProblem(few or prediction, noise), estimate, noise)
     if not said:
         return found

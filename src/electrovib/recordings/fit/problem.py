@@ -11,12 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.recordings.fit.identifiability import Stall
-from electrovib.recordings.fit.least_squares import (
-    LEAST_DETERMINED,
-    FreeParameter,
-    LeastSquaresEstimate,
-    least_squares,
-)
+from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
 from electrovib.recordings.fit.prediction import Prediction, residuals_of
 from electrovib.recordings.interval import rough_noise
 
@@ -26,14 +21,8 @@ if TYPE_CHECKING:
 
 SEARCHED: Final = 1e-9
 """Relative change at which the search for parameters of a scenario ends: the precision of its derivatives."""
-_CLOSE: Final = 0.01
-"""Remaining step over the standard deviation up to which a search has ended."""
-_MOST_NEAR: Final = 6
-"""Gauss-Newton steps from values close to the minimum, before the general search is used."""
 _ROUGHLY: Final = 1e-6
 """Relative change at which the search for a point of a profile ends."""
-_PRECISION: Final = 1e-7
-"""Remaining step over the value that the precision of the derivatives does not resolve."""
 Callback = Callable[[int, float], bool | None]
 
 
@@ -118,38 +107,6 @@ class WeightedProblem:
             stall=Stall(variance, zeros),
         )
 
-    def minimum_near(self, free: Mapping[str, FreeParameter], *, known: bool) -> LeastSquaresEstimate:
-        """Minimise the sum of squares from starting values that are close to the minimum, by Gauss-Newton steps.
-
-        It ends where a further step is less than 1 % of a standard deviation or 1e-7 of the value. Where a
-        step leads to a bound or to a larger sum of squares, or `_MOST_NEAR` steps do not suffice, this is the
-        result of `minimum`.
-        """
-        values = {name: each.start for name, each in free.items()}
-        left = self.residual(values)
-        squares = float(left @ left)
-        for count in range(1, _MOST_NEAR + 1):
-            step, deviations = _newton_step(self.derivatives(values), left)
-            now = np.array(list(values.values()))
-            if not (np.isfinite(squares) and np.isfinite(step).all()):
-                break
-            scatter = 1.0 if known else np.sqrt(squares / max(left.size - len(values), 1))
-            small = np.maximum(_CLOSE * scatter * deviations, _PRECISION * np.abs(now))
-            if (np.abs(step) < small).all():
-                return LeastSquaresEstimate(
-                    values=values, sum_of_squares=squares, count=left.size, noise_is_known=known,
-                    evaluations=count, converged=True,
-                ).judged(left, self.derivatives(values), free)  # fmt: skip
-            moved = dict(zip(values, (now + step).tolist(), strict=True))
-            if any(not each.lower < moved[name] < each.upper for name, each in free.items()):
-                break
-            left = self.residual(moved)
-            if not float(left @ left) <= squares * (1 + SEARCHED):
-                break
-            values, squares = moved, float(left @ left)
-        again = {name: each.starting_at(values[name]) for name, each in free.items()}
-        return self.minimum(again, known=known)
-
     def rise(
         self,
         name: str,
@@ -169,20 +126,6 @@ class WeightedProblem:
             return self._searched(separated, variance, _ROUGHLY).sum_of_squares
         except InputError:
             return np.inf
-
-
-def _newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
-    """Compute the Gauss-Newton step, NaN where it is not determined, and the deviations for residuals of variance 1."""
-    scale = np.linalg.norm(derivatives, axis=0)
-    count = len(scale)
-    if not np.isfinite(scale).all() or not scale.all():
-        return np.full(count, np.nan), np.full(count, np.nan)
-    orthonormal, triangle = np.linalg.qr(derivatives / scale)
-    diagonal = np.abs(np.diag(triangle))
-    if diagonal.min() < LEAST_DETERMINED * diagonal.max():
-        return np.full(count, np.nan), np.full(count, np.nan)
-    inverse = np.linalg.inv(triangle)
-    return -inverse @ (orthonormal.T @ residual) / scale, np.linalg.norm(inverse, axis=1) / scale
 
 
 class OutsideBoundsError(ElectrovibError):
@@ -304,7 +247,7 @@ _LEAST_NOISE: Final = 1e-9
 
 
 def weighted(
-    prediction: Prediction, begin: Mapping[str, FreeParameter], progress: Callback | None, *, near: bool
+    prediction: Prediction, begin: Mapping[str, FreeParameter], progress: Callback | None
 ) -> tuple[list[float], LeastSquaresEstimate, WeightedProblem]:
     """Estimate parameters, and in turn with them the noise, over the scale of its data, that is not stated."""
     columns = [each for group in prediction.columns for each in group]
@@ -317,8 +260,7 @@ def weighted(
     free, evaluations = begin, 0
     for _ in range(_MOST_ROUNDS):
         problem = WeightedProblem(prediction, noise, progress)
-        search = problem.minimum_near if near else problem.minimum
-        estimate = search(free, known=None not in stated)
+        estimate = problem.minimum(free, known=None not in stated)
         evaluations += estimate.evaluations
         free = {name: each.starting_at(estimate.values[name]) for name, each in prediction.free.items()}
         moved = prediction.rescale(estimate.values)

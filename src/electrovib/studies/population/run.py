@@ -20,10 +20,9 @@ from electrovib.studies.population.result import arrays, attributes, draws_of
 from electrovib.studies.population.tiles import Collected, Evaluator, Tile, tiles_of_cluster, tiles_of_process
 
 if TYPE_CHECKING:
-    import xarray
-
     from electrovib.scenario import Source
     from electrovib.scenario.space import SpaceSource
+    from electrovib.studies.population.answer import StudyResult
 
     Progress = Callable[[int, int], bool | None]
 
@@ -62,7 +61,7 @@ def study(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Progress | None = None,
-) -> xarray.Dataset:
+) -> StudyResult:
     """Compute bands of a signal over a population of fingers.
 
     The variance is that of the population, estimated over n - 1. Percentiles are exact order statistics of
@@ -99,9 +98,10 @@ def study(
 
     Returns
     -------
-    xarray.Dataset
-        Mean, variance, percentiles and exceedance probabilities of each signal at each sample; ``electrovib.plot.bands`` draws
-        them, `electrovib.report` writes a page.
+    StudyResult
+        An `xarray.Dataset` of mean, variance, percentiles and exceedance probabilities of each signal at each sample, and an
+        answer as any other: printed as sentences, written by `electrovib.save` and `electrovib.report`, drawn by
+        ``electrovib.plot.bands``.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def study(
     return store.open_study(path)
 
 
-def _complete(path: Path) -> xarray.Dataset:
+def _complete(path: Path) -> StudyResult:
     """Return a complete study, after removing what a process killed at its very end may have left."""
     found = store.open_study(path)
     if (path / store.CHECKPOINT).exists():
@@ -212,8 +212,10 @@ def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluat
 
 def _in_memory(
     declared: DeclaredStudy, where: dict[str, Any] | None, progress: Progress | None
-) -> xarray.Dataset:
+) -> StudyResult:
     """Run a study whose result is kept in memory only."""
+    from electrovib.studies.population.answer import StudyResult
+
     evaluator = _evaluator(declared, where)
     if declared.draws and not evaluator.exact:
         raise InputError(
@@ -230,7 +232,7 @@ def _in_memory(
         for name, rows in collected.rows.items():
             dims, words = draws_of(name, declared.axis)
             found[name] = (dims, rows, words)
-    return found.assign_attrs(attributes(evaluator))
+    return StudyResult.of(found.assign_attrs(attributes(evaluator)))
 
 
 def _stored(

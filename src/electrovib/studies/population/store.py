@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     import xarray
 
+    from electrovib.studies.population.answer import StudyResult
     from electrovib.studies.population.tiles import Collected, Evaluator, Rows
 
 SUFFIX: Final = ".zarr"
@@ -245,7 +246,7 @@ def refuse_full_disk(path: Path, evaluator: Evaluator) -> None:
         )
 
 
-def open_study(path: str | Path) -> xarray.Dataset:
+def open_study(path: str | Path) -> StudyResult:
     """Open the result of a study.
 
     Parameters
@@ -255,7 +256,7 @@ def open_study(path: str | Path) -> xarray.Dataset:
 
     Returns
     -------
-    result : xarray.Dataset
+    result : StudyResult
         As from `electrovib.study`; signals of every finger are read when they are used.
 
     Raises
@@ -270,7 +271,7 @@ def open_study(path: str | Path) -> xarray.Dataset:
     >>> ev.open_study("fingers.zarr").attrs["fingers"]
     5
     """
-    import xarray
+    from electrovib.studies.population.answer import StudyResult
 
     _require_zarr()
     place = Path(path)
@@ -292,7 +293,7 @@ def open_study(path: str | Path) -> xarray.Dataset:
     with files.written(place, "read"):
         arrays = {name: _stored(place / name, lazy=name in rows) for name in files.arrays_of(found)}
     del found["files"], found["chunks"]
-    return xarray.Dataset(arrays, attrs=found)
+    return StudyResult(arrays, attrs=found)
 
 
 def _stored(place: Path, *, lazy: bool) -> tuple[Any, Any, Any]:

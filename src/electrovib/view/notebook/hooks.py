@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
-    from electrovib.core.answer import Document
     from electrovib.scenario import Scenario
 
 _SCENARIO: Final = ("electrovib.scenario.experiment", "Scenario")
@@ -45,30 +44,19 @@ def _scenario(scenario: Scenario) -> str:
     return scenario_html(scenario)
 
 
-def _bands(dataset: xarray.Dataset) -> Document | None:
-    """Return what the bands of a study say; None for any other Dataset."""
-    from electrovib.core.signals import is_study_result
-    from electrovib.view.studied import study_document
-
-    return study_document(dataset) if is_study_result(dataset) else None
-
-
 def _dataset(dataset: xarray.Dataset) -> str:
-    """Show a Trace or the bands of a study; any other Dataset as xarray does."""
+    """Show a Trace; any other Dataset as it shows itself."""
     from electrovib.view.notebook.shown import is_own, trace_html
 
-    if said := _bands(dataset):
-        return said.html
     return trace_html(dataset) if is_own(dataset) else dataset._repr_html_()
 
 
 def _dataset_as_text(dataset: xarray.Dataset, printer: Any, cycle: bool) -> None:
-    """Write a Trace or the bands of a study in a few lines; any other Dataset as xarray does."""
+    """Write a Trace in a few lines; any other Dataset as it writes itself."""
     from electrovib.view.notebook.shown import is_own, trace_text
 
     del cycle
-    said = _bands(dataset)
-    printer.text(said.text if said else trace_text(dataset) if is_own(dataset) else repr(dataset))
+    printer.text(trace_text(dataset) if is_own(dataset) else repr(dataset))
 
 
 def _picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:

@@ -334,6 +334,19 @@ def test_a_corner_exactly_at_the_saturation(gain, film_alone, drive):
     np.testing.assert_allclose(found["current"][inside], charging, rtol=1e-9, atol=1e-9 * FILM * 1e4)
 
 
+@pytest.mark.parametrize("gain", [2.0, -2.0])
+def test_rounding_at_the_largest_voltage_is_no_change_of_the_regime(gain, film_alone, drive):
+    """A target within 1e-12 of the saturation neither holds the plate there nor releases it; one beyond does."""
+    for beyond, released, changes in (
+        (-0.9e-12, 0.9e-12, 0), (0.9e-12, 1.3e-12, 0), (1.3e-12, 0.9e-12, 2), (1.3e-12, 1.3e-12, 4),
+    ):  # fmt: skip
+        levels = [0, 50 * (1 + beyond), 50 * (1 - released), 50 * (1 + beyond), 0]
+        record = drive({"model": "Sampled", "time_samples": [0, 1, 2, 3, 4], "voltage_samples": levels})
+        march = LimitedMarch(film_alone(), Amplifier(gain=gain, saturation=100.0), record, 4.0)
+        march.run(np.linspace(0, 4, 9))
+        assert len(march.kinks) == changes
+
+
 @pytest.mark.parametrize("limits", ["saturation", "everything"])
 def test_regimes_that_contradict_each_other_end_with_an_error(monkeypatch, limits, finger, drive):
     """A fault: the target is taken to be held at the largest voltage of the wrong sign, which no regime outlasts."""

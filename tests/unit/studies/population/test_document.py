@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import html
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray
 from stand_in_population import PATH, SPACE, stand_in
 from typer.testing import CliRunner
 
@@ -15,9 +17,10 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
+from electrovib.studies.population.answer import StudyResult
+from electrovib.studies.population.document import study_document
 from electrovib.studies.population.result import nominal_words
 from electrovib.view.notebook import hooks
-from electrovib.view.studied import study_document
 
 UNIFORM = {"model": "Uniform", "low": 0.2, "high": 0.9, "source": "B. Author 2098", "status": "full text"}
 SPACE_WITH_SOURCES = {
@@ -91,7 +94,45 @@ def test_terminal_page_and_notebook_show_one_document(found, tmp_path):
         assert sentence in page
     printed = []
     hooks._dataset_as_text(found, SimpleNamespace(text=printed.append), cycle=False)
-    assert printed == [said.text]
+    assert printed == [said.text] == [repr(found)]
+    assert found._repr_html_() == hooks._dataset(found) == said.html
+
+
+def test_the_result_is_a_dataset_in_all_that_xarray_does_with_it(found):
+    assert isinstance(found, xarray.Dataset)
+    plain = xarray.Dataset(found.data_vars, found.coords, found.attrs)
+    assert found.identical(plain)
+    assert dict(found.sizes) == dict(plain.sizes)
+    for again in (pickle.loads(pickle.dumps(found)), found.copy(deep=True), found.compute(), found.load()):
+        xarray.testing.assert_identical(again, found)
+    assert xarray.concat([found, found], "k").sizes["k"] == 2
+    assert StudyResult.of(plain).document.text == found.document.text
+    bands = found["electrostatic_force_percentile"]
+    assert type(bands) is xarray.DataArray
+    assert bands.dims == ("percentile", "time")
+
+
+def test_a_part_of_the_time_is_an_answer_and_what_has_lost_its_axis_is_shown_by_xarray(found):
+    part = found.isel(time=slice(0, 3))
+    assert repr(part).startswith("Electrostatic force at ")
+    assert repr(part) != repr(found)
+    lost = (
+        found.isel(time=0),
+        found.mean(),
+        found.drop_vars("electrostatic_force_mean"),
+        found.drop_vars("electrostatic_force_variance"),
+        found.drop_attrs(),
+    )
+    for each in lost:
+        assert "Dimensions" in repr(each)
+        assert "xr-header" in each._repr_html_()
+
+
+def test_a_study_that_xarray_has_read_is_saved_as_the_answer_is(found, tmp_path):
+    plain = xarray.Dataset(found.data_vars, found.coords, found.attrs)
+    for name, each in (("a", found), ("b", plain)):
+        ev.save(each, tmp_path / f"{name}.csv")
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 
 def test_the_page_of_a_store_is_that_of_its_result(tmp_path, monkeypatch):
