@@ -17,6 +17,7 @@ from electrovib.data.traces import open_trace as open_trace
 from electrovib.exports.save import save as save
 from electrovib.exports.scenario import export as export
 from electrovib.exports.waveform import export_waveform as export_waveform
+from electrovib.physics.topography import SelfAffine as SelfAffine
 from electrovib.recordings.fit.of_scenario import Sampling as Sampling
 from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
 from electrovib.recordings.importing import calibrate as calibrate
@@ -38,6 +39,8 @@ from electrovib.scenario.space import read_space as read_space
 from electrovib.solve.equilibrium import equilibrium as equilibrium
 from electrovib.solve.equilibrium import hysteresis as hysteresis
 from electrovib.solve.prepare import prepare as prepare
+from electrovib.solve.rough_contact.half_space import Coated as Coated
+from electrovib.solve.rough_contact.half_space import Elastic as Elastic
 from electrovib.solve.simulate import simulate as simulate
 from electrovib.studies.catalogue import models as models
 from electrovib.studies.catalogue import scenarios as scenarios
@@ -58,6 +61,7 @@ from electrovib.studies.perceive import compare_percepts as compare_percepts
 from electrovib.studies.perceive import perceive as perceive
 from electrovib.studies.population import open_study as open_study
 from electrovib.studies.population import study as study
+from electrovib.studies.rough_contact import rough_contact as rough_contact
 from electrovib.studies.sensitivity import sensitivity as sensitivity
 from electrovib.studies.surfaces import compare_surfaces as compare_surfaces
 from electrovib.studies.sweep import sweep as sweep

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -56,6 +56,23 @@ class SelfAffine:
         spectrum[-waves.rows[alone], 0] = spectrum[waves.rows[alone], 0].conj()
         heights: Real = np.fft.irfft2(spectrum, s=shape, norm="forward")
         return heights
+
+    def without_shortest_octave(self) -> SelfAffine:
+        """Return the same roughness without waves shorter than twice the shortest, so with a smaller rms height."""
+        shortest = 2 * self.shortest
+        if shortest > self.longest * (1 + 1e-12):
+            raise InputError(
+                f"longest = {self.longest}, shortest = {self.shortest}: without the shortest octave no waves are left; give a"
+                " shortest wavelength below half the longest"
+            )
+        waves = self._waves((self.longest, self.longest))
+        kept = waves.amplitudes[waves.numbers <= 2 * math.pi / shortest * (1 + 1e-12)]
+        return replace(
+            self,
+            shortest=shortest,
+            roll_off=max(self.roll_off, shortest),
+            rms=math.sqrt(2 * float(np.sum(kept**2))),
+        )
 
     def rms_slope(self, periods: tuple[float, float]) -> float:
         """Return the root mean square of the gradient of every draw [1], by Parseval's theorem."""

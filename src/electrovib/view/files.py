@@ -88,10 +88,9 @@ def save_document(
     place = output_path(path)
     check_document(place, files, force=force)
     if not is_file(place):
-        pictures = {each.id: drawn(each) for whole in document.figures for each in parts(whole)}
-        figures = {f"{name}.pdf": _as_file(figure, ".pdf") for name, figure in pictures.items()}
-        page = html(document, pictures={} if _STYLE.get() else pictures)  # which takes their titles away
-        contents = {PAGE: page} | {name: content(name) for name in files} | figures
+        shown = [each for whole in document.figures for each in parts(whole)]
+        figures = {f"{each.id}.pdf": picture(each, ".pdf") for each in shown}
+        contents = {PAGE: html(document)} | {name: content(name) for name in files} | figures
         forms = _forms(files) | dict.fromkeys(figures, Form.FIGURE)
         return write_folder(place, contents, forms, force=force)
     name, form = _single(files, place)
@@ -162,12 +161,9 @@ def _of_document(document: Document, place: Path) -> str | bytes:
 
 def picture(shown: Shown, suffix: str) -> bytes:
     """Draw a figure as a file, with the mark by which a later one may replace it."""
-    return _as_file(drawn(shown), suffix)
-
-
-def _as_file(figure: Figure, suffix: str) -> bytes:
     from electrovib.view.pages import to_pdf, to_png, to_svg
 
+    figure = drawn(shown)
     if _STYLE.get():
         STYLES[_STYLE.get()](figure)
     write = {".pdf": to_pdf, ".png": to_png}.get(suffix, lambda each: to_svg(each).encode())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -121,6 +121,20 @@ class Balance(Answer):
         )
 
 
+class ConstantVoltage(NamedTuple):
+    """A voltage [V] held across layers that block and a gap, under a load, all as in `Balance`.
+
+    `filling` is the relative permittivity of the gap.
+    """
+
+    voltage: float
+    pressure: float
+    area: float
+    filling: float
+    electrical_thickness: float
+    blocking: tuple[str, ...]
+
+
 def _shown(value: float, unit: str) -> str:
     return format_quantity(value, unit, digits=4)
 
@@ -175,13 +189,8 @@ def equilibrium(
     ['4.956 um']
     """
     known = read_scenario(scenario)
-    surface, gap = _surface(known), _gap(known)
-    area = known.contact_area
-    parts = _blocking(known, area)
-    filling = _permittivity(gap, known)
-    thickness = filling * sum(parts.values())
-    held = _largest(known) if voltage is None else voltage
-    pressure = known.load.normal_force / area
+    surface, under = _surface(known), constant_voltage(known, voltage)
+    held, pressure, area, filling = under.voltage, under.pressure, under.area, under.filling
 
     def attraction_on(area: float) -> Attraction:
         """Return the attraction with the electrical thickness of the return path for an area [m2]."""
@@ -207,11 +216,35 @@ def equilibrium(
         voltage=held,
         pressure=pressure,
         area=area,
-        electrical_thickness=thickness,
-        blocking=tuple(parts),
+        electrical_thickness=under.electrical_thickness,
+        blocking=under.blocking,
         beyond=beyond,
         diagnostics=_diagnostics(known, states, areas, held=held, filling=filling),
     )
+
+
+def constant_voltage(scenario: Scenario, voltage: float | None = None) -> ConstantVoltage:
+    """Return across what a constant voltage, by default the largest of the drive, is held, as `equilibrium` explains."""
+    gap, area = _gap(scenario), scenario.contact_area
+    parts, filling = _blocking(scenario, area), _permittivity(gap, scenario)
+    return ConstantVoltage(
+        voltage=_largest(scenario) if voltage is None else voltage,
+        pressure=scenario.load.normal_force / area,
+        area=area,
+        filling=filling,
+        electrical_thickness=filling * sum(parts.values()),
+        blocking=tuple(parts),
+    )
+
+
+def closed_diagnostics(
+    scenario: Scenario, under: ConstantVoltage, *, stress: float, voltage: float
+) -> tuple[Diagnostic, ...]:
+    """Return the diagnostics of `equilibrium` as if the whole area touched with an attraction [Pa], which is the worst case."""
+    state = Equilibrium(
+        gap=0.0, stable=True, touching=True, repulsion=0.0, attraction=stress, stop=0.0, residual=0.0
+    )
+    return _diagnostics(scenario, (state,), (under.area,), held=voltage, filling=under.filling)
 
 
 def _diagnostics(

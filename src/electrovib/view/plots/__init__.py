@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from electrovib.view.plots.layers import stack
+from electrovib.view.plots.maps import MAP_SIZE, contact_map
 from electrovib.view.plots.of_answers import SIZE, indices, limits, panel, size_of, trade_off
 from electrovib.view.plots.over_fingers import bands, exceedance
 from electrovib.view.plots.over_frequency import (
@@ -28,12 +29,14 @@ from electrovib.view.plots.over_time import (
 SIZES: dict[str, Callable[[Any], tuple[float, float]]] = {
     "indices": size_of,
     "trade_off": lambda _: SIZE,
+    "contact_map": lambda _: MAP_SIZE,
     "limits": lambda found: (7.2, 1.2 + 0.3 * len(found.rows)),
 }
 """Plot to width and height of its figure [inch], a function of what it shows."""
 
 __all__ = [
     "bands",
+    "contact_map",
     "current",
     "drive",
     "effective_voltage",

@@ -1,0 +1,350 @@
+"""Where a rough finger touches a plate at a constant voltage, and its attraction: contact and field solved together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, Panel, Table
+from electrovib.core.arrays import Real
+from electrovib.core.constants import eps0
+from electrovib.core.diagnostics import Diagnostic, reasons
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.data.marks import Form, csv_text
+from electrovib.physics.roughness import local_pull
+from electrovib.scenario import Source, read_scenario
+from electrovib.solve.equilibrium.of_scenario import ConstantVoltage, closed_diagnostics, constant_voltage
+from electrovib.solve.rough_contact import Coated, Elastic, Loaded, MaxwellStress, Rest, follow
+
+if TYPE_CHECKING:
+    from electrovib.physics.topography import SelfAffine
+
+FINEST: Final = 2048
+"""Most points along a side."""
+POINTS_PER_WAVE: Final = 8
+"""Least points of the shortest wave: the grid of every second point still resolves it."""
+MOST_VOLTAGES: Final = 64
+COLUMNS: Final = {
+    "voltage": ("V", "voltage"),
+    "contact_share": ("1", "in contact"),
+    "mean_gap": ("m", "mean gap"),
+    "attraction": ("Pa", "attraction"),
+    "plates": ("Pa", "plates at the mean gap"),
+    "force": ("N", "force"),
+    "capacitance": ("F", "capacitance"),
+}
+"""Numbers at each voltage: unit and words."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class RoughContact(Answer):
+    """A rough contact at rest at each of some voltages, with its maps.
+
+    Parameters
+    ----------
+    under : ConstantVoltage
+        Load, area, and the layers across which the voltage is held.
+    voltage : ndarray, shape (n,)
+        Voltages [V] in the order in which the contact went through them.
+    rests : tuple of n Rest
+        The contact at each: maps of ``gap`` [m], ``pressure`` and ``attraction`` [Pa] over one period.
+    coarser, smoother : ndarray, shape (2, n)
+        Contact share [1] and attraction [Pa] on every second point of the grid, and of the roughness without waves of its
+        shortest octave.
+    roughness : SelfAffine
+        Roughness of both faces together.
+    diagnostics : tuple of Diagnostic
+        Of what the scenario declares, and of films, air and limits where the faces touch.
+    """
+
+    FILES: ClassVar = {"rough_contact.csv": Form.TABLE}
+    under: ConstantVoltage
+    voltage: Real
+    rests: tuple[Rest, ...]
+    coarser: Real
+    smoother: Real
+    roughness: SelfAffine
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def contact_share(self) -> Real:
+        """Share of the area that touches at each voltage [1]."""
+        return np.array([rest.contact_share for rest in self.rests])
+
+    @property
+    def mean_gap(self) -> Real:
+        """Mean gap at each voltage [m], 0 where the faces touch."""
+        return np.array([rest.mean_gap for rest in self.rests])
+
+    @property
+    def attraction(self) -> Real:
+        """Mean attraction per area at each voltage [Pa]."""
+        return np.array([rest.mean_attraction for rest in self.rests])
+
+    @property
+    def plates(self) -> Real:
+        """Attraction of plates with the mean gap everywhere, at each voltage [Pa]."""
+        return local_pull(
+            self.voltage, electrical_thickness=self.under.electrical_thickness, gap=self.mean_gap
+        )
+
+    @property
+    def force(self) -> Real:
+        """Attraction times the area at each voltage [N]."""
+        return self.attraction * self.under.area
+
+    @property
+    def capacitance(self) -> Real:
+        """Capacitance of the layers that block and the gap at each voltage [F]."""
+        reach = self.under.electrical_thickness
+        inverse = np.array([np.mean(1 / (rest.gap + reach)) for rest in self.rests])
+        return eps0 * self.under.filling * self.under.area * inverse
+
+    @property
+    def fell(self) -> Real:
+        """Whether the contact fell into another rest on the way to each voltage: shut, or open again."""
+        return np.array([rest.fell for rest in self.rests])
+
+    @property
+    def document(self) -> Document:
+        """What happens at the largest voltage, a row for each voltage, and the maps."""
+        rows = np.column_stack([getattr(self, name) for name in COLUMNS]).tolist()
+        units = [unit for unit, _ in COLUMNS.values()]
+        shown = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
+        return Document(
+            title="A rough contact under a constant voltage",
+            sentences=[self._at_most(), self._converged(), *self._doubts()],
+            numbers=[Table("", tuple(words for _, words in COLUMNS.values()), tuple(shown))],
+            diagnostics=self.diagnostics,
+            figures=[*self._over_voltage(), self._map()],
+            remarks=[
+                "the roughness is that of both faces together on one elastic body, without friction or adhesion; the field at a"
+                " place is that of parallel plates, which holds where gap and layers are thin beside the waves",
+                *reasons(self.diagnostics),
+            ],
+        )
+
+    def content(self, name: str) -> str:
+        """Write the numbers at each voltage as CSV, in SI, beside those of coarser grid and smoother roughness."""
+        del name
+        further = {
+            f"{number} of a {kind}": values
+            for kind, both in (("coarser grid", self.coarser), ("smoother roughness", self.smoother))
+            for number, values in zip(("contact_share", "attraction"), both, strict=True)
+        }
+        columns = {name: getattr(self, name) for name in COLUMNS} | further | {"fell": self.fell.astype(int)}
+        return csv_text(
+            tuple(columns), np.column_stack(list(columns.values())).tolist(), remarks=[self._converged()]
+        )
+
+    @property
+    def largest(self) -> int:
+        """Place of the voltage that is largest in size."""
+        return int(np.argmax(np.abs(self.voltage)))
+
+    def _at_most(self) -> str:
+        at = self.largest
+        beside = (
+            f"{self.attraction[at] / self.plates[at]:.3g} times that of plates"
+            if self.plates[at]
+            else "as of plates"
+        )
+        return (
+            f"at {_shown(self.voltage[at], 'V')} under a load of {_shown(self.under.pressure, 'Pa')}"
+            f" {100 * self.contact_share[at]:.3g} % of the area touch, the mean gap is {_shown(self.mean_gap[at], 'm')}, and the"
+            f" attraction is {_shown(self.attraction[at], 'Pa')}, {beside} at the mean gap"
+        )
+
+    def _doubts(self) -> list[str]:
+        """Say where the contact passed states that are not stable, and where the grid is too coarse for the attraction."""
+        said = [
+            f"between {_shown(before, 'V')} and {_shown(after, 'V')} the contact passes states that are not stable: it may fall"
+            " into another one and keep it on the way back; take smaller steps there, up and down"
+            for before, after, fell in zip(self.voltage, self.voltage[1:], self.fell[1:], strict=False)
+            if fell
+        ]
+        steepest = max(rest.steepness for rest in self.rests)
+        if steepest > 1:
+            said.append(
+                f"the grid does not resolve the attraction at the edges of the contact, which is {steepest:.2g} times as steep as"
+                " its shortest wave is stiff: contact share and attraction may change on a finer grid; give more points"
+            )
+        return said
+
+    def _converged(self) -> str:
+        at, parts = self.largest, []
+        smoothest = f"without roughness shorter than {_shown(2 * self.roughness.shortest, 'm')}"
+        for words, both in (("on every second point of the grid", self.coarser), (smoothest, self.smoother)):
+            share, attraction = both[:, at]
+            ratio = (
+                f" and {attraction / self.attraction[at]:.3g} times the attraction"
+                if self.attraction[at]
+                else ""
+            )
+            parts.append(f"{words} {100 * share:.3g} % touch{ratio}")
+        return "; ".join(parts)
+
+    def _over_voltage(self) -> list[Panel]:
+        if self.voltage.size < 2:
+            return []
+        load = np.full(self.voltage.shape, self.under.pressure)
+        return [
+            Panel(
+                id="attraction", title="Attraction and load", x=("voltage", "V"), y=("pressure", "Pa"),
+                caption="Rough contact and field solved together, beside plates with the mean gap of the same contact.",
+                curves=(
+                    Curve(label="rough contact", x=self.voltage, y=self.attraction, kind="bold"),
+                    Curve(label="plates at the mean gap", x=self.voltage, y=self.plates, kind="dashed"),
+                    Curve(label="load", x=self.voltage, y=load, look=REFERENCE),
+                ),
+            )
+        ]  # fmt: skip
+
+    def _map(self) -> Drawing:
+        at = self.largest
+        return Drawing(
+            id="gap",
+            title=f"Gap at {_shown(self.voltage[at], 'V')}",
+            plot="contact_map",
+            of=self,
+            caption="One period of the contact, which repeats beyond the edges. Places that touch are dark.",
+        )
+
+
+def rough_contact(
+    scenario: Source,
+    *,
+    roughness: SelfAffine,
+    body: Elastic | Coated,
+    voltage: ArrayLike | None = None,
+    points: int | None = None,
+    seed: int = 0,
+) -> RoughContact:
+    """Press a rough elastic body on the layers of a scenario, and solve contact and attraction together.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`: load, contact area, and a stack with a gap that does not conduct, whose declared thickness
+        has no effect.
+    roughness : SelfAffine
+        Roughness of both faces together. One period of its longest wave is computed.
+    body : Elastic or Coated
+        What gives way: the skin, with or without a film of another stiffness.
+    voltage : array_like, shape (n,), optional
+        Constant voltages [V] that the contact goes through in this order, up and down again where hysteresis is asked for, at
+        most 64; by default the largest voltage of the drive. For a fast sine give the root mean square.
+    points : int, optional
+        Points along a side of the grid, at least 8 for the shortest wave and at most 2048; by default the least power of 2.
+    seed : int, optional
+        Of the random phases of the roughness.
+
+    Returns
+    -------
+    RoughContact
+        Contact share, mean gap, attraction, force and capacitance at each voltage, the maps, and how much they change on a
+        coarser grid and with a smoother roughness.
+
+    Raises
+    ------
+    InputError
+        If the gap is missing or conducts, nothing blocks, the area grows with the force, or the grid is too coarse.
+    ElectrovibError
+        If the contact does not come to rest, which the message explains.
+
+    Notes
+    -----
+    Least sum of the elastic energy of the half-space, the work of the load, and the energy -eps0 V^2/(2 (g + K)) of the
+    local gap g >= 0, with K the electrical thickness of the layers that block. Checked against Hertz, Westergaard's wave, pull-in
+    of flat faces and a dense minimisation (`tests/reference/test_rough_contact.py`). Adhesion other than the attraction, plastic
+    flow and capillary bridges are not included. The contact share depends on the shortest wave of the roughness, so it is
+    stated beside a smoother one.
+
+    References
+    ----------
+    Stanley and Kato 1997, doi:10.1115/1.2833523: contact of rough surfaces by Fourier transforms.
+
+    Examples
+    --------
+    >>> rough = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=1.25e-4)
+    >>> found = ev.rough_contact("bau_2010/sine", roughness=rough, body=ev.Elastic(modulus=1e6), voltage=[0.0, 50.0])
+    >>> bool(found.attraction[1] > found.plates[1])
+    True
+    """
+    known = read_scenario(scenario)
+    if known.contact.grows:
+        raise InputError(
+            f"contact: {type(known.contact).__name__} grows with the force, but one period of the roughness has a mean pressure;"
+            ' give contact = { model = "FixedArea", area = ... }'
+        )
+    under = constant_voltage(known)
+    if not under.pressure > 0:
+        raise InputError(
+            "load.normal_force = 0: a rough contact rests under a load; give for instance '0.5 N'"
+        )
+    voltages = _voltages(under, voltage)
+    solve = _solver(under, body, roughness.longest, voltages)
+    smooth = roughness.without_shortest_octave()
+    count = _points(roughness, points)
+    shape = (count, count)
+    heights, even = (each.heights(shape, (roughness.longest,) * 2, seed=seed) for each in (roughness, smooth))
+    rests = solve(heights)
+    closest = max(float(rest.attraction.max()) for rest in rests)
+    return RoughContact(
+        under=under,
+        voltage=voltages,
+        rests=rests,
+        coarser=_numbers(solve(heights[::2, ::2])),
+        smoother=_numbers(solve(even[::2, ::2])),
+        roughness=roughness,
+        diagnostics=closed_diagnostics(known, under, stress=closest, voltage=float(np.abs(voltages).max())),
+    )
+
+
+def _voltages(under: ConstantVoltage, voltage: ArrayLike | None) -> Real:
+    found = np.atleast_1d(np.asarray(under.voltage if voltage is None else voltage, dtype=float))
+    if found.ndim != 1 or not 1 <= found.size <= MOST_VOLTAGES or not np.isfinite(found).all():
+        raise InputError(
+            f"voltage = {voltage!r}: expected 1 to {MOST_VOLTAGES} finite voltages [V], for instance [0, 50, 100]"
+        )
+    return found
+
+
+def _points(roughness: SelfAffine, points: int | None) -> int:
+    """Return the points along a side of the grid, a power of 2 by default."""
+    least = POINTS_PER_WAVE * roughness.longest / roughness.shortest
+    count = 1 << int(np.ceil(np.log2(max(least, 32)) - 1e-9)) if points is None else points
+    if count > FINEST or count < least * (1 - 1e-9) or count % 2:
+        raise InputError(
+            f"points = {count}: an even number from {POINTS_PER_WAVE} for each shortest wave, here {least:.0f}, to {FINEST} is"
+            " expected; a larger shortest wavelength of the roughness needs fewer"
+        )
+    return count
+
+
+def _solver(
+    under: ConstantVoltage, body: Elastic | Coated, period: float, voltages: Real
+) -> Callable[[Real], tuple[Rest, ...]]:
+    def pull(voltage: float) -> MaxwellStress:
+        return MaxwellStress(voltage=voltage, electrical_thickness=under.electrical_thickness)
+
+    def solve(heights: Real) -> tuple[Rest, ...]:
+        loaded = Loaded(
+            heights=heights, periods=(period, period), compliance=body.compliance, pressure=under.pressure
+        )
+        return follow(loaded, pull, voltages.tolist())
+
+    return solve
+
+
+def _numbers(rests: tuple[Rest, ...]) -> Real:
+    return np.array([[rest.contact_share, rest.mean_attraction] for rest in rests]).T
+
+
+def _shown(value: float, unit: str) -> str:
+    return f"{100 * value:.3g} %" if unit == "1" else format_quantity(value, unit, digits=4)
