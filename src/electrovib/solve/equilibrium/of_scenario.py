@@ -237,6 +237,16 @@ def constant_voltage(scenario: Scenario, voltage: float | None = None) -> Consta
     )
 
 
+def fixed_area(scenario: Scenario, voltage: float | None = None) -> ConstantVoltage:
+    """Return the same of an area that does not grow with the force, as one period of a roughness needs it."""
+    if scenario.contact.grows:
+        raise InputError(
+            f"contact: {type(scenario.contact).__name__} grows with the force, but one period of the roughness has a mean"
+            ' pressure; give contact = { model = "FixedArea", area = ... }'
+        )
+    return constant_voltage(scenario, voltage)
+
+
 def closed_diagnostics(
     scenario: Scenario, under: ConstantVoltage, *, stress: float, voltage: float
 ) -> tuple[Diagnostic, ...]:
