@@ -53,7 +53,12 @@ TEXTURE = {"model": "Grating", "period": "1 mm", "amplitude": "0.01 mN"}
 FILM, LOADS = ["stack.insulator.thickness"], {LOAD: [0.5, 1.0]}
 WANT = {"want": f"{MEAN} = 1 mN", "free": "drive.amplitude = 10 V:400 V"}
 PLATE = {"over": {"drive.amplitude": [50.0, 100.0]}, "refine": 0}
+ROUGH = {
+    "roughness": ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
+    "body": ev.Elastic(modulus=1e7),
+}
 DRAWS = {"n": 4, "seed": 1}
+CAPACITANCES = {"load": [0.1, 0.5, 2.0, 5.0], "capacitance": [25.99e-12, 27.17e-12, 28.09e-12, 28.29e-12]}
 WAVE = {"path": "50 mm/s", "carrier": "3 kHz"}
 
 
@@ -107,6 +112,7 @@ DOORS = {
     "find_value": lambda one: ev.find_value(one, **WANT),
     "find_value without a solution": lambda one: ev.find_value(one, **WANT | {"want": f"{MEAN} = 1 kN"}),
     "fit": lambda one: ev.fit(one, record(), free=FILM),
+    "fit_contact": lambda one: ev.fit_contact(one, **ROUGH, **CAPACITANCES),
     "fit_laws": lambda one: ev.fit_laws(one, record(), free=FILM, laws=["EffectiveMedium"]),
     "fit_separately": lambda one: ev.fit_separately(one, record(), free=FILM),
     "open_study": stored,
@@ -119,6 +125,7 @@ DOORS = {
     "plan_plate": lambda one: ev.plan_plate(one, **PLATE),
     "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),
+    "rough_contact": lambda one: ev.rough_contact(one, **ROUGH),
     "run": ev.run,
     "run_bench": lambda one: ev.run_bench(one, simulate=True),
     "save": lambda one: ev.save(ev.simulate(one), "out.csv")[0],
@@ -149,6 +156,7 @@ VALUES = {
     "export_waveform": lambda found: found.waveform.voltages,
     "find_value": lambda found: found.values,
     "fit": lambda found: [*found.best.estimate.values.values()],
+    "fit_contact": lambda found: found.fitted,
     "fit_laws": lambda found: [*found.best.estimate.values.values()],
     "fit_separately": lambda found: [row.value for row in found.fits[0].rows],
     "perceive": lambda found: found.level,
@@ -156,6 +164,7 @@ VALUES = {
     "plan_experiment": lambda found: [*found.best.log_odds, *found.own.log_odds],
     "plan_plate": lambda found: [each.values[MEAN] for each in found.candidates],
     "prepare": lambda found: [*found({LOAD: 1.0}).values()],
+    "rough_contact": lambda found: found.force,
     "run": lambda found: found[FORCE].values,
     "run_bench": lambda found: found.lateral_force.values,
     "sensitivity": lambda found: [each.total for each in found.indices],
@@ -171,7 +180,8 @@ VALUES = {
 READS, LISTS = "reads what computes nothing", "lists what is shipped"
 MEASURES = "evaluates a record, without a scenario"
 NO_NUMBER = {
-    READS: "Recordings Sampling Scenario Sensor Space SpectrumErrors SpectrumRecipe budget init load read_space scenario_of",
+    READS: "Coated Elastic Recordings Sampling Scenario SelfAffine Sensor Space SpectrumErrors SpectrumRecipe budget init load"
+    " read_space scenario_of",
     LISTS: "__version__ models scenarios spaces",
     MEASURES: "calibrate fit_material fit_power_law import_file import_material measure_ring"
     " measure_rings measure_times merge_traces read_recording reduce_swipe reduce_swipes",
