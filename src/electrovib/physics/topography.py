@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.arrays import Indices, Numbers, Real
 from electrovib.core.errors import InputError
+from electrovib.core.units import read_numbers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,8 +50,9 @@ class SelfAffine:
 
     def __post_init__(self) -> None:
         """Refuse what is no spectrum."""
-        if not 0 < self.rms < math.inf:
-            raise InputError(f"rms = {self.rms}: an rms height is finite and above 0, for instance 5e-6 m")
+        read_numbers(self, rms="m", hurst="1", longest="m", roll_off="m", shortest="m")
+        if not 1e-15 <= self.rms <= 1:
+            raise InputError(f"rms = {self.rms}: an rms height is from 1e-15 to 1 m, for instance 5e-6 m")
         if not 0 <= self.hurst <= 1:
             raise InputError(f"hurst = {self.hurst}: a Hurst exponent is from 0 to 1, for instance 0.8")
         if not 0 < self.shortest <= self.roll_off <= self.longest < math.inf:
@@ -81,6 +83,8 @@ class SelfAffine:
         InputError
             If the grid is too coarse for the shortest wave, or no wave fits into the periods.
         """
+        if seed < 0:
+            raise InputError(f"seed = {seed}: a whole number from 0 is expected")
         waves = self._waves(periods)
         needed = tuple(2 * int(np.abs(order).max()) + 1 for order in (waves.rows, waves.columns))
         if any(length < least for length, least in zip(shape, needed, strict=True)):
@@ -112,7 +116,7 @@ class SelfAffine:
         if shortest > self.longest * (1 + 1e-12):
             raise InputError(
                 f"longest = {self.longest}, shortest = {self.shortest}: without the shortest octave no waves are left; give a"
-                " shortest wavelength below half the longest"
+                " shortest wavelength of at most half the longest"
             )
         waves = self._waves((self.longest, self.longest))
         kept = waves.amplitudes[waves.numbers <= 2 * math.pi / shortest * (1 + 1e-12)]

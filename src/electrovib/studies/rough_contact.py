@@ -14,6 +14,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
+from electrovib.core.mistakes import shown
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.roughness import local_pull
@@ -27,6 +28,10 @@ FINEST: Final = 2048
 POINTS_PER_WAVE: Final = 8
 """Least points of the shortest wave: the grid of every second point still resolves it."""
 MOST_VOLTAGES: Final = 64
+HIGHEST: Final = 1e6
+"""Largest voltage [V]; films break far below."""
+STEEP: Final = 0.3
+"""Rms slope above which a doubt is told."""
 COLUMNS: Final = {
     "voltage": ("V", "voltage"),
     "contact_share": ("1", "in contact"),
@@ -113,16 +118,18 @@ class RoughContact(Answer):
         """What happens at the largest voltage, a row for each voltage, and the maps."""
         rows = np.column_stack([getattr(self, name) for name in COLUMNS]).tolist()
         units = [unit for unit, _ in COLUMNS.values()]
-        shown = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
+        texts = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
         return Document(
             title="A rough contact under a constant voltage",
             sentences=[self._at_most(), self._converged(), *self._doubts()],
-            numbers=[Table("", tuple(words for _, words in COLUMNS.values()), tuple(shown))],
+            numbers=[Table("", tuple(words for _, words in COLUMNS.values()), tuple(texts))],
             diagnostics=self.diagnostics,
             figures=[*self._over_voltage(), self._map()],
             remarks=[
                 "the roughness is that of both faces together on one elastic body, without friction or adhesion; the field at a"
                 " place is that of parallel plates, which holds where gap and layers are thin beside the waves",
+                "films, charge and energy are judged as if the whole area touched under the largest voltage, air across the open"
+                " gap that is nearest to breakdown",
                 *reasons(self.diagnostics),
             ],
         )
@@ -166,6 +173,9 @@ class RoughContact(Answer):
             for before, after, fell in zip(self.voltage, self.voltage[1:], self.fell[1:], strict=False)
             if fell
         ]
+        slope = self.roughness.rms_slope((self.roughness.longest,) * 2)
+        if slope > STEEP:
+            said.append(f"the roughness has an rms slope of {slope:.2g}, but slopes are taken as small")
         steepest = max(rest.steepness for rest in self.rests)
         if steepest > 1:
             said.append(
@@ -251,7 +261,8 @@ def rough_contact(
     Raises
     ------
     InputError
-        If the gap is missing or conducts, nothing blocks, the area grows with the force, or the grid is too coarse.
+        If the gap is missing or conducts, nothing blocks, the body floats, the area grows with the force, or the grid is too
+        coarse.
     ElectrovibError
         If the contact does not come to rest, which the message explains.
 
@@ -280,19 +291,24 @@ def rough_contact(
             f"contact: {type(known.contact).__name__} grows with the force, but one period of the roughness has a mean pressure;"
             ' give contact = { model = "FixedArea", area = ... }'
         )
-    under = constant_voltage(known)
+    under = constant_voltage(known, None if voltage is None else 0.0)
+    if "return_path" in under.blocking:
+        raise InputError(
+            "circuit.return_path: a floating body takes a share of the voltage that depends on the whole contact; give the"
+            ' voltage between plate and skin, with return_path = { model = "Grounded" }'
+        )
     if not under.pressure > 0:
         raise InputError(
             "load.normal_force = 0: a rough contact rests under a load; give for instance '0.5 N'"
         )
     voltages = _voltages(under, voltage)
     solve = _solver(under, body, roughness.longest, voltages)
-    smooth = roughness.without_shortest_octave()
     count = _points(roughness, points)
+    smooth = roughness.without_shortest_octave()
     shape = (count, count)
     heights, even = (each.heights(shape, (roughness.longest,) * 2, seed=seed) for each in (roughness, smooth))
     rests = solve(heights)
-    closest = max(float(rest.attraction.max()) for rest in rests)
+    widest = max(float(rest.gap.max()) for rest in rests)
     return RoughContact(
         under=under,
         voltage=voltages,
@@ -300,15 +316,17 @@ def rough_contact(
         coarser=_numbers(solve(heights[::2, ::2])),
         smoother=_numbers(solve(even[::2, ::2])),
         roughness=roughness,
-        diagnostics=closed_diagnostics(known, under, stress=closest, voltage=float(np.abs(voltages).max())),
+        diagnostics=closed_diagnostics(known, under, voltage=float(np.abs(voltages).max()), widest=widest),
     )
 
 
 def _voltages(under: ConstantVoltage, voltage: ArrayLike | None) -> Real:
     found = np.atleast_1d(np.asarray(under.voltage if voltage is None else voltage, dtype=float))
-    if found.ndim != 1 or not 1 <= found.size <= MOST_VOLTAGES or not np.isfinite(found).all():
+    allowed = found.ndim == 1 and 1 <= found.size <= MOST_VOLTAGES and bool((np.abs(found) <= HIGHEST).all())
+    if not allowed:
         raise InputError(
-            f"voltage = {voltage!r}: expected 1 to {MOST_VOLTAGES} finite voltages [V], for instance [0, 50, 100]"
+            f"voltage = {shown(found.tolist())}: expected 1 to {MOST_VOLTAGES} voltages in a row, at most {HIGHEST:g} V in"
+            " size, for instance [0, 50, 100]"
         )
     return found
 
@@ -316,6 +334,11 @@ def _voltages(under: ConstantVoltage, voltage: ArrayLike | None) -> Real:
 def _points(roughness: SelfAffine, points: int | None) -> int:
     """Return the points along a side of the grid, a power of 2 by default."""
     least = POINTS_PER_WAVE * roughness.longest / roughness.shortest
+    if least > FINEST * (1 + 1e-9):
+        raise InputError(
+            f"roughness.shortest = {roughness.shortest}: it needs {least:.4g} points along a side, and at most {FINEST} are"
+            f" computed; give a shortest wavelength from {POINTS_PER_WAVE * roughness.longest / FINEST:g} m"
+        )
     count = 1 << int(np.ceil(np.log2(max(least, 32)) - 1e-9)) if points is None else points
     if count > FINEST or count < least * (1 - 1e-9) or count % 2:
         raise InputError(
