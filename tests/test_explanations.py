@@ -99,6 +99,35 @@ def test_the_laws_without_a_gap_give_the_force_of_some_gap(computed):
     assert gap / skin == pytest.approx(largest)
 
 
+def test_the_gap_of_a_rough_contact_depends_on_what_is_asked(computed):
+    """Plates with the same capacitance or attraction by their closed forms, from the maps of gap and attraction."""
+    found, text = computed.gaps().found, page("which_gap")
+    last, thickness, eps0 = found.rests[-1], found.under.electrical_thickness, 8.8541878128e-12
+    near = last.gap < 0.5e-6
+    share = [100 * float(np.mean(rest.pressure > 0)) for rest in (found.rests[0], last)]
+    attraction = float(last.attraction.mean())
+    mean = eps0 * 40**2 / 2 / (last.gap.mean() + thickness) ** 2
+    shown = {
+        r"mean distance \| ([\d.]+) µm": 1e6 * last.gap.mean(),
+        r"same capacitance \| ([\d.]+) µm": 1e6 * (1 / np.mean(1 / (last.gap + thickness)) - thickness),
+        r"same attraction \| ([\d.]+) µm": 1e6 * (np.sqrt(eps0 * 40**2 / 2 / attraction) - thickness),
+        r"is ([\d.]+) µm here": 1e6 * thickness,
+        r"µm are ([\d.]+) % of": 100 * near.mean(),
+        r"carry ([\d.]+) % of": 100 * last.attraction[near].sum() / last.attraction.sum(),
+        r"attraction is ([\d.]+) times that": attraction / mean,
+        r"attraction, ([\d.]+) kPa": 1e-3 * attraction,
+        r"grows from ([\d.]+) %": share[0],
+        r"grows from [\d.]+ % to ([\d.]+) %": share[1],
+        r"power ([\d.]+)\.": np.polyfit(*np.log([found.voltage[10:], found.attraction[10:]]), 1)[0],
+        r"125 µm ([\d.]+) % of": 100 * found.smoother[0, -1],
+        r"would be ([\d.]+) times": found.smoother[1, -1] / attraction,
+    }
+    for pattern, value in shown.items():
+        number = re.findall(pattern, " ".join(text.split()))[0]
+        half = 0.5 * 10.0 ** -len(number.partition(".")[2])
+        assert float(number) == pytest.approx(value, abs=1.001 * half), pattern
+
+
 LINE = re.compile(r'<g id="line2d_\d+">\s*<path d="([^"]+)"')
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
@@ -109,7 +138,7 @@ def curves(svg):
     return [each for each in found if each.size > 40]
 
 
-@pytest.mark.parametrize("name", ["mechanism", "laws", "causality", "tutorial"])
+@pytest.mark.parametrize("name", ["gap", "mechanism", "laws", "causality", "tutorial"])
 def test_the_figures_of_the_repository_are_those_that_are_computed(name, computed):
     figures = importlib.import_module("figures")
     assert set(figures.FIGURES) == {file.stem for file in figures.FOLDER.glob("*")}

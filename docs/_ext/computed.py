@@ -13,6 +13,7 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.scenario import Scenario
+from electrovib.studies.rough_contact import RoughContact
 from electrovib.studies.surfaces import FILM, FORMS, SCREEN, PlateStack
 
 STEP: Final = {"model": "Step", "level": "1 kV"}
@@ -162,3 +163,32 @@ def recording() -> Recording:
     }
     noise = 0.05e-3 * np.random.default_rng(1).standard_normal(time.size)
     return Recording(time, forces[75e-6] + noise, {one: forces[one] for one in (90e-6, FITTED)})
+
+
+class Gaps(NamedTuple):
+    """A rough contact at one voltage, its gaps in order, and attraction over voltage."""
+
+    found: RoughContact
+    gap: Real
+    """From the smallest on [m]."""
+    area: Real
+    """Share of the area with gaps up to that [1]."""
+    attraction: Real
+    """Share of the attraction there [1]."""
+
+
+def gaps() -> Gaps:
+    """Press a rough skin on the screen of Bau 2010, and raise the voltage."""
+    rough = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=62.5e-6)
+    found = ev.rough_contact(
+        "bau_2010/sine",
+        roughness=rough,
+        body=ev.Elastic(modulus=1e7),
+        voltage=np.linspace(0.0, 40.0, 41),
+    )
+    last = found.rests[-1]
+    order = np.argsort(last.gap, axis=None)
+    gap, pull = last.gap.ravel()[order], last.attraction.ravel()[order]
+    shares = np.arange(1, gap.size + 1) / gap.size
+    every = slice(None, None, 64)
+    return Gaps(found, gap[every], shares[every], (np.cumsum(pull) / pull.sum())[every])

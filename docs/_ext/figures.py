@@ -118,7 +118,39 @@ def tutorial() -> Figure:
     return figure
 
 
-FIGURES: Final = {"mechanism": mechanism, "laws": laws, "causality": causality, "tutorial": tutorial}
+def gap() -> Figure:
+    """Draw where a rough contact is attracted, and its attraction over the voltage beside plates at the mean gap."""
+    found = computed.gaps()
+    figure = new_figure((8.4, 3.6))
+    where, over = figure.subplots(1, 2)
+    where.plot(1e6 * found.gap, 100 * found.area, color=COLOURS[0], label="area")
+    where.plot(1e6 * found.gap, 100 * found.attraction, color=COLOURS[1], ls="--", label="attraction")
+    mean = 1e6 * float(found.found.mean_gap[-1])
+    where.axvline(mean, color=NEUTRAL, lw=0.8)
+    where.text(mean + 0.1, 8, "mean gap", color="#444444")
+    where.set(
+        xlabel="gap up to [µm]", ylabel="share [%]", ylim=(0, 105), title="At 40 V: where the attraction is"
+    )
+    where.legend(loc="center right")
+    voltage = found.found.voltage
+    over.plot(voltage, 1e-3 * found.found.attraction, color=COLOURS[1], ls="--", label="rough contact")
+    over.plot(voltage, 1e-3 * found.found.plates, color=COLOURS[2], label="plates at the mean gap")
+    over.axhline(1e-3 * found.found.under.pressure, color=NEUTRAL, lw=0.8)
+    over.text(1, 1e-3 * found.found.under.pressure + 0.15, "load", color="#444444")
+    over.set(
+        xlabel="voltage [V]", ylabel="attraction per area [kPa]", title="Over the voltage", ylim=(-0.3, 5.8)
+    )
+    over.legend(loc="upper left", bbox_to_anchor=(0, 0.82))
+    return figure
+
+
+FIGURES: Final = {
+    "gap": gap,
+    "mechanism": mechanism,
+    "laws": laws,
+    "causality": causality,
+    "tutorial": tutorial,
+}
 """File name of each figure to the function that draws it."""
 
 

@@ -58,6 +58,10 @@ GIVEN = {
     "reduce_swipe": {"recording": RECORD},
     "reduce_swipes": {"recording": RECORD},
     "report": {"traces": RECORD, "path": "o.html"},
+    "rough_contact": {
+        "roughness": ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
+        "body": ev.Elastic(modulus=1e7),
+    },
     "run_bench": {"simulate": True},
     "save": {"trace": RECORD, "path": "o.nc"},
     "scenario_of": {"trace": RECORD},

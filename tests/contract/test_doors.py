@@ -53,6 +53,10 @@ TEXTURE = {"model": "Grating", "period": "1 mm", "amplitude": "0.01 mN"}
 FILM, LOADS = ["stack.insulator.thickness"], {LOAD: [0.5, 1.0]}
 WANT = {"want": f"{MEAN} = 1 mN", "free": "drive.amplitude = 10 V:400 V"}
 PLATE = {"over": {"drive.amplitude": [50.0, 100.0]}, "refine": 0}
+ROUGH = {
+    "roughness": ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
+    "body": ev.Elastic(modulus=1e7),
+}
 DRAWS = {"n": 4, "seed": 1}
 WAVE = {"path": "50 mm/s", "carrier": "3 kHz"}
 
@@ -119,6 +123,7 @@ DOORS = {
     "plan_plate": lambda one: ev.plan_plate(one, **PLATE),
     "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),
+    "rough_contact": lambda one: ev.rough_contact(one, **ROUGH),
     "run": ev.run,
     "run_bench": lambda one: ev.run_bench(one, simulate=True),
     "save": lambda one: ev.save(ev.simulate(one), "out.csv")[0],
@@ -156,6 +161,7 @@ VALUES = {
     "plan_experiment": lambda found: [*found.best.log_odds, *found.own.log_odds],
     "plan_plate": lambda found: [each.values[MEAN] for each in found.candidates],
     "prepare": lambda found: [*found({LOAD: 1.0}).values()],
+    "rough_contact": lambda found: found.force,
     "run": lambda found: found[FORCE].values,
     "run_bench": lambda found: found.lateral_force.values,
     "sensitivity": lambda found: [each.total for each in found.indices],
@@ -171,7 +177,8 @@ VALUES = {
 READS, LISTS = "reads what computes nothing", "lists what is shipped"
 MEASURES = "evaluates a record, without a scenario"
 NO_NUMBER = {
-    READS: "Recordings Sampling Scenario Sensor Space SpectrumErrors SpectrumRecipe budget init load read_space scenario_of",
+    READS: "Coated Elastic Recordings Sampling Scenario SelfAffine Sensor Space SpectrumErrors SpectrumRecipe budget init load"
+    " read_space scenario_of",
     LISTS: "__version__ models scenarios spaces",
     MEASURES: "calibrate fit_material fit_power_law import_file import_material measure_ring"
     " measure_rings measure_times merge_traces read_recording reduce_swipe reduce_swipes",

@@ -16,8 +16,29 @@ from electrovib.core.errors import InputError
 class SelfAffine:
     """Isotropic roughness whose power per wave vector is constant up to a wave number and falls with q^(-2 - 2 H) above it.
 
-    `rms` height [m]; `hurst` exponent H; wavelengths [m]: the `longest`, that of the `roll_off`, the `shortest`. Phases are
-    random and amplitudes are not, so that every draw has the declared rms height; many waves make Gaussian heights.
+    Parameters
+    ----------
+    rms : float
+        Root mean square height [m], above 0, which every draw has.
+    hurst : float
+        Exponent H, from 0 to 1.
+    longest, roll_off, shortest : float
+        Wavelengths [m], in this order: the longest one, that from which on the power falls, and the shortest one.
+
+    Raises
+    ------
+    InputError
+        If a number is outside its range, or the wavelengths are in another order.
+
+    Notes
+    -----
+    Phases are random and amplitudes are not; many waves make Gaussian heights.
+
+    Examples
+    --------
+    >>> rough = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=1.25e-4)
+    >>> f"{rough.heights((32, 32), (1e-3, 1e-3), seed=1).std():.3g}"
+    '2e-06'
     """
 
     rms: float
@@ -39,9 +60,26 @@ class SelfAffine:
             )
 
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
-        """Return heights [m] with mean 0 on a grid of periods [m].
+        """Return heights with mean 0 on a grid.
 
-        A finer grid shows the same surface, and a smaller `shortest` adds waves to those of a larger one.
+        Parameters
+        ----------
+        shape : tuple of 2 int
+            Points along both axes, at least two for the shortest wave and one more.
+        periods : tuple of 2 float
+            Lengths of the grid [m], after which the heights repeat.
+        seed : int
+            Of the phases. A finer grid shows the same surface, and a smaller `shortest` adds waves to those of a larger one.
+
+        Returns
+        -------
+        heights : ndarray, of the shape
+            Heights [m].
+
+        Raises
+        ------
+        InputError
+            If the grid is too coarse for the shortest wave, or no wave fits into the periods.
         """
         waves = self._waves(periods)
         needed = tuple(2 * int(np.abs(order).max()) + 1 for order in (waves.rows, waves.columns))
@@ -58,7 +96,18 @@ class SelfAffine:
         return heights
 
     def without_shortest_octave(self) -> SelfAffine:
-        """Return the same roughness without waves shorter than twice the shortest, so with a smaller rms height."""
+        """Return the same roughness without waves shorter than twice the shortest.
+
+        Returns
+        -------
+        SelfAffine
+            With a smaller rms height.
+
+        Raises
+        ------
+        InputError
+            If no waves are left.
+        """
         shortest = 2 * self.shortest
         if shortest > self.longest * (1 + 1e-12):
             raise InputError(
@@ -75,7 +124,18 @@ class SelfAffine:
         )
 
     def rms_slope(self, periods: tuple[float, float]) -> float:
-        """Return the root mean square of the gradient of every draw [1], by Parseval's theorem."""
+        """Return the root mean square of the gradient, by Parseval's theorem.
+
+        Parameters
+        ----------
+        periods : tuple of 2 float
+            Lengths of the grid [m].
+
+        Returns
+        -------
+        slope : float
+            That of every draw [1].
+        """
         waves = self._waves(periods)
         return math.sqrt(2 * float(np.sum((waves.numbers * waves.amplitudes) ** 2)))
 

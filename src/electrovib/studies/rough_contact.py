@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,12 +17,10 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.roughness import local_pull
+from electrovib.physics.topography import SelfAffine
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.equilibrium.of_scenario import ConstantVoltage, closed_diagnostics, constant_voltage
 from electrovib.solve.rough_contact import Coated, Elastic, Loaded, MaxwellStress, Rest, follow
-
-if TYPE_CHECKING:
-    from electrovib.physics.topography import SelfAffine
 
 FINEST: Final = 2048
 """Most points along a side."""
@@ -107,7 +105,7 @@ class RoughContact(Answer):
 
     @property
     def fell(self) -> Real:
-        """Whether the contact fell into another rest on the way to each voltage: shut, or open again."""
+        """Whether the contact fell into another rest before each voltage: shut, or open again."""
         return np.array([rest.fell for rest in self.rests])
 
     @property
@@ -164,7 +162,7 @@ class RoughContact(Answer):
         """Say where the contact passed states that are not stable, and where the grid is too coarse for the attraction."""
         said = [
             f"between {_shown(before, 'V')} and {_shown(after, 'V')} the contact passes states that are not stable: it may fall"
-            " into another one and keep it on the way back; take smaller steps there, up and down"
+            " into another one and keep it while the voltage falls again; take smaller steps there, up and down"
             for before, after, fell in zip(self.voltage, self.voltage[1:], self.fell[1:], strict=False)
             if fell
         ]
@@ -235,7 +233,7 @@ def rough_contact(
     roughness : SelfAffine
         Roughness of both faces together. One period of its longest wave is computed.
     body : Elastic or Coated
-        What gives way: the skin, with or without a film of another stiffness.
+        What is bent: the skin, with or without a film of another stiffness.
     voltage : array_like, shape (n,), optional
         Constant voltages [V] that the contact goes through in this order, up and down again where hysteresis is asked for, at
         most 64; by default the largest voltage of the drive. For a fast sine give the root mean square.
@@ -272,7 +270,7 @@ def rough_contact(
     Examples
     --------
     >>> rough = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=1.25e-4)
-    >>> found = ev.rough_contact("bau_2010/sine", roughness=rough, body=ev.Elastic(modulus=1e6), voltage=[0.0, 50.0])
+    >>> found = ev.rough_contact("bau_2010/sine", roughness=rough, body=ev.Elastic(modulus=1e7), voltage=[0, 20])
     >>> bool(found.attraction[1] > found.plates[1])
     True
     """

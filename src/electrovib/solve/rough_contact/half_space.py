@@ -17,7 +17,25 @@ from electrovib.core.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class Elastic:
-    """A homogeneous isotropic elastic half-space: Young's modulus [Pa] and Poisson's ratio."""
+    """A homogeneous isotropic elastic half-space.
+
+    Parameters
+    ----------
+    modulus : float
+        Young's modulus [Pa], above 0.
+    poisson : float
+        Poisson's ratio, from 0 to 0.5, the default, which keeps the volume.
+
+    Raises
+    ------
+    InputError
+        If a number is outside its range.
+
+    Examples
+    --------
+    >>> f"{ev.Elastic(modulus=1e6).compliance(1e4):.3g}"
+    '1.5e-10'
+    """
 
     modulus: float
     poisson: float = 0.5
@@ -37,14 +55,46 @@ class Elastic:
         return self.modulus / (2 * (1 + self.poisson))
 
     def compliance(self, wavenumber: ArrayLike) -> Real:
-        """Return the displacement per pressure [m/Pa] at wave numbers [1/m] above 0: 2 (1 - nu^2)/(E q)."""
+        """Return the displacement of a pressure wave over the pressure: 2 (1 - nu^2)/(E q).
+
+        Parameters
+        ----------
+        wavenumber : array_like
+            Wave numbers q [1/m], above 0, any shape.
+
+        Returns
+        -------
+        compliance : ndarray, same shape
+            Displacement over pressure [m/Pa].
+        """
         found: Real = (1 - self.poisson) / (self.shear * np.asarray(wavenumber, dtype=float))
         return found
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coated:
-    """An elastic film of a thickness [m], bonded to an elastic half-space."""
+    """An elastic film that is bonded to an elastic half-space, such as the stratum corneum on the tissue below.
+
+    Parameters
+    ----------
+    film : Elastic
+        Of the film.
+    thickness : float
+        Of the film [m], 0 or more.
+    below : Elastic
+        Of the half-space.
+
+    Raises
+    ------
+    InputError
+        If the thickness is outside its range.
+
+    Examples
+    --------
+    >>> skin = ev.Coated(film=ev.Elastic(modulus=1e8), thickness=20e-6, below=ev.Elastic(modulus=1e5))
+    >>> f"{skin.compliance(1e6):.2g}, {skin.compliance(1e2):.2g}"
+    '1.5e-14, 1.5e-07'
+    """
 
     film: Elastic
     thickness: float
@@ -56,8 +106,20 @@ class Coated:
             raise InputError(f"thickness = {self.thickness}: a film is 0 or more thick, for instance 20e-6 m")
 
     def compliance(self, wavenumber: ArrayLike) -> Real:
-        """Return the displacement per pressure [m/Pa] at wave numbers [1/m] above 0.
+        """Return the displacement of a pressure wave over the pressure.
 
+        Parameters
+        ----------
+        wavenumber : array_like
+            Wave numbers q [1/m], above 0, any shape.
+
+        Returns
+        -------
+        compliance : ndarray, same shape
+            Displacement over pressure [m/Pa].
+
+        Notes
+        -----
         That of the film alone times (1 + 4 b x e - a b e^2)/(1 - (a + b + 4 b x^2) e + a b e^2), x = q t and e = exp(-2 x), from
         the stresses and displacements that are continuous across the bond: that of the lower half-space for x = 0.
         """
