@@ -26,6 +26,8 @@ PULLS = (0.0, 0.1, 0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 """Attraction of a closed gap over the load, which sets the voltage."""
 LEAST = 1e-3
 """Contact share below which a grid has too few points of contact for a comparison."""
+OPEN = 0.75
+"""Mean gap over the rms height above which an exponential is asked for."""
 GOAL = 0.15
 PREDICTED = (
     "Predicted before the first run: contact share without voltage 0.75 (0.55 to 0.9), with voltage 0.7 (0.4 to 1.1);"
@@ -221,6 +223,14 @@ def of_all(found: Sequence[Measured], mean=True):
     return [case for each in found for case in (each.mean if mean else each.single)]
 
 
+def exponential(case, *, decay, factor):
+    """Return the mean gap [m] of the exponential law under load and attraction."""
+    surface = case.surface
+    return float(
+        exponential_gap(case.borne, flat=factor * surface.modulus, decay=decay * surface.roughness.rms)
+    )
+
+
 def summary(found):
     rows = [
         (
@@ -236,10 +246,8 @@ def summary(found):
     slopes = [each.surface.slope for each in found]
     decay, factor, off = zip(*lines, strict=True)
     beside = [
-        case.gap
-        / float(exponential_gap(case.borne, flat=line[1] * case.surface.modulus, decay=line[0] * rms))
+        (case.gap / case.surface.roughness.rms, case.gap / exponential(case, decay=line[0], factor=line[1]))
         for each, line in zip(found, lines, strict=True)
-        for rms in (each.surface.roughness.rms,)
         for case in each.mean
         if case.voltage
     ]
@@ -249,7 +257,10 @@ def summary(found):
         "pressure factor over roll-off wave number times rms height": np.divide(factor, waves),
         "pressure factor over rms slope": np.divide(factor, slopes),
         "largest error of the exponential, as a factor in load": off,
-        "mean gap with voltage over the exponential at load plus attraction": beside,
+        "mean gap with voltage over the exponential at load plus attraction": [ratio for _, ratio in beside],
+        f"the same, mean gaps above {OPEN:g} rms heights": [
+            ratio for height, ratio in beside if height > OPEN
+        ],
         "contact share on every second point, over that of the grid": [
             ratio for each in found for ratio in each.coarser
         ],
@@ -267,9 +278,7 @@ def corrections(found):
     )
 
     def without_gap(case, factor):
-        surface = case.surface
-        flat = steep * surface.slope * surface.modulus
-        gap = float(exponential_gap(case.borne, flat=flat, decay=decay * surface.roughness.rms))
+        gap = exponential(case, decay=decay, factor=steep * case.surface.slope)
         return pulled(case, lambda: case.gaussian(factor * case.law_share(), gap)) if gap else np.nan
 
     tried = {
