@@ -18,6 +18,7 @@ from electrovib.exports.save import save as save
 from electrovib.exports.scenario import export as export
 from electrovib.exports.waveform import export_waveform as export_waveform
 from electrovib.physics.topography import SelfAffine as SelfAffine
+from electrovib.recordings.fit.contact import fit_contact as fit_contact
 from electrovib.recordings.fit.of_scenario import Sampling as Sampling
 from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
 from electrovib.recordings.importing import calibrate as calibrate

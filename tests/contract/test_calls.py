@@ -25,6 +25,10 @@ FREE = {"scenario": SINE, "recordings": RECORD, "free": ["contact.area"]}
 WANT = {"want": f"{MEAN} = 1 mN", "free": "drive.amplitude"}
 DRAWS = {"space": SPACE, "n": 2, "seed": 1}
 FILM = {"area": "1 cm2", "thickness": "200 um"}
+ROUGH = {
+    "roughness": ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
+    "body": ev.Elastic(modulus=1e7),
+}
 GIVEN = {
     "calibrate": {"reading": [0.0, 1.0, 2.0], "known": [0.0, 1.0, 2.0]},
     "check": {"drive": SINE},
@@ -35,6 +39,7 @@ GIVEN = {
     "export_waveform": {"path": "o.csv", "edge": "line"},
     "find_value": WANT,
     "fit": FREE,
+    "fit_contact": {"load": [0.1, 1.0, 3.0], "capacitance": [1e-10, 2e-10, 3e-10], **ROUGH},
     "fit_laws": FREE,
     "fit_separately": FREE,
     "fit_material": {"files": "s.csv", "recipe": ev.SpectrumRecipe(**FILM)},
@@ -58,10 +63,7 @@ GIVEN = {
     "reduce_swipe": {"recording": RECORD},
     "reduce_swipes": {"recording": RECORD},
     "report": {"traces": RECORD, "path": "o.html"},
-    "rough_contact": {
-        "roughness": ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
-        "body": ev.Elastic(modulus=1e7),
-    },
+    "rough_contact": ROUGH,
     "run_bench": {"simulate": True},
     "save": {"trace": RECORD, "path": "o.nc"},
     "scenario_of": {"trace": RECORD},

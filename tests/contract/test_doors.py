@@ -58,6 +58,7 @@ ROUGH = {
     "body": ev.Elastic(modulus=1e7),
 }
 DRAWS = {"n": 4, "seed": 1}
+CAPACITANCES = {"load": [0.1, 0.5, 2.0, 5.0], "capacitance": [25.99e-12, 27.17e-12, 28.09e-12, 28.29e-12]}
 WAVE = {"path": "50 mm/s", "carrier": "3 kHz"}
 
 
@@ -111,6 +112,7 @@ DOORS = {
     "find_value": lambda one: ev.find_value(one, **WANT),
     "find_value without a solution": lambda one: ev.find_value(one, **WANT | {"want": f"{MEAN} = 1 kN"}),
     "fit": lambda one: ev.fit(one, record(), free=FILM),
+    "fit_contact": lambda one: ev.fit_contact(one, **ROUGH, **CAPACITANCES),
     "fit_laws": lambda one: ev.fit_laws(one, record(), free=FILM, laws=["EffectiveMedium"]),
     "fit_separately": lambda one: ev.fit_separately(one, record(), free=FILM),
     "open_study": stored,
@@ -123,7 +125,9 @@ DOORS = {
     "plan_plate": lambda one: ev.plan_plate(one, **PLATE),
     "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),
-    "rough_contact": lambda one: ev.rough_contact(one, **ROUGH),
+    "rough_contact": lambda one: ev.rough_contact(
+        one, **ROUGH
+    ),  # which refuses a body that floats, see REFUSING
     "run": ev.run,
     "run_bench": lambda one: ev.run_bench(one, simulate=True),
     "save": lambda one: ev.save(ev.simulate(one), "out.csv")[0],
@@ -154,6 +158,7 @@ VALUES = {
     "export_waveform": lambda found: found.waveform.voltages,
     "find_value": lambda found: found.values,
     "fit": lambda found: [*found.best.estimate.values.values()],
+    "fit_contact": lambda found: found.fitted,
     "fit_laws": lambda found: [*found.best.estimate.values.values()],
     "fit_separately": lambda found: [row.value for row in found.fits[0].rows],
     "perceive": lambda found: found.level,

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from electrovib.core.arrays import Indices, Numbers, Real
 from electrovib.core.errors import InputError
 from electrovib.core.units import read_numbers
+
+FINEST: Final = 2048
+"""Most points along a side."""
+POINTS_PER_WAVE: Final = 8
+"""Least points of the shortest wave: the grid of every second point still resolves it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +103,22 @@ class SelfAffine:
         spectrum[-waves.rows[alone], 0] = spectrum[waves.rows[alone], 0].conj()
         heights: Real = np.fft.irfft2(spectrum, s=shape, norm="forward")
         return heights
+
+    def points(self, points: int | None = None) -> int:
+        """Return the points along a side of a grid of one period of the longest wave, by default the least power of 2."""
+        least = POINTS_PER_WAVE * self.longest / self.shortest
+        if least > FINEST * (1 + 1e-9):
+            raise InputError(
+                f"roughness.shortest = {self.shortest}: it needs {least:.4g} points along a side, and at most {FINEST} are"
+                f" computed; give a shortest wavelength from {POINTS_PER_WAVE * self.longest / FINEST:g} m"
+            )
+        count = 1 << int(np.ceil(np.log2(max(least, 32)) - 1e-9)) if points is None else points
+        if count > FINEST or count < least * (1 - 1e-9) or count % 2:
+            raise InputError(
+                f"points = {count}: an even number from {POINTS_PER_WAVE} for each shortest wave, here {least:.0f}, to {FINEST}"
+                " is expected; a larger shortest wavelength of the roughness needs fewer"
+            )
+        return count
 
     def without_shortest_octave(self) -> SelfAffine:
         """Return the same roughness without waves shorter than twice the shortest.

@@ -20,13 +20,9 @@ from electrovib.data.marks import Form, csv_text
 from electrovib.physics.roughness import local_pull
 from electrovib.physics.topography import SelfAffine
 from electrovib.scenario import Source, read_scenario
-from electrovib.solve.equilibrium.of_scenario import ConstantVoltage, closed_diagnostics, constant_voltage
+from electrovib.solve.equilibrium.of_scenario import ConstantVoltage, closed_diagnostics, fixed_area
 from electrovib.solve.rough_contact import Coated, Elastic, Loaded, MaxwellStress, Rest, follow
 
-FINEST: Final = 2048
-"""Most points along a side."""
-POINTS_PER_WAVE: Final = 8
-"""Least points of the shortest wave: the grid of every second point still resolves it."""
 MOST_VOLTAGES: Final = 64
 HIGHEST: Final = 1e6
 """Largest voltage [V]; films break far below."""
@@ -286,25 +282,15 @@ def rough_contact(
     True
     """
     known = read_scenario(scenario)
-    if known.contact.grows:
-        raise InputError(
-            f"contact: {type(known.contact).__name__} grows with the force, but one period of the roughness has a mean pressure;"
-            ' give contact = { model = "FixedArea", area = ... }'
-        )
-    under = constant_voltage(known, None if voltage is None else 0.0)
-    if "return_path" in under.blocking:
-        raise InputError(
-            "circuit.return_path: a floating body takes a share of the voltage that depends on the whole contact; give the"
-            ' voltage between plate and skin, with return_path = { model = "Grounded" }'
-        )
+    under = fixed_area(known, None if voltage is None else 0.0)
     if not under.pressure > 0:
         raise InputError(
             "load.normal_force = 0: a rough contact rests under a load; give for instance '0.5 N'"
         )
     voltages = _voltages(under, voltage)
     solve = _solver(under, body, roughness.longest, voltages)
-    count = _points(roughness, points)
     smooth = roughness.without_shortest_octave()
+    count = roughness.points(points)
     shape = (count, count)
     heights, even = (each.heights(shape, (roughness.longest,) * 2, seed=seed) for each in (roughness, smooth))
     rests = solve(heights)
@@ -329,23 +315,6 @@ def _voltages(under: ConstantVoltage, voltage: ArrayLike | None) -> Real:
             " size, for instance [0, 50, 100]"
         )
     return found
-
-
-def _points(roughness: SelfAffine, points: int | None) -> int:
-    """Return the points along a side of the grid, a power of 2 by default."""
-    least = POINTS_PER_WAVE * roughness.longest / roughness.shortest
-    if least > FINEST * (1 + 1e-9):
-        raise InputError(
-            f"roughness.shortest = {roughness.shortest}: it needs {least:.4g} points along a side, and at most {FINEST} are"
-            f" computed; give a shortest wavelength from {POINTS_PER_WAVE * roughness.longest / FINEST:g} m"
-        )
-    count = 1 << int(np.ceil(np.log2(max(least, 32)) - 1e-9)) if points is None else points
-    if count > FINEST or count < least * (1 - 1e-9) or count % 2:
-        raise InputError(
-            f"points = {count}: an even number from {POINTS_PER_WAVE} for each shortest wave, here {least:.0f}, to {FINEST} is"
-            " expected; a larger shortest wavelength of the roughness needs fewer"
-        )
-    return count
 
 
 def _solver(

@@ -237,6 +237,22 @@ def constant_voltage(scenario: Scenario, voltage: float | None = None) -> Consta
     )
 
 
+def fixed_area(scenario: Scenario, voltage: float | None = None) -> ConstantVoltage:
+    """Return the same of an area and a body that are the same at every place, as one period of a roughness needs them."""
+    if scenario.contact.grows:
+        raise InputError(
+            f"contact: {type(scenario.contact).__name__} grows with the force, but one period of the roughness has a mean"
+            ' pressure; give contact = { model = "FixedArea", area = ... }'
+        )
+    under = constant_voltage(scenario, voltage)
+    if "return_path" in under.blocking:
+        raise InputError(
+            "circuit.return_path: a floating body takes a share of the voltage that depends on the whole contact; give the"
+            ' voltage between plate and skin, with return_path = { model = "Grounded" }'
+        )
+    return under
+
+
 def closed_diagnostics(
     scenario: Scenario, under: ConstantVoltage, *, voltage: float, widest: float
 ) -> tuple[Diagnostic, ...]:

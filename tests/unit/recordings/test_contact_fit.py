@@ -1,0 +1,148 @@
+"""Capacitances of a rough contact with known rms height and modulus give both back, and with them the forces."""
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.errors import InputError
+from electrovib.recordings.fit import contact
+from electrovib.solve.equilibrium.of_scenario import constant_voltage
+
+SINE = "bau_2010/sine"
+ROUGH = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)
+SOFT = ev.Elastic(modulus=1e6)
+LOADS = np.array([1.0, 0.05, 0.4, 0.1, 2.0, 0.2])
+
+
+@pytest.fixture(autouse=True)
+def _solved_once(monkeypatch):
+    monkeypatch.setattr(contact, "_solved", solved)
+
+
+solved = functools.cache(contact._solved)
+
+
+@functools.cache
+def capacitances(scenario=SINE, rough=ROUGH, body=SOFT, seed=0):
+    return np.array(
+        [
+            ev.rough_contact(
+                ev.load(scenario, changes={"load.normal_force": load}),
+                roughness=rough,
+                body=body,
+                voltage=0.0,
+                seed=seed,
+            ).capacitance[0]
+            for load in LOADS
+        ]
+    )
+
+
+def fitted(capacitance=None, load=LOADS, scenario=SINE, rough=ROUGH, body=SOFT, **options):
+    values = capacitances() if capacitance is None else capacitance
+    return ev.fit_contact(scenario, load=load, capacitance=values, roughness=rough, body=body, **options)
+
+
+@pytest.mark.parametrize(
+    ("rms", "body", "rough", "seed"),
+    [
+        (2e-6, SOFT, ROUGH, 0),
+        (5e-6, ev.Elastic(modulus=3e5, poisson=0.3), ROUGH, 1),
+        (1e-6, ev.Elastic(modulus=1e7), replace(ROUGH, hurst=0.5, shortest=1.25e-4, longest=5e-4), 2),
+    ],
+)
+def test_rms_height_and_modulus_come_back_from_anywhere(rms, body, rough, seed):
+    true = replace(rough, rms=rms)
+    values = capacitances(rough=true, body=body, seed=seed)
+    begin = {"rough": replace(rough, rms=10 * rms), "body": replace(body, modulus=body.modulus / 30)}
+    found = fitted(values, seed=seed, **begin)
+    assert found.roughness == replace(true, rms=found.rms.value)
+    assert found.body == replace(body, modulus=found.modulus.value)
+    assert found.rms.value == pytest.approx(rms, rel=0.02)
+    assert found.modulus.value == pytest.approx(body.modulus, rel=0.02)
+    order = np.argsort(LOADS)
+    np.testing.assert_array_equal([found.load, found.capacitance], [LOADS[order], values[order]])
+    np.testing.assert_allclose(found.fitted, found.capacitance, rtol=0.01)
+
+
+def test_a_liquid_in_the_gap_is_counted_and_the_load_of_the_scenario_is_not():
+    wet = ev.load(SINE, changes={"stack.gap.material.permittivity": 3.0, "load.normal_force": "7 N"})
+    assert constant_voltage(wet).filling == 3.0
+    found = fitted(capacitances.__wrapped__(wet), scenario=wet)
+    assert found.rms.value == pytest.approx(2e-6, rel=0.02)
+    assert found.modulus.value == pytest.approx(1e6, rel=0.02)
+
+
+def test_it_predicts_the_attraction_without_a_further_number():
+    found = fitted(rough=replace(ROUGH, rms=5e-6), body=replace(SOFT, modulus=1e7))
+    predicted, true = (
+        ev.rough_contact(SINE, roughness=rough, body=body, voltage=[30.0, 60.0]).force
+        for rough, body in ((found.roughness, found.body), (ROUGH, SOFT))
+    )
+    np.testing.assert_allclose(predicted, true, rtol=0.02)
+
+
+def test_intervals_hold_under_noise():
+    rng = np.random.default_rng(3)
+    load, exact, noise = np.tile(LOADS, 4), np.tile(fitted().fitted[np.argsort(np.argsort(LOADS))], 4), 0.02
+    many = [fitted(exact * np.exp(noise * rng.normal(size=load.size)), load) for _ in range(60)]
+    assert np.sqrt(np.mean([each.scatter**2 for each in many])) == pytest.approx(noise, rel=0.1)
+    for name, true in (("rms", fitted().rms.value), ("modulus", fitted().modulus.value)):
+        numbers = [getattr(each, name) for each in many]
+        assert 53 <= sum(each.lower <= true <= each.upper for each in numbers) <= 60
+        spread = np.std([each.value for each in numbers])
+        assert np.mean([each.standard_error for each in numbers]) == pytest.approx(spread, rel=0.25)
+
+
+def test_it_says_what_it_found_and_writes_it():
+    found = fitted()
+    height, modulus, scatter = found.document.sentences
+    assert height == f"rms height of the roughness {found.rms.in_words('m')}"
+    assert modulus == f"Young's modulus {found.modulus.in_words('Pa')}"
+    assert f"{100 * found.scatter:.2g} %" in scatter
+    lines = [each for each in found.content("contact.csv").splitlines() if not each.startswith("#")]
+    rows = np.array([each.split(",") for each in lines[1:]], dtype=float)
+    assert lines[0] == "load,capacitance,fitted"
+    np.testing.assert_allclose(rows.T, [found.load, found.capacitance, found.fitted])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"load": [1.0, 2.0]}, "two rows of the same length"),
+        ({"load": [1.0, 2.0], "capacitance": [1e-10, 2e-10]}, "at least 3"),
+        ({"load": [0.0, *LOADS[1:]]}, "load: 0 N is not finite and above 0"),
+        ({"load": [1e-6, *LOADS[1:]]}, "less than a factor of 1e6"),
+        ({"capacitance": -capacitances()}, "F is not finite and above 0; omit the point, or subtract"),
+        (
+            {"capacitance": capacitances() * 4},
+            "is not below 3.453 nF, that of insulator on 1 cm2 without a gap",
+        ),
+        ({"capacitance": np.full(6, 1e-9)}, "do not determine rms height and modulus"),
+        ({"capacitance": capacitances()[::-1]}, "do not determine rms height and modulus"),
+        ({"load": np.ones(6)}, "do not determine rms height and modulus"),
+        ({"points": 16}, "points = 16"),
+        (
+            {
+                "scenario": ev.load(
+                    SINE,
+                    changes={
+                        "contact": {
+                            "model": "GrowingArea",
+                            "area": "1 cm2",
+                            "at_force": "1 N",
+                            "exponent": 0.3,
+                        }
+                    },
+                )
+            },
+            "grows with the force",
+        ),
+    ],
+)
+def test_what_does_not_determine_it_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        fitted(**given)
