@@ -100,8 +100,9 @@ class ContactFit(Answer):
                 )
             ],
             remarks=[
-                "the intervals are those of a body and a spectrum as declared; modulus and rms height of another spectrum differ,"
-                " and loads of one run that err together make them wider",
+                "the intervals are those of a body, a spectrum and random phases as declared. Other phases give other numbers,"
+                " less so where the longest wavelength is many times that of the roll-off, and loads of one run that err together"
+                " make the intervals wider: repeat with another seed, and predict with both",
                 *reasons(self.diagnostics),
             ],
         )  # fmt: skip
@@ -158,7 +159,8 @@ def fit_contact(
     -----
     Least squares of the logarithms, so that errors are taken as proportional to the capacitance. The capacitance is
     eps0 A mean(1/(g + K)) with the local gap g and the electrical thickness K of the layers. Gaps of 31 contacts are
-    interpolated over the logarithm of the load.
+    interpolated over the logarithm of the load, to 2 % of both numbers. Forces predicted from the contact depend on the
+    ratios of the wavelengths alone.
 
     Examples
     --------
