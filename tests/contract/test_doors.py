@@ -136,9 +136,7 @@ DOORS = {
     "plan_plate": lambda one: ev.plan_plate(one, **PLATE),
     "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),
-    "rough_contact": lambda one: ev.rough_contact(
-        one, **ROUGH
-    ),  # which refuses a body that floats, see REFUSING
+    "rough_contact": lambda one: ev.rough_contact(grounded(one), **ROUGH),
     "run": ev.run,
     "run_bench": lambda one: ev.run_bench(one, simulate=True),
     "save": lambda one: ev.save(ev.simulate(one), "out.csv")[0],
