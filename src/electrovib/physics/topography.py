@@ -105,7 +105,23 @@ class SelfAffine:
         return heights
 
     def points(self, points: int | None = None) -> int:
-        """Return the points along a side of a grid of one period of the longest wave, by default the least power of 2."""
+        """Return the points along a side of a grid of one period of the longest wave.
+
+        Parameters
+        ----------
+        points : int, optional
+            An even number of at least 8 for each shortest wave, and at most 2048; by default the least power of 2.
+
+        Returns
+        -------
+        points : int
+            Points along a side.
+
+        Raises
+        ------
+        InputError
+            If there are too few or too many, or the number is odd.
+        """
         least = POINTS_PER_WAVE * self.longest / self.shortest
         if least > FINEST * (1 + 1e-9):
             raise InputError(
