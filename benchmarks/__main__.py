@@ -9,6 +9,8 @@ from benchmarks import (
     leak_behind_amplifier,
     one_finger,
     population,
+    rough_contact,
+    rough_laws,
     start_up,
     texture_stream,
 )
@@ -23,4 +25,6 @@ if __name__ == "__main__":
     laws.main()
     leak_behind_amplifier.main()
     population.main()
+    rough_contact.main()
+    rough_laws.main()
     texture_stream.main()

@@ -24,6 +24,7 @@ from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
+from electrovib.scenario import read_scenario
 from electrovib.scenario.toml import to_toml
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.reproduction import Reproduction
@@ -99,6 +100,16 @@ def explored(scenario):
     return found
 
 
+def grounded(source):
+    """Return the scenario with a grounded body, for what refuses one that floats."""
+    return read_scenario(source).replace({"circuit.return_path": {"model": "Grounded"}})
+
+
+REFUSING = {
+    "fit_contact": lambda one: ev.fit_contact(one, **ROUGH, **CAPACITANCES),
+    "rough_contact": lambda one: ev.rough_contact(one, **ROUGH),
+}
+"""Functions that refuse what the warning is of, a body that floats."""
 DOORS = {
     "check": ev.check,
     "compare": lambda one: ev.compare(one, models=LAWS),
@@ -112,7 +123,7 @@ DOORS = {
     "find_value": lambda one: ev.find_value(one, **WANT),
     "find_value without a solution": lambda one: ev.find_value(one, **WANT | {"want": f"{MEAN} = 1 kN"}),
     "fit": lambda one: ev.fit(one, record(), free=FILM),
-    "fit_contact": lambda one: ev.fit_contact(one, **ROUGH, **CAPACITANCES),
+    "fit_contact": lambda one: ev.fit_contact(grounded(one), **ROUGH, **CAPACITANCES),
     "fit_laws": lambda one: ev.fit_laws(one, record(), free=FILM, laws=["EffectiveMedium"]),
     "fit_separately": lambda one: ev.fit_separately(one, record(), free=FILM),
     "open_study": stored,
@@ -125,7 +136,7 @@ DOORS = {
     "plan_plate": lambda one: ev.plan_plate(one, **PLATE),
     "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),
-    "rough_contact": lambda one: ev.rough_contact(one, **ROUGH),
+    "rough_contact": lambda one: ev.rough_contact(grounded(one), **ROUGH),
     "run": ev.run,
     "run_bench": lambda one: ev.run_bench(one, simulate=True),
     "save": lambda one: ev.save(ev.simulate(one), "out.csv")[0],
@@ -222,6 +233,10 @@ def marked(names):
 
 @pytest.mark.parametrize("name", marked(DOORS))
 def test_every_function_states_the_warning(name):
+    if name in REFUSING:
+        with pytest.raises(InputError, match=r"circuit\.return_path: a floating body"):
+            REFUSING[name](SCENARIO)
+        return
     found = DOORS[name](SCENARIO)
     if isinstance(found, Path):
         assert WARNING in html.unescape(found.read_text(encoding="utf-8"))

@@ -124,7 +124,14 @@ def number_in(unit: str, option: str, value: str | float) -> float:
     try:
         return parse_quantity(value, unit) if isinstance(value, str) else float(value)
     except (TypeError, ValueError) as error:
-        raise InputError(str(error), path=option, value=str(value)) from None
+        why = str(error) if isinstance(value, str) else expected(unit)
+        raise InputError(why, path=option, value=str(value)) from None
+
+
+def read_numbers(held: object, **units: str) -> None:
+    """Read the numbers of a frozen dataclass by the units of their names, also from texts with a unit."""
+    for name, unit in units.items():
+        object.__setattr__(held, name, number_in(unit, name, getattr(held, name)))
 
 
 def expected(unit: str) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.arrays import Indices, Numbers, Real
 from electrovib.core.errors import InputError
+from electrovib.core.units import read_numbers
 
 FINEST: Final = 2048
 """Most points along a side."""
@@ -54,8 +55,9 @@ class SelfAffine:
 
     def __post_init__(self) -> None:
         """Refuse what is no spectrum."""
-        if not 0 < self.rms < math.inf:
-            raise InputError(f"rms = {self.rms}: an rms height is finite and above 0, for instance 5e-6 m")
+        read_numbers(self, rms="m", hurst="1", longest="m", roll_off="m", shortest="m")
+        if not 1e-15 <= self.rms <= 1:
+            raise InputError(f"rms = {self.rms}: an rms height is from 1e-15 to 1 m, for instance 5e-6 m")
         if not 0 <= self.hurst <= 1:
             raise InputError(f"hurst = {self.hurst}: a Hurst exponent is from 0 to 1, for instance 0.8")
         if not 0 < self.shortest <= self.roll_off <= self.longest < math.inf:
@@ -86,6 +88,8 @@ class SelfAffine:
         InputError
             If the grid is too coarse for the shortest wave, or no wave fits into the periods.
         """
+        if seed < 0:
+            raise InputError(f"seed = {seed}: a whole number from 0 is expected")
         waves = self._waves(periods)
         needed = tuple(2 * int(np.abs(order).max()) + 1 for order in (waves.rows, waves.columns))
         if any(length < least for length, least in zip(shape, needed, strict=True)):
@@ -101,8 +105,29 @@ class SelfAffine:
         return heights
 
     def points(self, points: int | None = None) -> int:
-        """Return the points along a side of a grid of one period of the longest wave, by default the least power of 2."""
+        """Return the points along a side of a grid of one period of the longest wave.
+
+        Parameters
+        ----------
+        points : int, optional
+            An even number of at least 8 for each shortest wave, and at most 2048; by default the least power of 2.
+
+        Returns
+        -------
+        points : int
+            Points along a side.
+
+        Raises
+        ------
+        InputError
+            If there are too few or too many, or the number is odd.
+        """
         least = POINTS_PER_WAVE * self.longest / self.shortest
+        if least > FINEST * (1 + 1e-9):
+            raise InputError(
+                f"roughness.shortest = {self.shortest}: it needs {least:.4g} points along a side, and at most {FINEST} are"
+                f" computed; give a shortest wavelength from {POINTS_PER_WAVE * self.longest / FINEST:g} m"
+            )
         count = 1 << int(np.ceil(np.log2(max(least, 32)) - 1e-9)) if points is None else points
         if count > FINEST or count < least * (1 - 1e-9) or count % 2:
             raise InputError(
@@ -128,7 +153,7 @@ class SelfAffine:
         if shortest > self.longest * (1 + 1e-12):
             raise InputError(
                 f"longest = {self.longest}, shortest = {self.shortest}: without the shortest octave no waves are left; give a"
-                " shortest wavelength below half the longest"
+                " shortest wavelength of at most half the longest"
             )
         waves = self._waves((self.longest, self.longest))
         kept = waves.amplitudes[waves.numbers <= 2 * math.pi / shortest * (1 + 1e-12)]

@@ -14,6 +14,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
+from electrovib.core.mistakes import shown
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.roughness import local_pull
@@ -23,6 +24,10 @@ from electrovib.solve.equilibrium.of_scenario import ConstantVoltage, closed_dia
 from electrovib.solve.rough_contact import Coated, Elastic, Loaded, MaxwellStress, Rest, follow
 
 MOST_VOLTAGES: Final = 64
+HIGHEST: Final = 1e6
+"""Largest voltage [V]; films break far below."""
+STEEP: Final = 0.3
+"""Rms slope above which a doubt is told."""
 COLUMNS: Final = {
     "voltage": ("V", "voltage"),
     "contact_share": ("1", "in contact"),
@@ -109,16 +114,18 @@ class RoughContact(Answer):
         """What happens at the largest voltage, a row for each voltage, and the maps."""
         rows = np.column_stack([getattr(self, name) for name in COLUMNS]).tolist()
         units = [unit for unit, _ in COLUMNS.values()]
-        shown = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
+        texts = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
         return Document(
             title="A rough contact under a constant voltage",
             sentences=[self._at_most(), self._converged(), *self._doubts()],
-            numbers=[Table("", tuple(words for _, words in COLUMNS.values()), tuple(shown))],
+            numbers=[Table("", tuple(words for _, words in COLUMNS.values()), tuple(texts))],
             diagnostics=self.diagnostics,
             figures=[*self._over_voltage(), self._map()],
             remarks=[
                 "the roughness is that of both faces together on one elastic body, without friction or adhesion; the field at a"
                 " place is that of parallel plates, which holds where gap and layers are thin beside the waves",
+                "films, charge and energy are judged as if the whole area touched under the largest voltage, air across the open"
+                " gap that is nearest to breakdown",
                 *reasons(self.diagnostics),
             ],
         )
@@ -162,6 +169,9 @@ class RoughContact(Answer):
             for before, after, fell in zip(self.voltage, self.voltage[1:], self.fell[1:], strict=False)
             if fell
         ]
+        slope = self.roughness.rms_slope((self.roughness.longest,) * 2)
+        if slope > STEEP:
+            said.append(f"the roughness has an rms slope of {slope:.2g}, but slopes are taken as small")
         steepest = max(rest.steepness for rest in self.rests)
         if steepest > 1:
             said.append(
@@ -247,7 +257,8 @@ def rough_contact(
     Raises
     ------
     InputError
-        If the gap is missing or conducts, nothing blocks, the area grows with the force, or the grid is too coarse.
+        If the gap is missing or conducts, nothing blocks, the body floats, the area grows with the force, or the grid is too
+        coarse.
     ElectrovibError
         If the contact does not come to rest, which the message explains.
 
@@ -271,7 +282,7 @@ def rough_contact(
     True
     """
     known = read_scenario(scenario)
-    under = fixed_area(known)
+    under = fixed_area(known, None if voltage is None else 0.0)
     if not under.pressure > 0:
         raise InputError(
             "load.normal_force = 0: a rough contact rests under a load; give for instance '0.5 N'"
@@ -283,7 +294,7 @@ def rough_contact(
     shape = (count, count)
     heights, even = (each.heights(shape, (roughness.longest,) * 2, seed=seed) for each in (roughness, smooth))
     rests = solve(heights)
-    closest = max(float(rest.attraction.max()) for rest in rests)
+    widest = max(float(rest.gap.max()) for rest in rests)
     return RoughContact(
         under=under,
         voltage=voltages,
@@ -291,15 +302,17 @@ def rough_contact(
         coarser=_numbers(solve(heights[::2, ::2])),
         smoother=_numbers(solve(even[::2, ::2])),
         roughness=roughness,
-        diagnostics=closed_diagnostics(known, under, stress=closest, voltage=float(np.abs(voltages).max())),
+        diagnostics=closed_diagnostics(known, under, voltage=float(np.abs(voltages).max()), widest=widest),
     )
 
 
 def _voltages(under: ConstantVoltage, voltage: ArrayLike | None) -> Real:
     found = np.atleast_1d(np.asarray(under.voltage if voltage is None else voltage, dtype=float))
-    if found.ndim != 1 or not 1 <= found.size <= MOST_VOLTAGES or not np.isfinite(found).all():
+    allowed = found.ndim == 1 and 1 <= found.size <= MOST_VOLTAGES and bool((np.abs(found) <= HIGHEST).all())
+    if not allowed:
         raise InputError(
-            f"voltage = {voltage!r}: expected 1 to {MOST_VOLTAGES} finite voltages [V], for instance [0, 50, 100]"
+            f"voltage = {shown(found.tolist())}: expected 1 to {MOST_VOLTAGES} voltages in a row, at most {HIGHEST:g} V in"
+            " size, for instance [0, 50, 100]"
         )
     return found
 

@@ -78,3 +78,19 @@ def test_a_grid_that_is_too_coarse_and_a_range_without_waves_are_refused():
     narrow = SelfAffine(rms=1e-6, hurst=0.5, longest=9.5e-4, roll_off=9e-4, shortest=9e-4)
     with pytest.raises(InputError, match="no wave of this range"):
         narrow.heights((64, 64), (1e-3, 1e-3), seed=0)
+
+
+def test_without_the_shortest_octave_the_longer_waves_stay_as_they_are():
+    given = SelfAffine(**GIVEN)
+    smooth = given.without_shortest_octave()
+    sides = (given.longest,) * 2
+    whole, even = (np.fft.fft2(each.heights((128, 128), sides, seed=2)) for each in (given, smooth))
+    count = np.fft.fftfreq(128, 1 / 128)
+    kept = np.hypot(count[:, None], count[None, :]) <= given.longest / smooth.shortest * (1 + 1e-9)
+    assert smooth.shortest == 2 * given.shortest
+    assert even[kept] == pytest.approx(whole[kept], abs=1e-9 * np.abs(whole).max())
+    assert np.abs(even[~kept]).max() < 1e-12 * np.abs(even).max()
+    assert smooth.rms == pytest.approx(np.sqrt(np.sum(np.abs(whole[kept]) ** 2)) / 128**2, rel=1e-12)
+    assert smooth.rms < given.rms
+    with pytest.raises(InputError, match="at most half the longest"):
+        SelfAffine(**GIVEN | {"roll_off": 1e-3, "shortest": 6e-4}).without_shortest_octave()

@@ -17,7 +17,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.contact.attraction import Attraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import limit_diagnostics
-from electrovib.physics.roughness import ContactSpots
+from electrovib.physics.roughness import ContactSpots, local_pull
 from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -238,23 +238,44 @@ def constant_voltage(scenario: Scenario, voltage: float | None = None) -> Consta
 
 
 def fixed_area(scenario: Scenario, voltage: float | None = None) -> ConstantVoltage:
-    """Return the same of an area that does not grow with the force, as one period of a roughness needs it."""
+    """Return the same of an area and a body that are the same at every place, as one period of a roughness needs them."""
     if scenario.contact.grows:
         raise InputError(
             f"contact: {type(scenario.contact).__name__} grows with the force, but one period of the roughness has a mean"
             ' pressure; give contact = { model = "FixedArea", area = ... }'
         )
-    return constant_voltage(scenario, voltage)
+    under = constant_voltage(scenario, voltage)
+    if "return_path" in under.blocking:
+        raise InputError(
+            "circuit.return_path: a floating body takes a share of the voltage that depends on the whole contact; give the"
+            ' voltage between plate and skin, with return_path = { model = "Grounded" }'
+        )
+    return under
 
 
 def closed_diagnostics(
-    scenario: Scenario, under: ConstantVoltage, *, stress: float, voltage: float
+    scenario: Scenario, under: ConstantVoltage, *, voltage: float, widest: float
 ) -> tuple[Diagnostic, ...]:
-    """Return the diagnostics of `equilibrium` as if the whole area touched with an attraction [Pa], which is the worst case."""
-    state = Equilibrium(
-        gap=0.0, stable=True, touching=True, repulsion=0.0, attraction=stress, stop=0.0, residual=0.0
-    )
-    return _diagnostics(scenario, (state,), (under.area,), held=voltage, filling=under.filling)
+    """Return the diagnostics of `equilibrium` for the worst case of a voltage [V] and local gaps up to the `widest` [m].
+
+    Films, charge and energy are those of the whole area touching, air that of the gap nearest to breakdown.
+    """
+    gaps = np.linspace(0.0, widest, 257)
+    pull = local_pull(voltage, electrical_thickness=under.electrical_thickness, gap=gaps)
+    states = [
+        Equilibrium(
+            gap=gap,
+            stable=True,
+            touching=gap == 0,
+            repulsion=0.0,
+            attraction=attraction,
+            stop=0.0,
+            residual=0.0,
+        )
+        for gap, attraction in zip(gaps.tolist(), np.asarray(pull).tolist(), strict=True)
+    ]
+    areas = [under.area] * gaps.size
+    return _diagnostics(scenario, states, areas, held=voltage, filling=under.filling)
 
 
 def _diagnostics(
@@ -354,9 +375,7 @@ def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
 
 def _largest(scenario: Scenario) -> float:
     if scenario.drive.quantity == "current":
-        raise InputError(
-            "drive: it prescribes a current; give the voltage, for instance equilibrium(scenario, voltage=100.0)"
-        )
+        raise InputError("drive: it prescribes a current; give the voltage, for instance voltage=100.0")
     return scenario.drive.largest()
 
 

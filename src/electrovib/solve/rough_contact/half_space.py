@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
+from electrovib.core.mistakes import shown
+from electrovib.core.units import read_numbers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,9 +44,10 @@ class Elastic:
 
     def __post_init__(self) -> None:
         """Refuse what is no elastic solid."""
-        if not 0 < self.modulus < np.inf:
+        read_numbers(self, modulus="Pa", poisson="1")
+        if not 1e-3 <= self.modulus < np.inf:
             raise InputError(
-                f"modulus = {self.modulus}: Young's modulus is finite and above 0, for instance 1e6 Pa"
+                f"modulus = {self.modulus}: Young's modulus is finite and at least 1e-3 Pa, for instance 1e6 Pa"
             )
         if not 0 <= self.poisson <= 0.5:
             raise InputError(f"poisson = {self.poisson}: Poisson's ratio is from 0 to 0.5, for instance 0.5")
@@ -102,6 +105,12 @@ class Coated:
 
     def __post_init__(self) -> None:
         """Refuse a thickness that is none."""
+        read_numbers(self, thickness="m")
+        for name in ("film", "below"):
+            if not isinstance(getattr(self, name), Elastic):
+                raise InputError(
+                    f"{name} = {shown(getattr(self, name))}: an Elastic is expected, for instance Elastic(modulus=1e6)"
+                )
         if not 0 <= self.thickness < np.inf:
             raise InputError(f"thickness = {self.thickness}: a film is 0 or more thick, for instance 20e-6 m")
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.units import number_in
 from electrovib.view.style import COLOURS, drawing
 from electrovib.view.units import label_axis, pretty_quantity
 
@@ -54,9 +55,9 @@ def contact_map(
     >>> ev.plot.contact_map(found).get_xlabel()
     'along the plate [mm]'
     """
-    if quantity not in _MAPS:
+    if quantity not in tuple(_MAPS):
         raise InputError(f"quantity = {quantity!r}: expected one of {', '.join(_MAPS)}")
-    at = found.largest if voltage is None else _place(found, voltage)
+    at = found.largest if voltage is None else _place(found, number_in("V", "voltage", voltage))
     rest = found.rests[at]
     values = getattr(rest, quantity)
     every = -(-values.shape[0] // _COARSE)
