@@ -36,7 +36,8 @@ class StudyResult(Answer, xarray.Dataset):  # type: ignore[no-untyped-call] # __
     @classmethod
     def of(cls, found: xarray.Dataset) -> StudyResult:
         """Return the Dataset of a study, such as one that xarray has read, as an answer."""
-        return cls(found.data_vars, found.coords, found.attrs)
+        kept = cls(dict(found.variables), attrs=found.attrs)  # in their order
+        return kept.set_coords(list(found.coords))
 
     @property
     def document(self) -> Document:
