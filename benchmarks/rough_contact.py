@@ -14,8 +14,9 @@ from time import process_time
 import numpy as np
 from benchmarks.table import surroundings, timed, write
 
+from electrovib.physics.half_space import Elastic
 from electrovib.physics.topography import SelfAffine
-from electrovib.solve.rough_contact import Elastic, Loaded, MaxwellStress
+from electrovib.solve.rough_contact import Loaded, MaxwellStress
 
 PERIOD, MODULUS, REPEATS = 1e-3, 2e6, 1
 LOADS = (2e3, 6e4)

@@ -14,9 +14,10 @@ from scipy.optimize import minimize_scalar
 
 from electrovib.core.constants import eps0
 from electrovib.physics.contact.rough_surface import MOST_TOUCHING, exponential_gap, gaussian_gaps
+from electrovib.physics.half_space import Elastic
 from electrovib.physics.roughness import PullingSpots, contact_fraction, local_pull, mean_pull
 from electrovib.physics.topography import SelfAffine
-from electrovib.solve.rough_contact import Elastic, Loaded, MaxwellStress, Rest
+from electrovib.solve.rough_contact import Loaded, MaxwellStress, Rest
 
 POINTS, SURFACES, DRAWS = 256, 12, 3
 LOADS = (1e3, 7e3, 50e3)

@@ -102,7 +102,7 @@ def test_the_laws_without_a_gap_give_the_force_of_some_gap(computed):
 def test_the_gap_of_a_rough_contact_depends_on_what_is_asked(computed):
     """Plates with the same capacitance or attraction by their closed forms, from the maps of gap and attraction."""
     found, text = computed.gaps().found, page("which_gap")
-    last, thickness, eps0 = found.rests[-1], found.under.electrical_thickness, 8.8541878128e-12
+    last, thickness, eps0 = found.rests[-1], found.stack.electrical_thickness, 8.8541878128e-12
     near = last.gap < 0.5e-6
     share = [100 * float(np.mean(rest.pressure > 0)) for rest in (found.rests[0], last)]
     attraction = float(last.attraction.mean())

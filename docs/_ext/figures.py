@@ -135,8 +135,8 @@ def gap() -> Figure:
     voltage = found.found.voltage
     over.plot(voltage, 1e-3 * found.found.attraction, color=COLOURS[1], ls="--", label="rough contact")
     over.plot(voltage, 1e-3 * found.found.plates, color=COLOURS[2], label="plates at the mean gap")
-    over.axhline(1e-3 * found.found.under.pressure, color=NEUTRAL, lw=0.8)
-    over.text(1, 1e-3 * found.found.under.pressure + 0.15, "load", color="#444444")
+    over.axhline(1e-3 * found.found.stack.pressure, color=NEUTRAL, lw=0.8)
+    over.text(1, 1e-3 * found.found.stack.pressure + 0.15, "load", color="#444444")
     over.set(
         xlabel="voltage [V]", ylabel="attraction per area [kPa]", title="Over the voltage", ylim=(-0.3, 5.8)
     )

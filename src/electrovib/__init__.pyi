@@ -17,6 +17,8 @@ from electrovib.data.traces import open_trace as open_trace
 from electrovib.exports.save import save as save
 from electrovib.exports.scenario import export as export
 from electrovib.exports.waveform import export_waveform as export_waveform
+from electrovib.physics.half_space import Coated as Coated
+from electrovib.physics.half_space import Elastic as Elastic
 from electrovib.physics.topography import SelfAffine as SelfAffine
 from electrovib.recordings.fit.contact import fit_contact as fit_contact
 from electrovib.recordings.fit.of_scenario import Sampling as Sampling
@@ -40,8 +42,6 @@ from electrovib.scenario.space import read_space as read_space
 from electrovib.solve.equilibrium import equilibrium as equilibrium
 from electrovib.solve.equilibrium import hysteresis as hysteresis
 from electrovib.solve.prepare import prepare as prepare
-from electrovib.solve.rough_contact.half_space import Coated as Coated
-from electrovib.solve.rough_contact.half_space import Elastic as Elastic
 from electrovib.solve.simulate import simulate as simulate
 from electrovib.studies.catalogue import models as models
 from electrovib.studies.catalogue import scenarios as scenarios

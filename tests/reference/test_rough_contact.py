@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import minimize
 
 from electrovib.core.constants import eps0
+from electrovib.physics.half_space import Coated, Elastic
 from electrovib.physics.topography import SelfAffine
-from electrovib.solve.rough_contact import Coated, Elastic, Loaded, MaxwellStress, follow
+from electrovib.solve.rough_contact import Loaded, MaxwellStress, follow
 
 PERIOD, LAYER, LOAD = 2e-4, 8e-7, 5e3
 SKIN = Coated(

@@ -182,6 +182,11 @@ class SelfAffine:
 
     def _waves(self, periods: tuple[float, float]) -> _Waves:
         """Return the waves with a wavelength in the range, one of each pair q, -q."""
+        if max(periods) > FINEST * self.shortest:
+            raise InputError(
+                f"shortest = {self.shortest}: {max(periods) / self.shortest:.4g} waves stand in {max(periods)} m, and at most"
+                f" {FINEST} are computed; give a larger shortest wavelength"
+            )
         most = [int(period / self.shortest * (1 + 1e-12)) for period in periods]
         rows, columns = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(most[1] + 1), indexing="ij")
         numbers = 2 * math.pi * np.hypot(rows / periods[0], columns / periods[1])

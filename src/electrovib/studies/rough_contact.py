@@ -11,17 +11,22 @@ from numpy.typing import ArrayLike
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, Panel, Table
 from electrovib.core.arrays import Real
-from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
 from electrovib.core.mistakes import shown
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
+from electrovib.physics.half_space import Coated, Elastic
 from electrovib.physics.roughness import local_pull
 from electrovib.physics.topography import SelfAffine
 from electrovib.scenario import Source, read_scenario
-from electrovib.solve.equilibrium.of_scenario import ConstantVoltage, closed_diagnostics, fixed_area
-from electrovib.solve.rough_contact import Coated, Elastic, Loaded, MaxwellStress, Rest, follow
+from electrovib.solve.equilibrium.of_scenario import (
+    BlockingStack,
+    closed_diagnostics,
+    largest_voltage,
+    uniform_stack,
+)
+from electrovib.solve.rough_contact import Loaded, MaxwellStress, Rest, follow
 
 MOST_VOLTAGES: Final = 64
 HIGHEST: Final = 1e6
@@ -46,7 +51,7 @@ class RoughContact(Answer):
 
     Parameters
     ----------
-    under : ConstantVoltage
+    stack : BlockingStack
         Load, area, and the layers across which the voltage is held.
     voltage : ndarray, shape (n,)
         Voltages [V] in the order in which the contact went through them.
@@ -62,7 +67,7 @@ class RoughContact(Answer):
     """
 
     FILES: ClassVar = {"rough_contact.csv": Form.TABLE}
-    under: ConstantVoltage
+    stack: BlockingStack
     voltage: Real
     rests: tuple[Rest, ...]
     coarser: Real
@@ -89,20 +94,18 @@ class RoughContact(Answer):
     def plates(self) -> Real:
         """Attraction of plates with the mean gap everywhere, at each voltage [Pa]."""
         return local_pull(
-            self.voltage, electrical_thickness=self.under.electrical_thickness, gap=self.mean_gap
+            self.voltage, electrical_thickness=self.stack.electrical_thickness, gap=self.mean_gap
         )
 
     @property
     def force(self) -> Real:
         """Attraction times the area at each voltage [N]."""
-        return self.attraction * self.under.area
+        return self.attraction * self.stack.area
 
     @property
     def capacitance(self) -> Real:
         """Capacitance of the layers that block and the gap at each voltage [F]."""
-        reach = self.under.electrical_thickness
-        inverse = np.array([np.mean(1 / (rest.gap + reach)) for rest in self.rests])
-        return eps0 * self.under.filling * self.under.area * inverse
+        return np.array([self.stack.capacitance(rest.gap) for rest in self.rests])
 
     @property
     def fell(self) -> Real:
@@ -125,7 +128,7 @@ class RoughContact(Answer):
                 "the roughness is that of both faces together on one elastic body, without friction or adhesion; the field at a"
                 " place is that of parallel plates, which holds where gap and layers are thin beside the waves",
                 "films, charge and energy are judged as if the whole area touched under the largest voltage, air across the open"
-                " gap that is nearest to breakdown",
+                " gap that is nearest to breakdown; of a sine that is given by its root mean square, `check` judges the peak",
                 *reasons(self.diagnostics),
             ],
         )
@@ -156,7 +159,7 @@ class RoughContact(Answer):
             else "as of plates"
         )
         return (
-            f"at {_shown(self.voltage[at], 'V')} under a load of {_shown(self.under.pressure, 'Pa')}"
+            f"at {_shown(self.voltage[at], 'V')} under a load of {_shown(self.stack.pressure, 'Pa')}"
             f" {100 * self.contact_share[at]:.3g} % of the area touch, the mean gap is {_shown(self.mean_gap[at], 'm')}, and the"
             f" attraction is {_shown(self.attraction[at], 'Pa')}, {beside} at the mean gap"
         )
@@ -166,7 +169,7 @@ class RoughContact(Answer):
         said = [
             f"between {_shown(before, 'V')} and {_shown(after, 'V')} the contact passes states that are not stable: it may fall"
             " into another one and keep it while the voltage falls again; take smaller steps there, up and down"
-            for before, after, fell in zip(self.voltage, self.voltage[1:], self.fell[1:], strict=False)
+            for before, after, fell in zip((0.0, *self.voltage), self.voltage, self.fell, strict=False)
             if fell
         ]
         slope = self.roughness.rms_slope((self.roughness.longest,) * 2)
@@ -196,7 +199,7 @@ class RoughContact(Answer):
     def _over_voltage(self) -> list[Panel]:
         if self.voltage.size < 2:
             return []
-        load = np.full(self.voltage.shape, self.under.pressure)
+        load = np.full(self.voltage.shape, self.stack.pressure)
         return [
             Panel(
                 id="attraction", title="Attraction and load", x=("voltage", "V"), y=("pressure", "Pa"),
@@ -216,7 +219,7 @@ class RoughContact(Answer):
             title=f"Gap at {_shown(self.voltage[at], 'V')}",
             plot="contact_map",
             of=self,
-            caption="One period of the contact, which repeats beyond the edges. Places that touch are dark.",
+            caption="One period of the contact, which repeats beyond the edges. Places that touch are orange.",
         )
 
 
@@ -272,7 +275,7 @@ def rough_contact(
 
     References
     ----------
-    Stanley and Kato 1997, doi:10.1115/1.2833523: contact of rough surfaces by Fourier transforms.
+    Stanley and Kato 1997, contact of rough surfaces by Fourier transforms: cited from memory, unverified.
 
     Examples
     --------
@@ -282,13 +285,13 @@ def rough_contact(
     True
     """
     known = read_scenario(scenario)
-    under = fixed_area(known, None if voltage is None else 0.0)
-    if not under.pressure > 0:
+    stack = uniform_stack(known)
+    if not stack.pressure > 0:
         raise InputError(
             "load.normal_force = 0: a rough contact rests under a load; give for instance '0.5 N'"
         )
-    voltages = _voltages(under, voltage)
-    solve = _solver(under, body, roughness.longest, voltages)
+    voltages = _voltages(largest_voltage(known) if voltage is None else voltage)
+    solve = _solver(stack, body, roughness.longest, voltages)
     count = roughness.points(points)
     smooth = roughness.without_shortest_octave()
     shape = (count, count)
@@ -296,18 +299,18 @@ def rough_contact(
     rests = solve(heights)
     widest = max(float(rest.gap.max()) for rest in rests)
     return RoughContact(
-        under=under,
+        stack=stack,
         voltage=voltages,
         rests=rests,
         coarser=_numbers(solve(heights[::2, ::2])),
         smoother=_numbers(solve(even[::2, ::2])),
         roughness=roughness,
-        diagnostics=closed_diagnostics(known, under, voltage=float(np.abs(voltages).max()), widest=widest),
+        diagnostics=closed_diagnostics(known, stack, voltage=float(np.abs(voltages).max()), widest=widest),
     )
 
 
-def _voltages(under: ConstantVoltage, voltage: ArrayLike | None) -> Real:
-    found = np.atleast_1d(np.asarray(under.voltage if voltage is None else voltage, dtype=float))
+def _voltages(voltage: ArrayLike) -> Real:
+    found = np.atleast_1d(np.asarray(voltage, dtype=float))
     allowed = found.ndim == 1 and 1 <= found.size <= MOST_VOLTAGES and bool((np.abs(found) <= HIGHEST).all())
     if not allowed:
         raise InputError(
@@ -318,14 +321,14 @@ def _voltages(under: ConstantVoltage, voltage: ArrayLike | None) -> Real:
 
 
 def _solver(
-    under: ConstantVoltage, body: Elastic | Coated, period: float, voltages: Real
+    stack: BlockingStack, body: Elastic | Coated, period: float, voltages: Real
 ) -> Callable[[Real], tuple[Rest, ...]]:
     def pull(voltage: float) -> MaxwellStress:
-        return MaxwellStress(voltage=voltage, electrical_thickness=under.electrical_thickness)
+        return MaxwellStress(voltage=voltage, electrical_thickness=stack.electrical_thickness)
 
     def solve(heights: Real) -> tuple[Rest, ...]:
         loaded = Loaded(
-            heights=heights, periods=(period, period), compliance=body.compliance, pressure=under.pressure
+            heights=heights, periods=(period, period), compliance=body.compliance, pressure=stack.pressure
         )
         return follow(loaded, pull, voltages.tolist())
 

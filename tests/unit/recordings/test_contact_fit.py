@@ -9,7 +9,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import contact
-from electrovib.solve.equilibrium.of_scenario import constant_voltage
+from electrovib.solve.equilibrium.of_scenario import blocking_stack
 
 SINE = "bau_2010/sine"
 ROUGH = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)
@@ -71,7 +71,7 @@ def test_rms_height_and_modulus_come_back_from_anywhere(rms, body, rough, seed):
 
 def test_a_liquid_in_the_gap_is_counted_and_the_load_of_the_scenario_is_not():
     wet = ev.load(SINE, changes={"stack.gap.material.permittivity": 3.0, "load.normal_force": "7 N"})
-    assert constant_voltage(wet).filling == 3.0
+    assert blocking_stack(wet).filling == 3.0
     found = fitted(capacitances.__wrapped__(wet), scenario=wet)
     assert found.rms.value == pytest.approx(2e-6, rel=0.02)
     assert found.modulus.value == pytest.approx(1e6, rel=0.02)

@@ -22,13 +22,14 @@ from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
+from electrovib.physics.half_space import Elastic
 from electrovib.physics.topography import SelfAffine
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
 from electrovib.recordings.interval import Interval
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics
-from electrovib.solve.equilibrium.of_scenario import ConstantVoltage, fixed_area
-from electrovib.solve.rough_contact import Elastic, Loaded
+from electrovib.solve.equilibrium.of_scenario import BlockingStack, uniform_stack
+from electrovib.solve.rough_contact import Loaded
 
 REDUCED_LOADS: Final = np.geomspace(1e-4, 1e2, 31)
 """Pressures over E* rms/longest: from a few summits that touch to a contact that is nearly closed."""
@@ -54,7 +55,7 @@ class ContactFit(Answer):
         Loads [N] in rising order, measured and fitted capacitances [F].
     scatter : float
         Standard deviation of the logarithm of measured over fitted capacitances [1].
-    under : ConstantVoltage
+    stack : BlockingStack
         Area and layers of the capacitance.
     diagnostics : tuple of Diagnostic
         Of what the scenario declares.
@@ -69,7 +70,7 @@ class ContactFit(Answer):
     capacitance: Real
     fitted: Real
     scatter: float
-    under: ConstantVoltage
+    stack: BlockingStack
     diagnostics: tuple[Diagnostic, ...]
 
     @property
@@ -172,17 +173,17 @@ def fit_contact(
     >>> forces = ev.rough_contact("bau_2010/sine", roughness=found.roughness, body=found.body, voltage=[50.0]).force
     """
     known = read_scenario(scenario)
-    under = fixed_area(known, 0.0)
-    loads, measured = _points(load, capacitance, under)
-    pressure, longest = loads / under.area, roughness.longest
+    stack = uniform_stack(known)
+    loads, measured = _points(load, capacitance, stack)
+    pressure, longest = loads / stack.area, roughness.longest
     table = _solved(roughness, body, points, seed)
-    scale = eps0 * under.filling * under.area
+    scale = eps0 * stack.filling * stack.area
 
     def logarithm(at: Mapping[str, float]) -> tuple[Real, Real, Real]:
         """Logarithm of the capacitance, its derivative after that of the load, and after the rms height."""
         rms = at["rms"]
-        value, *slopes = table.inverse(np.log(pressure / at["stiffness"]), under.electrical_thickness / rms)
-        reach = -slopes[1] * under.electrical_thickness / rms**2
+        value, *slopes = table.inverse(np.log(pressure / at["stiffness"]), stack.electrical_thickness / rms)
+        reach = -slopes[1] * stack.electrical_thickness / rms**2
         return value + math.log(scale / rms), slopes[0], reach - 1 / rms
 
     def derivatives(at: Mapping[str, float]) -> Real:
@@ -212,12 +213,12 @@ def fit_contact(
         capacitance=measured,
         fitted=np.exp(logarithm(estimate.values)[0]),
         scatter=math.sqrt(estimate.variance),
-        under=under,
+        stack=stack,
         diagnostics=tuple(declared_diagnostics(known)),
     )
 
 
-def _points(load: ArrayLike, capacitance: ArrayLike, under: ConstantVoltage) -> tuple[Real, Real]:
+def _points(load: ArrayLike, capacitance: ArrayLike, stack: BlockingStack) -> tuple[Real, Real]:
     """Return loads in rising order and their capacitances, of at least three points, each below that without a gap."""
     loads, measured = (np.asarray(each, dtype=float) for each in (load, capacitance))
     if loads.ndim != 1 or loads.shape != measured.shape or loads.size < FEWEST:
@@ -230,11 +231,11 @@ def _points(load: ArrayLike, capacitance: ArrayLike, under: ConstantVoltage) -> 
             raise InputError(
                 f"{name}: {wrong[0]:g} {unit} is not finite and above 0; omit the point, or subtract the zero"
             )
-    closed = eps0 * under.filling * under.area / under.electrical_thickness
+    closed = stack.capacitance(0.0)
     if measured.max() >= closed:
         raise InputError(
-            f"capacitance: {_shown(measured.max(), 'F')} is not below {_shown(closed, 'F')}, that of {', '.join(under.blocking)}"
-            f" on {_shown(under.area, 'm2')} without a gap; check contact.area and stack, and subtract the leads"
+            f"capacitance: {_shown(measured.max(), 'F')} is not below {_shown(closed, 'F')}, that of {', '.join(stack.blocking)}"
+            f" on {_shown(stack.area, 'm2')} without a gap; check contact.area and stack, and subtract the leads"
         )
     order = np.argsort(loads)
     return loads[order], measured[order]

@@ -28,6 +28,8 @@ from electrovib.solve.equilibrium.states import BEYOND, Equilibrium, attraction_
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import ArrayLike
+
     from electrovib.core.arrays import Real
     from electrovib.physics.contact import Attraction, Contact, Surface
 
@@ -121,18 +123,22 @@ class Balance(Answer):
         )
 
 
-class ConstantVoltage(NamedTuple):
-    """A voltage [V] held across layers that block and a gap, under a load, all as in `Balance`.
+class BlockingStack(NamedTuple):
+    """The layers that block a constant voltage, with a gap under a load, all as in `Balance`.
 
     `filling` is the relative permittivity of the gap.
     """
 
-    voltage: float
     pressure: float
     area: float
     filling: float
     electrical_thickness: float
     blocking: tuple[str, ...]
+
+    def capacitance(self, gap: ArrayLike) -> float:
+        """Return the capacitance [F] of plates in series at each place, for gaps [m] that have equal parts of the area."""
+        inverse = np.mean(1 / (np.asarray(gap, dtype=float) + self.electrical_thickness))
+        return float(eps0 * self.filling * self.area * inverse)
 
 
 def _shown(value: float, unit: str) -> str:
@@ -189,8 +195,9 @@ def equilibrium(
     ['4.956 um']
     """
     known = read_scenario(scenario)
-    surface, under = _surface(known), constant_voltage(known, voltage)
-    held, pressure, area, filling = under.voltage, under.pressure, under.area, under.filling
+    surface, stack = _surface(known), blocking_stack(known)
+    held = largest_voltage(known) if voltage is None else voltage
+    pressure, area, filling = stack.pressure, stack.area, stack.filling
 
     def attraction_on(area: float) -> Attraction:
         """Return the attraction with the electrical thickness of the return path for an area [m2]."""
@@ -216,19 +223,18 @@ def equilibrium(
         voltage=held,
         pressure=pressure,
         area=area,
-        electrical_thickness=under.electrical_thickness,
-        blocking=under.blocking,
+        electrical_thickness=stack.electrical_thickness,
+        blocking=stack.blocking,
         beyond=beyond,
         diagnostics=_diagnostics(known, states, areas, held=held, filling=filling),
     )
 
 
-def constant_voltage(scenario: Scenario, voltage: float | None = None) -> ConstantVoltage:
-    """Return across what a constant voltage, by default the largest of the drive, is held, as `equilibrium` explains."""
+def blocking_stack(scenario: Scenario) -> BlockingStack:
+    """Return across what a constant voltage is held, as `equilibrium` explains."""
     gap, area = _gap(scenario), scenario.contact_area
     parts, filling = _blocking(scenario, area), _permittivity(gap, scenario)
-    return ConstantVoltage(
-        voltage=_largest(scenario) if voltage is None else voltage,
+    return BlockingStack(
         pressure=scenario.load.normal_force / area,
         area=area,
         filling=filling,
@@ -237,31 +243,31 @@ def constant_voltage(scenario: Scenario, voltage: float | None = None) -> Consta
     )
 
 
-def fixed_area(scenario: Scenario, voltage: float | None = None) -> ConstantVoltage:
-    """Return the same of an area and a body that are the same at every place, as one period of a roughness needs them."""
+def uniform_stack(scenario: Scenario) -> BlockingStack:
+    """Return the same where area and voltage are the same for every contact, as one period of a roughness needs them."""
     if scenario.contact.grows:
         raise InputError(
             f"contact: {type(scenario.contact).__name__} grows with the force, but one period of the roughness has a mean"
             ' pressure; give contact = { model = "FixedArea", area = ... }'
         )
-    under = constant_voltage(scenario, voltage)
-    if "return_path" in under.blocking:
+    stack = blocking_stack(scenario)
+    if "return_path" in stack.blocking:
         raise InputError(
             "circuit.return_path: a floating body takes a share of the voltage that depends on the whole contact; give the"
             ' voltage between plate and skin, with return_path = { model = "Grounded" }'
         )
-    return under
+    return stack
 
 
 def closed_diagnostics(
-    scenario: Scenario, under: ConstantVoltage, *, voltage: float, widest: float
+    scenario: Scenario, stack: BlockingStack, *, voltage: float, widest: float
 ) -> tuple[Diagnostic, ...]:
     """Return the diagnostics of `equilibrium` for the worst case of a voltage [V] and local gaps up to the `widest` [m].
 
     Films, charge and energy are those of the whole area touching, air that of the gap nearest to breakdown.
     """
     gaps = np.linspace(0.0, widest, 257)
-    pull = local_pull(voltage, electrical_thickness=under.electrical_thickness, gap=gaps)
+    pull = local_pull(voltage, electrical_thickness=stack.electrical_thickness, gap=gaps)
     states = [
         Equilibrium(
             gap=gap,
@@ -274,8 +280,8 @@ def closed_diagnostics(
         )
         for gap, attraction in zip(gaps.tolist(), np.asarray(pull).tolist(), strict=True)
     ]
-    areas = [under.area] * gaps.size
-    return _diagnostics(scenario, states, areas, held=voltage, filling=under.filling)
+    areas = [stack.area] * gaps.size
+    return _diagnostics(scenario, states, areas, held=voltage, filling=stack.filling)
 
 
 def _diagnostics(
@@ -373,7 +379,8 @@ def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
     return parts
 
 
-def _largest(scenario: Scenario) -> float:
+def largest_voltage(scenario: Scenario) -> float:
+    """Return the largest voltage of the drive [V]."""
     if scenario.drive.quantity == "current":
         raise InputError("drive: it prescribes a current; give the voltage, for instance voltage=100.0")
     return scenario.drive.largest()

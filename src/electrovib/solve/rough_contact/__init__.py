@@ -2,7 +2,7 @@
 
 The skin's heights and the plate's are one composite roughness on the body that yields, a grid of one period::
 
-    heights, load, compliance of the waves        `half_space`: a film on a half-space, in closed form; `cell`: transforms
+    heights, load, compliance of the waves        `physics.half_space`, in closed form; `cell`: transforms
     -> pressure where they touch, gap elsewhere   `pressed`: without attraction
     -> the same in equilibrium with the pull      `attracted`: local Maxwell stress of layers and gap, or any `potential`
     -> maps and what they add up to               `rest.Loaded.rest` -> `rest.Rest`
@@ -21,8 +21,6 @@ periodic. The bodies have no friction; slopes are small; the field at a place is
 from electrovib.solve.rough_contact.following import Fall as Fall
 from electrovib.solve.rough_contact.following import fall as fall
 from electrovib.solve.rough_contact.following import follow as follow
-from electrovib.solve.rough_contact.half_space import Coated as Coated
-from electrovib.solve.rough_contact.half_space import Elastic as Elastic
 from electrovib.solve.rough_contact.potential import Local as Local
 from electrovib.solve.rough_contact.potential import MaxwellStress as MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded as Loaded

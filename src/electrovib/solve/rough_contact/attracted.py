@@ -55,7 +55,7 @@ def attract(
 ) -> Attracted:
     """Let a contact that begins with a gap come to rest under load and attraction."""
     state, radius, fell, held = _state(gap, heights, cell, attraction, load), math.inf, False, False
-    for rounds in range(ROUNDS):  # noqa: B007
+    for rounds in range(ROUNDS):  # noqa: B007 - their number is stated
         found = _direction(state, cell, load, radius, tolerance)
         residual = float(np.abs(found.first).max())
         if residual <= tolerance:

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.roughness import local_pull
 
@@ -51,7 +50,3 @@ class MaxwellStress:
         reach = gap + self.electrical_thickness
         stress = local_pull(self.voltage, electrical_thickness=self.electrical_thickness, gap=gap)
         return Local(-stress * reach, stress, -2 * stress / reach)
-
-    def capacitance(self, gap: Real) -> float:
-        """Return the capacitance per area [F/m2], the mean of eps0/(g + h0)."""
-        return float(np.mean(eps0 / (gap + self.electrical_thickness)))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from electrovib.core.constants import eps0
-from electrovib.solve.rough_contact import Elastic, Loaded, Local, MaxwellStress, fall
+from electrovib.physics.half_space import Elastic
+from electrovib.solve.rough_contact import Loaded, Local, MaxwellStress, fall
 
 BODY = Elastic(modulus=1.5e6, poisson=0.5)
 MODULUS = 2e6
@@ -133,7 +134,10 @@ def test_it_lets_go_at_a_lower_voltage_than_it_fell_shut():
 
 def test_below_the_thickness_of_the_layer_it_closes_without_a_fall():
     """No pull-in where the gap is at most half the electrical thickness."""
-    thick = lambda voltage: MaxwellStress(voltage=voltage, electrical_thickness=2.1 * APART)  # noqa: E731
+
+    def thick(voltage):
+        return MaxwellStress(voltage=voltage, electrical_thickness=2.1 * APART)
+
     assert fall(punch(), thick, np.linspace(0, 400.0, 12)) is None
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.solve.rough_contact import Coated, Elastic
+from electrovib.physics.half_space import Coated, Elastic
 
 SKIN, TISSUE = Elastic(modulus=2e6, poisson=0.45), Elastic(modulus=5e4, poisson=0.5)
 METAL = Elastic(modulus=2e11, poisson=0.3)
