@@ -147,12 +147,12 @@ class RoughContact(Answer):
         )
 
     @property
-    def largest(self) -> int:
+    def at_largest_voltage(self) -> int:
         """Place of the voltage that is largest in size."""
         return int(np.argmax(np.abs(self.voltage)))
 
     def _at_most(self) -> str:
-        at = self.largest
+        at = self.at_largest_voltage
         beside = (
             f"{self.attraction[at] / self.plates[at]:.3g} times that of plates"
             if self.plates[at]
@@ -184,7 +184,7 @@ class RoughContact(Answer):
         return said
 
     def _converged(self) -> str:
-        at, parts = self.largest, []
+        at, parts = self.at_largest_voltage, []
         smoothest = f"without roughness shorter than {_shown(2 * self.roughness.shortest, 'm')}"
         for words, both in (("on every second point of the grid", self.coarser), (smoothest, self.smoother)):
             share, attraction = both[:, at]
@@ -213,7 +213,7 @@ class RoughContact(Answer):
         ]  # fmt: skip
 
     def _map(self) -> Drawing:
-        at = self.largest
+        at = self.at_largest_voltage
         return Drawing(
             id="gap",
             title=f"Gap at {_shown(self.voltage[at], 'V')}",

@@ -78,7 +78,7 @@ def test_up_and_down_have_two_branches_where_the_contact_falls():
     assert "between 0 V and 50 V the contact passes" in str(
         solved(body=ev.Elastic(modulus=1e6), voltage=50.0)
     )
-    assert found.largest == 2
+    assert found.at_largest_voltage == 2
 
 
 def test_the_grid_and_the_waves_beside_it(found):

@@ -57,7 +57,7 @@ def contact_map(
     """
     if quantity not in tuple(_MAPS):
         raise InputError(f"quantity = {quantity!r}: expected one of {', '.join(_MAPS)}")
-    at = found.largest if voltage is None else _place(found, number_in("V", "voltage", voltage))
+    at = found.at_largest_voltage if voltage is None else _place(found, number_in("V", "voltage", voltage))
     rest = found.rests[at]
     values = getattr(rest, quantity)
     every = -(-values.shape[0] // _COARSE)
