@@ -115,6 +115,13 @@ def test_steep_roughness_is_a_doubt():
     assert "slopes are taken as small" in str(solved(voltage=0.0, roughness={"rms": 5e-5}))
 
 
+def test_a_grid_too_coarse_for_the_attraction_is_a_doubt():
+    found = solved(voltage=60.0)
+    assert found.rests[0].steepness > 1
+    assert "the grid does not resolve the attraction" in str(found)
+    assert "does not resolve" not in str(solved(voltage=20.0))
+
+
 def test_the_table_in_a_file(found):
     text = found.content("rough_contact.csv")
     rows = list(
