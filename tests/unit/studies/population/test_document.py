@@ -107,7 +107,9 @@ def test_the_result_is_a_dataset_in_all_that_xarray_does_with_it(found):
         xarray.testing.assert_identical(again, found)
     assert xarray.concat([found, found], "k").sizes["k"] == 2
     assert StudyResult.of(plain).document.text == found.document.text
-    noted = plain.assign_coords(note=("time", np.arange(plain.sizes["time"])))  # a coordinate of the user's own
+    noted = plain.assign_coords(
+        note=("time", np.arange(plain.sizes["time"]))
+    )  # a coordinate of the user's own
     assert StudyResult.of(noted).identical(noted)
     bands = found["electrostatic_force_percentile"]
     assert type(bands) is xarray.DataArray
