@@ -181,9 +181,13 @@ class GaussianGaps:
     @property
     def contact_fraction(self) -> NDArray[np.float64]:
         """Share phi = A_real/A0 of the area in contact [1]: the part of the Gaussian at or below 0."""
+        return self.share_up_to(0.0)
+
+    def share_up_to(self, gap: ArrayLike) -> NDArray[np.float64]:
+        """Return the share of the area with a gap [m] up to this one, contact included [1]."""
         from scipy.special import ndtr
 
-        share: NDArray[np.float64] = ndtr(-self.mean / self.rms)
+        share: NDArray[np.float64] = ndtr((np.asarray(gap, dtype=float) - self.mean) / self.rms)
         return share
 
     def density(self, gap: ArrayLike) -> NDArray[np.float64]:

@@ -32,6 +32,11 @@ class RoughSurface(Surface, family=True):
     `rms_slope` h'.
     """
 
+    @property
+    def standing(self) -> str:
+        """The law by its name, and whether it is corrected by contacts that were solved."""
+        return f"{type(self).__name__}, not corrected"
+
     if TYPE_CHECKING:  # parameters of every member, each in its own order
 
         @property
