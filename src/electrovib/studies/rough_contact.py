@@ -150,7 +150,7 @@ class RoughContact(Answer):
         texts = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
         return Document(
             title="A rough contact under a constant voltage",
-            sentences=[self._at_most(), *self._broken(), self._converged(), *self._doubts()],
+            sentences=[self._at_most(), self._converged(), *self._broken(), *self._doubts()],
             numbers=[
                 Table("", tuple(words for _, words in COLUMNS.values()), tuple(texts)),
                 *(self._fields(film) for film in self.films),
@@ -204,7 +204,7 @@ class RoughContact(Answer):
         volt = self.voltage[at]
         return [
             f"at {_shown(volt, 'V')} the field in '{film.name}' is above its strength of {_shown(film.strength, 'V/m')} on"
-            f" {100 * areas[film.name][at]:.3g} % of the area, and {_shown(abs(volt) * film.closed, 'V/m')} where the faces touch;"
+            f" {100 * areas[film.name][at]:.3g} % of the area, and {_shown(abs(volt) * film.closed, 'V/m')} where faces touch;"
             " whatever that share, the limit that `check` judges is that of a closed gap on conducting skin"
             for film in self.films
         ]

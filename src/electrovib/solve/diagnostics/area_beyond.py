@@ -54,7 +54,7 @@ def area_beyond(
             spots=PullingSpots(),
         )
         gaps, may_shut = pressed_gaps(surface, attraction, pressure)
-        law = f"{surface.standing}, under load and attraction"
+        law = f"{type(surface).__name__}, {surface.standing}, under load and attraction"
         if gaps is None:
             return 1.0, f"{law}, where the contact falls shut"
         if may_shut:

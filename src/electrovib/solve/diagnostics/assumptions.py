@@ -9,6 +9,7 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
+from electrovib.physics.contact.rough_surface import RoughSurface
 from electrovib.physics.drive.shown import FEWEST, ROUNDING, enough, fastest_frequency, shows
 from electrovib.solve.electrics.attraction import pressed_states
 from electrovib.solve.mechanics.lateral import resting
@@ -50,7 +51,17 @@ def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Re
         *_off_the_plate(scenario, times),
         *_at_rest(scenario, variables),
         *_several_states(scenario, variables, times),
+        *_real_contact(scenario, variables),
     ]
+
+
+def _real_contact(scenario: Scenario, variables: dict[str, Any]) -> tuple[Diagnostic, ...]:
+    """Return how large the error of a law of rough contact is."""
+    surface = scenario.contact.surface
+    if not isinstance(surface, RoughSurface) or "real_contact_area" not in variables:
+        return ()
+    real, gross = (np.asarray(variables[f"{name}_contact_area"][1]) for name in ("real", "gross"))
+    return surface.diagnostics(np.divide(real, gross, out=np.zeros_like(real), where=gross > 0))
 
 
 def _off_the_plate(scenario: Scenario, times: Real) -> list[Diagnostic]:
