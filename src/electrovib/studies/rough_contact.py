@@ -27,7 +27,7 @@ from electrovib.solve.equilibrium.of_scenario import (
     largest_voltage,
     uniform_stack,
 )
-from electrovib.solve.rough_contact import Loaded, MaxwellStress, Rest, follow
+from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages
 
 MOST_VOLTAGES: Final = 64
 HIGHEST: Final = 1e6
@@ -414,14 +414,11 @@ def _voltages(voltage: ArrayLike) -> Real:
 def _solver(
     stack: BlockingStack, body: Elastic | Coated, period: float, voltages: Real
 ) -> Callable[[Real], tuple[Rest, ...]]:
-    def pull(voltage: float) -> MaxwellStress:
-        return MaxwellStress(voltage=voltage, electrical_thickness=stack.electrical_thickness)
-
     def solve(heights: Real) -> tuple[Rest, ...]:
         loaded = Loaded(
             heights=heights, periods=(period, period), compliance=body.compliance, pressure=stack.pressure
         )
-        return follow(loaded, pull, voltages.tolist())
+        return follow_voltages(loaded, voltages.tolist(), electrical_thickness=stack.electrical_thickness)
 
     return solve
 
