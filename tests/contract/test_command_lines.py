@@ -237,12 +237,10 @@ def test_a_span_of_time_is_a_text_or_two_ends(said, tmp_path, crop):
 
 PLAN = f"plan-experiment {SCENARIO} --models {LAWS} --over drive.high=100V:1kV:3 --space fingers --seed 1"
 SHARE = f"value-for-share {SCENARIO} {shlex.join(WANTED)} --space fingers --share 0.9 --seed 1"
-PLATE = f"plan-plate {SCENARIO} --over drive.high=100V:1kV:3 --maximise 'peak electrostatic_force'"
 COUNTED = {
     "evidence": ("evidence vezzoli -n", ["0", "1", "-1"]),
     "plan": (f"{PLAN} -n", ["0", "1", "-1"]),
     "share": (f"{SHARE} -n", ["0", "1", "-1"]),
-    "rounds": (f"{PLATE} --refine", ["-1"]),
     "study": (f"study {SCENARIO} --space fingers --seed 1 -o s.zarr -n", ["0", "-1"]),
     "sensitivity": (
         f"study {SCENARIO} --space fingers --seed 1 --sensitivity --quantity MEAN -n",

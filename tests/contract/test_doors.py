@@ -317,7 +317,7 @@ def test_anything_else_is_refused_in_one_sentence(name, wrong, tmp_path):
 
 FREE = f'--want "{MEAN} = 1 mN" --free "drive.amplitude=10 V:400 V"'
 TARGET = '--target "sine 5 Hz 1 mN" --method carrier'
-OVER = "--over drive.amplitude=50:100:2 --refine 0"
+OVER = "--over drive.amplitude=50:100:2"
 PATTERN = '{ model = "Grating", period = "1 mm", amplitude = "0.01 mN" }'
 STUDY = "--space space.toml -n 4 --seed 1"
 COMMANDS = [

@@ -223,7 +223,7 @@ def test_a_design_has_the_name_and_the_arguments_of_its_function(name, said, mon
     taken = set(inspect.signature(function).parameters)
     assert len(taken) <= 10
     own = {each.opts[0].strip("-").replace("-", "_") for each in PROGRAM.commands[name].params} - {"help"}
-    assert taken - own == taken & {"progress"}
+    assert taken - own == taken & {"progress", "refine"}
     further = {"output", "style", "edge", "all", "force", "models"}
     assert own - taken <= further
     monkeypatch.setenv("COLUMNS", "200")
@@ -246,7 +246,7 @@ FITS = {
 def test_a_fit_has_the_names_of_its_function_and_of_what_this_is_given(name):
     taken = [inspect.signature(each).parameters for each in FITS[name]]
     assert all(len(each) <= 10 for each in taken)
-    own = {each.name for each in PROGRAM.commands[name].params}
+    own = {each.name.strip("_") for each in PROGRAM.commands[name].params}
     further = {"output", "style", "all", "force", "models", "set", "recipe", "files"}
     assert own - set().union(*taken) <= further
 

@@ -239,7 +239,6 @@ times t.nc --levels 0.1:0.9 => --levels 0.1:0.9 && in per cent; write 10:90
 times t.nc --levels 0.2:0.8 => write 20:80
 times t.nc --levels 10-90 => such as 10:90
 explore --port 80a => --port = 80a && whole number
-plan-plate ok.toml --refine two --over drive.amplitude=1:2:3 => --refine = two
 fit ok.toml t.nc --free contact.area=1um:5um => --free contact.area=1um:5um && --free contact.area; && --set contact.area=1um
 fit ok.toml t.nc --free 'contact.area=1 cm2' => --set contact.area=1 cm2
 # values within tables
