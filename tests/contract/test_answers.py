@@ -91,6 +91,17 @@ def exported():
         return ev.export_waveform(SINE, f"{folder}/a.csv", set=LIMITS, edge="line", ramp=1e-3)
 
 
+def contact_fit():
+    return ev.fit_contact(
+        SINE,
+        load=[0.1, 0.3, 1.0, 3.0],
+        capacitance=[3e-10, 4e-10, 6e-10, 1e-9],
+        roughness=ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
+        body=ev.Elastic(modulus=1e6),
+        draws=2,
+    )
+
+
 ANSWERS = {
     "Comparison": lambda: ev.compare(SINE, models=["MaxwellStressInGap", "MaxwellStressInInsulator"]),
     "MaterialComparison": lambda: ev.compare_materials(SINE, materials=["silica"]),
@@ -137,13 +148,8 @@ ANSWERS = {
         body=ev.Elastic(modulus=1e7),
         voltage=[0.0, 20.0],
     ),
-    "ContactFit": lambda: ev.fit_contact(
-        SINE,
-        load=[0.1, 0.3, 1.0, 3.0],
-        capacitance=[3e-10, 4e-10, 6e-10, 1e-9],
-        roughness=ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
-        body=ev.Elastic(modulus=1e6),
-    ),
+    "ContactFit": contact_fit,
+    "ContactPrediction": lambda: contact_fit().predict(voltage=[10.0, 20.0], measured=[0.01, 0.04]),
     "StudyResult": lambda: ev.study(SINE, "fingers", n=8, seed=1, exceed="1 mN"),
 }
 """Name of a class to an answer of it, or of a class below it."""

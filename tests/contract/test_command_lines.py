@@ -19,6 +19,7 @@ WANTED, LAWS = (
     ["--want", "peak electrostatic_force = 1 mN", "--free", "drive.high"],
     "MaxwellStressInGap,Vezzoli2014Causal",
 )
+SPECTRUM = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.5 mm", shortest = "0.25 mm" }'
 TYPED = {
     "run": [SCENARIO],
     "compare": [SCENARIO],
@@ -33,6 +34,7 @@ TYPED = {
     },
     "fit-material": ["record.csv"],
     "fit-power-law": ["record.csv", "--x", "t", "--y", "a"],
+    "fit-contact": [SCENARIO, "record.csv", "--load", "t", "--capacitance", "a", "--roughness", SPECTRUM],
     "bench run": [SCENARIO, "--simulate"],
     "bench init": [],
     "find-value": [SCENARIO, *WANTED],

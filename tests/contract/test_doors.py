@@ -320,6 +320,8 @@ TARGET = '--target "sine 5 Hz 1 mN" --method carrier'
 OVER = "--over drive.amplitude=50:100:2"
 PATTERN = '{ model = "Grating", period = "1 mm", amplitude = "0.01 mN" }'
 STUDY = "--space space.toml -n 4 --seed 1"
+SPECTRUM = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.25 mm", shortest = "0.25 mm" }'
+GROUND = 'circuit.return_path={ model = "Grounded", resistance = "0 ohm" }'
 COMMANDS = [
     "bench run s.toml",
     "bench run s.toml --simulate -o t.csv",
@@ -337,6 +339,8 @@ COMMANDS = [
     "fit s.toml r.nc --free contact.area -o out",
     "fit-laws s.toml r.nc --free contact.area --laws EffectiveMedium --seed 1 -o out",
     "fit-separately s.toml r.nc --free contact.area -o out",
+    f"fit-contact s.toml c.csv --load 'load [N]' --capacitance 'C [F]' --roughness '{SPECTRUM}' --draws 1 --set '{GROUND}'"
+    " -o out.html",
     f"plan-experiment s.toml --models {','.join(LAWS)} --over {LOAD}=0.5:1:2 --space space.toml --quantity '{MEAN}' -n 4"
     " -o out.html",
     "report s.toml -o out.html",
@@ -378,6 +382,9 @@ def test_every_command_states_the_warning_once_and_in_each_of_its_files(call, ca
     Path("space.toml").write_text("\n".join(["[space]", *lines]), encoding="utf-8")
     if "r.nc" in call:
         ev.save(record(), "r.nc")
+    if "c.csv" in call:
+        points = zip(*CAPACITANCES.values(), strict=True)
+        Path("c.csv").write_text("load [N],C [F]\n" + "".join(f"{load},{value}\n" for load, value in points))
     if "t.nc" in call:
         ev.save(ev.simulate(SCENARIO), "t.nc")
     monkeypatch.setattr(sys, "argv", ["electrovib", *shlex.split(call)])

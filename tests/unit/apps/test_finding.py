@@ -13,6 +13,7 @@ import typer
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.budget import ONE_THREAD
+from electrovib.recordings.fit.contact import ContactFit
 
 PROGRAM = typer.main.get_command(app)
 
@@ -239,6 +240,7 @@ FITS = {
     "fit-separately": (ev.fit_separately, ev.Recordings),
     "fit-material": (ev.fit_material, ev.SpectrumRecipe, ev.SpectrumErrors),
     "fit-power-law": (ev.fit_power_law,),
+    "fit-contact": (ev.fit_contact, ContactFit.predict),
 }
 
 

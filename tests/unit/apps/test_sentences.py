@@ -92,6 +92,7 @@ reduce_swipe t.nc => electrovib times --swipes'
 reduce_swipes t.nc => electrovib times --swipes'
 fit_material => electrovib fit-material
 fit_power_law => electrovib fit-power-law
+fit_contact => electrovib fit-contact
 fit_separately => electrovib fit-separately
 import_file m.csv => electrovib import'
 import_material m.csv => electrovib import'

@@ -46,6 +46,7 @@ _GROUPS: Final[dict[str, tuple[Any, ...]]] = {
         fit.fit_separately,
         fit_tables.fit_material,
         fit_tables.fit_power_law,
+        fit_tables.fit_contact,
         bench.group,
     ),
     "Plan": (
