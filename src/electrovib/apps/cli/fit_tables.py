@@ -8,7 +8,6 @@ import typer
 from electrovib.apps.cli import options
 from electrovib.apps.cli.fit import share_of
 from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
-from electrovib.apps.cli.options import pair_of
 from electrovib.apps.cli.terminal import say, show_answer
 from electrovib.core.errors import InputError
 
@@ -67,13 +66,13 @@ def fit_material(
 
     entries = recipe_of(recipe, set, columns, only=OF_SAMPLE, of="the fit of a material")
     asked = options.given(form=form, loss=loss, into=into, layer=layer, output=output, force=force)
-    shares = dict(pair_of(text, "--scatter", "FILE=SHARE") for text in scatter or ())
+    shares = dict(options.pair_of(text, "--scatter", "FILE=SHARE") for text in scatter or ())
     known: dict[str, Any] = {
         "scatter": {name: share_of(value, "--scatter") for name, value in shares.items()},
         "systematic": systematic,
     }
     if reference:
-        known["reference"] = pair_of(reference, "--reference", "FILE=VALUE")
+        known["reference"] = options.pair_of(reference, "--reference", "FILE=VALUE")
     if band:
         low, dots, high = (part.strip() for part in band.partition(".."))
         if not dots:

@@ -376,7 +376,7 @@ def export(
     place: Annotated[str | None, typer.Argument()] = None,
     output: options.Output = None,
     limits: options.Texts = None,
-    instrument: Annotated[str | None, typer.Option("--as")] = None,
+    instrument: Annotated[str | None, typer.Option("--instrument", "--as")] = None,
     rate: options.Text = None,
     ramp: options.Text = None,
     largest_error: Annotated[float, options.number("--largest-error")] = 0.01,
@@ -398,8 +398,8 @@ def export(
         The file to write, if not given by -o.
     output : FILE
         A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.
-    instrument : hp_33120a
-        Instrument whose codes are written.
+    instrument : NAME
+        Instrument whose codes are written: hp_33120a.
     largest_error : SHARE
         Error over the largest voltage above which nothing is written.
     full_scale : VOLTAGE

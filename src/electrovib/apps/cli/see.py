@@ -1,6 +1,7 @@
 """``electrovib explore``, ``report``, ``list`` and ``init``: what is there to see, and to start from."""
 
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -14,8 +15,6 @@ from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
 from electrovib.apps.cli.terminal import is_map, judged, put, say, show, warned
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import xarray
 
 
@@ -90,7 +89,7 @@ def report(
     say(*_answers(shown, output), *_without_parameters(traces), f"written: {output}")
 
 
-def _answers(shown: "Mapping[str, xarray.Dataset]", output: str) -> list[str]:
+def _answers(shown: Mapping[str, "xarray.Dataset"], output: str) -> list[str]:
     """Return a line with the answer of each result that the report shows, then the warnings of all, each once."""
     from electrovib.core.signals import is_study_result
     from electrovib.studies.population.result import signal_words
