@@ -1,10 +1,4 @@
-"""``electrovib compare``, ``evidence`` and ``reproduce``: laws beside each other, beside measurements and beside papers.
-
-Parameters
-----------
-output : FILE|DIR
-    A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
-"""
+"""``electrovib compare``, ``evidence`` and ``reproduce``: laws beside each other, beside measurements and beside papers."""
 
 from typing import Annotated
 
@@ -83,8 +77,8 @@ def evidence(
     *,
     measured: Annotated[list[str] | None, typer.Argument()] = None,
     all: options.Details = False,
-    n: Annotated[int, options.counted("-n")] = 64,
-    seed: Annotated[int, options.counted("--seed")] = 0,
+    n: Annotated[int, options.number("-n", int)] = 64,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
     output: options.Output = None,
     _style: options.Style = None,
     force: options.Flag = False,

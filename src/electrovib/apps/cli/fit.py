@@ -72,8 +72,8 @@ def fit(
     session: options.Texts = None,
     compare_with: options.Texts = None,
     posterior: options.Flag = False,
-    seed: Annotated[int | None, options.counted("--seed")] = None,
-    steps: Annotated[int, options.counted("-n")] = 2000,
+    seed: Annotated[int | None, options.number("--seed", int)] = None,
+    steps: Annotated[int, options.number("-n", int)] = 2000,
 ) -> None:
     """Estimate parameters of a scenario from recordings.
 
@@ -133,7 +133,7 @@ def fit_laws(
     session: options.Texts = None,
     compare_with: options.Texts = None,
     laws: options.Names = None,
-    seed: Annotated[int, options.counted("--seed")] = 0,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
 ) -> None:
     """Weigh which force law made recordings.
 

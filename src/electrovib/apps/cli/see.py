@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def explore(
     *,
     scenario: options.Scenario = "vezzoli_2014/fig6",
-    port: Annotated[int | None, options.counted("--port")] = None,
+    port: Annotated[int | None, options.number("--port", int)] = None,
     no_browser: options.Flag = False,
     set: options.Changes = None,
     _models: options.Models = None,
@@ -75,8 +75,6 @@ def report(
     ----------
     traces
         Trace files, overlaid in one report.
-    output : FILE|DIR
-        A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
     set : KEY=VALUE
         Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'; repeatable.
     """
