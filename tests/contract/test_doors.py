@@ -320,8 +320,6 @@ TARGET = '--target "sine 5 Hz 1 mN" --method carrier'
 OVER = "--over drive.amplitude=50:100:2"
 PATTERN = '{ model = "Grating", period = "1 mm", amplitude = "0.01 mN" }'
 STUDY = "--space space.toml -n 4 --seed 1"
-SPECTRUM = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.25 mm", shortest = "0.25 mm" }'
-GROUND = 'circuit.return_path={ model = "Grounded", resistance = "0 ohm" }'
 COMMANDS = [
     "bench run s.toml",
     "bench run s.toml --simulate -o t.csv",
@@ -339,8 +337,6 @@ COMMANDS = [
     "fit s.toml r.nc --free contact.area -o out",
     "fit-laws s.toml r.nc --free contact.area --laws EffectiveMedium --seed 1 -o out",
     "fit-separately s.toml r.nc --free contact.area -o out",
-    f"fit-contact s.toml c.csv --load 'load [N]' --capacitance 'C [F]' --roughness '{SPECTRUM}' --draws 1 --set '{GROUND}'"
-    " -o out.html",
     f"plan-experiment s.toml --models {','.join(LAWS)} --over {LOAD}=0.5:1:2 --space space.toml --quantity '{MEAN}' -n 4"
     " -o out.html",
     "report s.toml -o out.html",
@@ -369,7 +365,26 @@ def commands():
 
 def test_every_command_is_a_door_or_computes_nothing_from_a_scenario():
     called = {call.partition(" s.toml")[0] for call in COMMANDS}
-    assert sorted([*called, *WITHOUT_A_NUMBER]) == sorted(commands())
+    assert sorted([*called, *WITHOUT_A_NUMBER, *REFUSING_COMMANDS]) == sorted(commands())
+
+
+SPECTRUM = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.25 mm", shortest = "0.25 mm" }'
+REFUSING_COMMANDS = {
+    "fit-contact": f"s.toml c.csv --load 'load [N]' --capacitance 'C [F]' --roughness '{SPECTRUM}' -o out.csv",
+}
+
+
+@pytest.mark.parametrize("name", REFUSING_COMMANDS)
+def test_a_command_refuses_a_floating_body_and_writes_nothing(name, capsys, monkeypatch):
+    Path("s.toml").write_text(to_toml(SCENARIO), encoding="utf-8")
+    points = zip(*CAPACITANCES.values(), strict=True)
+    Path("c.csv").write_text("load [N],C [F]\n" + "".join(f"{load},{value}\n" for load, value in points))
+    monkeypatch.setattr(sys, "argv", ["electrovib", name, *shlex.split(REFUSING_COMMANDS[name])])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    assert "circuit.return_path: a floating body" in capsys.readouterr().err
+    assert not Path("out.csv").exists()
 
 
 @pytest.mark.usefixtures("blank_pictures")
@@ -382,9 +397,6 @@ def test_every_command_states_the_warning_once_and_in_each_of_its_files(call, ca
     Path("space.toml").write_text("\n".join(["[space]", *lines]), encoding="utf-8")
     if "r.nc" in call:
         ev.save(record(), "r.nc")
-    if "c.csv" in call:
-        points = zip(*CAPACITANCES.values(), strict=True)
-        Path("c.csv").write_text("load [N],C [F]\n" + "".join(f"{load},{value}\n" for load, value in points))
     if "t.nc" in call:
         ev.save(ev.simulate(SCENARIO), "t.nc")
     monkeypatch.setattr(sys, "argv", ["electrovib", *shlex.split(call)])

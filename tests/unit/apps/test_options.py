@@ -19,7 +19,7 @@ def command(
     *,
     scenario: options.Scenario = "a/b",
     files: Annotated[list[str] | None, typer.Argument()] = None,
-    draws: Annotated[int, options.counted("-n")],
+    draws: Annotated[int, options.number("-n", int)],
     name: options.Names = None,
     rate: Annotated[float, options.number("--rate")] = 0.5,
     varying: Annotated[list[str] | None, typer.Option("--vary")] = None,

@@ -88,6 +88,7 @@ def settings(
     budget : TIME,MEMORY
         Time and memory a computation may use, '1 h, 8 GB'; more is refused. Default: 10 min, 4 GB.
     """
+    options.refuse_blank(context)
     if budget:
         from electrovib.core import budget as budgets
 

@@ -22,7 +22,7 @@ def run(
     simulate: options.Flag = False,
     arm: options.Flag = False,
     finger: options.Text = None,
-    seed: Annotated[int, options.counted("--seed")] = 0,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
     set: options.Changes = None,
     output: options.Output = None,
     _models: options.Models = None,

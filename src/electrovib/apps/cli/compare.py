@@ -1,12 +1,6 @@
-"""``electrovib compare``, ``evidence`` and ``reproduce``: laws beside each other, beside measurements and beside papers.
+"""``electrovib compare``, ``evidence`` and ``reproduce``: laws beside each other, beside measurements and beside papers."""
 
-Parameters
-----------
-output : FILE|DIR
-    A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
-"""
-
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -42,24 +36,30 @@ def compare(
     models : A,B,...|FILE.py
         Force laws, all if absent; or a Python file with laws of your own; repeatable.
     """
+    from electrovib.studies.compare import Comparison, MaterialComparison, compare, compare_materials
+
     if others:
         listed = " ".join((str(scenario), *others))
         raise InputError(
             f"{listed}: compare takes one scenario and compares laws or materials on it; 'electrovib report {listed} -o"
             " overlay.html' overlays several Traces"
         )
-    asked = options.given(layer=layer, over=over, output=output, all=all, force=force)
     if not scenario:
         _print_static(context)
-    elif materials:
+        return
+    asked = options.given(layer=layer, over=over, output=output, all=all, force=force)
+    if materials:
         accepted = "scenario set all materials layer output"
         options.only(context, accepted, "--materials, which compares no laws")
-        asked["materials"] = None if materials == ["all"] else materials
-        _print_materials(asked | {"scenario": options.changed(scenario, set)})
-    else:
-        options.only(context, "scenario set all models over output", "the comparison of force laws")
-        asked |= {"models": options.read_laws(models), "set": read_changes(set)}
-        _print_laws(asked | {"scenario": scenario})
+        named = None if materials == ["all"] else materials
+        asked |= {"scenario": options.changed(scenario, set), "materials": named}
+        answered(MaterialComparison, compare_materials, "comparing materials", asked)
+        return
+    options.only(context, "scenario set all models over output", "the comparison of force laws")
+    asked |= {"scenario": scenario, "models": options.read_laws(models), "set": read_changes(set)}
+    answered(Comparison, compare, "comparing force laws", asked)
+    if not (all or output):
+        say("--all explains why the laws differ, and lists where their papers contradict each other.")
 
 
 def _print_static(context: typer.Context) -> None:
@@ -73,27 +73,12 @@ def _print_static(context: typer.Context) -> None:
     show(laid_out(compare_surfaces()))
 
 
-def _print_laws(asked: dict[str, Any]) -> None:
-    from electrovib.studies.compare import Comparison, compare
-
-    brief = not (asked["all"] or "output" in asked)
-    answered(Comparison, compare, "comparing force laws", asked)
-    if brief:
-        say("--all explains why the laws differ, and lists where their papers contradict each other.")
-
-
-def _print_materials(asked: dict[str, Any]) -> None:
-    from electrovib.studies.compare import MaterialComparison, compare_materials
-
-    answered(MaterialComparison, compare_materials, "comparing materials", asked)
-
-
 def evidence(
     *,
     measured: Annotated[list[str] | None, typer.Argument()] = None,
     all: options.Details = False,
-    n: Annotated[int, options.counted("-n")] = 64,
-    seed: Annotated[int, options.counted("--seed")] = 0,
+    n: Annotated[int, options.number("-n", int)] = 64,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
     output: options.Output = None,
     _style: options.Style = None,
     force: options.Flag = False,

@@ -36,7 +36,6 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.options import pair_of
 from electrovib.apps.cli.terminal import say, warned
 from electrovib.apps.exit_codes import MISFIT
 from electrovib.core.errors import InputError
@@ -73,8 +72,8 @@ def fit(
     session: options.Texts = None,
     compare_with: options.Texts = None,
     posterior: options.Flag = False,
-    seed: Annotated[int | None, options.counted("--seed")] = None,
-    steps: Annotated[int, options.counted("-n")] = 2000,
+    seed: Annotated[int | None, options.number("--seed", int)] = None,
+    steps: Annotated[int, options.number("-n", int)] = 2000,
 ) -> None:
     """Estimate parameters of a scenario from recordings.
 
@@ -134,7 +133,7 @@ def fit_laws(
     session: options.Texts = None,
     compare_with: options.Texts = None,
     laws: options.Names = None,
-    seed: Annotated[int, options.counted("--seed")] = 0,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
 ) -> None:
     """Weigh which force law made recordings.
 
@@ -225,7 +224,9 @@ def _recordings(
     found, of_recordings = options.given(**known), PRESCRIBING.values()  # what a recording may contradict
     for name, relative in {"noise": PROPORTIONAL, "gain_error": SIGNALS, "zero_error": ()}.items():
         found[name] = _of_signals(found.get(name, ()), f"--{name.replace('_', '-')}", relative=relative)
-    found["session"] = dict(pair_of(text, "--session", "FILE=NAME") for text in found.get("session", ()))
+    found["session"] = dict(
+        options.pair_of(text, "--session", "FILE=NAME") for text in found.get("session", ())
+    )
     stated = read_changes(changes).items()
     settings = {path: value for path, value in stated if path.split(".")[0] in of_recordings}
     return Recordings(traces=traces, settings=settings, **found)
@@ -264,7 +265,7 @@ def _of_signals(texts: Sequence[str], option: str, *, relative: Collection[str] 
 
     found: dict[str, float] = {}
     for text in texts:
-        name, value = pair_of(text, option, f"SIGNAL={'SHARE' if relative is SIGNALS else 'VALUE'}")
+        name, value = options.pair_of(text, option, f"SIGNAL={'SHARE' if relative is SIGNALS else 'VALUE'}")
         if name not in SIGNALS:
             raise InputError(f"{option} {text}: no signal has this name.{nearest(name, SIGNALS)}")
         try:

@@ -8,7 +8,6 @@ import typer
 from electrovib.apps.cli import options
 from electrovib.apps.cli.fit import share_of
 from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
-from electrovib.apps.cli.options import pair_of
 from electrovib.apps.cli.terminal import say, show_answer
 from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
@@ -72,13 +71,13 @@ def fit_material(
 
     entries = recipe_of(recipe, set, columns, only=OF_SAMPLE, of="the fit of a material")
     asked = options.given(form=form, loss=loss, into=into, layer=layer, output=output, force=force)
-    shares = dict(pair_of(text, "--scatter", "FILE=SHARE") for text in scatter or ())
+    shares = dict(options.pair_of(text, "--scatter", "FILE=SHARE") for text in scatter or ())
     known: dict[str, Any] = {
         "scatter": {name: share_of(value, "--scatter") for name, value in shares.items()},
         "systematic": systematic,
     }
     if reference:
-        known["reference"] = pair_of(reference, "--reference", "FILE=VALUE")
+        known["reference"] = options.pair_of(reference, "--reference", "FILE=VALUE")
     if band:
         low, dots, high = (part.strip() for part in band.partition(".."))
         if not dots:
@@ -151,9 +150,9 @@ def fit_contact(
     body: options.Text = None,
     voltage: options.Names = None,
     measured: options.Names = None,
-    points: Annotated[int | None, options.counted("--points")] = None,
-    draws: Annotated[int, options.counted("--draws")] = 4,
-    seed: Annotated[int, options.counted("--seed")] = 0,
+    points: Annotated[int | None, options.number("--points", int)] = None,
+    draws: Annotated[int, options.number("--draws", int)] = 4,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
     recipe: options.Text = None,
     set: options.Changes = None,
     output: options.Output = None,

@@ -6,17 +6,15 @@ import functools
 import inspect
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from typer.core import TyperCommand, TyperGroup
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.meant import command_meant, options_of, told
 from electrovib.core.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _SCENARIOS: Final = ("scenario", "second")
 """Arguments that are the scenario: the second one of `check`, after a drive."""

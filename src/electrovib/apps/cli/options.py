@@ -22,6 +22,8 @@ layer : NAME
     Layer of the material, where there are several.
 materials : A,B,...
     Materials of the insulator; 'all' of the library.
+output : FILE|DIR
+    A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
 report : FILE
     Write a self-contained HTML report.
 style : journal
@@ -45,15 +47,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 import typer
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import parse_count, parse_quantity
-
-_SEARCHED: Final = ("query", "measured")
-"""Arguments that are words to search for, of which a blank one is none."""
 
 
 def _refuse_blank(flag: str, value: object) -> None:
@@ -153,7 +152,7 @@ def _use_models(files: list[str] | None) -> None:
 def refuse_blank(context: typer.Context) -> None:
     """Refuse each blank text that was typed, but that of words to search for, of which a blank one is none."""
     for name, flag in _typed(context).items():
-        if name not in _SEARCHED:
+        if name not in ("query", "measured"):
             _refuse_blank(flag, context.params[name])
 
 
@@ -214,14 +213,9 @@ def pair_of(text: str, name: str, form: str) -> tuple[str, str]:
     return first.strip(), second.strip()
 
 
-def counted(flag: str) -> Any:
-    """Declare an option with a whole number."""
-    return typer.Option(flag, parser=functools.partial(_number, flag, int))
-
-
-def number(flag: str) -> Any:
-    """Declare an option with a number that may have a unit, such as a share of 5 %."""
-    return typer.Option(flag, parser=functools.partial(_number, flag, float))
+def number(flag: str, kind: type = float) -> Any:
+    """Declare an option with a number: a whole one, or one that may have a unit such as %."""
+    return typer.Option(flag, parser=functools.partial(_number, flag, kind))
 
 
 def split(param: typer.CallbackParam, value: list[str] | None) -> list[str] | None:

@@ -72,8 +72,8 @@ def value_for_share(
     want: Want,
     space: options.Space,
     share: Annotated[float, options.number("--share")],
-    seed: Annotated[int, options.counted("--seed")],
-    n: Annotated[int, options.counted("-n")] = 1000,
+    seed: Annotated[int, options.number("--seed", int)],
+    n: Annotated[int, options.number("-n", int)] = 1000,
     free: Free,
     limits: options.Texts = None,
     output: options.Output = None,
@@ -234,8 +234,8 @@ def plan_experiment(
     quantity: options.Text = None,
     noise: options.Texts = None,
     limits: options.Texts = None,
-    n: Annotated[int, options.counted("-n")] = 64,
-    seed: Annotated[int, options.counted("--seed")] = 0,
+    n: Annotated[int, options.number("-n", int)] = 64,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
     output: options.Output = None,
     _style: options.Style = None,
     all: options.Details = False,
@@ -376,7 +376,7 @@ def export(
     place: Annotated[str | None, typer.Argument()] = None,
     output: options.Output = None,
     limits: options.Texts = None,
-    instrument: Annotated[str | None, typer.Option("--as")] = None,
+    instrument: Annotated[str | None, typer.Option("--instrument", "--as")] = None,
     rate: options.Text = None,
     ramp: options.Text = None,
     largest_error: Annotated[float, options.number("--largest-error")] = 0.01,
@@ -398,8 +398,8 @@ def export(
         The file to write, if not given by -o.
     output : FILE
         A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.
-    instrument : hp_33120a
-        Instrument whose codes are written.
+    instrument : NAME
+        Instrument whose codes are written: hp_33120a.
     largest_error : SHARE
         Error over the largest voltage above which nothing is written.
     full_scale : VOLTAGE

@@ -1,6 +1,7 @@
 """``electrovib explore``, ``report``, ``list`` and ``init``: what is there to see, and to start from."""
 
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -14,15 +15,13 @@ from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
 from electrovib.apps.cli.terminal import is_map, judged, put, say, show, warned
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import xarray
 
 
 def explore(
     *,
     scenario: options.Scenario = "vezzoli_2014/fig6",
-    port: Annotated[int | None, options.counted("--port")] = None,
+    port: Annotated[int | None, options.number("--port", int)] = None,
     no_browser: options.Flag = False,
     set: options.Changes = None,
     _models: options.Models = None,
@@ -76,8 +75,6 @@ def report(
     ----------
     traces
         Trace files, overlaid in one report.
-    output : FILE|DIR
-        A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
     set : KEY=VALUE
         Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'; repeatable.
     """
@@ -90,7 +87,7 @@ def report(
     say(*_answers(shown, output), *_without_parameters(traces), f"written: {output}")
 
 
-def _answers(shown: "Mapping[str, xarray.Dataset]", output: str) -> list[str]:
+def _answers(shown: Mapping[str, "xarray.Dataset"], output: str) -> list[str]:
     """Return a line with the answer of each result that the report shows, then the warnings of all, each once."""
     from electrovib.core.signals import is_study_result
     from electrovib.studies.population.result import signal_words

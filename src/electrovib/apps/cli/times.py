@@ -25,7 +25,7 @@ def times(
     antiphase: options.Flag = False,
     sensor: options.Text = None,
     edges: Annotated[str, typer.Option()] = "both",
-    exponentials: Annotated[int, options.counted("--exponentials")] = 3,
+    exponentials: Annotated[int, options.number("--exponentials", int)] = 3,
     window: options.Text = None,
     before: options.Text = None,
     ring: options.Flag = False,
@@ -71,8 +71,6 @@ def times(
         Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.
     speed : SPEED
         Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
-    output : FILE|DIR
-        A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
     """
     from electrovib.view.swipe import SwipesAnswer
     from electrovib.view.times import TimesAnswer, rows_of
