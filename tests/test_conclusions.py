@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.studies.evidence.measurement import QUOTED
+from electrovib.studies.evidence.measurement import QUOTED, numbers_of
 from electrovib.studies.evidence.predicted import predict
 
 ROOT = Path(__file__).parent.parent
@@ -45,7 +45,7 @@ FORCES = {name: each for name, each in MEASURED.items() if each.judges == "force
 
 def count(known):
     """Return measurements, numbers and groups."""
-    numbers = {key for name, each in known.items() for key in each.numbers(name)}
+    numbers = {key for name, each in known.items() for key in numbers_of(name, each)}
     return len(known), len(numbers), len({each.group for each in known.values()})
 
 

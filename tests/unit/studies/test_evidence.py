@@ -20,6 +20,7 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.studies.evidence import Measurement
+from electrovib.studies.evidence.measurement import numbers_of
 from electrovib.studies.evidence.null import CONSTANT, RANGE, SQUARE, null_predictions
 from electrovib.studies.evidence.plan import ODDS, _values, _worst, plan_experiment
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
@@ -311,8 +312,8 @@ def test_every_group_counts_once_and_numbers_that_share_their_errors_count_as_on
         4.0
     )
     several = measured(error_of="a figure")
-    assert several.numbers("name") == {("nobody", "this test", "a figure")}
-    assert len(measured().numbers("name")) == 3
+    assert numbers_of("name", several) == {("nobody", "this test", "a figure")}
+    assert len(numbers_of("name", measured())) == 3
 
 
 def test_a_bound_is_scored_by_the_probability_to_keep_it():

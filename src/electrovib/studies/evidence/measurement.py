@@ -154,12 +154,6 @@ class Measurement:
         """Values of the parameter that was varied, NaN where none was."""
         return np.array(self.at) if self.over else np.full(1, np.nan)
 
-    def numbers(self, name: str) -> frozenset[tuple[str, ...]]:
-        """Return what counts as one number: each value, or all that share the errors of a line, figure or table."""
-        if self.error_of:
-            return frozenset({(self.group, self.source, self.error_of)})
-        return frozenset((name, str(place)) for place in range(len(self.values)))
-
     @property
     def named(self) -> str:
         """Name of the quantity; of a function, which has none, the first words of the title."""
@@ -181,3 +175,10 @@ class Measurement:
             if self.over
             else ("", "1")
         )
+
+
+def numbers_of(name: str, measured: Measurement) -> frozenset[tuple[str, ...]]:
+    """Return what counts as one number: each value, or all that share the errors of a line, figure or table."""
+    if measured.error_of:
+        return frozenset({(measured.group, measured.source, measured.error_of)})
+    return frozenset((name, str(place)) for place in range(len(measured.values)))

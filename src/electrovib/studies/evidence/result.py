@@ -15,10 +15,10 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text
-from electrovib.studies.evidence.measurement import HOW, Measurement
+from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of
 from electrovib.studies.evidence.null import NULLS
 from electrovib.studies.evidence.score import LEVEL, Score
-from electrovib.studies.evidence.standing import NARROW, Comparison, Standing, comparisons
+from electrovib.studies.evidence.standing import NARROW, CommonSet, Standing, comparisons
 
 WORST: Final = 5
 """Groups of people whose worst failure is stated."""
@@ -104,7 +104,7 @@ class Evidence(Answer):
         )
 
     @functools.cached_property
-    def comparisons(self) -> tuple[Comparison, ...]:
+    def comparisons(self) -> tuple[CommonSet, ...]:
         """Candidates of each place on the measurements that all of them predict, force laws first."""
         return tuple(
             each for place in self._places for each in comparisons(place, self.judging(place), self.nulls)
@@ -130,7 +130,7 @@ class Evidence(Answer):
     @property
     def numbers(self) -> frozenset[tuple[str, ...]]:
         """What counts as one number each."""
-        return frozenset(key for name, each in self.measured.items() for key in each.numbers(name))
+        return frozenset(key for name, each in self.measured.items() for key in numbers_of(name, each))
 
     @property
     def can_be_missed(self) -> frozenset[tuple[str, ...]]:
@@ -239,7 +239,7 @@ class Evidence(Answer):
             plot=functools.partial(
                 _draw_ratios, scores=[*self.scores, *self.nulls], models=list(shown), rows=rows
             ),
-            size=(5.2, 1.3 + 0.6 * len(rows)),
+            size=(5.2, 1.3 + 0.7 * len(rows)),
             caption="Points: medians; lines: 90 % of the draws of what was not printed, without the spread of the measurement."
             " A line that reaches 1 agrees; of a bound, one that lies on the side that its row names.",
         )
@@ -266,7 +266,7 @@ class Evidence(Answer):
         found = self.of(name)
         best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
         how, spread = f"{each.how}, {each.status}", f"{100 * max(each.spread):.2g} %, {each.spread_of}"
-        counts = (f"{each.bound} {len(each.values)}".strip(), str(len(each.numbers(name))))
+        counts = (f"{each.bound} {len(each.values)}".strip(), str(len(numbers_of(name, each))))
         return (name, each.title, each.on, each.group, *counts, how, spread, best, each.note)
 
     @property
@@ -299,7 +299,7 @@ class Evidence(Answer):
         return csv_text(head, [[getattr(each, one) for one in head] for each in scores])
 
 
-def _standings(found: Comparison) -> Table:
+def _standings(found: CommonSet) -> Table:
     rows = tuple(
         (
             each.model,
@@ -334,7 +334,7 @@ def _standings(found: Comparison) -> Table:
     return Table(title, headings, rows, looks=dict.fromkeys(range(1, len(headings)), "number"))
 
 
-def _skills(found: Comparison) -> str:
+def _skills(found: CommonSet) -> str:
     """Say which candidates have skill on a common set, and which have none."""
     known = [
         f"{each.model} {_number(each.skill)} ({_from_to(each.low, each.high)})"
@@ -350,11 +350,11 @@ def _skills(found: Comparison) -> str:
     return f"{_of_place(found)}, {_common_set(found)}{why}: {'; '.join(said)}."
 
 
-def _of_place(found: Comparison) -> str:
+def _of_place(found: CommonSet) -> str:
     return "Force laws" if found.place == "force" else f"Models of {found.place}"
 
 
-def _common_set(found: Comparison) -> str:
+def _common_set(found: CommonSet) -> str:
     counts = f"{_several(found.numbers, 'number')} of {_several(found.groups, 'group')}"
     return f"{counts} that {_several(len(found.standings), 'candidate')} predict{'s' * (len(found.standings) == 1)}"
 
@@ -370,7 +370,7 @@ def _draw_ratios(
     ax, names = figure.add_subplot(), list(rows)
     for place, model in enumerate(models):
         found = [each for each in scores if each.model == model and each.measurement in names]
-        heights = [names.index(each.measurement) + 0.11 * place - 0.02 for each in found]
+        heights = [names.index(each.measurement) + 0.09 * place - 0.02 for each in found]
         middle = np.array([each.ratio for each in found])
         ends = np.array([[each.ratio - each.low, each.high - each.ratio] for each in found]).T
         ax.errorbar(middle, heights, xerr=ends, fmt="o", markersize=4, linewidth=1.2, label=_words(model))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.studies.evidence.measurement import AT_MOST
+from electrovib.studies.evidence.measurement import AT_MOST, numbers_of
 
 if TYPE_CHECKING:
     from electrovib.studies.evidence.measurement import Measurement
@@ -32,7 +32,7 @@ _NOTHING: Final = 1e-300
 class Score:
     """A candidate on one measurement.
 
-    - `measurement`, `model`, `group`: names; `numbers`: what counts as one number each, as `Measurement.numbers` has it.
+    - `measurement`, `model`, `group`: names; `numbers`: what counts as one number each, as `numbers_of` has it.
     - `ratio`: median of predicted over measured over draws and points; `low`, `high`: ends of its 90 % interval.
     - `covered`: share of the points that lie in the 90 % interval of the prediction with the spread of the measurement; of
       bounds, which this interval reaches.
@@ -83,7 +83,7 @@ def judge(name: str, measured: Measurement, found: ModelPrediction) -> Score:
         measurement=name,
         model=found.model,
         group=measured.group,
-        numbers=measured.numbers(name),
+        numbers=numbers_of(name, measured),
         ratio=float(ratios[1]),
         low=float(ratios[0]),
         high=float(ratios[2]),

@@ -53,7 +53,7 @@ class Standing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class CommonSet:
     """Candidates for one place on the measurements that all of them predict, the best first, and the best null model."""
 
     place: str
@@ -78,7 +78,7 @@ def typical_factor(scores: Iterable[Score]) -> float:
     return math.exp(_mean(list(over_groups(scores, lambda each: abs(_log_ratio(each))).values())))
 
 
-def comparisons(place: str, scores: Sequence[Score], nulls: Sequence[Score]) -> Iterator[Comparison]:
+def comparisons(place: str, scores: Sequence[Score], nulls: Sequence[Score]) -> Iterator[CommonSet]:
     """Compare the candidates of one place on each set of measurements that all of them predict, the most candidates first."""
     by_model: dict[str, dict[str, Score]] = {}
     of: dict[str, set[str]] = {}
@@ -102,7 +102,7 @@ def _comparison(
     names: tuple[str, ...],
     own: Mapping[str, list[Score]],
     nulls: Mapping[str, list[Score]],
-) -> Comparison:
+) -> CommonSet:
     any_scores = next(iter(own.values()))
     groups = sorted({each.group for each in any_scores})
     best, skills = _skills(own, nulls, groups, lambda each: each.score)
@@ -139,7 +139,7 @@ def _comparison(
                 shape=_mean_over_groups(scores, lambda each: each.shape),
             )
         )
-    return Comparison(
+    return CommonSet(
         place=place,
         names=names,
         numbers=len({key for each in any_scores for key in each.numbers}),
