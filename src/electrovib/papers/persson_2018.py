@@ -61,7 +61,7 @@ class Persson2018RoughGap(ForceLaw):
     rough skin; the body should therefore be grounded, and its resistance times the capacitance of the layers short. Valid
     for wavelengths of the roughness that are long compared with 2 pi T_i. The form is cited from memory, unverified; at
     one gap it is the Maxwell stress of `MaxwellStressInGap`. A `power` of 4/3 corrects it towards contacts that were solved:
-    `electrovib.equilibrium` states the gaps of a `FittedSurface` that way.
+    `electrovib.equilibrium` states the gaps of a `FittedSurface` in this form.
     """
 
     reference: ClassVar[str] = "doi:10.1063/1.5024038, doi:10.1088/1361-648x/abe797"

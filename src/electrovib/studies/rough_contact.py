@@ -276,12 +276,10 @@ class RoughContact(Answer):
             field = np.sort(self.field(film, at), axis=None)
             kept = np.unique(np.linspace(0, field.size - 1, 513).astype(int))
             share = 1 - kept / field.size
-            strength = np.full(2, film.strength)
+            broken = np.array([film.strength]), self.area_beyond[film.name][[at]]
             curves += [
                 Curve(label=film.name, x=field[kept], y=share, look=look),
-                Curve(
-                    label=f"strength of {film.name}", x=strength, y=share[[0, -1]], kind="dashed", look=look
-                ),
+                Curve(label=f"strength of {film.name}", x=broken[0], y=broken[1], kind="points", look=look),
             ]
         panel = Panel(
             id="field", title=f"Field in the film at {_shown(self.voltage[at], 'V')}", x=("field", "V/m"),

@@ -48,8 +48,8 @@ class RoughSurface(Surface, family=True):
     error: ClassVar[str] = ""
     """By how much a corrected law is wrong, in words."""
 
+    is_rough: ClassVar[bool] = True
     standing: ClassVar[str] = "not corrected"
-    """Whether contacts that were solved correct the law."""
 
     def doubts(self, share: ArrayLike) -> str:
         """Return what makes the law wrong by more than the goal at shares in contact [1]; empty where nothing does."""

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.physics.contact.attraction import RoughAttraction
-from electrovib.physics.contact.rough_surface import RoughSurface
 from electrovib.physics.roughness import REACH, GaussianGaps, PullingSpots
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.physics.contact import Surface
     from electrovib.scenario import Scenario
 
 CLOSE: Final = 1e-6
@@ -44,7 +44,7 @@ def area_beyond(
     law = f"{type(scenario.force).__name__}, whose gaps are declared and follow no attraction"
     if gaps is None:
         surface, load = scenario.contact.surface, scenario.load.normal_force
-        if not isinstance(surface, RoughSurface) or not load > 0:
+        if surface is None or not (surface.is_rough and load > 0):
             return None
         pressure = float(scenario.contact.mean_pressure(np.asarray(load)))
         attraction = RoughAttraction(
@@ -66,7 +66,7 @@ def area_beyond(
 
 
 def pressed_gaps(
-    surface: RoughSurface, attraction: RoughAttraction, pressure: float
+    surface: Surface, attraction: RoughAttraction, pressure: float
 ) -> tuple[GaussianGaps | None, bool]:
     """Return the gaps that a rising voltage reaches under a load [Pa], None if it shuts them, and whether they could be shut."""
     least = attraction.smallest_gap

@@ -15,7 +15,6 @@ from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.contact.attraction import Attraction
-from electrovib.physics.contact.rough_surface import RoughSurface
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import limit_diagnostics
 from electrovib.physics.roughness import ContactSpots, GaussianGaps, local_pull
@@ -254,14 +253,12 @@ def _of_surface(
     surface: Surface, states: Sequence[Equilibrium], spots: ContactSpots | None
 ) -> tuple[Diagnostic, ...]:
     """Return how large the error of a law of rough contact is, and that of one gap everywhere in its place."""
-    if not isinstance(surface, RoughSurface):
-        return ()
     borne = np.array([state.repulsion + state.stop for state in states])
     text = (
         "one gap everywhere attracts 0.002 to 0.99 times as much (median 0.4) as a rough contact with that mean gap that was"
         " solved; give spots, for instance PullingSpots, for the mean over its gaps"
     )
-    one_gap = (Diagnostic("one gap", "warning", text),) if spots is None else ()
+    one_gap = (Diagnostic("one gap", "warning", text),) if surface.is_rough and spots is None else ()
     return (*surface.diagnostics(surface.real_share(borne)), *one_gap)
 
 
