@@ -150,7 +150,10 @@ class ContactPrediction(Answer):
             Curve(label="predicted", x=self.voltage, y=self.force, kind="bold"),
             *(
                 Curve(label=words, x=self.voltage, y=each, kind="dashed", look=0)
-                for words, each in (("least of the draws", self.forces.min(axis=0)), ("largest of the draws", self.forces.max(axis=0)))
+                for words, each in (
+                    ("least of the draws", self.forces.min(axis=0)),
+                    ("largest of the draws", self.forces.max(axis=0)),
+                )
             ),
         ]
         if self.measured is not None:
