@@ -28,8 +28,6 @@ from electrovib.solve.equilibrium import equilibrium
 from electrovib.view.documents import parts
 from electrovib.view.files import check_answer
 from electrovib.view.fitted_separately import SeparateAnswer
-from electrovib.view.swipe import SwipesAnswer
-from electrovib.view.times import TimesAnswer
 
 SINE = "bau_2010/sine"
 MEAN = "mean electrostatic_force"
@@ -65,6 +63,15 @@ def swipe():
         for name, size in (("normal", 0.5), ("lateral", 0.2))
     }
     return ev.reduce_swipes(make_trace(signals, {"time": time}, {}))
+
+
+def ring():
+    """An oscillation of 380 Hz and a quality factor of 3 after an impact."""
+    time = np.arange(0.0, 0.2, 5e-5)
+    since = np.maximum(time - 0.05, 0.0)
+    values = (time > 0.05) * np.exp(-np.pi * 380 / 3 * since) * np.sin(2 * np.pi * 380 * since)
+    values += 1e-3 * np.random.default_rng(5).normal(size=time.size)
+    return make_trace({"lateral_force_measured": (("time",), values)}, {"time": time}, {})
 
 
 PRESSED = {
@@ -122,8 +129,11 @@ ANSWERS = {
     ),
     "FitResult": lambda: ev.fit(SINE, spectrum(), free=[GAP], progress=lambda *_: None),
     "SeparateAnswer": lambda: SeparateAnswer(found=ev.fit_separately(SINE, [spectrum()], free=[GAP])),
-    "TimesAnswer": lambda: TimesAnswer(found=ev.measure_times(edges(), signal="lateral_force_measured")),
-    "SwipesAnswer": lambda: SwipesAnswer(swipes=swipe()),
+    "MeasuredTimes": lambda: ev.measure_times(edges(), signal="lateral_force_measured"),
+    "MeasuredRing": lambda: ev.measure_ring(ring()),
+    "MeasuredRings": lambda: ev.measure_rings(ring()),
+    "SwipeResult": lambda: swipe()[0],
+    "Swipes": swipe,
     "BenchPlan": lambda: ev.plan_bench("vezzoli_2014/fig6"),
     "Balance": lambda: equilibrium(ev.load("vezzoli_2014/fig6_gap", changes=PRESSED)),
     "PowerLawFit": lambda: ev.fit_power_law(
@@ -194,8 +204,8 @@ def changeable(value, path, seen):
 
 
 def test_an_answer_cannot_be_changed_afterwards(found):
-    if isinstance(found, xarray.Dataset):
-        return  # a table of xarray is the user's own
+    if isinstance(found, (xarray.Dataset, tuple)):
+        return  # a table of xarray is the user's own, and a tuple has no fields
     assert list(changeable(found, type(found).__name__, {})) == []
     with pytest.raises(FrozenInstanceError):
         setattr(found, fields(found)[0].name, None)
@@ -289,7 +299,7 @@ def test_a_folder_holds_the_page_and_all_files(found, written, tmp_path):
             assert alone.read_bytes() == path.read_bytes()
 
 
-@pytest.mark.parametrize("name", ["SwipesAnswer", "MaterialComparison"])
+@pytest.mark.parametrize("name", ["Swipes", "MaterialComparison"])
 def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_force_replaces(name, tmp_path):
     """The main figure of the one is its first, that of the other its last."""
     found = ANSWERS[name]()

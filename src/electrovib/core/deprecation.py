@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 _PASSED_ON: Final = ("electrovib", "importlib", "pydantic")
 """Packages whose lines the warning does not point to: they pass on what a user wrote."""
@@ -33,6 +34,26 @@ class Former:
             registry=frame.f_globals.setdefault("__warningregistry__", {}),
         )
         return self.now
+
+
+class FormerAttribute:
+    """An attribute of results that `read` computes, whose name warns that another is in its place."""
+
+    def __init__(
+        self, now: str, read: Callable[[Any], Any], *, since: str = "1.0.0", goes: str = "2.0.0"
+    ) -> None:
+        self.former, self.read, self.name = Former(now, since=since, goes=goes), read, ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        """Keep the name that warns."""
+        self.name = name
+
+    def __get__(self, result: Any, owner: type | None = None) -> Any:
+        """Return what `read` computes of a result."""
+        if result is None:
+            return self
+        self.former.warn(f"{type(result).__name__}.{self.name}")
+        return self.read(result)
 
 
 FORMER: Final[dict[str, Former]] = {}

@@ -91,12 +91,12 @@ def show(text: str) -> None:
 
 
 def show_answer(found: Answer, *, everything: bool = False) -> None:
-    """Print the sentences of an answer, its tables, warnings and remarks; with `everything` its explanations too."""
+    """Print an answer; with `everything` what a brief one omits too, and its explanations."""
     document = found.document
-    show(document.text)
-    for page in document.pages if everything else ():
-        say("")
-        show(str(page))
+    show(text := document.shown(everything=everything))
+    if document.brief and not everything:
+        left = document.shown(everything=True).count("\n") - text.count("\n")
+        say(*([f"--all prints {left} more lines."] if left else []))
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
@@ -150,7 +150,7 @@ Found = TypeVar("Found", bound="Answer")
 
 
 def answered(
-    kind: type[Found],
+    kind: type[Answer],
     compute: Callable[..., Found],
     words: str,
     given: dict[str, Any],
@@ -173,7 +173,7 @@ def answered(
         can_report = "progress" in inspect.signature(compute).parameters
         found = compute(**given, **({"progress": progress} if can_report else {}))
     if output:
-        check_answer(kind, output, inputs=inputs, force=bool(force))
+        check_answer(type(found), output, inputs=inputs, force=bool(force))
     show(found, everything=bool(everything))
     if output:
         save(found, output, force=bool(force))
