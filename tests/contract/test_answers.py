@@ -27,7 +27,6 @@ from electrovib.recordings.spectra.fitted import fit_samples
 from electrovib.solve.equilibrium import equilibrium
 from electrovib.view.documents import parts
 from electrovib.view.files import check_answer
-from electrovib.view.fitted_separately import SeparateAnswer
 
 SINE = "bau_2010/sine"
 MEAN = "mean electrostatic_force"
@@ -128,7 +127,7 @@ ANSWERS = {
         n=8,
     ),
     "FitResult": lambda: ev.fit(SINE, spectrum(), free=[GAP], progress=lambda *_: None),
-    "SeparateAnswer": lambda: SeparateAnswer(found=ev.fit_separately(SINE, [spectrum()], free=[GAP])),
+    "SeparateFits": lambda: ev.fit_separately(SINE, [spectrum()], free=[GAP]),
     "MeasuredTimes": lambda: ev.measure_times(edges(), signal="lateral_force_measured"),
     "MeasuredRing": lambda: ev.measure_ring(ring()),
     "MeasuredRings": lambda: ev.measure_rings(ring()),
