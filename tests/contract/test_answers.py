@@ -15,16 +15,18 @@ import pytest
 import xarray
 
 import electrovib as ev
-from electrovib.core.answer import Answer, Document, Drawing, Table, laid_out
+from electrovib.core.answer import Answer, Curve, Document, Drawing, Panel, Table, laid_out
 from electrovib.core.diagnostics import warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.core.unchangeable import FrozenDict
 from electrovib.data.marks import Form, is_ours
+from electrovib.physics.contact import LinearSpring
 from electrovib.physics.material import Debye
 from electrovib.recordings.importing.own_material import SampleSpectrum
 from electrovib.recordings.spectra.fitted import fit_samples
 from electrovib.solve.equilibrium import equilibrium
+from electrovib.studies.reproduction import Reproduction, Row
 from electrovib.view.documents import parts
 from electrovib.view.files import check_answer
 
@@ -97,6 +99,20 @@ def exported():
         return ev.export_waveform(SINE, f"{folder}/a.csv", set=LIMITS, edge="line", ramp=1e-3)
 
 
+def reproduced():
+    """One number of a paper beside ours, a check, and a curve of two points."""
+    rows = (
+        Row("C", "capacitance", 32.0, 32.4, "pF", "reproduced", ""),
+        Row("sum", "sum of charges", None, 0.0, "1", "check", ""),
+    )
+    ends = np.array([0.0, 1.0])
+    panel = Panel(
+        id="fig", title="Force", caption="", x=("time", "s"), y=("force", "N"),
+        curves=(Curve(label="a", x=ends, y=ends),),
+    )  # fmt: skip
+    return Reproduction(paper="nobody_2099", citation="N. N. 2099", rows=rows, panels=(panel,))
+
+
 ANSWERS = {
     "Comparison": lambda: ev.compare(SINE, models=["MaxwellStressInGap", "MaxwellStressInInsulator"]),
     "MaterialComparison": lambda: ev.compare_materials(SINE, materials=["silica"]),
@@ -153,6 +169,16 @@ ANSWERS = {
         roughness=ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
         body=ev.Elastic(modulus=1e6),
     ),
+    "Difference": lambda: ev.compare_percepts(
+        ev.perceive(SINE), ev.perceive(SINE, set={"drive.amplitude": 10.0})
+    ),
+    "Hysteresis": lambda: ev.hysteresis(
+        [0.0, 100.0, 200.0],
+        surface=LinearSpring(stiffness=1e9, free_gap=10e-6),
+        pressure=200.0,
+        electrical_thickness=1e-6,
+    ),
+    "Reproduction": reproduced,
     "StudyResult": lambda: ev.study(SINE, "fingers", n=8, seed=1, exceed="1 mN"),
 }
 """Name of a class to an answer of it, or of a class below it."""

@@ -391,8 +391,8 @@ def _decibels(value: float) -> str:
     return f"{value:+.1f} dB"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Difference:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Difference(Answer):
     """Difference of two percepts, and whether it is noticeable.
 
     - `difference`: level of the first relative to the second, as a change of the voltage amplitude [dB]: half
@@ -408,6 +408,13 @@ class Difference:
     noticeable: bool
     text: str
     diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def document(self) -> Document:
+        """Whether the difference is noticeable, and by which threshold."""
+        return Document(
+            title="Two drives compared by their strength", sentences=[self.text], diagnostics=self.diagnostics
+        )
 
 
 def verdict(*, sensation: float | None, uncertainty: float | None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import answered, say, show, warned
+from electrovib.apps.cli.terminal import answered, say, show, show_answer
 from electrovib.core.errors import InputError
 
 
@@ -110,20 +110,9 @@ def reproduce(given: Arguments) -> None:
     Write report.html, numbers.json and figures with their curves; this takes about a minute.
     """
     from electrovib.apps.progress import items_shown
-    from electrovib.studies.reproduction import COMPARED
     from electrovib.view.reproduce import reproduce
 
     with items_shown(f"reproducing {given['paper']}"):
         found = reproduce(**given)
-    for number, finding in enumerate(found.findings, 1):
-        say(f"{number}. {finding}" if len(found.findings) > 1 else finding)
-    for part in found.parts:
-        say("", part.title, *([part.words] if part.words else []))
-        say(*(f"{each.verdict:<11} {each.words}" for each in part.groups))
-    for row in () if found.parts else found.ordered:
-        say(
-            f"{row.verdict:<11} {row.what}: {row.here}"
-            + (f" (paper: {row.said})" if row.verdict in COMPARED else "")
-        )
-    say("", f"{given['paper']}, numbers: {found.count()}", *warned(found))
+    show_answer(found)
     say(f"written: {given['output']}/report.html")

@@ -197,9 +197,7 @@ def _designed(kind: type[Designed], compute: Callable[..., Designed], words: str
         found = compute(**given, **({"progress": progress} if can_report else {}))
     if file:
         check_design_file(kind, file, inputs=inputs, **of_file)
-    say(*(found.lines if everything else found.verdict))
-    if not everything and (left := len(found.lines) - len(found.verdict)):
-        say(f"--all prints {left} more lines: what it depends on and how it was computed.")
+    show_answer(found, everything=everything)
     if file:
         say(*write_design(found, file, **of_file))
     if not found.is_achieved:
