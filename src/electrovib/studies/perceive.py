@@ -373,12 +373,13 @@ class Percept(Answer):
 
     @property
     def document(self) -> Document:
-        """The sentences, and where the assumptions are."""
+        """The sentences, and what they assume."""
         return Document(
             title=f"What is felt: {self.title or 'a scenario'}",
             sentences=self.sentences,
             diagnostics=self.diagnostics,
-            remarks=["calibrated_on lists the assumptions."],
+            remarks=self.details,
+            brief=True,
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import chosen, say, show_answer, warned
+from electrovib.apps.cli.terminal import chosen, say, show_answer
 
 if TYPE_CHECKING:
     import xarray
@@ -70,10 +70,7 @@ def _print_felt(given: Arguments) -> None:
     from electrovib.studies.perceive import perceive
 
     given.read_set()
-    found = perceive(given["scenario"], set=given["set"])
-    more = "" if "all" in given else " (--all lists assumptions)"
-    say(*found.sentences[:-1], f"{found.sentences[-1]}{more}")
-    say(*warned(found), *(found.details if "all" in given else []))
+    show_answer(perceive(given["scenario"], set=given["set"]), everything="all" in given)
 
 
 def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
