@@ -212,10 +212,6 @@ class EstimatedParameter(Interval):
         half = NORMAL * self.systematic
         return max(self.value - half, self.low), self.value + half
 
-    def shown(self, write: Callable[..., str]) -> tuple[str, str]:
-        """Write the estimate, and both ends of its interval or nothing, each by a function of value, unit and digits."""
-        return self.texts(self.unit, write=write)
-
 
 @dataclass(frozen=True, kw_only=True)
 class NumberRow:

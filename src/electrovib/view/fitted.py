@@ -204,7 +204,7 @@ def fit_text(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
 
 def with_interval(row: EstimatedParameter) -> str:
     """Write an estimate with its 95 % interval, or the reason why it has none."""
-    value, ends = row.shown(pretty_quantity)
+    value, ends = row.texts(row.unit, write=pretty_quantity)
     return f"{value} ({ends})" if ends else f"{value}, without an interval: {row.note}"
 
 

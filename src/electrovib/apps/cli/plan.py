@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import typer
 
 from electrovib.apps.cli.options import Arguments, takes
-from electrovib.apps.cli.terminal import answered, say, say_state, show, show_answer, warned
+from electrovib.apps.cli.terminal import answered, say, show, show_answer, warned
 from electrovib.apps.exit_codes import FAILED, NOT_SHOWN
 from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
@@ -239,19 +239,10 @@ def check(given: Arguments) -> None:
         resistor = series_resistor(scenario, limits=given.get("limits"), set=given["set"])
 
     def told(found: CheckResult, *, everything: bool) -> None:
-        """Print the verdict in a few lines, after the tables that were asked for."""
-        from electrovib.studies.check.result import HARDWARE
-
-        for table in found.tables if everything else ():
-            show(laid_out(table))
-        if everything:
-            say(*found.notes, "")
+        """Print the outcome, after the resistor that was asked for."""
         if resistor is not None:
             show(laid_out(resistor.document.tables[0]))
-        more = "" if everything else " (--all lists every limit, its source, and published currents)"
-        first, *others = found.sentences
-        say_state(found.state, first)
-        say(*others, *warned(found), f"{HARDWARE}{more}")
+        show_answer(found, everything=everything, state=found.state)
 
     given |= {"drive": drive, "scenario": scenario}
     codes = {FAIL: FAILED, UNKNOWN: NOT_SHOWN}

@@ -49,8 +49,8 @@ _COLOURS: Final = {"pass": 32, "unknown": 33, "fail": 31}
 
 
 def say_state(state: str, line: str) -> None:
-    """Print one line, in the colour of its state where a terminal shows colours."""
-    if sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
+    """Print one line, in the colour of its state, if it has one, where a terminal shows colours."""
+    if state and sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
         put(f"\033[{_COLOURS[state]}m{printable(line)}\033[0m\n")
     else:
         say(line)
@@ -90,10 +90,13 @@ def show(text: str) -> None:
     say(*text.split("\n"))
 
 
-def show_answer(found: Answer, *, everything: bool = False) -> None:
-    """Print an answer; with `everything` what a brief one omits too, and its explanations."""
+def show_answer(found: Answer, *, everything: bool = False, state: str = "") -> None:
+    """Print an answer, its first line in the colour of a `state`; with `everything` what a brief one omits, and explanations."""
     document = found.document
-    show(text := document.shown(everything=everything))
+    text = document.shown(everything=everything)
+    first, *others = text.split("\n")
+    say_state(state, first)
+    say(*others)
     if document.brief and not everything:
         left = document.shown(everything=True).count("\n") - text.count("\n")
         say(*([f"--all prints {left} more lines."] if left else []))
