@@ -216,8 +216,8 @@ def animation(found: Computed) -> dict[str, Any]:
 
 def _legend(sign: float, scenario: Scenario) -> str:
     """Explain signs and lines; a layer that polarises slowly can have a field without a line."""
-    at_once = all(isinstance(layer.material, Constant) for layer in scenario.stack.layers.values())
-    without = ": a layer that no line crosses has hardly any field" if at_once else ""
+    instantaneous = all(isinstance(layer.material, Constant) for layer in scenario.stack.layers.values())
+    without = ": a layer that no line crosses has hardly any field" if instantaneous else ""
     return (
         f"A sign stands for {pretty_quantity(sign, 'C/m2', digits=3)}, and the lines of the electric displacement join + and"
         f" −{without}. Layers are drawn enlarged where they are thin. The animation runs slower where more changes."
