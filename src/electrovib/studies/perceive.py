@@ -344,10 +344,10 @@ class Percept(Answer):
     @property
     def sentences(self) -> list[str]:
         """Whether the drive is felt, by which channel and by how much, and what limits this answer."""
-        told = [self.title, self.answer, self.to_measure, *widths.sentences(self.widths[1:])]
+        texts = [self.title, self.answer, self.to_measure, *widths.sentences(self.widths[1:])]
         if abs(self.numerical_error) > SETTLED:
-            told.append(f"numerical error: {abs(self.numerical_error):.1g} dB")
-        return [each for each in told if each]
+            texts.append(f"numerical error: {abs(self.numerical_error):.1g} dB")
+        return [each for each in texts if each]
 
     @property
     def details(self) -> list[str]:

@@ -365,29 +365,29 @@ class Words:
     values: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
 
     @functools.cached_property
-    def _told(self) -> dict[str, Any]:
+    def _entries(self) -> dict[str, Any]:
         return tomllib.loads(self.file.read_text(encoding="utf-8"))
 
     def _filled(self, kind: str, name: str, numbers: Mapping[str, Any]) -> dict[str, Any]:
         """Put numbers into the words, and make lists tuples."""
-        told = self._told[kind][name]
-        texts = {key: told[key].format_map(numbers) for key in ("what", "note", "caption") if key in told}
-        return {key: tuple(each) if isinstance(each, list) else each for key, each in told.items()} | texts
+        item = self._entries[kind][name]
+        texts = {key: item[key].format_map(numbers) for key in ("what", "note", "caption") if key in item}
+        return {key: tuple(each) if isinstance(each, list) else each for key, each in item.items()} | texts
 
     def row(self, name: str, ours: float | Iterable[float], *, verdict: str = "", **numbers: Any) -> Row:
         """Return a row with our number, or the least and the largest of several, in SI; `verdict` where it depends on them."""
-        told = {"note": "", "paper": None} | self._filled("rows", name, numbers)
-        told |= {"verdict": verdict} if verdict else {}
-        size, paper = SHOWN_UNITS.get(told["unit"], 1.0), told.pop("paper")
+        item = {"note": "", "paper": None} | self._filled("rows", name, numbers)
+        item |= {"verdict": verdict} if verdict else {}
+        size, paper = SHOWN_UNITS.get(item["unit"], 1.0), item.pop("paper")
         printed = self.values[paper] if isinstance(paper, str) else paper
         return Row(
-            id=name, paper=None if printed is None else _sized(printed, size), ours=_sized(ours, size), **told
+            id=name, paper=None if printed is None else _sized(printed, size), ours=_sized(ours, size), **item
         )
 
     def panel(self, name: str, *curves: Curve, below: tuple[Panel, ...] = (), **numbers: Any) -> Panel:
         """Return a figure of these curves."""
-        told = {"title": "", "caption": "", "x": ("time", "s")} | self._filled("panels", name, numbers)
-        return Panel(id=name, curves=curves, below=below, **told)
+        item = {"title": "", "caption": "", "x": ("time", "s")} | self._filled("panels", name, numbers)
+        return Panel(id=name, curves=curves, below=below, **item)
 
     def table(
         self, name: str, rows: Iterable[tuple[str, ...]], *, headings: tuple[str, ...] = (), **numbers: Any

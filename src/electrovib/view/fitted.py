@@ -179,9 +179,9 @@ def row_sentence(row: EstimatedParameter, noted: set[str] | None = None) -> str:
     if math.isfinite(row.systematic):
         line += f", by calibration {by_calibration(row)}"
     noted = set() if noted is None else noted
-    told = "" if row.note in noted else row.note
+    note = "" if row.note in noted else row.note
     noted.add(row.note)
-    return f"{line}\n  {told}" if told else line
+    return f"{line}\n  {note}" if note else line
 
 
 def fit_text(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
@@ -221,9 +221,8 @@ def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     for row in rows:
         error, (value, ends) = row.standard_error, row.texts(row.unit)
         deviation = format_quantity(error, row.unit, digits=2) if math.isfinite(error) else "none"
-        told = (row.method or "none", by_calibration(row), DETERMINED[row.state])
-        cells = (value, deviation, ends or "none", *told)
-        shown.append((row.name, *cells, row.note))
+        of_method = (row.method or "none", by_calibration(row), DETERMINED[row.state])
+        shown.append((row.name, value, deviation, ends or "none", *of_method, row.note))
     headings = (
         "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "95 % by calibration", "Determined",
         "Note",

@@ -84,15 +84,15 @@ def _found(paper: str, skin: str | None) -> Reproduction:
         raise InputError(f"'{paper}' has nothing to reproduce. Papers that have: {able or 'none'}.")
     found: Reproduction = module.reproduce(skin=skin)
     own: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
-    told: dict[str, tuple[Diagnostic, list[str]]] = {}
+    warned: dict[str, tuple[Diagnostic, list[str]]] = {}
     for name, scenario in own.items():
         for each in validity(scenario):
             if each.state == "warning":
-                told.setdefault(each.text, (each, []))[1].append(name)
+                warned.setdefault(each.text, (each, []))[1].append(name)
     stated = (
-        replace(each, text=f"{text} (scenario {', '.join(names)})") for text, (each, names) in told.items()
+        replace(each, text=f"{text} (scenario {', '.join(names)})") for text, (each, names) in warned.items()
     )
-    return replace(found, diagnostics=tuple(stated)) if told else found
+    return replace(found, diagnostics=tuple(stated)) if warned else found
 
 
 def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), force: bool = False) -> None:

@@ -238,7 +238,7 @@ def check(given: Arguments) -> None:
     if given.pop("series_resistor", False):
         resistor = series_resistor(scenario, limits=given.get("limits"), set=given["set"])
 
-    def told(found: CheckResult, *, everything: bool) -> None:
+    def print_outcome(found: CheckResult, *, everything: bool) -> None:
         """Print the outcome, after the resistor that was asked for."""
         if resistor is not None:
             show(laid_out(resistor.document.tables[0]))
@@ -246,7 +246,7 @@ def check(given: Arguments) -> None:
 
     given |= {"drive": drive, "scenario": scenario}
     codes = {FAIL: FAILED, UNKNOWN: NOT_SHOWN}
-    if code := codes.get(answered(CheckResult, check, "checking", given, told).state):
+    if code := codes.get(answered(CheckResult, check, "checking", given, print_outcome).state):
         raise typer.Exit(code)
 
 

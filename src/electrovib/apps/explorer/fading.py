@@ -189,8 +189,8 @@ def animation(found: Computed) -> dict[str, Any]:
     sign = _round_up(float(np.abs(charges).max()) / SIGNS, range(1, 11))
     layers = found.scenario.stack.layers
     heights = drawn_heights({name: layer.thickness for name, layer in layers.items()})
-    told = sentences(pulse)
-    starts = [int(np.searchsorted(places, start)) for start, _ in told]
+    spoken = sentences(pulse)
+    starts = [int(np.searchsorted(places, start)) for start, _ in spoken]
     return {
         "answer": answer(pulse),
         "layers": [
@@ -204,7 +204,7 @@ def animation(found: Computed) -> dict[str, Any]:
         "charges": [rounded(row) for row in charges[:, places]],
         "lines": [rounded(row / sign) for row in pulse.displacements[:, places]],
         "starts": starts,
-        "said": [words for _, words in told],
+        "said": [words for _, words in spoken],
         "axes": {
             "time": _axis("time", pulse.time, "s", is_zero_in=False),
             "drive": _axis("voltage", pulse.drive, "V"),

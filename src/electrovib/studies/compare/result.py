@@ -187,8 +187,8 @@ def tables(entries: Sequence[Entry], left_out: Mapping[str, str], scenario: Scen
         for entry in entries
     )
     found = [Table("Every law on this stack", HEADINGS, rows)]
-    told = {each.text for each in validity(scenario)}  # stated for the scenario as a whole
-    beyond = dict.fromkeys(text for entry in entries for text in _limits(entry) if text not in told)
+    stated = {each.text for each in validity(scenario)}  # stated for the scenario as a whole
+    beyond = dict.fromkeys(text for entry in entries for text in _limits(entry) if text not in stated)
     if beyond:
         lines = tuple((_whose(text, entries), text) for text in beyond)
         found.append(Table("Beyond a limit", ("law", "what"), lines))
@@ -217,15 +217,15 @@ def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
     found = [Page("Why they differ", (*said, *(f"{entry.name}: {entry.why}." for entry in entries)))]
     laws = find_members(ForceLaw)
     own = {paper_of(laws[entry.name]) for entry in entries}
-    told: dict[bool, list[str]] = {True: [], False: []}
+    defects: dict[bool, list[str]] = {True: [], False: []}
     for name, module in papers().items():
-        told[name in own] += getattr(module, "DEFECTS", ())
-    if told[True]:
+        defects[name in own] += getattr(module, "DEFECTS", ())
+    if defects[True]:
         found.append(
-            Page("Where the papers of these laws contradict themselves or others", tuple(told[True]))
+            Page("Where the papers of these laws contradict themselves or others", tuple(defects[True]))
         )
-    if told[False]:
-        found.append(Page("Where other papers contradict each other", tuple(told[False])))
+    if defects[False]:
+        found.append(Page("Where other papers contradict each other", tuple(defects[False])))
     return tuple(found)
 
 
@@ -253,9 +253,9 @@ def _in_time(entries: Sequence[Entry]) -> str:
         return "In time the laws do not differ here: each keeps its force while the voltage is held, to 1 %."
     moving.sort(key=lambda entry: entry.late / entry.early)
     extremes = moving if len(moving) == 1 else (moving[-1], moving[0])
-    told = listed(f"{e.name} goes from {_force(e.early)} to {_force(e.late)}" for e in extremes)
+    changes = listed(f"{e.name} goes from {_force(e.early)} to {_force(e.late)}" for e in extremes)
     words = "The laws differ in time as well as in size" if len(moving) > 1 else "The force changes in time"
-    return f"{words}: between 50 us and 50 ms after a step {told}."
+    return f"{words}: between 50 us and 50 ms after a step {changes}."
 
 
 def _leak(scenario: Scenario) -> str:
@@ -275,8 +275,8 @@ def _polarity(scenario: Scenario, entries: Sequence[Entry]) -> str:
             " and -V give the same attraction. Kaczmarek 2006 found positive pulses weaker, which requires a layer that"
             " rectifies, for instance leak = PolarityConduction."
         )
-    told = (f"{entry.name} {entry.polarity:.3g}" for entry in entries if len(entry.step))
-    return f"The response of a layer depends on the polarity. Mean attraction over 50 ms, +V over -V: {', '.join(told)}."
+    ratios = (f"{entry.name} {entry.polarity:.3g}" for entry in entries if len(entry.step))
+    return f"The response of a layer depends on the polarity. Mean attraction over 50 ms, +V over -V: {', '.join(ratios)}."
 
 
 AGREES = 0.01

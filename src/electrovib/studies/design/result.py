@@ -117,8 +117,8 @@ class Designed(Answer):
         """Return everything as nested tables with numbers in SI; what is not known or infinite is None."""
         found = {"form": self.form, **self.numbers(), "is_achieved": self.is_achieved}
         found["widths"] = [asdict(each) for each in self.widths]
-        told = {"diagnostics": [each.to_dict() for each in self.diagnostics], "text": self._lines}
-        return {name: plain(value) for name, value in found.items()} | told
+        words = {"diagnostics": [each.to_dict() for each in self.diagnostics], "text": self._lines}
+        return {name: plain(value) for name, value in found.items()} | words
 
 
 _SHOWN: Final = 3.0

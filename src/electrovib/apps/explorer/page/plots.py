@@ -327,8 +327,8 @@ def safety_words(check: CheckResult) -> str:
     """Tabulate limits and breakdown, and state what was assumed."""
     warning = "A comparison with limits protects nobody: hardware has to limit the current."
     outcome = f'<p class="{CLASSES[check.state]}">{escape(typeset(check.verdict))}</p>'
-    told = paragraphs([warning, *not_shown(check.rows)])
-    return outcome + told + "".join(map(_of_answer, check.tables)) + _notes(check.notes)
+    doubts = paragraphs([warning, *not_shown(check.rows)])
+    return outcome + doubts + "".join(map(_of_answer, check.tables)) + _notes(check.notes)
 
 
 def _peak(found: Computed) -> float:

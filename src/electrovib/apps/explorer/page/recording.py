@@ -209,8 +209,8 @@ class RecordingPanel:
             self._progress.set_text(str(error))
         else:
             self._progress.set_text("")
-            told = "" if self._example is None else f"<p>{escape(self._example.told)}</p>"
-            self._result.set_content(paragraphs(result.document.sentences) + told)
+            remark = "" if self._example is None else f"<p>{escape(self._example.remark)}</p>"
+            self._result.set_content(paragraphs(result.document.sentences) + remark)
             self._take_estimates(result, free)
         finally:
             timer.cancel()

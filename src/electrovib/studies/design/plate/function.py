@@ -400,8 +400,8 @@ def _felt(best: Scenario) -> str:
         found = perceive(best)
     except ElectrovibError as error:
         return f"It is not judged whether the best plate is felt: {error}"
-    told = (f"The best plate: {found.answer}", found.to_measure, "This forbids no candidate.")
-    return ". ".join(filter(None, told))
+    sentences = (f"The best plate: {found.answer}", found.to_measure, "This forbids no candidate.")
+    return ". ".join(filter(None, sentences))
 
 
 def _notes(scenario: Scenario, axes: Mapping[str, Any], layer: str) -> list[str]:
