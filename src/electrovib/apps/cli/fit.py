@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import typer
 
 from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
 from electrovib.apps.cli.options import Arguments, pair_of, takes
-from electrovib.apps.cli.terminal import say, show_answer
+from electrovib.apps.cli.terminal import answered, say, show_answer
 from electrovib.apps.exit_codes import MISFIT
 from electrovib.core.errors import InputError
 
@@ -221,18 +220,15 @@ def fit_power_law(given: Arguments) -> None:
     Report the exponent with its interval, and its scatter between sessions.
     """
     from electrovib.recordings.fit.power_law import PowerLawFit, fit_power_law, read_points
-    from electrovib.view.files import check_answer, save_answer
 
     entries = recipe_of(given, only=READING, of="the fit of a power law")
     entries.pop("columns", None)
-    files, output, force = given["files"], given.get("output"), "force" in given
-    if output is not None:
-        check_answer(PowerLawFit, output, inputs=[Path(each) for each in files], force=force)
-    along, values, sessions = read_points(files, **given.take("x y session"), **entries)
-    law = fit_power_law(along, values, session=sessions)
-    if output is not None:
-        save_answer(law, output, force=force)
-    _end(law, given)
+
+    def fitted(files: list[str], **columns: Any) -> PowerLawFit:
+        along, values, sessions = read_points(files, **columns, **entries)
+        return fit_power_law(along, values, session=sessions)
+
+    answered(PowerLawFit, fitted, "fitting", given.take("files x y session output force"))
 
 
 def _end(found: Answer, given: Mapping[str, Any], *, misfit: bool = False) -> None:

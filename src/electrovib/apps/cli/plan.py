@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
+import functools
 import shlex
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import typer
 
@@ -182,24 +182,13 @@ def plan_experiment(given: Arguments) -> None:
 
 def _designed(kind: type[Designed], compute: Callable[..., Designed], words: str, given: Arguments) -> None:
     """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
-    from electrovib.apps.progress import tracked
-    from electrovib.core.files import inputs_noted
     from electrovib.exports.scenario import check_design_file, write_design
 
     given.read_set()
-    file, everything = given.pop("output", None), given.pop("all", False)
-    of_file = given.take("force") | edge_of(given)
+    edge = edge_of(given)
     given.pop("edge", None)
-    if file:
-        check_design_file(kind, file, **of_file)
-    with inputs_noted() as inputs, tracked(words) as progress:
-        can_report = "progress" in inspect.signature(compute).parameters
-        found = compute(**given, **({"progress": progress} if can_report else {}))
-    if file:
-        check_design_file(kind, file, inputs=inputs, **of_file)
-    show_answer(found, everything=everything)
-    if file:
-        say(*write_design(found, file, **of_file))
+    check, write = functools.partial(check_design_file, **edge), functools.partial(write_design, **edge)
+    found = answered(kind, compute, words, given, check=check, write=write)
     if not found.is_achieved:
         raise typer.Exit(FAILED)
 
@@ -300,7 +289,7 @@ def export(given: Arguments) -> None:
     show_answer(found)
 
 
-def edge_of(given: Arguments) -> dict[str, float | str]:
+def edge_of(given: Arguments) -> dict[str, Any]:
     """Read the edge, if there is one: a time [s], or the word that stands for straight lines."""
     text = given.get("edge")
     return {"edge": text if text == "line" else number_in("s", "--edge", text)} if text else {}

@@ -158,30 +158,39 @@ def answered(
     words: str,
     given: dict[str, Any],
     show: Callable[..., object] = show_answer,
+    check: Callable[..., object] | None = None,
+    write: Callable[..., Iterable[str]] | None = None,
 ) -> Found:
     """Compute, show and write an answer; the output is checked before the computation, and that it replaces no input after.
 
     `given` has what `compute` takes, besides `output`, `force` and `all`; progress is reported if it can be, and `words` say
-    what is done.
+    what is done. `check` and `write` take the place of those of any answer; what `write` returns is printed.
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
-    from electrovib.exports.save import save
     from electrovib.view.files import check_answer
 
     output, force, everything = (given.pop(name, None) for name in ("output", "force", "all"))
+    check, write, force = check or check_answer, write or _saved, bool(force)
     if output:
-        check_answer(kind, output, force=bool(force))
+        check(kind, output, force=force)
     with inputs_noted() as inputs, tracked(words) as progress:
         can_report = "progress" in inspect.signature(compute).parameters
         found = compute(**given, **({"progress": progress} if can_report else {}))
     if output:
-        check_answer(type(found), output, inputs=inputs, force=bool(force))
+        check(type(found), output, inputs=inputs, force=force)
     show(found, everything=bool(everything))
     if output:
-        save(found, output, force=bool(force))
-        say(f"written: {output}")
+        say(*write(found, output, force=force))
     return found
+
+
+def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
+    """Write an answer."""
+    from electrovib.exports.save import save
+
+    save(found, output, force=force)
+    return [f"written: {output}"]
 
 
 def is_map(trace: Any) -> bool:
