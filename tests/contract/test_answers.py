@@ -350,6 +350,28 @@ def test_other_suffixes_are_refused_before_the_computation(found, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+FORMER = {
+    "MeasuredTimes": {"words"},
+    "MeasuredRing": {"words"},
+    "MeasuredRings": {"words"},
+    "SwipeResult": {"words"},
+    "DesignedParameter": {"answer", "verdict", "lines"},
+}
+"""Attributes that sentences, warnings and remarks of the document are in place of."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [(kind, name) for kind, names in FORMER.items() for name in sorted(names)]
+)
+def test_a_former_attribute_warns_and_holds_what_the_document_says(kind, name):
+    found = ANSWERS[kind]()
+    with pytest.warns(DeprecationWarning, match=f"{kind}.{name} is deprecated .* use document"):
+        held = getattr(found, name)
+    shown = found.document.shown(everything=True)
+    for text in held.split(". ") if isinstance(held, str) else held:
+        assert text in shown
+
+
 class Sketch(Answer):
     FILES = {"a.csv": Form.TABLE, "b.csv": Form.TABLE}  # noqa: RUF012
 

@@ -36,24 +36,10 @@ class Former:
         return self.now
 
 
-class FormerAttribute:
-    """An attribute of results that `read` computes, whose name warns that another is in its place."""
-
-    def __init__(
-        self, now: str, read: Callable[[Any], Any], *, since: str = "1.0.0", goes: str = "2.0.0"
-    ) -> None:
-        self.former, self.read, self.name = Former(now, since=since, goes=goes), read, ""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        """Keep the name that warns."""
-        self.name = name
-
-    def __get__(self, result: Any, owner: type | None = None) -> Any:
-        """Return what `read` computes of a result."""
-        if result is None:
-            return self
-        self.former.warn(f"{type(result).__name__}.{self.name}")
-        return self.read(result)
+def former_attribute(name: str, now: str, read: Callable[[Any], Any]) -> property:
+    """Make an attribute of results that `read` computes, and whose name warns that another is in its place."""
+    known = Former(now, since="1.0.0", goes="2.0.0")
+    return property(lambda result: read(result) if known.warn(f"{type(result).__name__}.{name}") else None)
 
 
 FORMER: Final[dict[str, Former]] = {}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
-from electrovib.core.deprecation import FormerAttribute
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form
 from electrovib.recordings.interval import Interval, NumberRow, numbers_csv, numbers_table
@@ -46,7 +46,7 @@ class SwipeResult(Answer):
     window: tuple[float, float]
     remarks: tuple[str, ...]
     trace: xarray.Dataset
-    words = FormerAttribute("document", lambda self: self.remarks)
+    words = former_attribute("words", "document", lambda self: self.remarks)
 
     @property
     def document(self) -> Document:

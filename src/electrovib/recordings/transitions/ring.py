@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import Answer, Document
-from electrovib.core.deprecation import FormerAttribute
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
 from electrovib.data.marks import Form
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
@@ -30,6 +30,7 @@ from electrovib.recordings.transitions.edges import (
     columns_of,
     end_of_ring,
     find_impacts,
+    in_few,
     reference_times,
 )
 from electrovib.recordings.transitions.figures import MOST_FIGURES, REFERENCES, ring_panel
@@ -46,7 +47,7 @@ from electrovib.recordings.transitions.modes import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     import xarray
 
@@ -318,7 +319,7 @@ class MeasuredRing(Answer):
     level = property(lambda self: self.fitted[self.form].level)
     model = property(lambda self: self.fitted[self.form].model)
     drift = property(lambda self: self.fitted[DRIFTING].parameters()["drift"])
-    words = FormerAttribute("document", lambda self: self.remarks)
+    words = former_attribute("words", "document", lambda self: self.remarks)
 
     @property
     def parameters(self) -> Mapping[str, Interval]:
@@ -384,7 +385,7 @@ class MeasuredRings(Answer):
     """Damped oscillations after all impacts of a record, at least one, and why other impacts were not measured."""
 
     FILES: ClassVar = {"times.csv": Form.TABLE}
-    words = FormerAttribute("document", lambda self: self.remarks)
+    words = former_attribute("words", "document", lambda self: self.remarks)
     rings: tuple[MeasuredRing, ...]
     skipped: tuple[str, ...] = ()
 
@@ -447,7 +448,6 @@ UNITS: Final = {
 """Units of parameters; those that are absent are dimensionless."""
 MISFIT: Final = 1.5
 """Rms residual over the noise above which a form does not reproduce what was recorded."""
-_FEW: Final = 3
 
 
 def ring_rows(rings: MeasuredRings) -> list[NumberRow]:
@@ -495,9 +495,3 @@ def misfit_note(misfit: float) -> str:
     if math.isinf(misfit):
         return "error not known: the record has no noise without signal"
     return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""
-
-
-def in_few(reasons: Sequence[str]) -> list[str]:
-    """Return at most three reasons, the last with the number of those left out."""
-    left = len(reasons) - _FEW
-    return [*reasons[: _FEW - 1], f"{reasons[_FEW - 1]} (and {left} more)"] if left > 0 else list(reasons)

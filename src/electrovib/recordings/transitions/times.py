@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 import numpy as np
 
 from electrovib.core.answer import Answer, Document
-from electrovib.core.deprecation import FormerAttribute
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form
@@ -24,7 +24,7 @@ from electrovib.recordings.interval import (
 )
 from electrovib.recordings.recording import at_rail
 from electrovib.recordings.transitions.directions import DirectionTimes, EdgeTimes, GivenEdges
-from electrovib.recordings.transitions.edges import columns_of, edge_record, reference_times
+from electrovib.recordings.transitions.edges import columns_of, edge_record, in_few, reference_times
 from electrovib.recordings.transitions.figures import REFERENCES, criteria_table, edges_panel
 from electrovib.recordings.transitions.relaxation import (
     Sensor,
@@ -34,7 +34,6 @@ from electrovib.recordings.transitions.relaxation import (
 )
 from electrovib.recordings.transitions.ring import (
     MeasuredRings,
-    in_few,
     misfit_note,
     parameter_row,
     ring_rows,
@@ -216,7 +215,7 @@ class MeasuredTimes(Answer):
     skipped: tuple[str, ...]
     at_rail: float = 0.0
     rings: MeasuredRings | None = None
-    words = FormerAttribute("document", lambda self: self.remarks)
+    words = former_attribute("words", "document", lambda self: self.remarks)
 
     @property
     def directions(self) -> tuple[DirectionTimes, ...]:

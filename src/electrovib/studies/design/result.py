@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Shown, Table
-from electrovib.core.deprecation import FormerAttribute
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
@@ -41,9 +41,11 @@ class Designed(Answer):
     widths: tuple[Width, ...] = ()
     form: ClassVar[str]
     """What was sought, as a file of all numbers names it."""
-    answer = FormerAttribute("document.sentences", lambda self: " ".join(self.sentences))
-    verdict = FormerAttribute("document.text", lambda self: (*self.sentences, *self.document.warnings))
-    lines = FormerAttribute("document", lambda self: self._lines)
+    answer = former_attribute("answer", "document.sentences", lambda self: " ".join(self.sentences))
+    verdict = former_attribute(
+        "verdict", "document.text", lambda self: (*self.sentences, *self.document.warnings)
+    )
+    lines = former_attribute("lines", "document", lambda self: self._lines)
 
     @property
     @abstractmethod
