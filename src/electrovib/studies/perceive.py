@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from electrovib.core.answer import Answer, Document
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
@@ -309,9 +310,10 @@ class Percept(Answer):
     calibrated_on: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
     widths: tuple[Width, ...] = ()
+    answer = former_attribute("answer", "headline", lambda self: self.headline)
 
     @property
-    def answer(self) -> str:
+    def headline(self) -> str:
         """Whether it is felt, by which channel, and by how much, with the spread of what is assumed."""
         if not self.loudest:
             return "not felt: nothing moves the skin"
@@ -344,7 +346,7 @@ class Percept(Answer):
     @property
     def sentences(self) -> list[str]:
         """Whether the drive is felt, by which channel and by how much, and what limits this answer."""
-        texts = [self.title, self.answer, self.to_measure, *widths.sentences(self.widths[1:])]
+        texts = [self.title, self.headline, self.to_measure, *widths.sentences(self.widths[1:])]
         if abs(self.numerical_error) > SETTLED:
             texts.append(f"numerical error: {abs(self.numerical_error):.1g} dB")
         return [each for each in texts if each]

@@ -340,7 +340,7 @@ def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
         return -math.inf, []
     sign = {LOWEST_LEVEL: -1, HIGHEST_LEVEL: 1}.get(name, 0)
     value = math.nan if found.sensation is None else found.sensation + sign * (found.uncertainty or 0.0)
-    text = f"{found.answer}; {found.to_measure}" if found.to_measure else ""
+    text = f"{found.headline}; {found.to_measure}" if found.to_measure else ""
     return value, [Diagnostic(LEVEL, "unknown", text)] if text else []
 
 

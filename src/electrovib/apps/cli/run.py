@@ -93,7 +93,7 @@ def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
             return [f"felt or not: takes more than {most:g} s to compute (--all takes that time)"]
         return [f"felt or not: not known: {'; '.join(map(str, error.problems))}"]
     if not everything:
-        return [f"{found.answer} (--all lists assumptions)"]
+        return [f"{found.headline} (--all lists assumptions)"]
     # title and warnings are those of the run
     return [*found.sentences[1 if found.title else 0 :], *found.details]
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from electrovib.core.answer import Answer, Document, Page, Panel, Table
 from electrovib.core.arrays import Real
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.units import format_quantity
@@ -66,7 +67,7 @@ class Comparison(Answer):
 
     - `voltage`: peak voltage at which the laws are compared [V].
     - `entries`: from the largest to the smallest static force.
-    - `answer`: which law to believe on this stack, and why, in one sentence.
+    - `headline`: which law to believe on this stack, and why, in one sentence.
     - `left_out`: law to the reason for which it is not in the comparison.
     - `frequency`, `time`: frequencies [Hz] and times [s] of `mean` and `step` of the entries.
     - `tables`, `panels`, `pages`: tables, figures and explanations of a report.
@@ -75,13 +76,14 @@ class Comparison(Answer):
     scenario: Scenario
     voltage: float
     entries: tuple[Entry, ...]
-    answer: str
+    headline: str
     left_out: Mapping[str, str]
     frequency: Real
     time: Real
     tables: tuple[Table, ...]
     panels: tuple[Panel, ...]
     pages: tuple[Page, ...]
+    answer = former_attribute("answer", "headline", lambda self: self.headline)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -107,7 +109,7 @@ class Comparison(Answer):
         ]
         return Document(
             title=f"Force laws compared: {self.scenario.titled() or 'a stack'}",
-            sentences=[self.answer, *sentences(self.widths)],
+            sentences=[self.headline, *sentences(self.widths)],
             diagnostics=self.diagnostics,
             figures=sorted(self.panels, key=lambda p: standard.index(p.id) if p.id in standard else -1),
             tables=self.tables,
@@ -141,7 +143,7 @@ def believed(entries: Sequence[Entry]) -> Entry | None:
     return found[0] if found else None
 
 
-def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
+def headline(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
     """State which of the compared laws to believe on this stack, and why."""
     best = believed(entries)
     if best is None:

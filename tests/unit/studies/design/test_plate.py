@@ -312,7 +312,7 @@ def test_notes_on_a_named_material_and_on_perception_without_a_threshold():
     best = ev.perceive(STATIC, set={VOLTS: 100.0})
     assert best.verdict == "detectable"
     (note,) = [note for note in found.notes if note.startswith("The best plate: ") and "felt" in note]
-    assert note == f"The best plate: {best.answer}. {best.to_measure}. This forbids no candidate."
+    assert note == f"The best plate: {best.headline}. {best.to_measure}. This forbids no candidate."
 
 
 def with_perception(threshold):

@@ -306,7 +306,7 @@ def law_words(found: Computed, further: Further) -> str:
 
 def verdict_words(percept: Percept) -> tuple[str, str]:
     """State whether it is felt and where nothing varies; and what that rests on."""
-    head, comma, rest = percept.answer.partition(",")
+    head, comma, rest = percept.headline.partition(",")
     still = "The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show."
     verdict = f"<p><b>{escape(head)}</b>{escape(comma + rest)}</p>"
     more = filter(None, (percept.to_measure, *sentences(percept.widths[1:])))
