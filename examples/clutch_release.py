@@ -83,5 +83,5 @@ if __name__ == "__main__":
     release = main(*sys.argv[1:])
     for name, number in release.exponential.items():
         print(f"{name}: {number.in_words('Hz' if name == 'frequency' else '' if name == 'quality' else 's')}")
-    print("\n".join(release.words))
+    print("\n".join(release.remarks))
     draw(release).savefig("clutch_release.png", dpi=150)

@@ -85,5 +85,5 @@ if __name__ == "__main__":
     found = main(*sys.argv[1:])
     low, high = found.friction.ends
     print(f"friction {found.friction.value:.3f} ({low:.3f} to {high:.3f})")
-    print("\n".join(found.words))
+    print("\n".join(found.remarks))
     draw(found).savefig("measured_swipe.png", dpi=150)

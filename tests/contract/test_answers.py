@@ -15,21 +15,20 @@ import pytest
 import xarray
 
 import electrovib as ev
-from electrovib.core.answer import Answer, Document, Drawing, Table, laid_out
+from electrovib.core.answer import Answer, Curve, Document, Drawing, Panel, Table, laid_out
 from electrovib.core.diagnostics import warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.core.unchangeable import FrozenDict
 from electrovib.data.marks import Form, is_ours
+from electrovib.physics.contact import LinearSpring
 from electrovib.physics.material import Debye
 from electrovib.recordings.importing.own_material import SampleSpectrum
 from electrovib.recordings.spectra.fitted import fit_samples
 from electrovib.solve.equilibrium import equilibrium
+from electrovib.studies.reproduction import Reproduction, Row
 from electrovib.view.documents import parts
 from electrovib.view.files import check_answer
-from electrovib.view.fitted_separately import SeparateAnswer
-from electrovib.view.swipe import SwipesAnswer
-from electrovib.view.times import TimesAnswer
 
 SINE = "bau_2010/sine"
 MEAN = "mean electrostatic_force"
@@ -67,6 +66,15 @@ def swipe():
     return ev.reduce_swipes(make_trace(signals, {"time": time}, {}))
 
 
+def ring():
+    """An oscillation of 380 Hz and a quality factor of 3 after an impact."""
+    time = np.arange(0.0, 0.2, 5e-5)
+    since = np.maximum(time - 0.05, 0.0)
+    values = (time > 0.05) * np.exp(-np.pi * 380 / 3 * since) * np.sin(2 * np.pi * 380 * since)
+    values += 1e-3 * np.random.default_rng(5).normal(size=time.size)
+    return make_trace({"lateral_force_measured": (("time",), values)}, {"time": time}, {})
+
+
 PRESSED = {
     "contact.surface": {"model": "LinearSpring", "stiffness": "1 GPa/m", "free_gap": "10 um"},
     "stack.gap.material.conductivity": 0.0,
@@ -102,6 +110,20 @@ def contact_fit():
     )
 
 
+def reproduced():
+    """One number of a paper beside ours, a check, and a curve of two points."""
+    rows = (
+        Row("C", "capacitance", 32.0, 32.4, "pF", "reproduced", ""),
+        Row("sum", "sum of charges", None, 0.0, "1", "check", ""),
+    )
+    ends = np.array([0.0, 1.0])
+    panel = Panel(
+        id="fig", title="Force", caption="", x=("time", "s"), y=("force", "N"),
+        curves=(Curve(label="a", x=ends, y=ends),),
+    )  # fmt: skip
+    return Reproduction(paper="nobody_2099", citation="N. N. 2099", rows=rows, panels=(panel,))
+
+
 ANSWERS = {
     "Comparison": lambda: ev.compare(SINE, models=["MaxwellStressInGap", "MaxwellStressInInsulator"]),
     "MaterialComparison": lambda: ev.compare_materials(SINE, materials=["silica"]),
@@ -132,9 +154,12 @@ ANSWERS = {
         n=8,
     ),
     "FitResult": lambda: ev.fit(SINE, spectrum(), free=[GAP], progress=lambda *_: None),
-    "SeparateAnswer": lambda: SeparateAnswer(found=ev.fit_separately(SINE, [spectrum()], free=[GAP])),
-    "TimesAnswer": lambda: TimesAnswer(found=ev.measure_times(edges(), signal="lateral_force_measured")),
-    "SwipesAnswer": lambda: SwipesAnswer(swipes=swipe()),
+    "SeparateFits": lambda: ev.fit_separately(SINE, [spectrum()], free=[GAP]),
+    "MeasuredTimes": lambda: ev.measure_times(edges(), signal="lateral_force_measured"),
+    "MeasuredRing": lambda: ev.measure_ring(ring()),
+    "MeasuredRings": lambda: ev.measure_rings(ring()),
+    "SwipeResult": lambda: swipe()[0],
+    "Swipes": swipe,
     "BenchPlan": lambda: ev.plan_bench("vezzoli_2014/fig6"),
     "Balance": lambda: equilibrium(ev.load("vezzoli_2014/fig6_gap", changes=PRESSED)),
     "PowerLawFit": lambda: ev.fit_power_law(
@@ -150,6 +175,16 @@ ANSWERS = {
     ),
     "ContactFit": contact_fit,
     "ContactPrediction": lambda: contact_fit().predict(voltage=[10.0, 20.0], measured=[0.01, 0.04]),
+    "Difference": lambda: ev.compare_percepts(
+        ev.perceive(SINE), ev.perceive(SINE, set={"drive.amplitude": 10.0})
+    ),
+    "Hysteresis": lambda: ev.hysteresis(
+        [0.0, 100.0, 200.0],
+        surface=LinearSpring(stiffness=1e9, free_gap=10e-6),
+        pressure=200.0,
+        electrical_thickness=1e-6,
+    ),
+    "Reproduction": reproduced,
     "StudyResult": lambda: ev.study(SINE, "fingers", n=8, seed=1, exceed="1 mN"),
 }
 """Name of a class to an answer of it, or of a class below it."""
@@ -200,8 +235,8 @@ def changeable(value, path, seen):
 
 
 def test_an_answer_cannot_be_changed_afterwards(found):
-    if isinstance(found, xarray.Dataset):
-        return  # a table of xarray is the user's own
+    if isinstance(found, (xarray.Dataset, tuple)):
+        return  # a table of xarray is the user's own, and a tuple has no fields
     assert list(changeable(found, type(found).__name__, {})) == []
     with pytest.raises(FrozenInstanceError):
         setattr(found, fields(found)[0].name, None)
@@ -295,7 +330,7 @@ def test_a_folder_holds_the_page_and_all_files(found, written, tmp_path):
             assert alone.read_bytes() == path.read_bytes()
 
 
-@pytest.mark.parametrize("name", ["SwipesAnswer", "MaterialComparison"])
+@pytest.mark.parametrize("name", ["Swipes", "MaterialComparison"])
 def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_force_replaces(name, tmp_path):
     """The main figure of the one is its first, that of the other its last."""
     found = ANSWERS[name]()
@@ -319,6 +354,28 @@ def test_other_suffixes_are_refused_before_the_computation(found, tmp_path):
         with pytest.raises(InputError, match=r"out\.gif: this result is written as \.html.*without a suffix"):
             write(found, tmp_path / "out.gif")
     assert not list(tmp_path.iterdir())
+
+
+FORMER = {
+    "MeasuredTimes": {"words"},
+    "MeasuredRing": {"words"},
+    "MeasuredRings": {"words"},
+    "SwipeResult": {"words"},
+    "DesignedParameter": {"answer", "verdict", "lines"},
+}
+"""Attributes that sentences, warnings and remarks of the document are in place of."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [(kind, name) for kind, names in FORMER.items() for name in sorted(names)]
+)
+def test_a_former_attribute_warns_and_holds_what_the_document_says(kind, name):
+    found = ANSWERS[kind]()
+    with pytest.warns(DeprecationWarning, match=f"{kind}.{name} is deprecated .* use document"):
+        held = getattr(found, name)
+    shown = found.document.shown(everything=True)
+    for text in held.split(". ") if isinstance(held, str) else held:
+        assert text in shown
 
 
 class Sketch(Answer):

@@ -101,7 +101,7 @@ def test_many_calls_are_one_march(monkeypatch):
         return honest(*given)
 
     monkeypatch.setattr(quick_sliding, "march", counted)
-    monkeypatch.setattr(quick_sliding, "AT_ONCE", 100)
+    monkeypatch.setattr(quick_sliding, "STEPS_PER_CALL", 100)
     parts = slide_quickly(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
     assert len(calls) > 10
     assert parts.events == whole.events

@@ -86,7 +86,7 @@ def test_the_encoder_gives_the_sign_and_without_it_the_friction_is_the_same_with
     low, high = found.friction.ends
     assert low < with_it.friction.value < high
     assert (found.speed, found.distance) == (40e-3, None)
-    assert not any("rail" in word for word in (*found.words, *with_it.words))
+    assert not any("rail" in word for word in (*found.remarks, *with_it.remarks))
 
 
 @pytest.mark.parametrize("name", ["square_300V_1kHz", "square_300V_10Hz"])

@@ -184,4 +184,4 @@ def test_the_record_and_the_sentences_have_the_same_ends():
     assert [each["name"] for each in kept] == [each.name for each in found.widths]
     assert kept[1]["interval"] == list(found.widths[1].interval)
     for each in found.widths:
-        assert sum(each.sentence in line for line in found.lines) == 1
+        assert sum(each.sentence in line for line in found.document.shown(everything=True).split("\n")) == 1

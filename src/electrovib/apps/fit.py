@@ -15,11 +15,12 @@ from electrovib.core.paths import quantity_at
 from electrovib.recordings.fit import CancelledError, MeasuredTrace, ScenarioFit, fit_scenario
 from electrovib.recordings.fit.of_scenario import Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.result import parameter_table
-from electrovib.recordings.fit.sessions import RecordedFit, SeparateFits, failed_rows, spreads_of
+from electrovib.recordings.fit.sessions import RecordedFit, failed_rows, spreads_of
 from electrovib.recordings.fit.weighing import ALL, LawCase, cases_of, compare_fits, weigh
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.files import check_answer, save_answer
 from electrovib.view.fitted import CHAINS, FitResult
+from electrovib.view.fitted_separately import SeparateFits
 
 if TYPE_CHECKING:
     from electrovib.apps.recorded import Recorded
@@ -297,8 +298,6 @@ def fit_separately(
     CancelledError
         If `progress` ends the fits; nothing has been written then.
     """
-    from electrovib.view.fitted_separately import SeparateAnswer
-
     known, problems = as_recordings(recordings), list[str]()
     base: Scenario | None = None
     units: dict[str, str] = {}
@@ -315,7 +314,7 @@ def fit_separately(
         problems.append("session: each recording is fitted alone; only a joint fit has sessions")
     if output is not None:
         with gathered(problems):
-            check_answer(SeparateAnswer, output, inputs=inputs, force=force)
+            check_answer(SeparateFits, output, inputs=inputs, force=force)
     measured = [each for each in opened if isinstance(each, MeasuredTrace)]
     with gathered(problems):
         measured = known.described(measured)
@@ -329,7 +328,7 @@ def fit_separately(
     if len(found.failures) == len(found.fits):
         raise InputError([f"{record}: {why}" for record, why in found.failures.items()])
     if output is not None:
-        save_answer(SeparateAnswer(found=found), output, force=force)
+        save_answer(found, output, force=force)
     return found
 
 

@@ -103,7 +103,7 @@ class Recordings:
         found = []
         for each, name in zip(measured, names, strict=True):
             own = set(map(str, each.trace.data_vars))
-            told = dataclasses.replace(
+            adjusted = dataclasses.replace(
                 each,
                 name=name,
                 changes=dict(self.settings) | dict(each.changes),
@@ -113,7 +113,7 @@ class Recordings:
                 calibration={one: error for one, error in errors.items() if one in own}
                 | dict(each.calibration),
             )
-            found.append(told)
+            found.append(adjusted)
         return found
 
 

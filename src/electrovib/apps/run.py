@@ -114,10 +114,10 @@ def _warn_of_changed_models(trace: xarray.Dataset, source: Source, experiment: S
     found = open_if_trace(source)
     if not is_trace(found):
         return
-    told = [Diagnostic("own models", "warning", text) for text in changed_models(found, experiment)]
-    told += [each for each in diagnostics_of(found) if each.name == VERIFIED]
-    if told:
-        validity = [*json.loads(trace.attrs["validity"]), *(each.to_dict() for each in told)]
+    warnings = [Diagnostic("own models", "warning", text) for text in changed_models(found, experiment)]
+    warnings += [each for each in diagnostics_of(found) if each.name == VERIFIED]
+    if warnings:
+        validity = [*json.loads(trace.attrs["validity"]), *(each.to_dict() for each in warnings)]
         trace.attrs["validity"] = json.dumps(validity)
 
 

@@ -141,7 +141,8 @@ class Document:
     - `sentences`, `numbers`: the answer, each sentence or group of sentences a line of a terminal, and its tables.
     - `diagnostics`: by a label where several results are judged; `note`: what they do not cover.
     - `figures`, `tables`: the first figure stands before the tables of a page, the others after them.
-    - `one_screen`: whether a page shows sentences and figures on one screen, and the rest by a click.
+    - `one_screen`: whether a page shows sentences and figures on one screen, and the rest by a click; `brief`: whether a
+      terminal shows sentences, `numbers` and warnings, and the rest where all is asked for.
     - `alone`: `id` of the figure that is written where one is asked for, by default the first.
     - `remarks`: what was assumed and what is not stated, shown everywhere; `pages`: explanations at length, and
       tables and figures to look things up, on a page alone and in this order.
@@ -159,6 +160,7 @@ class Document:
     references: Sequence[str] = ()
     alone: str = ""
     one_screen: bool = False
+    brief: bool = False
 
     @property
     def main(self) -> Shown:
@@ -178,8 +180,16 @@ class Document:
     @property
     def text(self) -> str:
         """Write the answer, the tables, then warnings and remarks, as a terminal shows them."""
-        shown = [*self.sentences, "", *map(laid_out, (*self.numbers, *self.tables))]
-        return "\n".join([*shown, *self.warnings, *self.remarks]).strip("\n")
+        return self.shown()
+
+    def shown(self, *, everything: bool = False) -> str:
+        """Write it as a terminal shows it; with `everything` what a brief one omits too, and the explanations."""
+        others = everything or not self.brief
+        tables = [*self.numbers, *(self.tables if others else ())]
+        lines = [*self.sentences, *([""] if tables else []), *map(laid_out, tables), *self.warnings]
+        lines += self.remarks if others else ()
+        explained = [f"\n{each}" for each in self.pages if everything and isinstance(each, Page | Table)]
+        return "\n".join([*lines, *explained]).strip("\n")
 
     @property
     def html(self) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 _PASSED_ON: Final = ("electrovib", "importlib", "pydantic")
 """Packages whose lines the warning does not point to: they pass on what a user wrote."""
@@ -33,6 +34,12 @@ class Former:
             registry=frame.f_globals.setdefault("__warningregistry__", {}),
         )
         return self.now
+
+
+def former_attribute(name: str, now: str, read: Callable[[Any], Any]) -> property:
+    """Make an attribute of results that `read` computes, and whose name warns that another is in its place."""
+    known = Former(now, since="1.0.0", goes="2.0.0")
+    return property(lambda result: read(result) if known.warn(f"{type(result).__name__}.{name}") else None)
 
 
 FORMER: Final[dict[str, Former]] = {}

@@ -82,8 +82,8 @@ class ElectrovibError(Exception):
                 break
             theirs.append(FrameSummary(frame.f_code.co_filename, number, frame.f_code.co_name))
         line = f"in line {theirs[-1].lineno}: {theirs[-1].line}" if theirs and theirs[-1].line else ""
-        told = [f"{type(self).__name__}: {problem}" for problem in self.problems]
-        return [*told, line] if line else told
+        lines = [f"{type(self).__name__}: {problem}" for problem in self.problems]
+        return [*lines, line] if line else lines
 
 
 class InputError(ElectrovibError):

@@ -91,6 +91,6 @@ def other_kind(path: Path, kind: str, content: Mapping[str, Any] | None = None) 
     if not found and path.suffix.lower() == ".toml" and not is_address(path):
         return ""
     table = f"is {_TABLE}" if not content and path.suffix.lower() in _TABLES.split() else ""
-    told = f"is {found}; 'electrovib {_OWN[found][1]}' takes it" if found else foreign(path) or table
-    what, sign, does = told.replace("{}", str(path)).partition(";")
-    return f"{what}, not {kind}{sign}{does}" if told else ""
+    problem = f"is {found}; 'electrovib {_OWN[found][1]}' takes it" if found else foreign(path) or table
+    what, sign, does = problem.replace("{}", str(path)).partition(";")
+    return f"{what}, not {kind}{sign}{does}" if problem else ""

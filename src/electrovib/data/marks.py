@@ -115,9 +115,9 @@ def has_checksum(path: Path, form: Form) -> bool:
 def not_verified(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
     """Return a Trace that was read from a file without a checksum, which says so."""
     why = f"not verified: {path.name} states no checksum, so that damage of its numbers would not be noticed"
-    told = json.loads(trace.attrs.get("validity", "[]"))
-    told.append(Diagnostic(VERIFIED, "warning", why).to_dict())
-    trace.attrs["validity"] = json.dumps(told)
+    judged = json.loads(trace.attrs.get("validity", "[]"))
+    judged.append(Diagnostic(VERIFIED, "warning", why).to_dict())
+    trace.attrs["validity"] = json.dumps(judged)
     return trace
 
 

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.answer import Table
 from electrovib.core.units import KINDS, digits_of_interval, format_quantity
+from electrovib.data.marks import csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -210,10 +212,6 @@ class EstimatedParameter(Interval):
         half = NORMAL * self.systematic
         return max(self.value - half, self.low), self.value + half
 
-    def shown(self, write: Callable[..., str]) -> tuple[str, str]:
-        """Write the estimate, and both ends of its interval or nothing, each by a function of value, unit and digits."""
-        return self.texts(self.unit, write=write)
-
 
 @dataclass(frozen=True, kw_only=True)
 class NumberRow:
@@ -225,12 +223,41 @@ class NumberRow:
     number: Interval
     note: str = ""
 
-    @property
-    def sentence(self) -> str:
-        """The number with its interval, the method, and what may be wrong with it."""
-        known = math.isfinite(self.number.value) or self.number.is_bound
-        text = f"{self.name}: {self.number.in_words(self.unit) if known else f'none, {self.number.method}'}"
-        return f"{text}; {self.note}" if self.note and known else text
+
+def with_ends(number: Interval, unit: str) -> str:
+    """Write a number with its interval, or that it has none."""
+    value, ends = number.texts(unit)
+    return f"{value} ({ends})" if ends else f"{value}{' (no interval)' * (not number.is_bound)}"
+
+
+_NOTHING: Final = {"", "none"}
+"""What a column holds that no row fills."""
+
+
+def numbers_table(title: str, rows: Sequence[NumberRow], *, first: str = "") -> Table:
+    """Write rows as a table without the columns that none fills, `first` being the heading of the groups."""
+    shown = []
+    for row in rows:
+        number = row.number
+        value, ends = number.texts(row.unit)
+        known = math.isfinite(number.value) or number.is_bound
+        scatter = _shown(number.scatter, row.unit) if math.isfinite(number.scatter) else "none"
+        cells = (value if known else "none", ends or "none", scatter, number.method, row.note)
+        shown.append((row.group, row.name, *cells))
+    headings = (first, "Quantity", "Value", "95 % interval", "Scatter", "Interval from", "Note")
+    filled = [at for at in range(len(headings)) if not {row[at] for row in shown} <= _NOTHING]
+    lines = [tuple(row[at] for at in filled) for row in (headings, *shown)]
+    return Table(title, lines[0], tuple(lines[1:]))
+
+
+def numbers_csv(rows: Sequence[NumberRow]) -> str:
+    """Write rows as CSV, in SI units, with full precision."""
+    names = ("value", "lower", "upper", "standard_error", "scatter", "count", "method")
+    cells = [
+        (row.group, row.name, row.unit, *(getattr(row.number, name) for name in names), row.note)
+        for row in rows
+    ]
+    return csv_text(("group", "name", "unit", *names, "note"), cells)
 
 
 def _shown(value: float, unit: str, *, digits: int = 4) -> str:

@@ -183,7 +183,7 @@ class Scenario(Model):
             Every mistake at once.
         """
         found = changed(self, changes)
-        built, told = self._after(found), sources_of_offers(found)
+        built, stated = self._after(found), sources_of_offers(found)
         if built.moisture is not None:
             refuse_what_moisture_sets(built, found.stored)
         tables = tuple(f"{path.removesuffix('.model')}." for path in found.stored)
@@ -194,8 +194,8 @@ class Scenario(Model):
         }
         tables = tuple(f"{path}." for path in found.stored)
         theirs = {
-            path: f"{BY_THE_USER} to {told[path]}" if path in told else BY_THE_USER
-            for path in dict.fromkeys([*(path for path, _, _ in built.parameters()), *told])
+            path: f"{BY_THE_USER} to {stated[path]}" if path in stated else BY_THE_USER
+            for path in dict.fromkeys([*(path for path, _, _ in built.parameters()), *stated])
             if path in found.stored or path.startswith(tables)
         }
         return built.model_copy(update={"sources": kept | theirs})
@@ -206,7 +206,7 @@ class Scenario(Model):
         Parameters
         ----------
         without : collection of str
-            Dotted paths of changes that are not told.
+            Dotted paths of changes that are not stated.
 
         Returns
         -------
@@ -214,8 +214,8 @@ class Scenario(Model):
             With at most three changes, and the number of the others.
         """
         origin = ready_made(self.title)
-        told = [] if origin is None or self == origin else _changes(self, origin, "", None)
-        listed = [f"{path} = {text}" for path, text in told if path not in without]
+        changed = [] if origin is None or self == origin else _changes(self, origin, "", None)
+        listed = [f"{path} = {text}" for path, text in changed if path not in without]
         more = f" and {len(listed) - _MOST_CHANGES} more" if len(listed) > _MOST_CHANGES else ""
         return f"{self.title}, changed: {', '.join(listed[:_MOST_CHANGES])}{more}" if listed else self.title
 

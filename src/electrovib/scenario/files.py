@@ -83,10 +83,10 @@ def sources_of_offers(changed: Changed) -> dict[str, str]:
     found: dict[str, str] = {}
     for path, (kind, name) in changed.offers.items():
         anew = [each.removesuffix(".model") for each in changed.stored if each.startswith(f"{path}.")]
-        told = sources_of_offer(path, kind, name)
+        stated = sources_of_offer(path, kind, name)
         found |= {
             where: text
-            for where, text in told.items()
+            for where, text in stated.items()
             if not f"{where}.".startswith(tuple(f"{each}." for each in anew))
         }
     return found
@@ -114,5 +114,5 @@ def _source(offer: Any, name: str, path: str, inner: str) -> str:
     if isinstance(offer, Substance):
         return offer.origin(inner)[0]
     module = paper(name.partition("/")[0])
-    told: str = getattr(offer, "sources", {}).get(f"{path}.{inner}") or f"{module.CITATION} ({module.STATUS})"
-    return told
+    own: str | None = getattr(offer, "sources", {}).get(f"{path}.{inner}")
+    return own or f"{module.CITATION} ({module.STATUS})"

@@ -40,12 +40,12 @@ def preset(
     that have none of their own. `unchanged` is the source of the unchanged values of the base; each keeps its own if absent.
     """
     start = plain() if base is None else read_scenario(base)
-    told = {path.removesuffix(".model"): "" for path in changes} | dict(sources)
-    told |= {path: sources[table] for path in told if (table := _nearest_table(path, sources)) is not None}
+    known = {path.removesuffix(".model"): "" for path in changes} | dict(sources)
+    known |= {path: sources[table] for path in known if (table := _nearest_table(path, sources)) is not None}
     put = changed(start, changes)
     refuse(put.problems)
-    beside = {path.rpartition(".")[0]: told[path] for path in changes if path in told}
-    told |= {path: beside.get(path.rpartition(".")[0], "") for path in put.stored if path not in changes}
+    beside = {path.rpartition(".")[0]: known[path] for path in changes if path in known}
+    known |= {path: beside.get(path.rpartition(".")[0], "") for path in put.stored if path not in changes}
     offered = sources_of_offers(put)
     built = read_part(Scenario, put.content | {"title": title, "sources": {}})
     kept = {path: unchanged or source for path, source in start.sources.items()}
@@ -59,16 +59,16 @@ def preset(
         )
     found = {}
     for path, value, _ in built.parameters():
-        table = _nearest_table(path, told)
+        table = _nearest_table(path, known)
         if table is None:
             found[path] = kept.get(path, "")
         elif table == path or not is_default(built, path, value):
-            found[path] = told[table] or offered.get(path, "")
+            found[path] = known[table] or offered.get(path, "")
     return built.model_copy(update={"sources": {path: source for path, source in found.items() if source}})
 
 
-def _nearest_table(path: str, told: Mapping[str, str]) -> str | None:
+def _nearest_table(path: str, known: Mapping[str, str]) -> str | None:
     """Find the path itself, or the innermost table around it, among the entries."""
     parts = path.split(".")
     tables = (".".join(parts[:length]) for length in range(len(parts), -1, -1))
-    return next((table for table in tables if table in told), None)
+    return next((table for table in tables if table in known), None)

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from electrovib.core.answer import Answer, Document
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
@@ -309,9 +310,10 @@ class Percept(Answer):
     calibrated_on: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
     widths: tuple[Width, ...] = ()
+    answer = former_attribute("answer", "headline", lambda self: self.headline)
 
     @property
-    def answer(self) -> str:
+    def headline(self) -> str:
         """Whether it is felt, by which channel, and by how much, with the spread of what is assumed."""
         if not self.loudest:
             return "not felt: nothing moves the skin"
@@ -344,10 +346,10 @@ class Percept(Answer):
     @property
     def sentences(self) -> list[str]:
         """Whether the drive is felt, by which channel and by how much, and what limits this answer."""
-        told = [self.title, self.answer, self.to_measure, *widths.sentences(self.widths[1:])]
+        texts = [self.title, self.headline, self.to_measure, *widths.sentences(self.widths[1:])]
         if abs(self.numerical_error) > SETTLED:
-            told.append(f"numerical error: {abs(self.numerical_error):.1g} dB")
-        return [each for each in told if each]
+            texts.append(f"numerical error: {abs(self.numerical_error):.1g} dB")
+        return [each for each in texts if each]
 
     @property
     def details(self) -> list[str]:
@@ -373,12 +375,13 @@ class Percept(Answer):
 
     @property
     def document(self) -> Document:
-        """The sentences, and where the assumptions are."""
+        """The sentences, and what they assume."""
         return Document(
             title=f"What is felt: {self.title or 'a scenario'}",
             sentences=self.sentences,
             diagnostics=self.diagnostics,
-            remarks=["calibrated_on lists the assumptions."],
+            remarks=self.details,
+            brief=True,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -391,8 +394,8 @@ def _decibels(value: float) -> str:
     return f"{value:+.1f} dB"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Difference:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Difference(Answer):
     """Difference of two percepts, and whether it is noticeable.
 
     - `difference`: level of the first relative to the second, as a change of the voltage amplitude [dB]: half
@@ -408,6 +411,13 @@ class Difference:
     noticeable: bool
     text: str
     diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def document(self) -> Document:
+        """Whether the difference is noticeable, and by which threshold."""
+        return Document(
+            title="Two drives compared by their strength", sentences=[self.text], diagnostics=self.diagnostics
+        )
 
 
 def verdict(*, sensation: float | None, uncertainty: float | None) -> str:

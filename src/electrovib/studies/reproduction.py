@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import functools
+import json
+import math
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any, Final
 
-from electrovib.core.answer import Curve, Page, Panel, Shown, Table
+from electrovib.core.answer import Answer, Curve, Document, Drawing, Page, Panel, Shown, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import KINDS
+from electrovib.data.marks import csv_text
 
 VERDICTS: Final = ("reproduced", "consistent", "disagrees", "open", "ours", "check")
 """In the order in which rows are shown. The first four compare a row with the paper; ``ours`` is a quantity of which the paper
@@ -24,6 +27,11 @@ number of the paper, values drawn at random, or values of our choice."""
 COMPARED: Final = VERDICTS[:4]
 SHOWN_UNITS: Final = {"pF": 1e-12, "nF": 1e-9, "mN": 1e-3, "ms": 1e-3}
 """Units of a row besides SI, and their size."""
+_VERDICTS: Final = (
+    "Reproduced: the number that the paper prints follows from its own inputs. Consistent: ours agrees with a statement of it."
+    " Disagrees: its own inputs give another number. Open: the paper does not print what the comparison needs. Notes in full:"
+    " numbers.json; curves of a figure: the .csv of its name"
+)
 
 
 @dataclass(frozen=True)
@@ -167,8 +175,8 @@ def group(words: str, rows: Mapping[str, Row], ids: str, **numbers: object) -> G
     return GroupOfRows(words.format_map({**rows, **numbers}), verdict, named)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Reproduction:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Reproduction(Answer):
     """Everything a reproduction of one paper shows.
 
     - `paper`, `citation`: ``author_year``, and as in a list of references.
@@ -205,6 +213,145 @@ class Reproduction:
         words = {"disagrees": "disagree", "ours": "quantities of ours", "check": "checks"}
         return ", ".join(f"{of[name]} {words.get(name, name)}" for name in VERDICTS if of[name])
 
+    @property
+    def document(self) -> Document:
+        """Say what was found: the paper's numbers beside ours, figures, tables, explanations, equations.
+
+        One with `parts` has these first, and all else folded.
+        """
+        first = {name for part in self.parts for name in part.panels}
+        panels = {each.id: each for each in self.panels}
+        formulas = tuple((f"({number})", text) for number, text in self.equations.items())
+        warnings = [
+            Table(
+                f"Warnings on the paper's own scenarios: {len(self.diagnostics)}",
+                ("", ""),
+                tuple((each.state, each.text) for each in self.diagnostics),
+                looks={0: "state"},
+            )
+        ][: len(self.diagnostics)]
+        further: list[Page | Table | Shown] = [
+            *_rows(self, "Numbers of the paper", COMPARED, caption=_VERDICTS),
+            *warnings,
+            *(each for name, each in panels.items() if name not in first),
+            *(each for each in self.tables if each.on_page),
+            *self.pages,
+            *([Table("Equations", ("", ""), formulas, looks={1: "formula"})] if formulas else []),
+            *_rows(self, "Quantities of which the paper states nothing", ("ours",)),
+            *_rows(self, "Checks of this software", ("check",)),
+        ]
+        shown = [item for part in self.parts for item in _shown(part, panels)]
+        count = [f"{self.count()}."] if self.rows and not self.parts else []
+        return Document(
+            title=self.title or f"{self.paper}: the paper, reproduced",
+            sentences=[*count, *self.findings, self.citation],
+            pages=[*shown, *map(_folded, further)] if self.parts else further,
+            numbers=_in_terminal(self, warnings),
+            references=self.references,
+        )
+
+    @property
+    def files(self) -> Mapping[str, str | None]:
+        """Curves of each figure, whole tables, explanations in full, and the numbers."""
+        return dict.fromkeys(
+            [
+                *(f"{name}.csv" for name in self._curves),
+                *(f"{each.id}.csv" for each in self.tables if each.id),
+                *(f"{each.id}.md" for each in self.pages if each.id),
+                "numbers.json",
+            ]
+        )
+
+    @property
+    def _curves(self) -> dict[str, Panel]:
+        panels = [each for each in self.panels if isinstance(each, Panel)]
+        return {part.id: part for each in panels for part in (each, *each.below)}
+
+    def content(self, name: str) -> str:
+        """Write curves or a table as CSV, an explanation as Markdown, or all rows as JSON."""
+        stem, _, suffix = name.rpartition(".")
+        if suffix == "json":
+            rows = [row.to_dict() for row in self.ordered]
+            return f"{json.dumps(rows, indent=2, ensure_ascii=False)}\n"
+        if suffix == "md":
+            (page,) = (each for each in self.pages if each.id == stem)
+            return "\n\n".join((f"# {page.title}", *page.paragraphs)) + "\n"
+        if stem in self._curves:
+            return to_csv(self._curves[stem])
+        (table,) = (each for each in self.tables if each.id == stem)
+        return csv_text(table.headings, table.rows, marked=False)
+
+
+def _in_terminal(found: Reproduction, warnings: Sequence[Table]) -> list[Table]:
+    """Return what a terminal shows: the groups of each part, or the rows, and the warnings."""
+    count = f"Numbers: {found.count()}."
+    rows = tuple(
+        (row.verdict, row.what, row.here, row.said if row.verdict in COMPARED else "")
+        for row in found.ordered
+    )
+    tables = [
+        Table(
+            part.title,
+            ("", ""),
+            tuple((each.verdict, each.words) for each in part.groups),
+            caption=part.words,
+        )
+        for part in found.parts
+    ] or [Table("", ("verdict", "quantity", "here", "paper"), rows)] * bool(rows)
+    if tables:
+        tables[-1] = replace(tables[-1], caption=" ".join(filter(None, [tables[-1].caption, count])))
+    return [replace(each, on_page=False) for each in (*tables, *warnings)]
+
+
+def _shown(part: Part, panels: Mapping[str, Shown]) -> list[Page | Table | Shown]:
+    """Return what a page shows of a part: its groups of rows, then its figures."""
+    groups = tuple((each.verdict, each.words) for each in part.groups)
+    return [
+        Page(part.title, (part.words,) if part.words else ()),
+        Table("", ("", ""), groups, looks={0: "state"}),
+        *(panels[name] for name in part.panels if name in panels),
+    ]
+
+
+def _folded(item: Page | Table | Shown) -> Page | Table | Shown:
+    return item if isinstance(item, Drawing) else replace(item, folded=True)
+
+
+def _rows(found: Reproduction, title: str, verdicts: Sequence[str], *, caption: str = "") -> list[Table]:
+    """Return the rows with these verdicts as a table with the columns that they fill, or nothing."""
+    compared = verdicts == COMPARED
+    rows = tuple(
+        (
+            row.verdict if compared else "",
+            row.place,
+            row.what,
+            row.said if compared else "",
+            row.here,
+            row.inputs if row.place else "",
+            row.brief or row.note,
+        )
+        for row in found.ordered
+        if row.verdict in verdicts
+    )
+    headings = ("verdict", "place", "quantity", "paper", "here", "from inputs", "note")
+    filled = tuple(column for column in range(len(headings)) if any(row[column] for row in rows))
+    looks = {0: "state", 2: "what", 3: "words", 4: "number"}
+    return [Table(title, headings, rows, caption=caption, shown=filled, looks=looks)] if rows else []
+
+
+def to_csv(panel: Panel) -> str:
+    """Write every curve of a panel, drawn or not, one point a line, in SI; numbers read back to the last bit."""
+    banded = any(curve.upper is not None for curve in panel.curves)
+    names = [f"{what} [{unit}]" for what, unit in (panel.x, panel.y)]
+    rows = []
+    for curve in panel.curves:
+        columns = [curve.x, curve.y] + ([] if curve.upper is None else [curve.upper])
+        for point in zip(*columns, strict=True):
+            numbers = [None if math.isnan(value) else float(value) for value in point]
+            rows.append([curve.label, *numbers, *([None] if banded and curve.upper is None else [])])
+    headings = ["curve", *names, *([f"{names[1]}, upper edge"] if banded else [])]
+    return csv_text(headings, rows, marked=False)
+
 
 @dataclass(frozen=True, eq=False)
 class Words:
@@ -218,29 +365,29 @@ class Words:
     values: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
 
     @functools.cached_property
-    def _told(self) -> dict[str, Any]:
+    def _entries(self) -> dict[str, Any]:
         return tomllib.loads(self.file.read_text(encoding="utf-8"))
 
     def _filled(self, kind: str, name: str, numbers: Mapping[str, Any]) -> dict[str, Any]:
         """Put numbers into the words, and make lists tuples."""
-        told = self._told[kind][name]
-        texts = {key: told[key].format_map(numbers) for key in ("what", "note", "caption") if key in told}
-        return {key: tuple(each) if isinstance(each, list) else each for key, each in told.items()} | texts
+        item = self._entries[kind][name]
+        texts = {key: item[key].format_map(numbers) for key in ("what", "note", "caption") if key in item}
+        return {key: tuple(each) if isinstance(each, list) else each for key, each in item.items()} | texts
 
     def row(self, name: str, ours: float | Iterable[float], *, verdict: str = "", **numbers: Any) -> Row:
         """Return a row with our number, or the least and the largest of several, in SI; `verdict` where it depends on them."""
-        told = {"note": "", "paper": None} | self._filled("rows", name, numbers)
-        told |= {"verdict": verdict} if verdict else {}
-        size, paper = SHOWN_UNITS.get(told["unit"], 1.0), told.pop("paper")
+        item = {"note": "", "paper": None} | self._filled("rows", name, numbers)
+        item |= {"verdict": verdict} if verdict else {}
+        size, paper = SHOWN_UNITS.get(item["unit"], 1.0), item.pop("paper")
         printed = self.values[paper] if isinstance(paper, str) else paper
         return Row(
-            id=name, paper=None if printed is None else _sized(printed, size), ours=_sized(ours, size), **told
+            id=name, paper=None if printed is None else _sized(printed, size), ours=_sized(ours, size), **item
         )
 
     def panel(self, name: str, *curves: Curve, below: tuple[Panel, ...] = (), **numbers: Any) -> Panel:
         """Return a figure of these curves."""
-        told = {"title": "", "caption": "", "x": ("time", "s")} | self._filled("panels", name, numbers)
-        return Panel(id=name, curves=curves, below=below, **told)
+        item = {"title": "", "caption": "", "x": ("time", "s")} | self._filled("panels", name, numbers)
+        return Panel(id=name, curves=curves, below=below, **item)
 
     def table(
         self, name: str, rows: Iterable[tuple[str, ...]], *, headings: tuple[str, ...] = (), **numbers: Any

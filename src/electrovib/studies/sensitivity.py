@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.arrays import Real
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at
@@ -95,7 +96,7 @@ def sensitivity(
     Returns
     -------
     sensitivity : Sensitivity
-        Indices, elasticities, the sample of the quantity, and ``answer``, which names what to measure first. `electrovib.save`
+        Indices, elasticities, the sample of the quantity, and ``headline``, which names what to measure first. `electrovib.save`
         writes it into a folder, as ``report.html``, ``indices.csv``, ``elasticities.csv`` and ``space.toml``.
 
     Raises
@@ -226,6 +227,7 @@ class Sensitivity(Answer):
     indices: tuple[InputIndices, ...]
     elasticities: tuple[Elasticity, ...]
     sample: Real
+    answer = former_attribute("answer", "headline", lambda self: self.headline)
 
     @property
     def document(self) -> Document:
@@ -239,7 +241,7 @@ class Sensitivity(Answer):
         )
         return Document(
             title=f"Sensitivity of {self.quantity}: {self.scenario.titled() or 'a scenario'}",
-            sentences=[self.answer],
+            sentences=[self.headline],
             diagnostics=self.diagnostics,
             figures=[figure],
             tables=self.tables,
@@ -282,7 +284,7 @@ class Sensitivity(Answer):
         return self.n * (len(self.indices) + 2)
 
     @property
-    def answer(self) -> str:
+    def headline(self) -> str:
         """Sentences that name what to measure first, and by how much the prediction would become narrower."""
         first = self.indices[0]
         low, high = first.total_interval

@@ -194,8 +194,8 @@ def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> lis
                 scenario.replace(point)
             except InputError as error:
                 problems |= dict.fromkeys(error.problems)
-        told, more = list(problems)[:MOST_PROBLEMS], len(problems) - MOST_PROBLEMS
-        raise InputError(told + [f"and {more} more like these"] * (more > 0)) from None
+        first, more = list(problems)[:MOST_PROBLEMS], len(problems) - MOST_PROBLEMS
+        raise InputError(first + [f"and {more} more like these"] * (more > 0)) from None
 
 
 def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:
@@ -340,7 +340,7 @@ def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
         return -math.inf, []
     sign = {LOWEST_LEVEL: -1, HIGHEST_LEVEL: 1}.get(name, 0)
     value = math.nan if found.sensation is None else found.sensation + sign * (found.uncertainty or 0.0)
-    text = f"{found.answer}; {found.to_measure}" if found.to_measure else ""
+    text = f"{found.headline}; {found.to_measure}" if found.to_measure else ""
     return value, [Diagnostic(LEVEL, "unknown", text)] if text else []
 
 
@@ -452,7 +452,7 @@ def over_all(cases: Sequence[Judged], *, words: Callable[[Mapping[str, float]], 
         for diagnostic in diagnostics:
             place = seen[diagnostic.name] = seen.get(diagnostic.name, -1) + 1
             found.setdefault((diagnostic.name, place), []).append((at, diagnostic))
-    return [told for group in found.values() for told in _of_one_check(group, len(cases), words)]
+    return [one for group in found.values() for one in _of_one_check(group, len(cases), words)]
 
 
 def _of_one_check(
@@ -460,7 +460,7 @@ def _of_one_check(
     count: int,
     words: Callable[[Mapping[str, float]], str],
 ) -> list[dict[str, Any]]:
-    told = []
+    entries = []
     measured = [pair for pair in group if pair[1].value is not None and pair[1].limit is not None]
     if measured:
         at, worst = max(measured, key=lambda pair: share_of_limit(pair[1]))
@@ -471,7 +471,7 @@ def _of_one_check(
             tail = f"; the same in all {count} cases" if count > 1 else ""
         elif worst.state == "warning":
             tail += f", warning in {alike} of {count} cases"
-        told.append(_as_told(worst, at, alike, tail))
+        entries.append(_entry(worst, at, alike, tail))
     plain = [pair for pair in group if pair[1].value is None or pair[1].limit is None]
     plain = [pair for pair in plain if not measured or pair[1].state != "ok"]
     if plain:
@@ -481,11 +481,11 @@ def _of_one_check(
             tail = f"; in {len(texts)} of {count} cases, the first at {words(at)}"
         else:
             tail = "" if len(set(texts)) == 1 else f"; in all cases, this is the one at {words(at)}"
-        told.append(_as_told(worst, at, len(texts), tail))
-    return told
+        entries.append(_entry(worst, at, len(texts), tail))
+    return entries
 
 
-def _as_told(diagnostic: Diagnostic, at: Mapping[str, float], cases: int, tail: str) -> dict[str, Any]:
+def _entry(diagnostic: Diagnostic, at: Mapping[str, float], cases: int, tail: str) -> dict[str, Any]:
     return diagnostic.to_dict() | {"text": diagnostic.text + tail, "at": dict(at), "cases": cases}
 
 

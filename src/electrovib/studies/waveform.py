@@ -12,7 +12,7 @@ from electrovib.core.errors import InputError, refuse
 from electrovib.core.unchangeable import Unchangeable
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import extremes
-from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Linear
+from electrovib.physics.drive.parts import CYCLE_SAMPLES, MOST_SAMPLES, Linear
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -126,7 +126,7 @@ def sampling_error(drive: Drive, times: Real, voltages: Real, *, held: bool, end
     parts = [part.until(end) if isinstance(part, Linear) else part for part in drive.parts()]
     parts.append(Linear(times, before, -voltages))
     cycles = max((part.highest_frequency for part in parts), default=0.0) * end
-    windows = max(1, math.ceil(4 * cycles * LOOKS * len(parts) / MOST_LOOKS))
+    windows = max(1, math.ceil(4 * cycles * CYCLE_SAMPLES * len(parts) / MOST_SAMPLES))
     edges = np.linspace(0.0, end, windows + 1)
     found = [
         extremes(parts, first, last)

@@ -147,7 +147,7 @@ def _of_document(document: Document, place: Path) -> str | bytes:
     if suffix in {".html", ".htm"}:
         return html(document)
     if suffix == ".txt":
-        return f"{document.title}\n\n{document.text}\n\n{unsigned(Form.TEXT)}\n"
+        return f"{document.title}\n\n{document.shown(everything=document.brief)}\n\n{unsigned(Form.TEXT)}\n"
     tables = [*document.numbers, *document.tables]
     if not (document.figures if suffix in FIGURES else tables):
         what = "figure" if suffix in FIGURES else "table"

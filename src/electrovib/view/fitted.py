@@ -11,6 +11,7 @@ import numpy as np
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.core.diagnostics import warning_lines
 from electrovib.core.signals import SIGNALS
+from electrovib.core.units import format_quantity
 from electrovib.core.versions import versions
 from electrovib.data.marks import WRITTEN_BY, Form, csv_text, unsigned
 from electrovib.recordings.fit.misfit import LEVEL
@@ -112,7 +113,9 @@ class FitResult(Answer):
         is_weighed = comparison is not None and comparison.is_weighed
         return Document(
             title=f"Fit: {found.scenario.titled(without=fitted) or 'a scenario'}",
-            sentences=[fit_answer(found, rows, comparison=comparison)],
+            sentences=fit_sentences(found, rows, comparison=comparison),
+            numbers=sampled,
+            brief=True,
             diagnostics=found.diagnostics,
             figures=[
                 *fit_panels(found.residuals),
@@ -125,7 +128,6 @@ class FitResult(Answer):
             tables=[
                 *(compared if is_weighed else []),
                 _estimates(rows),
-                *sampled,
                 *([] if is_weighed else compared),
                 *others,
             ],
@@ -151,29 +153,35 @@ class FitResult(Answer):
         return space_toml(found, rows)
 
 
-def fit_answer(
+def fit_sentences(
     found: ScenarioFit, rows: Sequence[EstimatedParameter], *, comparison: FitComparison | None = None
-) -> str:
-    """State in a few sentences what the data determine, what they do not, and which model they support."""
-    counted = found.estimate.count
-    known = [row for row in rows if row.method and row.state in {"well", "weakly", MISFIT, UNCLEAR}]
-    parts = [f"{row.name} = {with_interval(row)}" for row in known[:6]]
-    told = found.misfit.sentence
-    weighed = comparison.sentence if comparison is not None and comparison.is_weighed else ""
-    text = "".join(f"{each[0].upper()}{each[1:]}. " for each in (weighed, told) if each)
-    text += f"Fitted to {counted} numbers: {'; '.join(parts) or 'no parameter is determined'}."
-    text += "".join(f" {each}." for each in found.prescribed)
-    for each in found.undetermined:
-        text += f" {each.sentence[0].upper()}{each.sentence[1:]}."
-    if found.rounding is not None:
-        text += f" {found.rounding.sentence[0].upper()}{found.rounding.sentence[1:]}."
-    if comparison is not None and comparison.sentence and not weighed:
-        text += f" {comparison.sentence[0].upper()}{comparison.sentence[1:]}."
-    if found.estimate.stalled:
-        text += " The search was ended there, because further steps made the estimate no more likely."
-    elif not found.estimate.converged:
-        text += " The search ended without having converged."
-    return text
+) -> list[str]:
+    """State which model the data support, whether it describes them, each estimate, and what they do not determine."""
+    estimate = found.estimate
+    lines = [comparison.sentence] if comparison is not None and comparison.sentence else []
+    lines += [f"warning: {found.misfit.sentence}"] if found.misfit.sentence else []
+    lines += ["; ".join(found.prescribed)] if found.prescribed else []
+    if estimate.stalled:
+        lines.append("warning: the search was ended, because further steps made the estimate no more likely")
+    elif not estimate.converged:
+        lines.append("warning: the search ended without having converged")
+    noted: set[str] = set()
+    for row in sorted(rows, key=lambda row: row.method != "sessions"):  # means over sessions first
+        lines.append(row_sentence(row, noted))
+    return lines
+
+
+def row_sentence(row: EstimatedParameter, noted: set[str] | None = None) -> str:
+    """Write one estimate with its interval, or why it has none; a note that was `noted` before is left out."""
+    line = f"{row.name}: {row.in_words(row.unit, why=row.note)}"
+    if not row.method:
+        return line
+    if math.isfinite(row.systematic):
+        line += f", by calibration {by_calibration(row)}"
+    noted = set() if noted is None else noted
+    note = "" if row.note in noted else row.note
+    noted.add(row.note)
+    return f"{line}\n  {note}" if note else line
 
 
 def fit_text(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
@@ -196,7 +204,7 @@ def fit_text(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
 
 def with_interval(row: EstimatedParameter) -> str:
     """Write an estimate with its 95 % interval, or the reason why it has none."""
-    value, ends = row.shown(pretty_quantity)
+    value, ends = row.texts(row.unit, write=pretty_quantity)
     return f"{value} ({ends})" if ends else f"{value}, without an interval: {row.note}"
 
 
@@ -205,17 +213,16 @@ def by_calibration(row: EstimatedParameter) -> str:
     ends = row.systematic_ends
     if not math.isfinite(row.systematic):
         return "not stated"
-    return " to ".join(pretty_quantity(end, row.unit, digits=max(row.digits, 4)) for end in ends)
+    return " to ".join(format_quantity(end, row.unit, digits=row.digits) for end in ends)
 
 
 def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     shown = []
     for row in rows:
-        error, (value, ends) = row.standard_error, row.shown(pretty_quantity)
-        deviation = pretty_quantity(error, row.unit, digits=2) if math.isfinite(error) else "none"
-        told = (row.method or "none", by_calibration(row), DETERMINED[row.state])
-        cells = (value, deviation, ends or "none", *told)
-        shown.append((row.name, *cells, row.note))
+        error, (value, ends) = row.standard_error, row.texts(row.unit)
+        deviation = format_quantity(error, row.unit, digits=2) if math.isfinite(error) else "none"
+        of_method = (row.method or "none", by_calibration(row), DETERMINED[row.state])
+        shown.append((row.name, value, deviation, ends or "none", *of_method, row.note))
     headings = (
         "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "95 % by calibration", "Determined",
         "Note",
@@ -277,7 +284,7 @@ def _residuals(residuals: Sequence[Residuals]) -> Table:
     for each in residuals:
         unit = "" if each.observed.relative else SIGNALS[each.observed.signal].unit
         noise, rms = (
-            pretty_quantity(number, unit, digits=3) if unit else f"{100 * number:.3g} %"
+            format_quantity(number, unit, digits=3) if unit else f"{100 * number:.3g} %"
             for number in (each.noise, each.root_mean_square)
         )
         stated = "stated" if each.observed.noise is not None else "estimated"
@@ -452,7 +459,7 @@ def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) ->
     for name, samples in posterior.samples.items():
         row = known[name]
         median, lower, upper = (
-            pretty_quantity(float(each), row.unit, digits=row.digits)
+            format_quantity(float(each), row.unit, digits=row.digits)
             for each in (np.median(samples), *posterior.interval(name))
         )
         time = f"{posterior.autocorrelation_time[name]:.3g}"

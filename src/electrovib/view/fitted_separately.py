@@ -3,52 +3,112 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import statistics
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
-from electrovib.core.paths import words_at
+from electrovib.core.paths import quantity_at, words_at
+from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, unsigned
 from electrovib.recordings.fit.sessions import FAILED
-from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration
+from electrovib.recordings.interval import MISFIT
+from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, row_sentence
 from electrovib.view.tables import references
-from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
-    from electrovib.recordings.fit.sessions import SeparateFits
-    from electrovib.recordings.interval import EstimatedParameter
+    from collections.abc import Mapping
 
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.recordings.fit.sessions import BetweenSessions, RecordedFit
+    from electrovib.recordings.interval import EstimatedParameter
+    from electrovib.scenario import Scenario
+
+_MOST: Final = 2
+"""Most recordings that are named before they are counted."""
+_STOPPED: Final = "warning: the search ended without having converged"
 _COLUMNS: Final = {"value": "value", "deviation": "standard_error", "lower": "lower", "upper": "upper"}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class SeparateAnswer(Answer):
-    """Fits of many recordings one by one."""
+class SeparateFits(Answer):
+    """Parameters of a scenario estimated from each of several recordings alone, and their spread between these."""
 
     FILES: ClassVar = {"parameters.csv": Form.TABLE, "space.toml": Form.SPACE}
-    found: SeparateFits
+    scenario: Scenario
+    free: tuple[str, ...]
+    fits: tuple[RecordedFit, ...]
+    spreads: Mapping[str, BetweenSessions]
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with the parameters estimated from each recording."""
+        return tuple(
+            dict.fromkeys(
+                one for each in self.fits if each.found is not None for one in each.found.diagnostics
+            )
+        )
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Name of each recording that could not be fitted, and why."""
+        return {each.record: each.problem for each in self.fits if each.found is None}
+
+    @property
+    def misfits(self) -> dict[str, str]:
+        """Name of each recording that the model does not describe, and what its residuals show."""
+        found = {each.record: each.found.misfit for each in self.fits if each.found is not None}
+        return {record: each.sentence for record, each in found.items() if each.reasons}
+
+    @property
+    def means(self) -> tuple[EstimatedParameter, ...]:
+        """Mean of each parameter over the recordings that determine it, with its interval by Student's t.
+
+        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average
+        out.
+        """
+        found = []
+        for path, spread in self.spreads.items():
+            missed = [record for record in self.misfits if record in spread.values]
+            counted = f"{len(missed)} of the {len(spread.values)} recordings"
+            why = f"the model does not describe {counted}" if missed else ""
+            errors = [
+                row.systematic
+                for each in self.fits
+                for row in each.rows
+                if row.name == path and each.record in spread.values
+            ]
+            mean = spread.estimated(path, quantity_at(self.scenario, path), why, MISFIT if why else "well")
+            found.append(replace(mean, systematic=statistics.fmean(errors)))
+        return tuple(found)
 
     @property
     def document(self) -> Document:
         """One figure for each parameter and one table over all recordings."""
-        found = self.found
         return Document(
-            title=f"Separate fits: {found.scenario.titled() or 'a scenario'}",
-            sentences=[separate_answer(found)],
-            diagnostics=found.diagnostics,
-            figures=[_panel(found, path) for path in found.free],
-            tables=[_estimates(found), *([_means(found)] if found.spreads else [])],
-            references=[*dict(references({"": found.scenario})), *REFERENCES[:1]],
+            title=f"Separate fits: {self.scenario.titled() or 'a scenario'}",
+            sentences=_sentences(self),
+            diagnostics=self.diagnostics,
+            figures=[_panel(self, path) for path in self.free],
+            tables=[_estimates(self), *([_means(self)] if self.spreads else [])],
+            remarks=[
+                f"{each.record}: {text}"
+                for each in self.fits
+                if each.found is not None
+                for text in (*each.found.prescribed, *([] if each.found.estimate.converged else [_STOPPED]))
+            ],
+            references=[*dict(references({"": self.scenario})), *REFERENCES[:1]],
+            brief=True,
         )
 
     def content(self, name: str) -> str:
         """Write the table as CSV, or the space of the estimates."""
-        return separate_csv(self.found) if name.endswith(".csv") else _space_toml(self.found)
+        return _csv(self) if name.endswith(".csv") else _space_toml(self)
 
 
-def separate_csv(found: SeparateFits) -> str:
+def _csv(found: SeparateFits) -> str:
     """Write the table of separate fits as CSV, in SI units, with full precision: a row for each recording and parameter."""
     cells = [_cells(each.record, row, each.reduced_chi_square) for each in found.fits for row in each.rows]
     cells += [
@@ -67,19 +127,22 @@ def _cells(record: str, row: EstimatedParameter, chi_square: float) -> list[obje
     return [record, name, row.unit, *numbers, row.method, row.state, row.systematic, chi_square, row.note]
 
 
-def separate_answer(found: SeparateFits) -> str:
-    """State how many recordings were fitted, the mean of each parameter, and its scatter within and between recordings."""
-    failed = found.failures
-    text = f"{len(found.fits) - len(failed)} of {len(found.fits)} recordings were fitted, each alone."
-    if failed:
-        text += f" Not fitted: {'; '.join(f'{record} ({why})' for record, why in failed.items())}."
-    for record, why in found.misfits.items():
-        text += f" {record}: {why}."
+def _sentences(found: SeparateFits) -> list[str]:
+    """State which recordings were not fitted or are not described, and the mean of each parameter with its scatter."""
+    failed, misfits = found.failures, found.misfits
+    lines = [f"warning: {record}: {why}" for record, why in misfits.items()]
+    lines += [f"{record}: failed: {why}" for record, why in failed.items()]
+    if len(lines) > _MOST:
+        counted = f"{len(misfits)} of {len(found.fits)} recordings, and {len(failed)} could not be fitted"
+        lines = [lines[0], f"warning: the model does not describe {counted}: the table names them"]
+    lines.append(f"{len(found.fits) - len(failed)} of {len(found.fits)} recordings were fitted, each alone")
     for row in found.means:
-        mean, ends = row.shown(pretty_quantity)
-        counted = len(found.spreads[row.name].values)
-        text += f" {row.name}: mean of {counted} recordings {mean} ({ends}); {row.note}."
-    return text
+        counted = f"mean of {len(found.spreads[row.name].values)} recordings"
+        lines.append(row_sentence(row).replace(row.name, f"{row.name}, {counted}", 1))
+    if not found.means:
+        own = ((each.record, row) for each in found.fits if each.found is not None for row in each.rows)
+        lines += [f"{record}: {row_sentence(row)}" for record, row in own]
+    return lines
 
 
 def _estimates(found: SeparateFits) -> Table:
@@ -87,7 +150,7 @@ def _estimates(found: SeparateFits) -> Table:
     for each in found.fits:
         chi_square = each.reduced_chi_square
         for row in each.rows:
-            value, ends = row.shown(pretty_quantity) if math.isfinite(row.value) else ("none", "")
+            value, ends = row.texts(row.unit) if math.isfinite(row.value) else ("none", "")
             status = DETERMINED.get(row.state, row.state)
             shown.append(
                 (
@@ -111,8 +174,8 @@ def _means(found: SeparateFits) -> Table:
     rows = []
     for row in found.means:
         spread = found.spreads[row.name]
-        numbers = (pretty_quantity(each, row.unit, digits=3) for each in (spread.within, spread.between))
-        rows.append((row.name, str(len(spread.values)), *row.shown(pretty_quantity), *numbers))
+        numbers = (format_quantity(each, row.unit, digits=3) for each in (spread.within, spread.between))
+        rows.append((row.name, str(len(spread.values)), *row.texts(row.unit), *numbers))
     headings = (
         "Parameter", "Recordings", "Mean", "95 % interval of the mean",
         "Standard deviation within a recording", "Standard deviation between recordings",

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import re
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.answer import Document, Drawing, Page, Panel, Table
 from electrovib.core.budget import each_item
 from electrovib.core.errors import InputError, gathered, refuse
 from electrovib.core.files import inputs_noted
@@ -23,24 +21,17 @@ from electrovib.data.atomic import (
     output_path,
     writing,
 )
-from electrovib.data.marks import Form, csv_text, is_ours
-from electrovib.studies.reproduction import COMPARED
+from electrovib.data.marks import Form, is_ours
 from electrovib.view.documents import drawn, html
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from electrovib.core.answer import Shown
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.studies.reproduction import Part, Reproduction
+    from electrovib.studies.reproduction import Reproduction
 
 _PAGE: Final = "report.html"
-_VERDICTS: Final = (
-    "Reproduced: the number that the paper prints follows from its own inputs. Consistent: ours agrees with a statement of it."
-    " Disagrees: its own inputs give another number. Open: the paper does not print what the comparison needs. Notes in full:"
-    " numbers.json; curves of a figure: the .csv of its name"
-)
 
 
 def reproduce(
@@ -93,15 +84,15 @@ def _found(paper: str, skin: str | None) -> Reproduction:
         raise InputError(f"'{paper}' has nothing to reproduce. Papers that have: {able or 'none'}.")
     found: Reproduction = module.reproduce(skin=skin)
     own: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
-    told: dict[str, tuple[Diagnostic, list[str]]] = {}
+    warned: dict[str, tuple[Diagnostic, list[str]]] = {}
     for name, scenario in own.items():
         for each in validity(scenario):
             if each.state == "warning":
-                told.setdefault(each.text, (each, []))[1].append(name)
+                warned.setdefault(each.text, (each, []))[1].append(name)
     stated = (
-        replace(each, text=f"{text} (scenario {', '.join(names)})") for text, (each, names) in told.items()
+        replace(each, text=f"{text} (scenario {', '.join(names)})") for text, (each, names) in warned.items()
     )
-    return replace(found, diagnostics=tuple(stated)) if told else found
+    return replace(found, diagnostics=tuple(stated)) if warned else found
 
 
 def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), force: bool = False) -> None:
@@ -168,98 +159,8 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
         figure = pictures[panel.id] = drawn(panel)
         contents[f"{panel.id}.svg"] = to_svg(figure).encode()
         contents[f"{panel.id}.png"] = to_png(figure)
-        parts = (panel, *panel.below) if isinstance(panel, Panel) else ()
-        contents |= {f"{part.id}.csv": to_csv(part).encode() for part in parts}
-    contents |= {
-        f"{table.id}.csv": csv_text(table.headings, table.rows, marked=False).encode()
-        for table in found.tables
-        if table.id
-    }
-    for words in (each for each in found.pages if each.id):
-        contents[f"{words.id}.md"] = ("\n\n".join((f"# {words.title}", *words.paragraphs)) + "\n").encode()
-    numbers = json.dumps([row.to_dict() for row in found.ordered], indent=2, ensure_ascii=False)
-    contents["numbers.json"] = f"{numbers}\n".encode()
+    contents |= {name: found.content(name).encode() for name in found.files}
     beside = json.dumps({name: _checksum(content) for name, content in contents.items()})
-    page = html(document_of(found), pictures=pictures)
+    page = html(found.document, pictures=pictures)
     contents[_PAGE] = f"{page}\n<!-- beside this page: {beside} -->\n".encode()
     return contents
-
-
-def document_of(found: Reproduction) -> Document:
-    """Say what a reproduction has found: the paper's numbers beside ours, figures, tables, explanations, equations.
-
-    One with `parts` has these first, and all else folded.
-    """
-    first = {name for part in found.parts for name in part.panels}
-    panels = {each.id: each for each in found.panels}
-    formulas = tuple((f"({number})", text) for number, text in found.equations.items())
-    warnings = tuple((each.state, each.text) for each in found.diagnostics)
-    heading = f"Warnings on the paper's own scenarios: {len(warnings)}"
-    further: list[Page | Table | Shown] = [
-        *_rows(found, "Numbers of the paper", COMPARED, caption=_VERDICTS),
-        *([Table(heading, ("", ""), warnings, looks={0: "state"})] if warnings else []),
-        *(each for name, each in panels.items() if name not in first),
-        *(each for each in found.tables if each.on_page),
-        *found.pages,
-        *([Table("Equations", ("", ""), formulas, looks={1: "formula"})] if formulas else []),
-        *_rows(found, "Quantities of which the paper states nothing", ("ours",)),
-        *_rows(found, "Checks of this software", ("check",)),
-    ]
-    shown = [item for part in found.parts for item in _shown(part, panels)]
-    count = [f"{found.count()}."] if found.rows and not found.parts else []
-    return Document(
-        title=found.title or f"{found.paper}: the paper, reproduced",
-        sentences=[*count, *found.findings, found.citation],
-        pages=[*shown, *map(_folded, further)] if found.parts else further,
-        references=found.references,
-    )
-
-
-def _shown(part: Part, panels: Mapping[str, Shown]) -> list[Page | Table | Shown]:
-    """Return what a page shows of a part: its groups of rows, then its figures."""
-    groups = tuple((each.verdict, each.words) for each in part.groups)
-    return [
-        Page(part.title, (part.words,) if part.words else ()),
-        Table("", ("", ""), groups, looks={0: "state"}),
-        *(panels[name] for name in part.panels if name in panels),
-    ]
-
-
-def _folded(item: Page | Table | Shown) -> Page | Table | Shown:
-    return item if isinstance(item, Drawing) else replace(item, folded=True)
-
-
-def _rows(found: Reproduction, title: str, verdicts: Sequence[str], *, caption: str = "") -> list[Table]:
-    """Return the rows with these verdicts as a table with the columns that they fill, or nothing."""
-    compared = verdicts == COMPARED
-    rows = tuple(
-        (
-            row.verdict if compared else "",
-            row.place,
-            row.what,
-            row.said if compared else "",
-            row.here,
-            row.inputs if row.place else "",
-            row.brief or row.note,
-        )
-        for row in found.ordered
-        if row.verdict in verdicts
-    )
-    headings = ("verdict", "place", "quantity", "paper", "here", "from inputs", "note")
-    filled = tuple(column for column in range(len(headings)) if any(row[column] for row in rows))
-    looks = {0: "state", 2: "what", 3: "words", 4: "number"}
-    return [Table(title, headings, rows, caption=caption, shown=filled, looks=looks)] if rows else []
-
-
-def to_csv(panel: Panel) -> str:
-    """Write every curve of a panel, drawn or not, one point a line, in SI; numbers read back to the last bit."""
-    banded = any(curve.upper is not None for curve in panel.curves)
-    names = [f"{what} [{unit}]" for what, unit in (panel.x, panel.y)]
-    rows = []
-    for curve in panel.curves:
-        columns = [curve.x, curve.y] + ([] if curve.upper is None else [curve.upper])
-        for point in zip(*columns, strict=True):
-            numbers = [None if math.isnan(value) else float(value) for value in point]
-            rows.append([curve.label, *numbers, *([None] if banded and curve.upper is None else [])])
-    headings = ["curve", *names, *([f"{names[1]}, upper edge"] if banded else [])]
-    return csv_text(headings, rows, marked=False)

@@ -1,6 +1,7 @@
 """The fit from files to a folder of results: its verdict, its comparison of models, its posterior distribution."""
 
 import json
+import re
 import shlex
 import sys
 import tomllib
@@ -206,11 +207,12 @@ def test_laws_are_weighed_and_what_cannot_be_fitted_says_why(recorded, cli):
     assert code == 0
     first, *lines = out.splitlines()
     assert first.startswith("MaxwellStressInGap is more than a million times as probable as the next, ")
-    assert lines[0] == "  MaxwellStressInGap: 100 %"
-    assert any(
-        line.startswith("  EffectiveMedium: < 0.01 %; electrostatic_force of a.nc: ") for line in lines
-    )
-    assert any(line.startswith("  EffectiveMedium without leak: < 0.01 %; ") for line in lines)
+    for model, share in (
+        ("MaxwellStressInGap", "100 %"),
+        ("EffectiveMedium", "< 0.01 %"),
+        ("EffectiveMedium without leak", "< 0.01 %"),
+    ):
+        assert any(re.match(f"{model}  .* {share} ", line) for line in lines), model
     page = (recorded / "out" / "report.html").read_text()
     for words in (
         "ln evidence below the best",
@@ -223,9 +225,10 @@ def test_laws_are_weighed_and_what_cannot_be_fitted_says_why(recorded, cli):
     few = cli(f"fit-laws right.toml a.nc {free} --laws EffectiveMedium")[1].splitlines()
     assert few[0] == first
     told = cli(f"fit-laws right.toml a.nc --free {GAP} --all")[1]
-    assert "  EffectiveMedium without gap: not fitted: has none of the free" in told
-    assert "  Persson2018RoughGap: not fitted: force.mean_gap" in told
-    assert "  Vezzoli2014PerFrequency: not fitted: " in told
+    not_fitted = told.partition("Models not fitted")[2]
+    assert re.search("EffectiveMedium without gap +has none of the free", not_fitted)
+    assert re.search(r"Persson2018RoughGap +force\.mean_gap", not_fitted)
+    assert re.search("Vezzoli2014PerFrequency ", not_fitted)
 
 
 def test_laws_are_known_and_need_dynesty(recorded, refused, monkeypatch):
@@ -288,8 +291,8 @@ def test_the_posterior_distribution_is_kept_with_its_diagnostics_and_repeated(si
     for words in ("Posterior distribution", "4 chains of 40 steps", "may not represent", "MCMC Hammer"):
         assert words in page
     out = said("fit", *six, "--free", GAP, "--posterior", "--seed", "1", "-n", "40", "-o", "out")
-    assert f"{GAP}: posterior 95 % interval " in out
-    assert "warning: the samples may not represent the posterior" in out
+    assert "Posterior distribution" in out
+    assert "The samples may not represent the distribution" in " ".join(out.split())
     with h5netcdf.File(here / "out" / "posterior.nc", "r") as file:
         np.testing.assert_array_equal(file["value"][0], posterior.chains[GAP])
 

@@ -109,7 +109,7 @@ def test_the_command_prints_the_answer_first_and_its_folder_holds_what_the_funct
     found, here, said, cli, table
 ):
     out = said(f"{INDICES} --seed 1 -o out")
-    assert out.startswith(found.answer)
+    assert out.startswith(found.headline)
     assert out.startswith("Measure ")
     assert all(line in out for line in repr(found).splitlines())
     assert "stack.gap.thickness: the distribution is unverified, cited from memory" in " ".join(out.split())
@@ -124,7 +124,7 @@ def test_the_command_prints_the_answer_first_and_its_folder_holds_what_the_funct
     for words in ("<svg", "unverified, cited from memory", str(Form.PAGE)):
         assert words in text
     changed = said(f"{INDICES} --seed 1 --set 'drive.high=1 kV' --set 'drive.rise=0 s'")
-    assert not changed.startswith(found.answer)
+    assert not changed.startswith(found.headline)
     assert cli(INDICES)[0] == 2  # without a seed
 
 

@@ -25,10 +25,9 @@ from electrovib.core.errors import InputError
 from electrovib.papers.vezzoli_2014 import compute, drawings, measured, values
 from electrovib.papers.vezzoli_2014.figures import MEANINGS, MOIST
 from electrovib.studies.evidence.predicted import predict
-from electrovib.studies.reproduction import INPUTS, Row
+from electrovib.studies.reproduction import INPUTS, Row, to_csv
 from electrovib.view import documents
 from electrovib.view.plots.of_answers import PALETTE
-from electrovib.view.reproduce import document_of, to_csv
 from electrovib.view.units import typeset
 
 
@@ -349,7 +348,7 @@ def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
     empty = Figure()
     empty.subplots()
     pictures = {panel.id: empty for panel in reproduction.panels}
-    page = documents.html(document_of(reproduction), pictures=pictures)
+    page = documents.html(reproduction.document, pictures=pictures)
     before, _, after = page.partition("<details>")
     assert 500 < len(visible(before).split()) <= 900
     order = [

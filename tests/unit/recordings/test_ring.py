@@ -46,7 +46,7 @@ def test_one_mode_after_an_impact():
     assert found.parameters["quality"].value == pytest.approx(5.0, rel=0.05)
     assert found.drift.lower < 0 < found.drift.upper
     assert found.misfit < 1.3
-    assert not any(text.startswith("Warning") for text in found.words)
+    assert not any(text.startswith("Warning") for text in found.remarks)
 
 
 def test_the_release_of_a_resonant_sensor_gives_its_natural_frequency():
@@ -78,7 +78,7 @@ def test_a_higher_mode_that_decays_sooner_is_separated():
     assert of["quality"].value == pytest.approx(9.0, rel=0.1)
     assert of["early_frequency"].value == pytest.approx(450.0, rel=0.03)
     assert of["early_quality"].value == pytest.approx(2.0, rel=0.1)
-    assert "a higher one" in " ".join(found.words)
+    assert "a higher one" in " ".join(found.remarks)
     # one mode alone approaches the one that remains
     first, last = found.sections[0].frequency.value, found.sections[-1].frequency.value
     assert abs(last - 310) < abs(first - 310)
@@ -102,7 +102,7 @@ def test_the_level_may_change_while_the_signal_oscillates(level, form, words):
     assert of["quality"].value == pytest.approx(5.0, rel=0.03)
     if form == "exponential":
         assert of["level_time_constant"].lower < 6e-3 < of["level_time_constant"].upper
-    assert any(text.startswith("The level") and words in text for text in found.words)
+    assert any(text.startswith("The level") and words in text for text in found.remarks)
     # one mode about this level is one mode from every start
     assert len(found.sections) > 2
     assert found.sections[-1].frequency.value == pytest.approx(380.0, rel=0.02)
@@ -116,7 +116,7 @@ def test_a_frequency_that_drifts_is_found(drift):
     assert found.form == "one drifting mode"
     assert found.parameters["frequency"].value == pytest.approx(400.0, rel=0.01)
     assert found.parameters["drift"].lower < drift < found.parameters["drift"].upper
-    assert ("falls" if drift < 0 else "rises") in " ".join(found.words)
+    assert ("falls" if drift < 0 else "rises") in " ".join(found.remarks)
 
 
 def test_an_oscillation_of_another_form_carries_a_warning():
@@ -125,7 +125,7 @@ def test_an_oscillation_of_another_form_carries_a_warning():
 
     found = measure_ring(record(beating, noise=0.002), at=AT, start=0.0)
     assert found.misfit > 1.5
-    assert found.words[0].startswith("Warning")
+    assert found.remarks[0].startswith("Warning")
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_every_impact_is_found_and_measured(frequency, quality):
     assert found.frequency.value == pytest.approx(frequency, rel=0.005)
     assert found.quality.value == pytest.approx(quality, rel=0.03)
     assert found.frequency.count == 3
-    assert not any(text.startswith("Warning") for text in found.words)
+    assert not any(text.startswith("Warning") for text in found.remarks)
     largest = max(found.rings, key=lambda each: np.abs(each.values).max())
     assert measure_ring(trace).parameters["frequency"] == largest.parameters["frequency"]
 

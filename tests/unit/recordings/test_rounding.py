@@ -7,7 +7,6 @@ import electrovib as ev
 from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.rounding import coherence_of, least_noise, resolution_of, rounding_amplitudes
-from electrovib.view.fitted import fit_answer
 
 FRICTION, FILM = "friction.coefficient", "stack.insulator.thickness"
 TIMES = np.linspace(1e-3, 49e-3, 400)
@@ -122,7 +121,7 @@ def test_the_interval_of_a_coarse_recording_includes_its_rounding_and_states_it(
     share = 1 - (found.rounding.deviations[FRICTION] / row.standard_error) ** 2
     assert row.note.startswith(f"{share:.0%} of the variance is that of rounding errors")
     assert "is rounded to steps of" in row.note
-    assert "is rounded to steps of" in fit_answer(result.best, result.rows)
+    assert "is rounded to steps of" in " ".join(result.document.sentences)
 
 
 def test_scatter_that_rounding_causes_is_not_counted_as_noise_too_and_fine_steps_are_none(fast):

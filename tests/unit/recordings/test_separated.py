@@ -20,7 +20,7 @@ from electrovib.recordings.fit.prediction import STEP, Prediction
 from electrovib.recordings.fit.problem import Separated, WeightedProblem
 from electrovib.recordings.fit.result import parameter_table
 from electrovib.solve.mechanics.lateral import BEHIND_FRICTION, INDEPENDENT, proportional_to_friction
-from electrovib.view.fitted import fit_answer
+from electrovib.view.fitted import fit_sentences
 
 TIMES = np.linspace(0, 10e-3, 150)
 FREE = (
@@ -250,7 +250,7 @@ def test_a_search_along_an_undetermined_combination_is_ended_and_names_it(names)
     near = {FREE[0]: FreeParameter(start=0.5, lower=0.499, upper=0.501)}
     joint = found.problem.minimum(found.problem.prediction.free | near, known=False)
     assert found.estimate.sum_of_squares < 1.001 * joint.sum_of_squares
-    assert "further steps made" in fit_answer(found, ())
+    assert "further steps made" in " ".join(fit_sentences(found, ()))
 
 
 @pytest.mark.slow

@@ -144,7 +144,7 @@ def test_one_baseline_is_enough_and_said(missing, left):
     found = swiped({name: values[part] for name, values in columns.items()})
     assert list(found.friction.choices) == [left]
     assert found.friction.value == near(0.4, rel=1e-2)
-    assert any("their drift is unknown" in word for word in found.words)
+    assert any("their drift is unknown" in word for word in found.remarks)
 
 
 def pressed_by(load, *, friction=0.4, position=None):
@@ -192,7 +192,7 @@ def test_several_swipes_there_and_back_and_in_one_contact():
     found = reduce_swipes(calibrated(columns, channels()))
     assert [swipe.direction for swipe in found] == [1, -1]
     assert [swipe.friction.value for swipe in found] == near([0.4, 0.6], rel=1e-2)
-    assert "The recording holds 2 swipes." in found[0].words
+    assert "The recording holds 2 swipes." in found[0].remarks
     assert swiped(columns).direction == 1
     columns = pressed_by(
         lambda time: 0.5 * ((time > 2) & (time < 6)),
@@ -276,12 +276,12 @@ def test_without_an_encoder_the_lateral_force_tells_the_slide(direction):
     assert found.window == pytest.approx(with_it.window, abs=0.05)
     assert (found.speed, found.distance) == (None, None)
     assert "sliding_speed" not in found.trace
-    assert "because no position is recorded" in found.words[0]
-    assert "the speed is unknown" in found.words[0]
+    assert "because no position is recorded" in found.remarks[0]
+    assert "the speed is unknown" in found.remarks[0]
     assert json.loads(json.dumps(found.to_dict()))["speed"] is None
     stated = swiped(columns, encoder=None, speed="40 mm/s")
     assert (stated.speed, stated.distance) == (40e-3, None)
-    assert "the speed is the declared 40.0 mm/s" in stated.words[0]
+    assert "the speed is the declared 40.0 mm/s" in stated.remarks[0]
     # it sticks before it slides: half as much again for 60 ms
     time = np.arange(16_000) / 2000
     columns["lateral"] = columns["lateral"] + direction * 0.5 / 0.444 * ((time > 3.0) & (time < 3.06))
@@ -304,7 +304,7 @@ def test_a_few_rows_without_a_number_are_left_out_and_counted(tmp_path):
     assert recording.time[-1] == 15_999 / 2000  # what is left keeps its time
     found = reduce_swipe(recording)
     assert found.friction.value == near(0.4)
-    assert "3 rows that hold a NaN were omitted." in found.words
+    assert "3 rows that hold a NaN were omitted." in found.remarks
     table = np.column_stack([columns["lateral"], columns["normal"], *3 * [columns["encoder"]]])
     np.save(tmp_path / "swipe.npy", table)
     again = reduce_swipe(read_recording(tmp_path / "swipe.npy", channels(missing_rows=3)))
@@ -329,7 +329,7 @@ def test_a_sensor_that_sits_at_its_rail_is_refused():
     """A normal force of 749 N was told of a converter at the end of its range."""
     columns = made(load=3.0, normal=1.0, zeros=(0.0, -0.3))
     columns["normal"] = steps(columns["normal"], 1e-3)
-    assert not any("rail" in word for word in swiped(columns, normal=1.0).words)
+    assert not any("rail" in word for word in swiped(columns, normal=1.0).remarks)
     clipped = np.minimum(columns["normal"], 2.0)
     for sign in (1.0, -1.0):  # the other end, and a sensor turned around
         with pytest.raises(
@@ -347,10 +347,12 @@ def test_a_rail_for_part_of_what_is_used_or_of_a_zero_is_said_first():
     np.testing.assert_array_equal(np.flatnonzero(recording.at_rail["lateral"]), np.arange(7000, 7400))
     assert not np.any(recording.at_rail["normal"])
     said = "Warning: the sensor of the lateral force is at its rail, or in a dead band, for 11.1% of the wi"
-    assert reduce_swipe(recording).words[0].startswith(said)
+    assert reduce_swipe(recording).remarks[0].startswith(said)
     hidden = swiped(columns | {"lateral": np.maximum(lateral, np.median(lateral[:4000]) + 0.02)})
     for side in ("before", "after"):
-        assert any(f"for 100.0% of the unloaded part {side} the contact" in word for word in hidden.words[:2])
+        assert any(
+            f"for 100.0% of the unloaded part {side} the contact" in word for word in hidden.remarks[:2]
+        )
 
 
 def test_a_rail_that_may_be_a_constant_force_is_said():
@@ -359,7 +361,7 @@ def test_a_rail_that_may_be_a_constant_force_is_said():
     slow = np.clip((np.arange(16_000) - 3000) / 3000, 0, 1) * 3.0  # which shows no noise of the cell
     columns["normal"] = np.minimum(steps(slow, 0.02), 2.0)
     said = "normal force is exactly its highest or lowest reading for 100.0% of the window"
-    assert any(said in word for word in swiped(columns, normal=1.0).words)
+    assert any(said in word for word in swiped(columns, normal=1.0).remarks)
 
 
 def test_a_sensor_that_is_stuck_within_its_range_is_said():
@@ -367,8 +369,8 @@ def test_a_sensor_that_is_stuck_within_its_range_is_said():
     columns["lateral"] = columns["lateral"].copy()
     columns["lateral"][7000:7400] = np.median(columns["lateral"][6500:7000])
     said = "Warning: the lateral force repeats one reading for 11.1% of the window"
-    assert any(word.startswith(said) for word in swiped(columns).words)
-    assert not any("repeats one" in word for word in swiped(made()).words)
+    assert any(word.startswith(said) for word in swiped(columns).remarks)
+    assert not any("repeats one" in word for word in swiped(made()).remarks)
 
 
 def altered(**changes):

@@ -79,7 +79,7 @@ def test_an_exponential_takes_its_time_constant_times_a_logarithm(levels):
         assert each.without_sensor.value == pytest.approx(exact, rel=3e-4)
         assert each.recorded.count == 2
         assert each.parameters["time_constant"].value == pytest.approx(TAU, rel=3e-4)
-        assert "no sensor was taken out" in " ".join(each.words)
+        assert "no sensor was taken out" in " ".join(each.remarks)
 
 
 @pytest.mark.parametrize(("frequency", "quality"), [(380.0, 3.0), (640.0, 10.0), (50.0, 0.8)])
@@ -131,7 +131,7 @@ def test_an_instantaneous_release_has_an_upper_end_only(sensor):
         assert each.without_sensor.value == each.without_sensor.lower == 0
         assert 0 < each.without_sensor.upper < 0.25e-3
         assert each.recorded.value == pytest.approx(each.sensor_limit, rel=0.06)
-        assert "only an upper end of the time is known" in " ".join(each.words)
+        assert "only an upper end of the time is known" in " ".join(each.remarks)
         if sensor == "estimate":
             of = each.parameters
             assert of["frequency"].lower < 380 < of["frequency"].upper
@@ -143,8 +143,8 @@ def test_the_uncertainty_of_a_declared_sensor_widens_the_interval():
     exact, wide = (measured(trace, sensor=each, edges="falling").falling for each in (SENSOR, unsure))
     widths = [each.without_sensor.upper - each.without_sensor.lower for each in (exact, wide)]
     assert widths[1] > 1.2 * widths[0]
-    assert "taken as exact" in " ".join(exact.words)
-    assert "taken as exact" not in " ".join(wide.words)
+    assert "taken as exact" in " ".join(exact.remarks)
+    assert "taken as exact" not in " ".join(wide.remarks)
 
 
 def test_several_edges_are_averaged_with_students_t():
@@ -165,7 +165,7 @@ def test_rising_and_falling_edges_are_separate_and_a_delay_after_the_drive_is_me
     found = measured(of(time, force + 1e-3 * np.random.default_rng(1).standard_normal(time.size)))
     assert found.rising.parameters["time_constant"].value == pytest.approx(5e-3, rel=0.01)
     assert found.falling.parameters["time_constant"].value == pytest.approx(20e-3, rel=0.01)
-    assert "does not contain the scatter between edges" in " ".join(found.words)
+    assert "does not contain the scatter between edges" in " ".join(found.remarks)
     for each in measured(record(lambda t: exponential()(t - 2e-3)), by="drive_voltage").directions:
         assert each.parameters["delay"].value == pytest.approx(2e-3, abs=0.1e-3)
         # the edge of the drive is known to half of a sample
@@ -215,7 +215,7 @@ def test_the_time_of_two_exponentials_does_not_depend_on_the_size_of_the_change(
 def test_a_time_from_the_wrong_form_carries_a_warning():
     wave = lambda t: exponential()(t) * np.cos(400 * np.maximum(t, 0))  # noqa: E731
     found = measured(record(wave, edges=2, noise=0.002))
-    assert any(text.startswith("Warning") and "residual" in text for text in found.words)
+    assert any(text.startswith("Warning") and "residual" in text for text in found.remarks)
 
 
 @pytest.mark.parametrize(
@@ -333,12 +333,12 @@ def test_an_edge_before_its_cause_and_one_faster_than_its_sensor_are_refused():
 @pytest.mark.parametrize("reading", [2.0, -999.0, None])
 def test_a_sensor_at_its_rail_or_stuck_is_said_first(part, reading):
     trace = record(exponential(), edges=2)
-    assert not any("repeat the end" in text for text in measured(trace, by="drive_voltage").words)
+    assert not any("repeat the end" in text for text in measured(trace, by="drive_voltage").remarks)
     force = trace[FORCE].values.copy()
     force[part] = force[part][0] if reading is None else reading
     words = f"{(part.stop - part.start) / force.size:.1%} of the samples repeat"
     try:
-        found = measured(trace.assign({FORCE: ("time", force)}), by="drive_voltage").words[0]
+        found = measured(trace.assign({FORCE: ("time", force)}), by="drive_voltage").remarks[0]
     except InputError as error:  # such a level hides both edges
         assert reading == -999
         assert words in error.problems[0]
@@ -369,7 +369,7 @@ def test_what_never_settles_has_a_bound_and_no_value(form, noise):
         assert each.is_bound
         assert 0 < each.lower < 0.85
     assert not found.parameters
-    assert "never settles" in found.words[0]
+    assert "never settles" in found.remarks[0]
 
 
 @pytest.mark.parametrize("falling", [False, True])
@@ -404,12 +404,12 @@ def test_a_time_that_the_record_does_not_determine_and_one_without_noise_are_war
     trace = of(stamps, force, drive_voltage=np.where(stamps >= 0.02, 300.0, 0.0))
     found = ev.measure_times(trace, signal=FORCE, by="drive_voltage", window=0.03, before=0.015)
     assert found.rising.recorded.is_bound
-    assert found.rising.words[0].startswith(
+    assert found.rising.remarks[0].startswith(
         "Warning: Rising edges: the record ends before the signal has settled"
     )
     stamps = np.linspace(0, 0.06, 601)
     force = np.where(stamps > 0.0205, -np.expm1(-(stamps - 0.0205) / 3e-3), 0.0)
     found = ev.measure_times(of(stamps, force), signal=FORCE)
     assert math.isinf(found.rising.misfit)
-    assert "the record has no noise before an edge" in found.rising.words[0]
-    assert not any("residual of inf" in text for text in found.rising.words)
+    assert "the record has no noise before an edge" in found.rising.remarks[0]
+    assert not any("residual of inf" in text for text in found.rising.remarks)

@@ -12,7 +12,7 @@ from plain_recursion import march_loop
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear, circling
+from electrovib.physics.drive.parts import Linear, cosine_and_sine
 from electrovib.solve.diagnostics import peaks
 from electrovib.solve.diagnostics import probes as at_probes
 from electrovib.solve.diagnostics.peaks import MOST_CORNERS
@@ -130,7 +130,7 @@ def test_what_fades_is_read_from_polynomials_to_rounding(modes):
 def test_a_tone_at_many_times_is_cosine_and_sine(jitter):
     times = np.linspace(0.3, 1.7, 30_001)
     times[1:-1] += np.random.default_rng(0).uniform(-jitter, jitter, len(times) - 2)
-    cosine, sine = circling(250.0, times)
+    cosine, sine = cosine_and_sine(250.0, times)
     phase = 2 * np.pi * 250 * times
     assert largest(cosine - np.cos(phase)) < 2e-12
     assert largest(sine - np.sin(phase)) < 2e-12

@@ -75,20 +75,20 @@ def test_every_law_is_compared_and_explained_in_order_or_says_why_not(leaky):
 
 
 def test_the_answer_names_the_law_to_believe_and_why(leaky, coating):
-    assert leaky.answer == (
+    assert leaky.headline == (
         "Believe MaxwellStressInGap here, 564.9 mN at 1 kV: plate and finger separate only in the gap, so the stress there is"
         " the force between them; the other laws give 0.000641 to 0.299 of it."
     )
     beyond = "31.05 N at 100 V (beyond breakdown of the air, so no force that would be measured)"
-    assert beyond in coating.answer
+    assert beyond in coating.headline
     film = compare(FIG6, models=[PLANE])
-    assert "(an upper limit: the stack has no gap, and any gap lowers it)" in film.answer
-    assert "other laws" not in film.answer
+    assert "(an upper limit: the stack has no gap, and any gap lowers it)" in film.headline
+    assert "other laws" not in film.headline
     without = compare(FIG6, models=["EffectiveMedium"])
-    assert without.answer.startswith("None of these laws evaluates the stress in the gap")
+    assert without.headline.startswith("None of these laws evaluates the stress in the gap")
     rough = {"force": {"model": "Persson2018RoughGap", "mean_gap": 10e-6, "rms_gap": 5e-6}}
     found = compare(FIG6.replace(rough), models=[PLANE, "Persson2018RoughGap"])
-    assert found.answer.startswith("Believe Persson2018RoughGap here")
+    assert found.headline.startswith("Believe Persson2018RoughGap here")
 
 
 def test_defects_of_the_papers_compared_come_first(leaky):

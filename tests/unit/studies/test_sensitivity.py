@@ -82,7 +82,7 @@ def test_the_static_law_has_the_indices_of_a_product_of_log_normal_factors():
     mean = 56.553e-3 * 0.25 * math.exp(0.3**2 / 2 + 0.4**2 / 2)
     assert found.mean == pytest.approx(mean, rel=0.01)
     assert found.deviation == pytest.approx(mean * math.sqrt(whole), rel=0.05)
-    assert found.answer.startswith(f"Measure {VOLTAGE} first")
+    assert found.headline.startswith(f"Measure {VOLTAGE} first")
     assert found.evaluations == 1024 * 4
 
 
@@ -141,7 +141,7 @@ def test_one_parameter_has_all_of_the_influence_and_an_elasticity_at_the_end_of_
     (index,) = found.indices
     assert (index.first, index.total) == (pytest.approx(1, abs=0.05), pytest.approx(1, abs=0.05))
     assert index.first_interval[0] < index.first_interval[1]
-    assert AREA in found.answer
+    assert AREA in found.headline
     vacuum = {"stack.insulator.material.permittivity": {"model": "Empirical", "values": [1]}}
     found = sensitivity(vacuum | LOG_NORMAL, n=4)
     assert math.isnan(found.elasticities[0].value)
@@ -167,11 +167,11 @@ def test_the_answer_names_what_cannot_be_distinguished_and_what_has_no_influence
     found = sensitivity(free, n=32)
     first, second = found.indices[:2]
     assert {first.name, second.name} == {AREA, VOLTAGE}
-    assert f"not distinguishable from that of {second.name}" in found.answer
-    assert found.answer.endswith("Without influence (total index below 0.01): friction.coefficient.")
+    assert f"not distinguishable from that of {second.name}" in found.headline
+    assert found.headline.endswith("Without influence (total index below 0.01): friction.coefficient.")
     shares = (first.first, *first.first_interval)
     fall, least, most = (f"{100 * (1 - math.sqrt(1 - min(max(each, 0), 1))):.0f}" for each in shares)
-    assert f"would fall by {fall} % on average ({least} to {most} %, " in found.answer
+    assert f"would fall by {fall} % on average ({least} to {most} %, " in found.headline
 
 
 REFUSED = {

@@ -28,7 +28,7 @@ def test_the_page_opens_with_the_law_to_believe_and_its_figure(page):
     )
     places = [text.index(words) for words in order]
     assert places == sorted(places)
-    assert found.answer.split(":")[0] in text
+    assert found.headline.split(":")[0] in text
     figures = re.findall(r"<figure>.*?</figure>", text, flags=re.DOTALL)
     assert len(figures) >= 3
     for figure in figures:

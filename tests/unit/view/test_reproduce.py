@@ -19,7 +19,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.studies.reproduction import GroupOfRows, Part, Reproduction, Row, group, shown
 from electrovib.view import plots
-from electrovib.view.reproduce import _write, document_of, reproduce
+from electrovib.view.reproduce import _write, reproduce
 
 X = np.linspace(0, 1, 20)
 AXES = {"x": ("time", "s"), "y": ("force", "N")}
@@ -119,7 +119,7 @@ def test_numbers_and_curves_are_written_as_they_are(tmp_path, found):
     assert heading == ["curve", "time [s]", "force [N]"]
     assert lines[-1] == ["b", "1.0", "2.0"]
     assert len(lines) == 2 * len(X)
-    drawn = [each for each in document_of(found).pages if isinstance(each, Panel)]
+    drawn = [each for each in found.document.pages if isinstance(each, Panel)]
     assert [each.caption for each in drawn] == [each.caption for each in found.panels], (
         "and no names of files"
     )

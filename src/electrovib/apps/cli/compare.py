@@ -6,7 +6,7 @@ import typer
 
 from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import answered, say, show, warned
+from electrovib.apps.cli.terminal import answered, say, show, show_answer
 from electrovib.core.errors import InputError
 
 
@@ -131,20 +131,9 @@ def reproduce(
         Table of your own skin: frequency, permittivity, resistivity (.csv).
     """
     from electrovib.apps.progress import items_shown
-    from electrovib.studies.reproduction import COMPARED
     from electrovib.view.reproduce import reproduce
 
     with items_shown(f"reproducing {paper}"):
         found = reproduce(paper, output, skin=skin, force=force)
-    for number, finding in enumerate(found.findings, 1):
-        say(f"{number}. {finding}" if len(found.findings) > 1 else finding)
-    for part in found.parts:
-        say("", part.title, *([part.words] if part.words else []))
-        say(*(f"{each.verdict:<11} {each.words}" for each in part.groups))
-    for row in () if found.parts else found.ordered:
-        say(
-            f"{row.verdict:<11} {row.what}: {row.here}"
-            + (f" (paper: {row.said})" if row.verdict in COMPARED else "")
-        )
-    say("", f"{paper}, numbers: {found.count()}", *warned(found))
+    show_answer(found)
     say(f"written: {output}/report.html")

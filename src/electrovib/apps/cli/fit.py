@@ -31,20 +31,18 @@ compare_with : SCENARIO
 
 import math
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import say, warned
+from electrovib.apps.cli.terminal import say, show_answer
 from electrovib.apps.exit_codes import MISFIT
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
     from electrovib.apps.recorded import Recordings
-    from electrovib.recordings.fit.sessions import SeparateFits
-    from electrovib.recordings.interval import EstimatedParameter
-    from electrovib.view.fitted import FitResult
+    from electrovib.core.answer import Answer
 
 Free = Annotated[
     list[str] | None, typer.Option(callback=options.split, autocompletion=options.parameter_paths)
@@ -109,7 +107,7 @@ def fit(
         sampling = None if seed is None else Sampling(seed=seed, steps=steps, progress=progress)
         joint |= options.given(posterior=sampling, progress=progress)
         found = fit(options.changed(scenario, set), known, **joint)
-    _report(found, output, everything=all)
+    _end(found, output, everything=all, misfit=bool(found.best.misfit.reasons))
 
 
 def fit_laws(
@@ -160,7 +158,7 @@ def fit_laws(
     joint |= options.given(laws=laws, seed=seed, force=force)
     with tracked("fitting") as progress:
         found = fit_laws(options.changed(scenario, set), known, **joint | {"progress": progress})
-    _report(found, output, everything=all)
+    _end(found, output, everything=all, misfit=bool(found.best.misfit.reasons))
 
 
 def fit_separately(
@@ -194,8 +192,7 @@ def fit_separately(
     with tracked("fitting") as progress:
         asked = options.given(free=paths, output=output, force=force, progress=progress)
         found = fit_separately(options.changed(scenario, set), known, **asked)
-    lines = separate_summary(found) if all else brief(separate_verdict(found))
-    _end([*lines, *warned(found)], output, misfit=bool(found.misfits))
+    _end(found, output, everything=all, misfit=bool(found.misfits))
 
 
 def _free(paths: list[str] | None) -> list[str]:
@@ -232,15 +229,9 @@ def _recordings(
     return Recordings(traces=traces, settings=settings, **found)
 
 
-def _report(found: "FitResult", output: str | None, *, everything: bool) -> None:
-    """Print the verdict of a joint fit."""
-    lines = summary(found) if everything else brief(verdict(found))
-    _end([*lines, *warned(found)], output, misfit=bool(found.best.misfit.reasons))
-
-
-def _end(lines: Sequence[str], output: str | None, *, misfit: bool) -> None:
+def _end(found: "Answer", output: str | None, *, everything: bool, misfit: bool) -> None:
     """Print the result, and end with a code of its own where the model does not describe the data."""
-    say(*lines)
+    show_answer(found, everything=everything)
     if output:
         say(f"written: {output}")
     if misfit:
@@ -279,136 +270,3 @@ def _of_signals(texts: Sequence[str], option: str, *, relative: Collection[str] 
                 f"error of {name} = {found[name]:g}: expected a finite standard uncertainty of 0 or more"
             )
     return found
-
-
-_MOST: Final = 5  # lines of a verdict
-
-
-def posterior_lines(found: "FitResult") -> list[str]:
-    """Report the posterior distribution of each parameter, and the diagnostics of its chains."""
-    from electrovib.core.units import format_quantity
-
-    if found.posterior is None:
-        return []
-    units = {row.name: (row.unit, row.digits) for row in found.rows}
-    lines, steps = [], found.posterior.steps
-    for name, time in found.posterior.autocorrelation_time.items():
-        unit, digits = units[name]
-        lower, upper = (format_quantity(each, unit, digits=digits) for each in found.posterior.interval(name))
-        lines.append(
-            f"{name}: posterior 95 % interval {lower} to {upper}; autocorrelation time {time:.3g} of {steps} steps"
-        )
-    return lines + [
-        f"warning: the samples may not represent the posterior: {each}" for each in found.posterior.problems
-    ]
-
-
-def brief(lines: Sequence[str]) -> list[str]:
-    """Return five lines at most, of which the last one states what is omitted."""
-    if len(lines) <= _MOST:
-        return list(lines)
-    return [*lines[: _MOST - 1], f"and {len(lines) - _MOST + 1} more lines: --all prints them"]
-
-
-def separate_verdict(found: "SeparateFits") -> list[str]:
-    """State which recordings the model does not describe or that could not be fitted, and the means over all."""
-    lines = [f"{record}: failed: {why}" for record, why in found.failures.items()]
-    lines = [f"warning: {record}: {why}" for record, why in found.misfits.items()] + lines
-    if len(lines) > 2:
-        counted = f"{len(found.misfits)} of {len(found.fits)} recordings, and {len(found.failures)} could not be fitted"
-        lines = [lines[0], f"warning: the model does not describe {counted}: --all names them"]
-    return lines + _mean_lines(found) if found.means else separate_summary(found)
-
-
-def separate_summary(found: "SeparateFits") -> list[str]:
-    """Report the estimates of each recording with their intervals, and their mean and scatter over the recordings."""
-    lines = []
-    for each in found.fits:
-        if each.found is None:
-            lines.append(f"{each.record}: failed: {each.problem}")
-            continue
-        fitted = [line for row in each.rows for line in row_lines(row)]
-        lines += [f"{each.record}:", *(f"  {line}" for line in (*each.found.prescribed, *fitted))]
-        if not each.found.estimate.converged:
-            lines.append("  warning: the search ended without having converged")
-        if each.record in found.misfits:
-            lines.append(f"  warning: {found.misfits[each.record]}")
-    return lines + _mean_lines(found)
-
-
-def _mean_lines(found: "SeparateFits") -> list[str]:
-    """Report the mean of each parameter over the recordings, and its scatter."""
-    lines = []
-    for row in found.means:
-        first, *notes = row_lines(row)
-        counted = len(found.spreads[row.name].values)
-        lines += [first.replace(row.name, f"{row.name}, mean of {counted} recordings", 1), *notes]
-    return lines
-
-
-def row_lines(row: "EstimatedParameter") -> list[str]:
-    """Write one estimate with its interval, or why it has none."""
-    from electrovib.core.units import format_quantity
-
-    line = f"{row.name}: {row.in_words(row.unit, why=row.note)}"
-    if not row.method:
-        return [line]
-    if math.isfinite(row.systematic):
-        ends = (format_quantity(end, row.unit, digits=row.digits) for end in row.systematic_ends)
-        line += f", by calibration {' to '.join(ends)}"
-    return [line, f"  {row.note}"] if row.note else [line]
-
-
-def verdict(found: "FitResult") -> list[str]:
-    """State whether the model describes the data, which one they support, and each estimate with its interval."""
-    lines = _compared(found) + _warnings(found)
-    means = [row for row in found.rows if row.method == "sessions"]
-    lines += [line for row in means for line in row_lines(row)]
-    lines += posterior_lines(found)
-    for row in found.rows:
-        if row not in means:  # a note that two estimates share is stated once
-            lines += [line for line in row_lines(row) if line not in lines]
-    return lines
-
-
-def _compared(found: "FitResult", *, each: bool = False) -> list[str]:
-    """State which model the data support, and of `each` that was weighed its probability and what speaks against it."""
-    from electrovib.view.fitted import per_cent
-
-    if found.comparison is None:
-        return []
-    lines = [found.comparison.sentence] if found.comparison.sentence else []
-    if each and found.comparison.is_weighed:
-        lines += [
-            f"  {one.name}: {per_cent(one.probability)}{f'; {one.against}' if one.against else ''}"
-            for one in found.comparison.candidates
-        ]
-        lines += [f"  {name}: not fitted: {why}" for name, why in found.comparison.refused.items()]
-    return lines
-
-
-def _warnings(found: "FitResult") -> list[str]:
-    lines = [f"warning: {found.best.misfit.sentence}"] if found.best.misfit.sentence else []
-    lines += ["; ".join(found.best.prescribed)] if found.best.prescribed else []
-    if not found.best.estimate.converged:
-        lines.append("warning: the search ended without having converged")
-    return lines
-
-
-def summary(found: "FitResult") -> list[str]:
-    """Report each estimate with its interval, what is not determined, and which model the data support."""
-    lines = _compared(found, each=True) + _warnings(found)
-    lines += [line for row in found.rows for line in row_lines(row)]
-    lines += [
-        f"{each.recording}, {each.observed.signal}: {each.observed.x.size} samples, residual"
-        f" {_spread(each.root_mean_square, each.observed.signal, relative=each.observed.relative)} rms"
-        for each in found.best.residuals
-    ]
-    return lines + posterior_lines(found)
-
-
-def _spread(value: float, signal: str, *, relative: bool) -> str:
-    from electrovib.core.signals import SIGNALS
-    from electrovib.core.units import format_quantity
-
-    return f"{100 * value:.3g} %" if relative else format_quantity(value, SIGNALS[signal].unit, digits=3)

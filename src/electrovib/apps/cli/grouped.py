@@ -13,7 +13,7 @@ from typing import Any, Final
 from typer.core import TyperCommand, TyperGroup
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.meant import command_meant, options_of, told
+from electrovib.apps.cli.meant import command_meant, explained, options_of
 from electrovib.core.errors import InputError
 
 _SCENARIOS: Final = ("scenario", "second")
@@ -69,7 +69,7 @@ class Commands(TyperGroup):
         """Read what stands before a command; 'help' shows the help, of the command after it if one is given."""
         if args[:1] == ["help"] and "help" not in self.commands:
             args = [*args[1:2], "--help"]
-        return told(super().parse_args, self, ctx, args)
+        return explained(super().parse_args, self, ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find a command; of a word that is none name the command that is meant."""
@@ -105,7 +105,7 @@ class Command(TyperCommand):
         """Read the arguments; what they do not fit is answered with what was meant."""
         if "--version" in args and "--version" not in options_of(self):
             ctx.find_root().command.main(["--version"], prog_name="electrovib")
-        return told(self._parsed, self, ctx, args)
+        return explained(self._parsed, self, ctx, args)
 
     def _parsed(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; an option with one value that is given twice is refused."""

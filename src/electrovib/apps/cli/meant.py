@@ -97,7 +97,7 @@ def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
     return f"'{word}' is no command.{nearest(word, commands)} {lists}"
 
 
-def told(
+def explained(
     parse: Callable[[Any, list[str]], list[str]],
     command: TyperCommand | TyperGroup,
     ctx: Any,

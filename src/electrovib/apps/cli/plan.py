@@ -9,7 +9,7 @@ output : FILE
     a figure (.pdf, .svg, .png) or tables (.tex).
 """
 
-import inspect
+import functools
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +19,7 @@ import typer
 
 from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import answered, say, say_state, show, show_answer, warned
+from electrovib.apps.cli.terminal import answered, say, show, show_answer, warned
 from electrovib.apps.exit_codes import FAILED, NOT_SHOWN
 from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
@@ -282,25 +282,12 @@ def _designed(
     kind: "type[Designed]", compute: "Callable[..., Designed]", words: str, asked: dict[str, Any]
 ) -> None:
     """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
-    from electrovib.apps.progress import tracked
-    from electrovib.core.files import inputs_noted
     from electrovib.exports.scenario import check_design_file, write_design
 
     asked["set"] = read_changes(asked.get("set"))
-    file, everything = asked.pop("output", None), asked.pop("all")
-    of_file = {"force": asked.pop("force")} | edge_of(asked.pop("edge", None))
-    if file:
-        check_design_file(kind, file, **of_file)
-    with inputs_noted() as inputs, tracked(words) as progress:
-        can_report = "progress" in inspect.signature(compute).parameters
-        found = compute(**asked, **({"progress": progress} if can_report else {}))
-    if file:
-        check_design_file(kind, file, inputs=inputs, **of_file)
-    say(*(found.lines if everything else found.verdict))
-    if not everything and (left := len(found.lines) - len(found.verdict)):
-        say(f"--all prints {left} more lines: what it depends on and how it was computed.")
-    if file:
-        say(*write_design(found, file, **of_file))
+    edge = edge_of(asked.pop("edge", None))
+    check, write = functools.partial(check_design_file, **edge), functools.partial(write_design, **edge)
+    found = answered(kind, compute, words, asked, check=check, write=write)
     if not found.is_achieved:
         raise typer.Exit(FAILED)
 
@@ -347,25 +334,16 @@ def check(
     drive, scenario = (first, second) if second else (None, first)
     resistor = resistor_of(scenario, limits=limits, set=changes) if series_resistor else None
 
-    def told(found: "CheckResult", *, everything: bool) -> None:
-        """Print the verdict in a few lines, after the tables that were asked for."""
-        from electrovib.studies.check.result import HARDWARE
-
-        for table in found.tables if everything else ():
-            show(laid_out(table))
-        if everything:
-            say(*found.notes, "")
+    def print_outcome(found: CheckResult, *, everything: bool) -> None:
+        """Print the outcome, after the resistor that was asked for."""
         if resistor is not None:
             show(laid_out(resistor.document.tables[0]))
-        more = "" if everything else " (--all lists every limit, its source, and published currents)"
-        first, *others = found.sentences
-        say_state(found.state, first)
-        say(*others, *warned(found), f"{HARDWARE}{more}")
+        show_answer(found, everything=everything, state=found.state)
 
     asked = {"drive": drive, "scenario": scenario, "limits": limits, "set": changes}
     asked |= options.given(output=output, all=all, force=force)
     codes = {FAIL: FAILED, UNKNOWN: NOT_SHOWN}
-    if code := codes.get(answered(CheckResult, check, "checking", asked, told).state):
+    if code := codes.get(answered(CheckResult, check, "checking", asked, print_outcome).state):
         raise typer.Exit(code)
 
 
@@ -439,6 +417,6 @@ def export(
     show_answer(found)
 
 
-def edge_of(text: str | None) -> dict[str, float | str]:
+def edge_of(text: str | None) -> dict[str, Any]:
     """Read the edge, if there is one: a time [s], or the word that stands for straight lines."""
     return {"edge": text if text == "line" else number_in("s", "--edge", text)} if text else {}

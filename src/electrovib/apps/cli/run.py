@@ -8,7 +8,7 @@ import typer
 
 from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import chosen, say, show_answer, warned
+from electrovib.apps.cli.terminal import chosen, say, show_answer
 
 if TYPE_CHECKING:
     import xarray
@@ -85,10 +85,7 @@ def _is_measured(source: str) -> bool:
 def _print_felt(scenario: str, changes: dict[str, Any], *, everything: bool) -> None:
     from electrovib.studies.perceive import perceive
 
-    found = perceive(scenario, set=changes)
-    more = "" if everything else " (--all lists assumptions)"
-    say(*found.sentences[:-1], f"{found.sentences[-1]}{more}")
-    say(*warned(found), *(found.details if everything else []))
+    show_answer(perceive(scenario, set=changes), everything=everything)
 
 
 def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
@@ -111,7 +108,7 @@ def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
             return [f"felt or not: takes more than {most:g} s to compute (--all takes that time)"]
         return [f"felt or not: not known: {'; '.join(map(str, error.problems))}"]
     if not everything:
-        return [f"{found.answer} (--all lists assumptions)"]
+        return [f"{found.headline} (--all lists assumptions)"]
     # title and warnings are those of the run
     return [*found.sentences[1 if found.title else 0 :], *found.details]
 

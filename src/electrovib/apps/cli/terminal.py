@@ -49,8 +49,8 @@ _COLOURS: Final = {"pass": 32, "unknown": 33, "fail": 31}
 
 
 def say_state(state: str, line: str) -> None:
-    """Print one line, in the colour of its state where a terminal shows colours."""
-    if sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
+    """Print one line, in the colour of its state, if it has one, where a terminal shows colours."""
+    if state and sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb":
         put(f"\033[{_COLOURS[state]}m{printable(line)}\033[0m\n")
     else:
         say(line)
@@ -90,13 +90,16 @@ def show(text: str) -> None:
     say(*text.split("\n"))
 
 
-def show_answer(found: Answer, *, everything: bool = False) -> None:
-    """Print the sentences of an answer, its tables, warnings and remarks; with `everything` its explanations too."""
+def show_answer(found: Answer, *, everything: bool = False, state: str = "") -> None:
+    """Print an answer, its first line in the colour of a `state`; with `everything` what a brief one omits, and explanations."""
     document = found.document
-    show(document.text)
-    for page in document.pages if everything else ():
-        say("")
-        show(str(page))
+    text = document.shown(everything=everything)
+    first, *others = text.split("\n")
+    say_state(state, first)
+    say(*others)
+    if document.brief and not everything:
+        left = document.shown(everything=True).count("\n") - text.count("\n")
+        say(*([f"--all prints {left} more lines."] if left else []))
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
@@ -150,35 +153,44 @@ Found = TypeVar("Found", bound="Answer")
 
 
 def answered(
-    kind: type[Found],
+    kind: type[Answer],
     compute: Callable[..., Found],
     words: str,
     given: dict[str, Any],
     show: Callable[..., object] = show_answer,
+    check: Callable[..., object] | None = None,
+    write: Callable[..., Iterable[str]] | None = None,
 ) -> Found:
     """Compute, show and write an answer; the output is checked before the computation, and that it replaces no input after.
 
     `given` has what `compute` takes, besides `output`, `force` and `all`; progress is reported if it can be, and `words` say
-    what is done.
+    what is done. `check` and `write` take the place of those of any answer; what `write` returns is printed.
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
-    from electrovib.exports.save import save
     from electrovib.view.files import check_answer
 
     output, force, everything = (given.pop(name, None) for name in ("output", "force", "all"))
+    check, write, force = check or check_answer, write or _saved, bool(force)
     if output:
-        check_answer(kind, output, force=bool(force))
+        check(kind, output, force=force)
     with inputs_noted() as inputs, tracked(words) as progress:
         can_report = "progress" in inspect.signature(compute).parameters
         found = compute(**given, **({"progress": progress} if can_report else {}))
     if output:
-        check_answer(kind, output, inputs=inputs, force=bool(force))
+        check(type(found), output, inputs=inputs, force=force)
     show(found, everything=bool(everything))
     if output:
-        save(found, output, force=bool(force))
-        say(f"written: {output}")
+        say(*write(found, output, force=force))
     return found
+
+
+def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
+    """Write an answer."""
+    from electrovib.exports.save import save
+
+    save(found, output, force=force)
+    return [f"written: {output}"]
 
 
 def is_map(trace: Any) -> bool:

@@ -1,18 +1,16 @@
 """``electrovib times``: times of edges, or friction of swipes, in a record and without a model of the experiment."""
 
-import functools
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import answered, say
+from electrovib.apps.cli.terminal import answered
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from electrovib.view.swipe import SwipesAnswer
-    from electrovib.view.times import TimesAnswer
+    from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
 
 
 def times(
@@ -72,36 +70,28 @@ def times(
     speed : SPEED
         Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
     """
-    from electrovib.view.swipe import SwipesAnswer
-    from electrovib.view.times import TimesAnswer, rows_of
+    from electrovib.recordings.swipe import Swipes, reduce_swipes
+    from electrovib.recordings.transitions import MeasuredTimes
 
-    asked = options.given(record=record, output=output, force=force)
+    asked = options.given(output=output, force=force)
     if swipes or channels:
         options.only(context, "record swipes channels speed output", "--swipes")
-        asked |= options.given(channels=channels, speed=speed)
-        answered(SwipesAnswer, _swipes, "finding swipes", asked, _tell_swipes)
+        asked |= options.given(recording=record, channels=channels, speed=speed)
+        answered(Swipes, reduce_swipes, "finding swipes", asked)
         return
     options.only(
         context,
         "record signal levels by antiphase sensor edges exponentials window before ring output",
         "times, but to --swipes",
     )
-    asked |= options.given(signal=signal, levels=levels, by=by, antiphase=antiphase, ring=ring)
+    asked |= options.given(record=record, signal=signal, levels=levels, by=by, antiphase=antiphase, ring=ring)
     asked |= options.given(
         sensor=sensor, edges=edges, exponentials=exponentials, window=window, before=before
     )
-    why: list[str] = []
-
-    def tell(answer: "TimesAnswer", **_: object) -> None:
-        say(*(f"{row.group}, {row.sentence}" for row in rows_of(answer.found, answer.rings)))
-        known = [each for each in (answer.found, answer.rings) if each is not None]
-        say(*(text for each in known for text in each.words), *why)
-
-    answered(TimesAnswer, functools.partial(_times, why), "measuring times", asked, tell)
+    answered(MeasuredTimes, _times, "measuring times", asked)
 
 
 def _times(
-    why: list[str],
     record: str,
     *,
     levels: str,
@@ -110,19 +100,18 @@ def _times(
     antiphase: bool = False,
     ring: bool = False,
     **options: Any,
-) -> "TimesAnswer":
-    """Measure times, and oscillations where they are asked for; such a record needs no edges, and why there are none is told."""
+) -> "MeasuredTimes | MeasuredRings":
+    """Measure times, and oscillations where they are asked for; such a record needs no edges, and why it has none is stated."""
     from electrovib.data.traces import open_trace
     from electrovib.physics.drive.readback import OneOfTwoInAntiphase
     from electrovib.recordings.importing.reduction import seconds
     from electrovib.recordings.transitions import MeasuredRings, measure_ring, measure_rings, measure_times
-    from electrovib.view.times import TimesAnswer
 
     options |= {name: seconds(f"--{name}", options[name]) for name in ("window", "before") if name in options}
     trace, window = open_trace(record), options.get("window")
     chosen: dict[str, Any] = {"signal": signal, "by": by}
     chosen["readback"] = OneOfTwoInAntiphase() if antiphase else None
-    found, rings = None, None
+    rings = None
     if ring and by is None:
         rings = measure_rings(trace, signal=signal, window=window)
     elif ring:
@@ -132,8 +121,9 @@ def _times(
     except InputError as error:
         if rings is None:
             raise
-        why.append(f"No time between levels: {error.problems[0]}.")
-    return TimesAnswer(found=found, rings=rings, source=Path(record).name)
+        why = f"No time between levels: {error.problems[0]}."
+        return replace(rings, skipped=(why, *rings.skipped))
+    return replace(found, rings=rings)
 
 
 def _levels(text: str) -> tuple[float, float]:
@@ -145,20 +135,3 @@ def _levels(text: str) -> tuple[float, float]:
         meant = f"{1e4 * low:g}:{1e4 * high:g}"
         raise InputError(f"--levels {text}: levels are in per cent; write {meant}")
     return low, high
-
-
-def _swipes(record: str, **options: Any) -> "SwipesAnswer":
-    """Find contacts and slides, and reduce them to friction and forces."""
-    from electrovib.recordings.swipe import reduce_swipes
-    from electrovib.view.swipe import SwipesAnswer
-
-    return SwipesAnswer(swipes=reduce_swipes(record, **options), source=Path(record).name)
-
-
-def _tell_swipes(answer: "SwipesAnswer", **_: object) -> None:
-    from electrovib.recordings.swipe.reduce import swipe_rows
-
-    say(*(f"{row.group}, {row.sentence}" for row in swipe_rows(answer.swipes)))
-    for number, each in enumerate(answer.swipes, start=1):
-        name = f"swipe {number}: " if len(answer.swipes) > 1 else ""
-        say(*(f"{name}{text}" for text in each.words))

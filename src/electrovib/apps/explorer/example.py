@@ -57,7 +57,7 @@ class Example:
     unit: str
 
     @property
-    def told(self) -> str:
+    def remark(self) -> str:
         """What was hidden, as the page states it after a fit."""
         value = pretty_quantity(self.value, self.unit, digits=4)
         return f"The example was simulated with {self.path} = {value}."

@@ -189,8 +189,8 @@ def animation(found: Computed) -> dict[str, Any]:
     sign = _round_up(float(np.abs(charges).max()) / SIGNS, range(1, 11))
     layers = found.scenario.stack.layers
     heights = drawn_heights({name: layer.thickness for name, layer in layers.items()})
-    told = sentences(pulse)
-    starts = [int(np.searchsorted(places, start)) for start, _ in told]
+    spoken = sentences(pulse)
+    starts = [int(np.searchsorted(places, start)) for start, _ in spoken]
     return {
         "answer": answer(pulse),
         "layers": [
@@ -204,7 +204,7 @@ def animation(found: Computed) -> dict[str, Any]:
         "charges": [rounded(row) for row in charges[:, places]],
         "lines": [rounded(row / sign) for row in pulse.displacements[:, places]],
         "starts": starts,
-        "said": [words for _, words in told],
+        "said": [words for _, words in spoken],
         "axes": {
             "time": _axis("time", pulse.time, "s", is_zero_in=False),
             "drive": _axis("voltage", pulse.drive, "V"),
@@ -216,8 +216,8 @@ def animation(found: Computed) -> dict[str, Any]:
 
 def _legend(sign: float, scenario: Scenario) -> str:
     """Explain signs and lines; a layer that polarises slowly can have a field without a line."""
-    at_once = all(isinstance(layer.material, Constant) for layer in scenario.stack.layers.values())
-    without = ": a layer that no line crosses has hardly any field" if at_once else ""
+    instantaneous = all(isinstance(layer.material, Constant) for layer in scenario.stack.layers.values())
+    without = ": a layer that no line crosses has hardly any field" if instantaneous else ""
     return (
         f"A sign stands for {pretty_quantity(sign, 'C/m2', digits=3)}, and the lines of the electric displacement join + and"
         f" −{without}. Layers are drawn enlarged where they are thin. The animation runs slower where more changes."

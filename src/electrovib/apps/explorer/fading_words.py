@@ -62,8 +62,8 @@ def stretches(time: Real, drive: Real) -> list[VoltageStretch]:
 def sentences(pulse: Pulse) -> list[tuple[int, str]]:
     """Return the first sample of each part of a pulse, of which the first is 0, and what happens in it."""
     teller = _Teller(pulse)
-    told = [each for stretch in stretches(pulse.time, pulse.drive) for each in teller.tell(stretch)]
-    return [(start if place else 0, words) for place, (start, words) in enumerate(told)]
+    spoken = [each for stretch in stretches(pulse.time, pulse.drive) for each in teller.tell(stretch)]
+    return [(start if place else 0, words) for place, (start, words) in enumerate(spoken)]
 
 
 def answer(pulse: Pulse) -> str:

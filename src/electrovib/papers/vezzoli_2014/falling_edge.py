@@ -58,10 +58,10 @@ class Candidate:
 @functools.cache
 def candidates() -> tuple[Candidate, ...]:
     """Return the paper's model and every candidate at plausible values."""
-    told = Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
+    text = Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
     numbers = {"fast": skin_conductivity(FAST), "slow": skin_conductivity(SLOW)}
     return tuple(
-        Candidate(**each) for each in tomllib.loads(Template(told).substitute(numbers))["candidates"]
+        Candidate(**each) for each in tomllib.loads(Template(text).substitute(numbers))["candidates"]
     )
 
 

@@ -218,9 +218,9 @@ def rows() -> tuple[Row, ...]:
     found = []
     for name, each, dry in zip(("law_1", "gap"), predicted(), predicted("dry"), strict=True):
         low, high = (end / 1e-3 for end in each.central)
-        told = {"dry": _words(dry), "indices": _indices(each), "of_dry": _indices(dry)}
+        numbers = {"dry": _words(dry), "indices": _indices(each), "of_dry": _indices(dry)}
         found.append(
-            row(f"population_{name}", each.of_subjects, subjects=SUBJECTS, low=low, high=high, **told)
+            row(f"population_{name}", each.of_subjects, subjects=SUBJECTS, low=low, high=high, **numbers)
         )
     shares = predicted()[0].shares
     pairs = (("thickness", SKIN), ("resistivity", _GROUPS))

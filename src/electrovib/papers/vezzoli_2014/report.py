@@ -13,7 +13,7 @@ from electrovib.papers.vezzoli_2014 import compute, falling_edge, measured, valu
 from electrovib.papers.vezzoli_2014.population import SKIN, predicted
 from electrovib.studies.reproduction import COMPARED, Part, Row, group, overlap
 
-_TOLD: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+_TEXTS: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 KINDS: Final = {
     "dispersive skin": "a dispersive skin",
     "positive pulses": "polarity",
@@ -44,7 +44,7 @@ def parts(rows: Mapping[str, Row]) -> tuple[Part, ...]:
             tuple(group(each["words"], rows, each["rows"], **numbers) for each in part["groups"]),
             tuple(part.get("panels", ())),
         )
-        for part in _TOLD["parts"]
+        for part in _TEXTS["parts"]
     )
 
 
@@ -104,9 +104,9 @@ def page(rows: Mapping[str, Row]) -> Page:
         "reached": " and ".join(reached),
         "medians": ", ".join(f"{each.model} {each.ratio:.2g}" for _, each in swing),
     }
-    told = _TOLD["explanations"]
-    words = tuple(each.format_map({**rows, **numbers}) for each in told["paragraphs"])
-    return Page(told["title"], words, id="open_questions")
+    explained = _TEXTS["explanations"]
+    words = tuple(each.format_map({**rows, **numbers}) for each in explained["paragraphs"])
+    return Page(explained["title"], words, id="open_questions")
 
 
 def _one(row: Row) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Linear, Smooth, Tones
+from electrovib.physics.drive.parts import CYCLE_SAMPLES, MOST_SAMPLES, Linear, Smooth, Tones
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +37,7 @@ def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, fl
     if len(parts) == 1 and isinstance(parts[0], Linear) and parts[0].period is None:
         return _of_straight(parts[0], start, end, at_end)
     repeating = [part for part in parts if isinstance(part, Linear) and part.period]
-    if sum(end / (part.period or end) * len(part.times) for part in repeating) > MOST_LOOKS:
+    if sum(end / (part.period or end) * len(part.times) for part in repeating) > MOST_SAMPLES:
         bound = sum(part.bound() for part in parts)
         return -bound, bound
     straight = [part.until(end) for part in parts if isinstance(part, Linear)]
@@ -156,16 +156,16 @@ class _Stretch:
         scale, curvature = float(np.sum(np.abs(self.amplitudes))), float(angular**2 @ np.abs(self.amplitudes))
         span = float(self.ends[-1] - self.begins[0])
         for part in self.formulas:
-            if span * part.highest_frequency * LOOKS > MOST_LOOKS:
+            if span * part.highest_frequency * CYCLE_SAMPLES > MOST_SAMPLES:
                 return None
             size = part.bound()
             scale += size
             curvature += _CURVED * size * (2 * np.pi * part.highest_frequency) ** 2
         if curvature == 0:
             scale, curvature = 1.0, 0.0
-        step = 2 * np.pi / LOOKS * math.sqrt(scale / curvature) if curvature else span
+        step = 2 * np.pi / CYCLE_SAMPLES * math.sqrt(scale / curvature) if curvature else span
         counts = np.ceil((self.ends - self.begins) / step).astype(int)
-        if float(np.sum(counts)) * max(1, len(angular) + len(self.formulas)) > LOOKS * MOST_LOOKS:
+        if float(np.sum(counts)) * max(1, len(angular) + len(self.formulas)) > CYCLE_SAMPLES * MOST_SAMPLES:
             return None
         high = self._highest(counts, curvature, scale, sign=1.0)
         return -self._highest(counts, curvature, scale, sign=-1.0), high
@@ -183,7 +183,7 @@ class _Stretch:
             best = max(best, float(np.max(left)), float(np.max(right)))
             above = np.maximum(left, right) + curvature * (last - first) ** 2 / 8
             kept = above > best + TOLERANCE * scale
-            if not np.any(kept) or np.count_nonzero(kept) > MOST_LOOKS:
+            if not np.any(kept) or np.count_nonzero(kept) > MOST_SAMPLES:
                 return best if not np.any(kept) else float(np.max(above))
             pieces = np.repeat(pieces[kept], _DIVISIONS)
             width = np.repeat((last - first)[kept] / _DIVISIONS, _DIVISIONS)

@@ -170,15 +170,15 @@ class Linear:
         return max(max(float(np.max(side)), -float(np.min(side))) for side in sides)
 
 
-LOOKS = 16
+CYCLE_SAMPLES = 16
 """Evaluations in each cycle of the fastest oscillation in a search for the largest value."""
 MANY_TIMES = 10_000
 """Number of times from which on they are tested for even spacing."""
-MOST_LOOKS = 1_000_000
+MOST_SAMPLES = 1_000_000
 """Number of evaluations beyond which a largest value is bounded and not searched for."""
 
 
-def circling(frequency: float, time: Real) -> tuple[Real, Real]:
+def cosine_and_sine(frequency: float, time: Real) -> tuple[Real, Real]:
     """Return cosine and sine of the phase 2 pi frequency time of a tone, shape (n,) as the times [s].
 
     At many evenly spaced times they are products of those of two coarser grids, to rounding.
@@ -280,7 +280,7 @@ class Tones(_Gated):
         flat = np.ravel(time)
         total = np.zeros(flat.shape)
         for frequency, amplitude in zip(self.frequencies, amplitudes, strict=True):
-            cosine, sine = circling(float(frequency), flat)
+            cosine, sine = cosine_and_sine(float(frequency), flat)
             total += amplitude.real * cosine - amplitude.imag * sine
         return total.reshape(np.shape(time))
 
@@ -318,9 +318,9 @@ class Smooth(_Gated):
 
     def bound(self) -> float:
         """Return an upper bound on the absolute value [V], from 16 evaluations a cycle and the curvature between them."""
-        looks = math.ceil((self.stop - self.start) * self.highest_frequency * LOOKS)
-        times = np.linspace(self.start, self.stop, min(max(looks, LOOKS), MOST_LOOKS) + 1)
-        return float(np.max(np.abs(self.whenever(times)))) / (1 - (2 * math.pi / LOOKS) ** 2 / 8)
+        samples = math.ceil((self.stop - self.start) * self.highest_frequency * CYCLE_SAMPLES)
+        times = np.linspace(self.start, self.stop, min(max(samples, CYCLE_SAMPLES), MOST_SAMPLES) + 1)
+        return float(np.max(np.abs(self.whenever(times)))) / (1 - (2 * math.pi / CYCLE_SAMPLES) ** 2 / 8)
 
 
 @dataclass(frozen=True)

@@ -90,11 +90,11 @@ class ScenarioFit:
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Of each diagnostic of the scenario with the estimated parameters, the worst in the settings of the recordings."""
         worst: dict[tuple[str, int], Diagnostic] = {}
-        told = []
+        stated = []
         for each in self.problem.prediction.measured:
-            if each.changes in told:
+            if each.changes in stated:
                 continue
-            told.append(each.changes)
+            stated.append(each.changes)
             seen = Counter[str]()
             for one in validity(self.scenario.replace(each.changes)):
                 seen[one.name] += 1

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.diagnostics import Diagnostic
-from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
-from electrovib.recordings.interval import MISFIT, EstimatedParameter, Interval, from_noise
-from electrovib.scenario import Scenario
+from electrovib.recordings.interval import EstimatedParameter, Interval, from_noise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -228,58 +224,6 @@ class RecordedFit:
     def problem(self) -> str:
         """Why there is no fit; empty where there is one."""
         return "" if self.found is not None or not self.rows else self.rows[0].note
-
-
-@dataclass(frozen=True, kw_only=True)
-class SeparateFits:
-    """Parameters of a scenario estimated from each of several recordings alone, and their spread between these."""
-
-    scenario: Scenario
-    free: tuple[str, ...]
-    fits: tuple[RecordedFit, ...]
-    spreads: Mapping[str, BetweenSessions]
-
-    @property
-    def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Diagnostics of the scenario with the parameters estimated from each recording."""
-        return tuple(
-            dict.fromkeys(
-                told for each in self.fits if each.found is not None for told in each.found.diagnostics
-            )
-        )
-
-    @property
-    def failures(self) -> dict[str, str]:
-        """Name of each recording that could not be fitted, and why."""
-        return {each.record: each.problem for each in self.fits if each.found is None}
-
-    @property
-    def misfits(self) -> dict[str, str]:
-        """Name of each recording that the model does not describe, and what its residuals show."""
-        found = {each.record: each.found.misfit for each in self.fits if each.found is not None}
-        return {record: each.sentence for record, each in found.items() if each.reasons}
-
-    @property
-    def means(self) -> tuple[EstimatedParameter, ...]:
-        """Mean of each parameter over the recordings that determine it, with its interval by Student's t.
-
-        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average
-        out.
-        """
-        found = []
-        for path, spread in self.spreads.items():
-            missed = [record for record in self.misfits if record in spread.values]
-            counted = f"{len(missed)} of the {len(spread.values)} recordings"
-            why = f"the model does not describe {counted}" if missed else ""
-            errors = [
-                row.systematic
-                for each in self.fits
-                for row in each.rows
-                if row.name == path and each.record in spread.values
-            ]
-            mean = spread.estimated(path, quantity_at(self.scenario, path), why, MISFIT if why else "well")
-            found.append(replace(mean, systematic=statistics.fmean(errors)))
-        return tuple(found)
 
 
 def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter, ...]:

@@ -305,9 +305,9 @@ def compare_fits(fits: Mapping[str, ScenarioFit]) -> FitComparison:
     """
     sizes = {name: each.estimate.count for name, each in fits.items()}
     if len(set(sizes.values())) > 1:
-        told = ", ".join(f"{name} {size}" for name, size in sizes.items())
+        sizes_listed = ", ".join(f"{name} {size}" for name, size in sizes.items())
         raise InputError(
-            f"models are compared on the same data, but these were fitted to different numbers: {told}"
+            f"models are compared on the same data, but these were fitted to different numbers: {sizes_listed}"
         )
     names = sorted(fits, key=lambda name: (fits[name].aicc, name))
     best = fits[names[0]]

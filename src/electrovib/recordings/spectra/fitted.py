@@ -213,10 +213,10 @@ def history_of(
         weight = f"; noise {100 * noise[name]:.3g} % as stated" if noise else ""
         yield f"{'; '.join(each.history)}; {each.frequency.size} rows{weight}"
     low, high = (format_quantity(float(end), "Hz", digits=4) for end in (frequency.min(), frequency.max()))
-    told = best.loss == "measured"
-    more = f" and the conductivity by {100 * best.conductivity_error:.2g} % rms" if told else ""
+    measured_loss = best.loss == "measured"
+    more = f" and the conductivity by {100 * best.conductivity_error:.2g} % rms" if measured_loss else ""
     missed = f"it misses the permittivity by {100 * best.permittivity_error:.2g} % rms{more}"
-    yield f"{best.form} fitted{'' if told else ' to the permittivity alone'} from {low} to {high}; {missed}"
+    yield f"{best.form} fitted{'' if measured_loss else ' to the permittivity alone'} from {low} to {high}; {missed}"
     if len(fits) > 1:
         others = {each.form: each.estimate.aicc - best.estimate.aicc for each in fits[1:]}
         ranks = ", ".join(f"{form} {apart:.3g}" for form, apart in others.items() if apart >= 0)

@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.recordings.interval import Interval, NumberRow, stuck
+from electrovib.recordings.interval import Interval, stuck
 from electrovib.recordings.recording import at_extreme, omitted_rows, recording_of
 from electrovib.recordings.swipe.parts import (
     SHORTEST,
@@ -22,9 +22,10 @@ from electrovib.recordings.swipe.parts import (
     sliding_speed,
     travel,
 )
+from electrovib.recordings.swipe.result import SwipeResult, Swipes, plain
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     import xarray
 
@@ -57,7 +58,7 @@ def reduce_swipe(
     Returns
     -------
     SwipeResult
-        Result for the swipe of the longest distance, or of the longest time if no position is recorded; its words state
+        Result for the swipe of the longest distance, or of the longest time if no position is recorded; its remarks state
         how many swipes there are.
 
     Raises
@@ -74,7 +75,7 @@ def reduce_swipes(
     *,
     channels: Channels | None = None,
     speed: float | str | None = None,
-) -> tuple[SwipeResult, ...]:
+) -> Swipes:
     """Reduce every swipe of a recording to forces and friction.
 
     Parameters
@@ -88,8 +89,8 @@ def reduce_swipes(
 
     Returns
     -------
-    swipes : tuple of SwipeResult
-        At least one, in the order of time.
+    swipes : Swipes
+        A tuple of at least one SwipeResult, in the order of time.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def reduce_swipes(
         raise InputError(
             f"{recording.source}: no motion found during contact: {_stillness(recording, contacts)}"
         )
-    return tuple(
+    return Swipes(
         _Swipe(recording=recording, contact=contact, slide=slide, window=window).reduced(len(windows))
         for contact, slide, window in windows
     )
@@ -151,7 +152,7 @@ class _Swipe:
             forwards = np.mean(recording.lateral_force[slice(*self.window)]) > zero
         inside, inner = recording.ends(self.window), travel(recording, self.window)
         estimates = self.estimates()
-        words = self.words(estimates, swipes)
+        remarks = self.remarks(estimates, swipes)
         result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
         return SwipeResult(
             **result,
@@ -160,8 +161,8 @@ class _Swipe:
             distance=travel(recording, self.slide),
             contact=recording.ends(self.contact.span),
             window=inside,
-            words=words,
-            trace=self.trace({name: _plain(value) for name, value in result.items()}, words),
+            remarks=remarks,
+            trace=self.trace({name: plain(value) for name, value in result.items()}, remarks),
         )
 
     @functools.cached_property
@@ -265,7 +266,7 @@ class _Swipe:
                     )
         return said
 
-    def words(self, estimates: tuple[Interval, Interval, Interval], swipes: int) -> tuple[str, ...]:
+    def remarks(self, estimates: tuple[Interval, Interval, Interval], swipes: int) -> tuple[str, ...]:
         """State what was measured, and what limits it."""
         recording, zeros = self.recording, self.zeros
         normal, lateral, friction = estimates
@@ -322,80 +323,6 @@ def _slide(recording: Recording, distance: float | None) -> str:
         " force of a finger that has stopped may stay as large); the speed is"
         f" {'unknown' if speed is None else f'the declared {speed * 1e3:.1f} mm/s'}"
     )
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SwipeResult:
-    """One swipe, reduced to forces and friction.
-
-    - `normal_force`, `lateral_force`: means over the window [N]; the lateral force is positive in the
-      direction of the friction of this swipe.
-    - `direction`: 1 if the position increases, else -1; without a position, the sign of the lateral force.
-    - `speed`, `distance`: mean speed in the window and sliding distance of the whole slide. Without a
-      position the speed is the declared one; None if not known.
-    - `trace`: whole record, with the baseline of this swipe subtracted.
-    """
-
-    normal_force: Interval
-    lateral_force: Interval
-    friction: Interval
-    direction: int
-    speed: float | None
-    distance: float | None
-    contact: tuple[float, float]
-    window: tuple[float, float]
-    words: tuple[str, ...]
-    trace: xarray.Dataset
-
-    def __repr__(self) -> str:
-        return "\n".join(self.words)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and texts for JSON, in SI, without the Trace."""
-        return {
-            **{name: _plain(getattr(self, name)) for name in ("normal_force", "lateral_force", "friction")},
-            "direction": self.direction,
-            "speed": self.speed,
-            "distance": self.distance,
-            "contact": list(self.contact),
-            "window": list(self.window),
-            "words": list(self.words),
-        }
-
-
-def _plain(found: Interval) -> dict[str, Any]:
-    """Return plain numbers for JSON."""
-    return {
-        "value": found.value,
-        "interval": list(found.ends),
-        "baseline_interval": list(found.choice_ends),
-        "by_baseline": dict(found.choices),
-        "standard_error": found.standard_error,
-    }
-
-
-def swipe_rows(swipes: Sequence[SwipeResult]) -> list[NumberRow]:
-    """List the numbers of swipes."""
-    rows = []
-    for number, swipe in enumerate(swipes, start=1):
-        group = f"swipe {number}" if len(swipes) > 1 else "swipe"
-        note = "; ".join(text.removeprefix("Warning: ") for text in swipe.words if text.startswith("Warning"))
-        how = "from the position" if swipe.distance is not None else "as declared"
-        found = [
-            ("friction", "1", swipe.friction, note),
-            ("normal force", "N", swipe.normal_force, note),
-            ("lateral force", "N", swipe.lateral_force, note),
-            *(
-                (name, unit, Interval(value=value, method=how), "")
-                for name, unit, value in (("speed", "m/s", swipe.speed), ("distance", "m", swipe.distance))
-                if value is not None
-            ),
-        ]
-        rows += [
-            NumberRow(group=group, name=name, unit=unit, number=each, note=note)
-            for name, unit, each, note in found
-        ]
-    return rows
 
 
 BLOCKS = 10

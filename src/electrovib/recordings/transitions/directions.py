@@ -279,7 +279,7 @@ class DirectionTimes:
         return any(each.record.passages.interpolated for each in self.edges)
 
     @property
-    def words(self) -> tuple[str, ...]:
+    def remarks(self) -> tuple[str, ...]:
         """What limits the times, warnings first."""
         which = self.direction.capitalize()
         warnings = {

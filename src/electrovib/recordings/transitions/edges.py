@@ -18,7 +18,7 @@ from electrovib.recordings.recording import closed
 from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, creeps, levels_of, passages
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     import xarray
     from numpy.typing import NDArray
@@ -442,3 +442,12 @@ def end_of_ring(since: Real, deviation: Real, noise: float, begin: float) -> Rin
             powers, means = powers + rms**2, means + float(np.mean(block)) ** 2
     swings = faded and means < _ONE_LEVEL**2 * powers
     return RingSpan(begin + LONGER * max(last - begin, period), period, swings)
+
+
+_FEW: Final = 3
+
+
+def in_few(reasons: Sequence[str]) -> list[str]:
+    """Return at most three reasons, the last with the number of those left out."""
+    left = len(reasons) - _FEW
+    return [*reasons[: _FEW - 1], f"{reasons[_FEW - 1]} (and {left} more)"] if left > 0 else list(reasons)

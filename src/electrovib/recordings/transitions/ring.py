@@ -5,13 +5,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Document
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
+from electrovib.data.marks import Form
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
-from electrovib.recordings.interval import Interval, NumberRow, averages, mean_of
+from electrovib.recordings.interval import (
+    Interval,
+    NumberRow,
+    averages,
+    mean_of,
+    numbers_csv,
+    numbers_table,
+    with_ends,
+)
 from electrovib.recordings.transitions.edges import (
     LONGER,
     Columns,
@@ -19,8 +30,10 @@ from electrovib.recordings.transitions.edges import (
     columns_of,
     end_of_ring,
     find_impacts,
+    in_few,
     reference_times,
 )
+from electrovib.recordings.transitions.figures import MOST_FIGURES, REFERENCES, ring_panel
 from electrovib.recordings.transitions.modes import (
     CONSTANT,
     DRIFTING,
@@ -34,7 +47,7 @@ from electrovib.recordings.transitions.modes import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     import xarray
 
@@ -274,8 +287,8 @@ def _check(*, start: float | None, window: float | None) -> None:
     refuse(problems)
 
 
-@dataclass(frozen=True, kw_only=True)
-class MeasuredRing:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class MeasuredRing(Answer):
     """Resonance, quality factor and drift of a damped oscillation after an impact or a release, at the time `reference`.
 
     - `form`: ``one mode``, ``one drifting mode`` or ``two modes``: the simplest whose criterion is at most 2
@@ -291,6 +304,7 @@ class MeasuredRing:
     - `misfit`: rms of the residual over the noise at the end of the record.
     """
 
+    FILES: ClassVar = {"times.csv": Form.TABLE}
     signal: str
     unit: str
     reference: float
@@ -305,6 +319,7 @@ class MeasuredRing:
     level = property(lambda self: self.fitted[self.form].level)
     model = property(lambda self: self.fitted[self.form].model)
     drift = property(lambda self: self.fitted[DRIFTING].parameters()["drift"])
+    words = former_attribute("words", "document", lambda self: self.remarks)
 
     @property
     def parameters(self) -> Mapping[str, Interval]:
@@ -312,7 +327,16 @@ class MeasuredRing:
         return self.fitted[self.form].parameters()
 
     @property
-    def words(self) -> tuple[str, ...]:
+    def document(self) -> Document:
+        """Frequency and quality factor, what limits them, and the record with the best form."""
+        return MeasuredRings(rings=(self,)).document
+
+    def content(self, name: str) -> str:
+        """Write the numbers as CSV."""
+        return MeasuredRings(rings=(self,)).content(name)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
         """What limits the numbers, warnings first, and how the frequency changes."""
         said = []
         if self.misfit > MISFIT:
@@ -356,10 +380,12 @@ def _of_level(found: FittedModes, unit: str) -> str:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class MeasuredRings:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class MeasuredRings(Answer):
     """Damped oscillations after all impacts of a record, at least one, and why other impacts were not measured."""
 
+    FILES: ClassVar = {"times.csv": Form.TABLE}
+    words = former_attribute("words", "document", lambda self: self.remarks)
     rings: tuple[MeasuredRing, ...]
     skipped: tuple[str, ...] = ()
 
@@ -377,14 +403,36 @@ class MeasuredRings:
         return mean_of([each.parameters[name] for each in self.rings], of="impact")
 
     @property
-    def words(self) -> tuple[str, ...]:
+    def document(self) -> Document:
+        """Frequency and quality factor, what limits them, and the first records with the best form."""
+        after = f"after {len(self.rings)} impacts" if len(self.rings) > 1 else "after the edge or impact"
+        said = (
+            f"The signal oscillates {after} with {with_ends(self.frequency, 'Hz')} and a quality factor of"
+            f" {with_ends(self.quality, '1')}."
+        )
+        return Document(
+            title=f"Oscillations of {self.rings[0].signal.replace('_', ' ')}",
+            sentences=[said, *(text for text in self.remarks if text.startswith("Warning"))],
+            figures=[ring_panel(each, number) for number, each in enumerate(self.rings[:MOST_FIGURES])],
+            numbers=[numbers_table("Frequency and quality factor", ring_rows(self))],
+            remarks=[text for text in self.remarks if not text.startswith("Warning")],
+            references=REFERENCES,
+        )
+
+    def content(self, name: str) -> str:
+        """Write the numbers as CSV."""
+        del name
+        return numbers_csv(ring_rows(self))
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
         """Sentences about the results, those of several impacts with the time of each in front."""
         if len(self.rings) == 1:
-            return (*self.rings[0].words, *in_few(self.skipped))
+            return (*self.rings[0].remarks, *in_few(self.skipped))
         said = [
             f"{'Warning: ' * text.startswith('Warning')}impact at {each.reference:.6g} s: {text.removeprefix('Warning: ')}"
             for each in self.rings
-            for text in each.words
+            for text in each.remarks
         ]
         return (*sorted(said, key=lambda text: not text.startswith("Warning")), *in_few(self.skipped))
 
@@ -400,7 +448,6 @@ UNITS: Final = {
 """Units of parameters; those that are absent are dimensionless."""
 MISFIT: Final = 1.5
 """Rms residual over the noise above which a form does not reproduce what was recorded."""
-_FEW: Final = 3
 
 
 def ring_rows(rings: MeasuredRings) -> list[NumberRow]:
@@ -448,9 +495,3 @@ def misfit_note(misfit: float) -> str:
     if math.isinf(misfit):
         return "error not known: the record has no noise without signal"
     return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""
-
-
-def in_few(reasons: Sequence[str]) -> list[str]:
-    """Return at most three reasons, the last with the number of those left out."""
-    left = len(reasons) - _FEW
-    return [*reasons[: _FEW - 1], f"{reasons[_FEW - 1]} (and {left} more)"] if left > 0 else list(reasons)

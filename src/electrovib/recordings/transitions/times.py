@@ -5,22 +5,39 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Document
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
-from electrovib.recordings.interval import Interval, NumberRow, stuck
+from electrovib.core.units import format_quantity
+from electrovib.data.marks import Form
+from electrovib.recordings.interval import (
+    Interval,
+    NumberRow,
+    numbers_csv,
+    numbers_table,
+    stuck,
+    with_ends,
+)
 from electrovib.recordings.recording import at_rail
 from electrovib.recordings.transitions.directions import DirectionTimes, EdgeTimes, GivenEdges
-from electrovib.recordings.transitions.edges import columns_of, edge_record, reference_times
+from electrovib.recordings.transitions.edges import columns_of, edge_record, in_few, reference_times
+from electrovib.recordings.transitions.figures import REFERENCES, criteria_table, edges_panel
 from electrovib.recordings.transitions.relaxation import (
     Sensor,
     fit_forms,
     forms,
     read_sensor,
 )
-from electrovib.recordings.transitions.ring import in_few, misfit_note, parameter_row
+from electrovib.recordings.transitions.ring import (
+    MeasuredRings,
+    misfit_note,
+    parameter_row,
+    ring_rows,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -177,16 +194,17 @@ def _check(levels: tuple[float, float], exponentials: int, edges: str, **spans: 
     refuse(problems)
 
 
-@dataclass(frozen=True, kw_only=True)
-class MeasuredTimes:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class MeasuredTimes(Answer):
     """Times between levels of the edges of a recorded signal; a direction without edges is None.
 
     `levels` are fractions of the range between the levels before and after an edge, counted from the lower
     one. `sensor` was ``none``, ``declared`` or ``estimated``; `driven` says whether the edges are those of a
     drive. `skipped` says which edges were not evaluated, and why; `at_rail` is the part of the samples that repeat the end of
-    the range of the sensor, or one reading.
+    the range of the sensor, or one reading. `rings` are oscillations of the same signal that are shown with them.
     """
 
+    FILES: ClassVar = {"times.csv": Form.TABLE}
     signal: str
     unit: str
     levels: tuple[float, float]
@@ -196,6 +214,8 @@ class MeasuredTimes:
     driven: bool
     skipped: tuple[str, ...]
     at_rail: float = 0.0
+    rings: MeasuredRings | None = None
+    words = former_attribute("words", "document", lambda self: self.remarks)
 
     @property
     def directions(self) -> tuple[DirectionTimes, ...]:
@@ -203,15 +223,64 @@ class MeasuredTimes:
         return tuple(each for each in (self.rising, self.falling) if each is not None)
 
     @property
-    def words(self) -> tuple[str, ...]:
-        """All sentences."""
-        said = [text for each in self.directions for text in each.words]
+    def document(self) -> Document:
+        """Times of each direction, oscillations, edges with their fits, and what limits them."""
+        words, sensor = self.signal.replace("_", " "), self.sensor != "none"
+        rings = None if self.rings is None else self.rings.document
+        return Document(
+            title=f"Times of {words}",
+            sentences=[
+                *(_sentence(self, each) for each in self.directions),
+                *(text for text in self.remarks if text.startswith("Warning")),
+                *(rings.sentences if rings else ()),
+            ],
+            numbers=[numbers_table("Times and parameters", self._rows, first="Edges")],
+            figures=[
+                *(edges_panel(each, words, self.unit, sensor=sensor) for each in self.directions),
+                *(rings.figures if rings else ()),
+            ],
+            tables=[criteria_table(each) for each in self.directions],
+            remarks=[
+                *(text for text in self.remarks if not text.startswith("Warning")),
+                *(rings.remarks if rings else ()),
+            ],
+            references=REFERENCES,
+        )
+
+    def content(self, name: str) -> str:
+        """Write the numbers as CSV."""
+        del name
+        return numbers_csv(self._rows)
+
+    @property
+    def _rows(self) -> list[NumberRow]:
+        return [*time_rows(self), *(ring_rows(self.rings) if self.rings else ())]
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What limits the times, warnings first, and why other edges were not measured."""
+        said = [text for each in self.directions for text in each.remarks]
         if self.at_rail and any(math.isfinite(each.misfit) for each in self.directions):
             said.insert(
                 0,
                 f"Warning: {_repeated(self.at_rail)}, and times that depend on them have an error of unknown size.",
             )
         return (*said, *in_few(self.skipped))
+
+
+def _sentence(found: MeasuredTimes, each: DirectionTimes) -> str:
+    """State the times of one direction, and what the sensor would show of an instantaneous change."""
+    shown = " to ".join(f"{100 * each:g} %" for each in found.levels)
+    text = f"The {each.direction} edges take {with_ends(each.recorded, 's')} between {shown} as recorded"
+    own = each.without_sensor
+    if found.sensor != "none":
+        if own.value == 0 and math.isfinite(own.upper):
+            text += f" and less than {format_quantity(own.upper, 's', digits=3)} with the sensor taken out"
+        elif math.isfinite(own.lower):
+            text += f" and {with_ends(own, 's')} with the sensor taken out"
+        limit = format_quantity(each.sensor_limit, "s", digits=3)
+        text += f"; an instantaneous change would show {limit} through this sensor"
+    return f"{text}."
 
 
 def time_rows(found: MeasuredTimes) -> list[NumberRow]:

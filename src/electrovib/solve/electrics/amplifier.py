@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 MOST_CHANGES: Final = 1_000_000
-MOST_AT_ONCE: Final = 16
+MOST_REPEATED: Final = 16
 """Changes of the regime at one time, one after the other, beyond which none will last; those that last need two."""
 HYSTERESIS: Final = 1e-10
 """Relative excess of a current over its limit, or of a voltage over its target, that changes the regime: not noise."""
@@ -222,7 +222,7 @@ class LimitedPlate:
         return np.asarray(span.mode * lag)
 
 
-class LimitLooks:
+class CheckTimes:
     """Times from a given time on at which an amplifier is checked against its limits, in growing windows.
 
     Parameters
@@ -266,8 +266,8 @@ class LimitedMarch:
         self.transfers, self.drive = transfers, drive
         self.plate = LimitedPlate(transfers, amplifier, drive, end)
         self.gains = {name: self._spread(transfer) for name, transfer in transfers.items()}
-        self.looks = LimitLooks(drive, end)
-        self.corners = frozenset(self.looks.corners.tolist())
+        self.checks = CheckTimes(drive, end)
+        self.corners = frozenset(self.checks.corners.tolist())
         self.kinks: list[float] = []
 
     def _spread(self, transfer: Transfer) -> Real:
@@ -281,13 +281,13 @@ class LimitedMarch:
         """Compute the wanted quantities from rest at times (n,) [s], and the times of the changes [s]."""
         found = transient(amplified(self.transfers, self.plate.amplifier), self.drive, time)
         self.kinks, repeats = [], self.drive.period or np.inf
-        self.meter = Meter("the amplifier with limits", end=self.looks.end, repeats=repeats)
-        wanted = snapped(time, self.looks.corners.tolist())
+        self.meter = Meter("the amplifier with limits", end=self.checks.end, repeats=repeats)
+        wanted = snapped(time, self.checks.corners.tolist())
         none = np.zeros(0)
         nothing, states = Course(none, none, none), np.zeros(len(self.plate.rates))
         rest = Span(start=0.0, mode=0, held=0, course=nothing, states=states)
         span = self._begin(rest, 0.0)
-        changes, at_once = [0.0] if span.mode else [], 0
+        changes, repeated = [0.0] if span.mode else [], 0
         while True:
             following = self._next(span)
             stop = np.inf if following is None else following.start
@@ -299,48 +299,48 @@ class LimitedMarch:
             self.kinks.append(stop)
             if following.mode != span.mode:
                 changes.append(stop)
-            at_once = at_once + 1 if stop <= span.start else 0
-            if len(changes) > MOST_CHANGES or at_once > MOST_AT_ONCE:
-                most = f"{MOST_AT_ONCE} times at" if at_once else f"{MOST_CHANGES} times before"
+            repeated = repeated + 1 if stop <= span.start else 0
+            if len(changes) > MOST_CHANGES or repeated > MOST_REPEATED:
+                most = f"{MOST_REPEATED} times at" if repeated else f"{MOST_CHANGES} times before"
                 raise ElectrovibError(f"the amplifier changed more than {most} {span.start:.6g} s")
             span = following
 
     def _next(self, span: Span) -> Span | None:
         """Return the regime that begins at the next change; None if there is no change up to the end."""
         seen = np.array([span.start])
-        for window in self.looks.after(span.start):
+        for window in self.checks.after(span.start):
             last = float(window[-1]) if len(window) else span.start
             self.meter.count(last)
-            looks, values = self._watched(span, np.concatenate([seen, window]))
+            checked, values = self._watched(span, np.concatenate([seen, window]))
             for place in np.flatnonzero(np.min(values[:, 1:], axis=0) < 0) + 1:
-                when = float(looks[place])
+                when = float(checked[place])
                 if when in self.corners:
                     following = self._begin(span, when)
                     if following is not span:
                         return following
                     continue
                 kinds = np.flatnonzero(values[:, place] < 0).tolist()
-                low = float(looks[place - 1])
+                low = float(checked[place - 1])
                 return self._changed(span, *min((self._root(span, kind, low, when), kind) for kind in kinds))
-            seen = looks[-2:]
+            seen = checked[-2:]
         return None
 
-    def _watched(self, span: Span, looks: Real) -> tuple[Real, Real]:
+    def _watched(self, span: Span, checked: Real) -> tuple[Real, Real]:
         """Return the times of the checks, closer near a limit, and the margins there, below 0 where the regime changes."""
-        values = self.plate.margins(span, looks, hysteresis=HYSTERESIS)
+        values = self.plate.margins(span, checked, hysteresis=HYSTERESIS)
         if span.mode or not self.plate.limits_current:
-            return looks, values
-        more = [looks]
+            return checked, values
+        more = [checked]
         for row in values[:2]:
             before, after = row[:-2] - row[1:-1], row[2:] - row[1:-1]
             low = (before > 0) & (after >= 0) & (row[1:-1] >= 0) & (row[1:-1] < np.maximum(before, after))
             places = np.flatnonzero(low) + 1
-            more.append(np.linspace(looks[places - 1], looks[places + 1], _CLOSER + 1).ravel())
+            more.append(np.linspace(checked[places - 1], checked[places + 1], _CLOSER + 1).ravel())
         closer = np.concatenate(more)
-        if len(closer) == len(looks):
-            return looks, values
-        looks = np.unique(closer)
-        return looks, self.plate.margins(span, looks, hysteresis=HYSTERESIS)
+        if len(closer) == len(checked):
+            return checked, values
+        checked = np.unique(closer)
+        return checked, self.plate.margins(span, checked, hysteresis=HYSTERESIS)
 
     def _root(self, span: Span, kind: int, low: float, high: float) -> float:
         """Return when a margin falls below 0 between two times."""

@@ -27,7 +27,7 @@ LARGEST = 10.0
 """Area [m2] beyond which a contact counts as growing without bound."""
 FAR, NEAR = 4.0, 1 + 1 / 64
 """Ratio of the forces between which a state is sought: where there can be only one, and where there may be several."""
-LOOKS = 256
+FORCES = 256
 """Forces at which it is checked that the mean contact pressure rises with the force."""
 SMALLEST = 1e-200
 """Share of the load below which a repelled contact counts as lifted."""
@@ -120,7 +120,7 @@ def _least(contact: Contact, load: Real, pull: Real) -> Real:
 
 def _one_state(contact: Contact, least: float, most: float) -> bool:
     """Return whether the mean contact pressure rises with the force between two forces [N]."""
-    forces = np.geomspace(least, max(most, 2 * least), LOOKS)
+    forces = np.geomspace(least, max(most, 2 * least), FORCES)
     return bool(np.all(np.diff(contact.mean_pressure(forces)) >= 0))
 
 

@@ -145,8 +145,8 @@ def leak_section(
         displacement = np.append(_residues(modes.displacements[j], driven) * drops, bound)
         displacements.append(Transfer(rates=rates, gains=displacement / rates))
     sums = [float(np.sum(residues)) for _, residues in expanded]
-    at_once = sums[place] / (sum(sums) + area * element.elastance) if element.resistance == 0 else 0.0
-    current = Transfer(rates=rates, gains=np.append(into, 0 * shared) / rates, direct=at_once)
+    instantaneous = sums[place] / (sum(sums) + area * element.elastance) if element.resistance == 0 else 0.0
+    current = Transfer(rates=rates, gains=np.append(into, 0 * shared) / rates, direct=instantaneous)
     nothing = np.zeros(len(slabs) + 1)
     answer = StackModes(rates, tuple(fields), tuple(displacements), current, modes.driven, nothing)
     return section_of(layers, section.debye, answer)

@@ -34,7 +34,7 @@ TOLERANCE = 1e-8
 """Error of the gap's field, over its largest value, at which the steps are fine enough."""
 _ORDER = 3
 """Order that the error estimate assumes; the method has order 5, less under fast modes."""
-_NUMBERS_AT_ONCE = 1 << 18
+_BLOCK = 1 << 18
 
 
 def move_gap(
@@ -90,8 +90,8 @@ def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -
 def _spans(motion: Distance, end: float) -> list[tuple[float, float]]:
     """Return the intervals [s] in which the gap changes, split at the breaks of the motion."""
     marks = [0.0, *(each for each in motion.breaks() if 0 < each < end), end]
-    looks = np.linspace(0.0, 1.0, 16, endpoint=False)[1:]
-    return [(a, b) for a, b in pairwise(marks) if np.any(motion.rate(a + (b - a) * looks))]
+    inside = np.linspace(0.0, 1.0, 16, endpoint=False)[1:]
+    return [(a, b) for a, b in pairwise(marks) if np.any(motion.rate(a + (b - a) * inside))]
 
 
 def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, Real]:
@@ -134,7 +134,7 @@ def _march(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
     size, heights = space.size, plate.jumps(grid)
     states = np.empty((len(grid), size))
     state = space.start()
-    chunk = max(1, _NUMBERS_AT_ONCE // (9 * size**2))
+    chunk = max(1, _BLOCK // (9 * size**2))
     jumps = np.zeros(size)
     if space.resistance > 0:
         jumps[-1] = 1.0

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 REASON = "the response of each place of the film begins when it comes under the finger"
 PULL = "pull"
 """Attraction per area, among the means."""
-_AT_ONCE = 1 << 18
+_BLOCK = 1 << 18
 """Largest number of places times output times in memory."""
 PANELS = 16
 """Equal panels of the contact, each short enough for a quarter period of a sine."""
@@ -109,7 +109,7 @@ def answer_on_fresh_film(question: Question) -> Solution:
     """
     scenario, times, transfers = question.scenario, question.times, question.wanted(question.section)
     over = Renewal.over(scenario.contact.sliding_length(scenario.load.normal_force))
-    many = max(1, _AT_ONCE // len(over.places))
+    many = max(1, _BLOCK // len(over.places))
     means: dict[Any, list[Real]] = {}
     meter = Meter(
         "the response of each place of the film",

@@ -14,7 +14,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, circling, even_step
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, cosine_and_sine, even_step
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
 from electrovib.solve.electrics.solution import (
     CURRENT_DRIVE,
@@ -221,7 +221,7 @@ def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> lis
     found = [np.empty(len(time)) for _ in steady]
     for row in found:
         row[: on.start] = row[on.stop :] = 0.0
-    waves = [wave for frequency in part.frequencies.tolist() for wave in circling(frequency, time[on])]
+    waves = [wave for frequency in part.frequencies.tolist() for wave in cosine_and_sine(frequency, time[on])]
     shares = np.stack([steady.real, -steady.imag], axis=2).reshape(len(steady), -1)
     length = max(1, PRODUCT // max(1, shares.size))
     for first in range(on.start, on.stop, length):

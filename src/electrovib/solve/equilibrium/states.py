@@ -9,13 +9,16 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from electrovib.core import answer
 from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.units import format_quantity
+from electrovib.data.marks import Form, csv_text
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.roughness import ContactSpots
@@ -313,12 +316,54 @@ class Path:
     states: tuple[Equilibrium, ...]
 
 
-@dataclass(frozen=True)
-class Hysteresis:
+@dataclass(frozen=True, repr=False)
+class Hysteresis(answer.Answer):
     """Gaps over a rising and then a falling voltage."""
 
+    FILES: ClassVar = {"hysteresis.csv": Form.TABLE}
     up: Path
     down: Path
+
+    @property
+    def document(self) -> answer.Document:
+        """The gap at both ends, the voltages at which a branch ends, and the gap over the voltage."""
+        paths = {"rising": self.up, "falling": self.down}
+        first, last = (
+            f"{format_quantity(float(self.up.gap[at]), 'm', digits=4)} at"
+            f" {format_quantity(float(self.up.voltage[at]), 'V', digits=4)}"
+            for at in (0, -1)
+        )
+        ends = [
+            f"under the {name} voltage a branch ends before"
+            f" {', '.join(format_quantity(each, 'V', digits=4) for each in path.voltage[path.jump].tolist())}"
+            for name, path in paths.items()
+            if path.jump.any()
+        ]
+        curves = tuple(answer.Curve(label=name, x=path.voltage, y=path.gap) for name, path in paths.items())
+        panel = answer.Panel(
+            id="gap",
+            title="Gap over the voltage",
+            caption="",
+            x=("voltage", "V"),
+            y=("gap", "m"),
+            curves=curves,
+        )
+        said = [f"gap: {first}, {last}", *(ends or ["no branch ends: the gap has no hysteresis"])]
+        return answer.Document(
+            title="Gap under a voltage that rises and falls", sentences=said, figures=[panel]
+        )
+
+    def content(self, name: str) -> str:
+        """Write every state as CSV, in SI."""
+        del name
+        rows = [
+            (name, *numbers)
+            for name, path in (("rising", self.up), ("falling", self.down))
+            for numbers in zip(
+                *(each.tolist() for each in (path.voltage, path.gap, path.attraction)), strict=True
+            )
+        ]
+        return csv_text(("voltage is", "voltage [V]", "gap [m]", "attraction [Pa]"), rows)
 
 
 def hysteresis(

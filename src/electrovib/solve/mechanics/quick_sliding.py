@@ -33,7 +33,7 @@ DONE, UNSOLVED, CHATTERS, GOES_ON = range(4)
 NOW, STRETCH, KNOT, FILLED, WANTED, DIRECTION, SIDE, STEPS, ASKED, EVENTS, STATUS = range(11)
 """Numbers of `memory`: time [s], indices of stretch, knot and output, next step [s], mode, counts, status."""
 ASKED_IN_STEP = 20  # evaluations of the rate in a usual step; more where steps are rejected
-AT_ONCE = 100_000 if is_compiled() else 1_000
+STEPS_PER_CALL = 100_000 if is_compiled() else 1_000
 """Steps in one call, some tenths of a second: between calls the run can be interrupted and reports its progress."""
 _SMALLEST_STEP = 1e-15
 _STAGES = 3
@@ -48,7 +48,7 @@ _DIFFERENCE = np.array([-13 - 7 * 6**0.5, -13 + 7 * 6**0.5, -1.0]) / 3
 _MOST_LANDINGS = 8
 _CLOSED_IN = 200  # halvings of a share of a step: beyond the last bit
 _ENOUGH = 1e-13
-_LOOKS = np.array([0.2, 0.4, 0.6, 0.8, 1.0])
+_CHECKED = np.array([0.2, 0.4, 0.6, 0.8, 1.0])
 
 
 class Given(NamedTuple):
@@ -72,7 +72,7 @@ class Given(NamedTuple):
     turned: float  # speed beyond 0 [m/s] above which a reversal counts
     passed: float  # bristle force beyond the strength [N] above which it counts
     most_events: int  # above which the run ends
-    at_once: int  # steps in one call
+    steps_per_call: int  # steps in one call
 
 
 _level_at = inner(strength_at_speed)
@@ -278,7 +278,7 @@ def _first_fall(size: Any, before: Any, stages: Any, given: Any, memory: Any) ->
     """Return the share of a step at which a switch first falls through 0, and its kind; 2 and -1 if none does."""
     step, low = (size, before, stages, given, memory, np.empty(6)), 0.0
     best, which = 2.0, -1
-    for look in _LOOKS:
+    for look in _CHECKED:
         for kind in given.kinds:
             if _at_share(kind, look, *step) >= 0:
                 continue
@@ -413,8 +413,8 @@ def _marching(stamp: int) -> Callable[..., Any]:
     """Compile the time stepping; the stamp makes numba's cache, which sees only this file, depend on all functions called."""
 
     def march(times: Any, state: Any, given: Any, memory: Any, events: Any, out: Any) -> Any:
-        until = memory[STEPS] + given.at_once + 0 * stamp
-        asked = memory[ASKED] + given.at_once * ASKED_IN_STEP
+        until = memory[STEPS] + given.steps_per_call + 0 * stamp
+        asked = memory[ASKED] + given.steps_per_call * ASKED_IN_STEP
         memory[STATUS] = GOES_ON
         while memory[STATUS] == GOES_ON and memory[STEPS] < until and memory[ASKED] < asked:
             stretch = int(memory[STRETCH])

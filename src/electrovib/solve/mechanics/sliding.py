@@ -31,7 +31,7 @@ DEAD_BAND = 1e-10
 """Relative excess of the bristle force over the strength below which the excess is rounding."""
 STILL = 1e-12
 """Speed against the direction of the mode, over the largest, above which it is a reversal rather than rounding."""
-_LOOKS = 4096
+_SAMPLES = 4096
 """Number of output times at which speed and strength are checked beforehand."""
 
 
@@ -138,11 +138,11 @@ def sliding(
     largest one (`SMALLEST`); a viscous damping of the law is independent of the load and acts as long as the finger
     touches.
     """
-    looks = _looks(times, breaks)
-    strengths = np.asarray(strength(looks), dtype=float) + np.zeros(len(looks))
-    not_negative(looks, strengths)
+    sampled = _sampled(times, breaks)
+    strengths = np.asarray(strength(sampled), dtype=float) + np.zeros(len(sampled))
+    not_negative(sampled, strengths)
     skin = skin_of(law, mass=mass, stiffness=stiffness, damping=damping)
-    fastest = float(np.max(np.abs(speed(looks))))
+    fastest = float(np.max(np.abs(speed(sampled))))
     largest_strength, largest_speed = skin.scales(float(strengths.max()), fastest)
     system = Sliding(
         skin=skin,
@@ -211,7 +211,7 @@ def slide_quickly(
         turned=STILL * largest_speed,
         passed=DEAD_BAND * largest,
         most_events=MOST_EVENTS,
-        at_once=quick_sliding.AT_ONCE,
+        steps_per_call=quick_sliding.STEPS_PER_CALL,
     )
     at_first = float(np.hypot(strength(0.0), floor))
     state = skin.settled(speed=float(speeds[0]), strength=at_first, touches=bool(touches[0]))
@@ -228,9 +228,9 @@ def slide_quickly(
     )
 
 
-def _looks(times: Real, breaks: Sequence[float]) -> Real:
+def _sampled(times: Real, breaks: Sequence[float]) -> Real:
     """Return the times at which speed and strength are checked beforehand [s]."""
-    every = max(1, len(times) // _LOOKS)
+    every = max(1, len(times) // _SAMPLES)
     inside = [when for when in breaks if 0 <= when <= times[-1]]
     return np.unique([0.0, *times[::every], float(times[-1]), *inside])
 

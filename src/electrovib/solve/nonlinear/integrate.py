@@ -45,7 +45,7 @@ HELD = 30
 """Numbers that are held for each state in each step up to the next break or event."""
 _APART = 1e-13
 """Least time between two events, as a share of the whole time."""
-_LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
+_CHECKED = np.array([0.2, 0.4, 0.6, 0.8])
 """Shares of a step at which the switching functions are evaluated, besides its end."""
 _MOST_CORRECTIONS = 8
 _ENOUGH = 1e-13
@@ -331,14 +331,14 @@ def first_fall(
     def value(time: float, index: int) -> float:
         return float(system.switches(piece(np.asarray(time)), mode, time=time)[index])
 
-    looks = before + (after - before) * _LOOKS
-    inside = np.column_stack([piece(looks), state])
-    values = system.switches(inside, mode, time=np.append(looks, after)).T
+    checked = before + (after - before) * _CHECKED
+    inside = np.column_stack([piece(checked), state])
+    values = system.switches(inside, mode, time=np.append(checked, after)).T
     fallen = values < 0
     if not fallen.any():
         return None
     first = int(np.argmax(fallen.any(axis=1)))
-    ends = [before, *looks.tolist(), after]
+    ends = [before, *checked.tolist(), after]
     between, indices = ends[first : first + 2], np.flatnonzero(fallen[first]).tolist()
     return min((fall_of(functools.partial(value, index=index), *between), index) for index in indices)
 

@@ -17,7 +17,7 @@ from electrovib.solve.electrics.solution import TRANSIENT, Solution, linear_quan
 from electrovib.solve.electrics.straight import periodic_state
 from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.mechanics.mechanical import FrictionChain
-from electrovib.solve.population.drive import Excitation
+from electrovib.solve.population.drive import PiecewiseDrive
 from electrovib.solve.population.kernels import first_order_hold_many
 from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, amplitudes_among
@@ -111,11 +111,11 @@ def _keys(member: Scenario, name: str) -> list[Key]:
 def over_time(
     member: Scenario,
     asked: Mapping[Key, Transfer],
-    driven: list[tuple[slice, list[tuple[Any, Excitation]]]],
+    driven: list[tuple[slice, list[tuple[Any, PiecewiseDrive]]]],
     names: tuple[str, ...],
 ) -> dict[str, Any]:
     """Return signals over time of fingers; `driven` are factors and drives, whose sum is the drive of a range of them."""
-    time = driven[0][1][0][1].moments.outputs
+    time = driven[0][1][0][1].timing.outputs
     each = [respond(some_of(asked, some), terms) for some, terms in driven]
     rows: dict[Any, Any] = {key: _below([row[key] for row in each]) for key in asked}
     if not member.force.causal:
@@ -153,14 +153,14 @@ def _below(rows: list[Real]) -> Real:
     return rows[0] if len(rows) == 1 else np.concatenate(rows)
 
 
-def _of_one_sine(member: Scenario, terms: list[tuple[Any, Excitation]]) -> dict[Key, Any]:
+def _of_one_sine(member: Scenario, terms: list[tuple[Any, PiecewiseDrive]]) -> dict[Key, Any]:
     """Return the amplitudes of a law that is defined by magnitudes at the frequency of one sine."""
     frequency, _ = loudest_tone(member)
-    moments = terms[0][1].moments
+    timing = terms[0][1].timing
     tone: Any = total_of(
-        factor * drive.tones[moments.frequencies == frequency].sum() for factor, drive in terms
+        factor * drive.tones[timing.frequencies == frequency].sum() for factor, drive in terms
     )
-    wave = tone * np.exp(2j * np.pi * frequency[0] * moments.outputs)
+    wave = tone * np.exp(2j * np.pi * frequency[0] * timing.outputs)
     exact = phasors(member, frequency)
     found: dict[Key, Any] = {
         AmplitudeOf(name): np.real(value * wave) for name, value in member.force.amplitudes(exact).items()
@@ -169,10 +169,10 @@ def _of_one_sine(member: Scenario, terms: list[tuple[Any, Excitation]]) -> dict[
     return found if effective is None else found | {"effective_voltage": np.real(effective * wave)}
 
 
-def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Excitation]]) -> dict[K, Real]:
+def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, PiecewiseDrive]]) -> dict[K, Real]:
     """Compute the response of linear quantities to a sum of drives with factors.
 
-    `terms` are factors, 1 or a column (fingers, 1), and drives with common moments; returns rows (fingers, n), or
+    `terms` are factors, 1 or a column (fingers, 1), and drives with common timing; returns rows (fingers, n), or
     (1, n) for what does not differ.
     """
     known: dict[Any, Real] = {}
@@ -205,16 +205,16 @@ def _rows(*arrays: Real) -> list[Real]:
     return [np.broadcast_to(each, shape) for each in arrays]
 
 
-def _driven(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> Real:
+def _driven(transfer: Transfer, drive: PiecewiseDrive, known: dict[Any, Real]) -> Real:
     """Return the response to a drive, without that to charge, shape (fingers or 1, n)."""
-    moments, lags = drive.moments, transfer.static is not None
-    if moments.settled and np.any(weight := integral_weight(transfer)):
+    timing, lags = drive.timing, transfer.static is not None
+    if timing.settled and np.any(weight := integral_weight(transfer)):
         if drive.mean:
             raise NotInArraysError("the integral of a drive with a mean has no period")
         relaxing = _driven(without_integrators(transfer), drive, known)
         return np.asarray(relaxing + weight * drive.integral)
-    at_once = np.atleast_2d(transfer.direct if transfer.static is None else transfer.static)
-    rates, gains = _rows(transfer.rates, transfer.gains, at_once * np.ones(transfer.rates.shape[-1]))[:2]
+    instant = np.atleast_2d(transfer.direct if transfer.static is None else transfer.static)
+    rates, gains = _rows(transfer.rates, transfer.gains, instant * np.ones(transfer.rates.shape[-1]))[:2]
     active = np.any(gains != 0, axis=0)
     rates, gains = rates[:, active], gains[:, active]
     state = np.zeros(rates.shape)
@@ -225,17 +225,17 @@ def _driven(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> Re
         state = state + gains * known[key][:, active]
     if lags:  # gain (x - v) in the place of gain x
         state = state - gains * drive.voltage[0]
-    if not moments.settled:
+    if not timing.settled:
         state = state - gains * _tones_at_start(drive, rates)
-    found = np.zeros((len(rates), len(moments.outputs)))
-    if moments.is_straight or np.any(state):
-        direct = np.broadcast_to(at_once, (len(rates), 1))[:, 0]
+    found = np.zeros((len(rates), len(timing.outputs)))
+    if timing.is_straight or np.any(state):
+        direct = np.broadcast_to(instant, (len(rates), 1))[:, 0]
         found = _stepped(drive, rates, gains if lags else gains * rates, direct, state, lags=lags)
         found = found + transfer.slope * drive.slopes if np.any(transfer.slope) else found
     if drive.level:
         found = found + np.atleast_1d(transfer.at(0.0)).real[:, None] * drive.level
-    if len(moments.frequencies):
-        found = found + in_tones(transfer, moments.frequencies, drive.tones, moments.waves)
+    if len(timing.frequencies):
+        found = found + in_tones(transfer, timing.frequencies, drive.tones, timing.waves)
     return found
 
 
@@ -251,9 +251,9 @@ def in_tones(transfer: Transfer, frequencies: Real, tones: Complex, waves: Real)
     return np.asarray(shares @ waves if waves.ndim == 2 else (shares[:, None] @ waves)[:, 0])
 
 
-def _tones_at_start(drive: Excitation, rates: Real) -> Real:
+def _tones_at_start(drive: PiecewiseDrive, rates: Real) -> Real:
     """Return the states of modes at time 0 in the steady state of all sines."""
-    tones = zip(drive.moments.frequencies.tolist(), drive.tones.tolist(), strict=True)
+    tones = zip(drive.timing.frequencies.tolist(), drive.tones.tolist(), strict=True)
     steady = ((rates * tone / (rates + 2j * np.pi * frequency)).real for frequency, tone in tones)
     return np.asarray(sum(steady, start=np.zeros(rates.shape)))
 
@@ -263,19 +263,19 @@ def _periodic(part: Linear, rates: Real) -> Real:
     return periodic_state(part, np.where(rates > 0, rates, 1.0).ravel()).reshape(rates.shape)
 
 
-def _left(transfer: Transfer, drive: Excitation) -> Real:
+def _left(transfer: Transfer, drive: PiecewiseDrive) -> Real:
     """Return the response to charge at time 0; in the periodic state only trapped charge remains."""
     rates, free = _rows(transfer.rates, transfer.free)
-    left = np.where(rates == 0, free, 0.0) if drive.moments.settled else free
-    nothing = Excitation(drive.moments, np.zeros(len(drive.row)))
+    left = np.where(rates == 0, free, 0.0) if drive.timing.settled else free
+    nothing = PiecewiseDrive(drive.timing, np.zeros(len(drive.row)))
     return _stepped(nothing, rates, np.zeros(rates.shape), np.zeros(len(rates)), left, lags=False)
 
 
 def _stepped(
-    drive: Excitation, rates: Real, residues: Real, direct: Real, state: Real, *, lags: bool
+    drive: PiecewiseDrive, rates: Real, residues: Real, direct: Real, state: Real, *, lags: bool
 ) -> Real:
     """Return the response of modes to the straight pieces of a drive at its outputs."""
-    moments, rises = drive.moments, drive.rises if lags else None
+    timing, rises = drive.timing, drive.rises if lags else None
     return first_order_hold_many(
-        rates, residues, direct, state, drive.voltage, moments.steps, rises=rises, places=moments.places
+        rates, residues, direct, state, drive.voltage, timing.steps, rises=rises, places=timing.places
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
-from electrovib.physics.drive.parts import SLACK, Linear, Smooth, Tones, circling
+from electrovib.physics.drive.parts import SLACK, Linear, Smooth, Tones, cosine_and_sine
 from electrovib.solve.population.kernels import TimeSteps, time_steps
 from electrovib.solve.stack.harmonics import drive_mean, settled_integral
 from electrovib.solve.stack.transfer import NotInArraysError
@@ -28,12 +28,12 @@ MOST_PIECES: Final = 4096
 """Straight pieces of one period beyond which the periodic state is computed one by one."""
 _SAME: Final = 1e-13
 """Difference over the largest number up to which two drives agree."""
-_LOOKS: Final = ((0.53, 0.75, 0.11), (0.97, 0.51, 0.37), (0.81, 0.93, 0.73))
+_TEST_FACTORS: Final = ((0.53, 0.75, 0.11), (0.97, 0.51, 0.37), (0.81, 0.93, 0.73))
 """Factors of a value at which a drive is compared with a linear one, for paths in turn; of the largest value for a 0."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Moments:
+class DriveTiming:
     """The times and frequencies of a drive, without its amplitudes.
 
     Parameters
@@ -68,18 +68,18 @@ class Moments:
     @functools.cached_property
     def waves(self) -> Real:
         """Cosines and minus sines of all tones at the outputs, shape (2 tones, n)."""
-        found = [circling(frequency, self.outputs) for frequency in self.frequencies.tolist()]
+        found = [cosine_and_sine(frequency, self.outputs) for frequency in self.frequencies.tolist()]
         rows = [cosine for cosine, _ in found] + [-sine for _, sine in found]
         return np.array(rows).reshape(len(rows), len(self.outputs))
 
-    def agrees_with(self, other: Moments) -> bool:
+    def agrees_with(self, other: DriveTiming) -> bool:
         """Return whether another drive has the same times and frequencies."""
         mine, its = ((each.time, each.places, each.frequencies, *each.breaks) for each in (self, other))
         return len(mine) == len(its) and all(map(np.array_equal, mine, its))
 
 
-class Excitation:
-    """A drive as sums of straight pieces and of sines: its moments, and all of its amplitudes [V] in one row.
+class PiecewiseDrive:
+    """A drive as sums of straight pieces and of sines: its timing, and all of its amplitudes [V] in one row.
 
     Attributes
     ----------
@@ -93,9 +93,9 @@ class Excitation:
         Amplitudes of the sines [V].
     """
 
-    def __init__(self, moments: Moments, row: Real) -> None:
-        self.moments, self.row = moments, row
-        outputs, grid, tones = len(moments.outputs), len(moments.time), len(moments.frequencies)
+    def __init__(self, timing: DriveTiming, row: Real) -> None:
+        self.timing, self.row = timing, row
+        outputs, grid, tones = len(timing.outputs), len(timing.time), len(timing.frequencies)
         parts = np.split(row, np.cumsum([outputs, outputs, grid, grid, 1, 1, tones, tones]))
         self.slopes, self.integral, self.rises, self.voltage, mean, level, real, imag, self._ends = parts
         self.mean, self.level, self.tones = float(mean[0]), float(level[0]), real + 1j * imag
@@ -103,22 +103,22 @@ class Excitation:
     def repeated(self) -> list[Linear]:
         """Return each repeated part."""
         rest, found = self._ends, []
-        for times in self.moments.breaks:
+        for times in self.timing.breaks:
             before, after, rest = np.split(rest, [len(times), 2 * len(times)])
             found.append(Linear(times, before, after, period=float(times[-1])))
         return found
 
     def values(self) -> Real:
         """Return the drive at its output times [V], shape (n,)."""
-        waves = np.concatenate([self.tones.real, self.tones.imag]) @ self.moments.waves
-        return np.asarray(self.voltage[self.moments.places] + self.level + waves)
+        waves = np.concatenate([self.tones.real, self.tones.imag]) @ self.timing.waves
+        return np.asarray(self.voltage[self.timing.places] + self.level + waves)
 
 
-SharedDrive: TypeAlias = "dict[str, Excitation]"
+SharedDrive: TypeAlias = "dict[str, PiecewiseDrive]"
 """A drive as the sum of its values times these, by the paths of its parameters; of the empty path the value is 1."""
 
 
-def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
+def piecewise_drive(drive: Drive, time: Real, *, settled: bool) -> PiecewiseDrive:
     """Return a drive as straight pieces and sines.
 
     `time` (n,) [s].
@@ -143,7 +143,7 @@ def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
     if any(part.period is None or len(part.times) > MOST_PIECES for part in repeated):
         raise NotInArraysError(f"{kind} has more than {MOST_PIECES} straight pieces in a period")
     amplitudes = np.concatenate([np.zeros(0), *(part.amplitudes for part in tones)])
-    moments = Moments(
+    timing = DriveTiming(
         outputs=time,
         time=grid,
         places=places,
@@ -165,7 +165,7 @@ def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
         amplitudes.imag,
         *ends,
     ]
-    return Excitation(moments, np.concatenate(row))
+    return PiecewiseDrive(timing, np.concatenate(row))
 
 
 def _only_outputs(time: Real) -> tuple[Real, Real, Indices]:
@@ -191,12 +191,12 @@ def _grid(parts: Sequence[Linear], time: Real, kind: str) -> tuple[Real, Real, I
     before[1:] = np.sum([part.value_before(corners[1:]) for part in parts], axis=0)
     nearest = np.clip(np.searchsorted(corners, time * (1 + SLACK), side="right") - 1, 0, None)
     met = np.abs(time - corners[nearest]) <= SLACK * np.abs(time)
-    moments = np.where(met, corners[nearest], time)
+    times = np.where(met, corners[nearest], time)
     steps = np.flatnonzero(before != after)
     lone = np.setdiff1d(np.arange(len(corners)), nearest[met])
-    grid = np.concatenate([corners[steps], corners[lone], moments])
-    kinds = np.concatenate([np.zeros(len(steps)), np.ones(len(lone)), np.full(len(moments), 2.0)])
-    values = [before[steps], after[lone], np.sum([part.value(moments) for part in parts], axis=0)]
+    grid = np.concatenate([corners[steps], corners[lone], times])
+    kinds = np.concatenate([np.zeros(len(steps)), np.ones(len(lone)), np.full(len(times), 2.0)])
+    values = [before[steps], after[lone], np.sum([part.value(times) for part in parts], axis=0)]
     order = np.lexsort((kinds, grid))
     places = np.flatnonzero(kinds[order] == 2)
     return grid[order], np.concatenate(values)[order], places
@@ -214,11 +214,11 @@ def shared_drive(scenario: Scenario, begin: Mapping[str, float], time: Real, *, 
 
     `time` (n,) [s].
     """
-    base = excitation(scenario.drive, time, settled=settled)
+    base = piecewise_drive(scenario.drive, time, settled=settled)
     if not begin:
         return {"": base}
     slopes, rest = {}, base.row
-    own = slice(2 * len(time) + len(base.moments.time), None)  # what precedes it follows from it
+    own = slice(2 * len(time) + len(base.timing.time), None)  # what precedes it follows from it
     for path in begin:
         nudged = 0.5 * begin[path] or 0.5 * quantity_at(scenario, path).high
         other = _with(scenario, {**begin, path: nudged}, base)  # a level may follow another
@@ -226,9 +226,9 @@ def shared_drive(scenario: Scenario, begin: Mapping[str, float], time: Real, *, 
         rest = rest - slopes[path] * begin[path]
     sizes = [float(np.max(np.abs(slope[own]))) * abs(begin[path]) for path, slope in slopes.items()]
     size = max([float(np.max(np.abs(base.row[own]), initial=0.0)), *sizes])
-    for look in _LOOKS:
+    for factors in _TEST_FACTORS:
         point = {
-            path: begin[path] * look[place % 2] or look[2] * quantity_at(scenario, path).high
+            path: begin[path] * factors[place % 2] or factors[2] * quantity_at(scenario, path).high
             for place, path in enumerate(begin)
         }
         expected = rest + sum(slopes[path] * point[path] for path in begin)
@@ -236,17 +236,17 @@ def shared_drive(scenario: Scenario, begin: Mapping[str, float], time: Real, *, 
         if np.any(np.abs(seen - expected[own]) > _SAME * max(size, float(np.max(np.abs(seen), initial=0.0)))):
             raise NotInArraysError(f"the drive is not linear in {', '.join(begin)}")
     rows = slopes if np.all(np.abs(rest[own]) <= _SAME * size) else {"": rest} | slopes
-    return {path: Excitation(base.moments, row) for path, row in rows.items()}
+    return {path: PiecewiseDrive(base.timing, row) for path, row in rows.items()}
 
 
-def _with(scenario: Scenario, point: Mapping[str, float], base: Excitation) -> Excitation:
-    """Return the drive at other values of its parameters, which has to have the moments of the first."""
+def _with(scenario: Scenario, point: Mapping[str, float], base: PiecewiseDrive) -> PiecewiseDrive:
+    """Return the drive at other values of its parameters, which has to have the timing of the first."""
     try:
         changed = scenario.replace(dict(point)).drive
     except InputError as error:
         listed = ", ".join(point)
         raise NotInArraysError(f"the range of {listed} depends on other parameters: {error}") from None
-    found = excitation(changed, base.moments.outputs, settled=base.moments.settled)
-    if not found.moments.agrees_with(base.moments):
+    found = piecewise_drive(changed, base.timing.outputs, settled=base.timing.settled)
+    if not found.timing.agrees_with(base.timing):
         raise NotInArraysError(f"{', '.join(point)} changes more of the drive than its amplitude")
     return found

@@ -15,7 +15,7 @@ from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.one_by_one import KERNEL, ParametricScenario, over_which
 from electrovib.solve.population.arrays import asked_of, has_modes, over_time, refuse_beyond_arrays, some_of
 from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
-from electrovib.solve.population.drive import SharedDrive, excitation, shared_drive
+from electrovib.solve.population.drive import SharedDrive, piecewise_drive, shared_drive
 from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.stack.expand import modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
@@ -234,7 +234,7 @@ class Population:
             except NotInArraysError:  # each finger may have a drive of its own
                 if time is None or not scenario.force.causal:
                     raise
-                excitation(scenario.drive, times, settled=settled)
+                piecewise_drive(scenario.drive, times, settled=settled)
         if time is None and self.drive is not None:
             self._largest = _largest_per_parameter(scenario, self.drive, begin)
         self._reduced = {}
@@ -253,9 +253,9 @@ class Population:
         asked = self.asked(with_columns(self.scenario, inner))
         outputs = self.frequency if self.time is None else self.time
         assert outputs is not None
-        at_once = max(FEWEST, RESPONSES // len(outputs))
-        for first in range(0, count, at_once):
-            part = slice(first, min(first + at_once, count))
+        block = max(FEWEST, RESPONSES // len(outputs))
+        for first in range(0, count, block):
+            part = slice(first, min(first + block, count))
             some = with_columns(self.scenario, {path: each[part] for path, each in inner.items()})
             mine = {path: each[part] for path, each in columns.items()}
             driven = self._driven(mine)
@@ -284,7 +284,7 @@ class Population:
                 drive = self.prepared.scenario(dict(zip(mine, values, strict=True))).drive
             if settled:
                 refuse_unrepeated(drive)
-            own = excitation(drive, self.time, settled=settled)
+            own = piecewise_drive(drive, self.time, settled=settled)
             found.append((slice(finger, finger + 1), [(1.0, own)]))
         return found
 

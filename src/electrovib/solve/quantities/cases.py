@@ -176,7 +176,7 @@ def answers(members: Sequence[Scenario], names: Sequence[Named]) -> Iterator[Qua
             before[rest] = expanded = solved(member, before=before.pop(rest, None))
             if place not in found and is_of_tones(member):
                 left = (each for each in groups[rest] if each not in found)
-                found |= _at_once(expanded, {each: members[each] for each in left}, names)
+                found |= _together(expanded, {each: members[each] for each in left}, names)
                 own = found.get(place)
         yield answer(before[rest], names) if own is None else own
         found[place] = None
@@ -184,7 +184,7 @@ def answers(members: Sequence[Scenario], names: Sequence[Named]) -> Iterator[Qua
             before.pop(rest, None)
 
 
-def _at_once(
+def _together(
     expanded: Expanded, members: Mapping[int, Scenario], names: Sequence[Named]
 ) -> dict[int, QuantityNumbers | None]:
     """Compute scenarios that have the stack of this one, as many as memory holds; None of one that is to be solved alone."""

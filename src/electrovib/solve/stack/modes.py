@@ -314,9 +314,11 @@ def _assembled(
         bound_free = side_by_side(bound * charged, parts.bound[..., shared] * idle)
     share = forced[..., None, :]
     gains = _gains(drops * share / thickness, rates[..., None, :])
-    at_once = [eps0 * slab.debye.high for slab in slabs]
+    instantaneous = [eps0 * slab.debye.high for slab in slabs]
     fields = _each(rates, gains, direct, free, [1.0 for _ in slabs])
-    displacements = _each(rates, _gains(bound * share, rates[..., None, :]), direct, bound_free, at_once)
+    displacements = _each(
+        rates, _gains(bound * share, rates[..., None, :]), direct, bound_free, instantaneous
+    )
     current = _current(parts, rates, _gains(forced, rates), left, resistance)
     return StackModes(rates, fields, displacements, current, driven.shape[-1], parts.charges)
 
@@ -327,8 +329,8 @@ def _each(
     """Return the transfer function of each layer, with a factor of its direct response."""
     found = []
     for place, factor in enumerate(factors):
-        at_once = direct[..., place, :]
-        level = float(at_once[0]) if at_once.ndim == 1 else at_once
+        instantaneous = direct[..., place, :]
+        level = float(instantaneous[0]) if instantaneous.ndim == 1 else instantaneous
         found.append(
             Transfer(rates=rates, gains=gains[..., place, :], direct=level * factor, free=free[..., place, :])
         )

@@ -112,7 +112,7 @@ def _of_paper(module: ModuleType, name: str) -> list[str]:
 
 def _of_scenario(scenario: Scenario, item: Listed) -> list[str]:
     module = papers()[item.paper]
-    told = {
+    facts = {
         "what it is": scenario.title,
         "reproduces": item.reproduces,
         "keywords": item.texts["keywords"],
@@ -125,22 +125,22 @@ def _of_scenario(scenario: Scenario, item: Listed) -> list[str]:
         "run it": f"electrovib run {item.name}",
         "change it": f"electrovib init {item.name} -o my.toml",
     }
-    return _labelled(told.items())
+    return _labelled(facts.items())
 
 
 def _of_substance(substance: Substance) -> list[str]:
-    told = [("what it is", f"{substance.meaning}; also called {', '.join(substance.aliases)}")]
-    told.append(("in a scenario", f'stack.LAYER.material = "{substance.name}"'))
-    told += [("permittivity", _sourced(value)) for value in substance.permittivity]
+    facts = [("what it is", f"{substance.meaning}; also called {', '.join(substance.aliases)}")]
+    facts.append(("in a scenario", f'stack.LAYER.material = "{substance.name}"'))
+    facts += [("permittivity", _sourced(value)) for value in substance.permittivity]
     if substance.dispersion:
         model = substance.dispersion
-        told.append(("dispersion", f"{model.model} ({status_text(model.status)}; {model.source})"))
+        facts.append(("dispersion", f"{model.model} ({status_text(model.status)}; {model.source})"))
     known = {"conductivity": substance.conductivity, "at most": substance.conductivity_bound}
-    told += [(label, _sourced(value)) for label, value in known.items() if value]
+    facts += [(label, _sourced(value)) for label, value in known.items() if value]
     if not any(known.values()):
-        told.append(("conductivity", "not found, taken as 0"))
-    told += [("breakdown", f"{_sourced(value)}, {value.measured_at}") for value in substance.strengths]
-    return _labelled(told)
+        facts.append(("conductivity", "not found, taken as 0"))
+    facts += [("breakdown", f"{_sourced(value)}, {value.measured_at}") for value in substance.strengths]
+    return _labelled(facts)
 
 
 def _sourced(value: SourcedValue) -> str:
@@ -151,13 +151,13 @@ def _sourced(value: SourcedValue) -> str:
 
 def _of_offer(item: Listed) -> list[str]:
     where = "stack" if item.kind == "stack" else "stack.LAYER.material"
-    told = {
+    facts = {
         "what it is": item.meaning,
         "source status": status_text(item.status),
         "source": item.texts["source"] or papers()[item.paper].CITATION,
         "in a scenario": f'{where} = "{item.name}"',
     }
-    return _labelled(told.items())
+    return _labelled(facts.items())
 
 
 def _labelled(pairs: Iterable[tuple[str, str]]) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final, Self, TypeAlias
 
 from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.citation import UNVERIFIED
-from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.model import read_model
 from electrovib.core.parsing import read_toml_file
@@ -305,16 +305,13 @@ class CheckResult(Answer):
         """The sentences, the tables and the notes."""
         return Document(
             title=f"Check of {self.title}",
-            sentences=self.sentences,
+            sentences=[*self.sentences, HARDWARE],
             diagnostics=self.diagnostics,
             figures=[Drawing(id="limits", title="Every value over its limit", plot="limits", of=self)],
             tables=self.tables,
             remarks=self.notes,
+            brief=True,
         )
-
-    def __repr__(self) -> str:
-        """Write the verdict in a few lines; `document` has every limit, its source, and published currents."""
-        return "\n".join([*self.sentences, *warning_lines(self.diagnostics, brief=True), HARDWARE])
 
     def content(self, name: str) -> str:
         """Write a row for each limit, comparison and number as CSV, or everything as JSON."""

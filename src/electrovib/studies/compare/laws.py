@@ -127,7 +127,7 @@ def _compared(
         scenario=scenario,
         voltage=voltage,
         entries=tuple(entries),
-        answer=result.answer(scenario, entries, voltage=voltage),
+        headline=result.headline(scenario, entries, voltage=voltage),
         left_out=left_out,
         frequency=frequency,
         time=time,

@@ -9,6 +9,7 @@ import numpy as np
 
 from electrovib.core.answer import Answer, Document, Page, Panel, Table
 from electrovib.core.arrays import Real
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.units import format_quantity
@@ -66,7 +67,7 @@ class Comparison(Answer):
 
     - `voltage`: peak voltage at which the laws are compared [V].
     - `entries`: from the largest to the smallest static force.
-    - `answer`: which law to believe on this stack, and why, in one sentence.
+    - `headline`: which law to believe on this stack, and why, in one sentence.
     - `left_out`: law to the reason for which it is not in the comparison.
     - `frequency`, `time`: frequencies [Hz] and times [s] of `mean` and `step` of the entries.
     - `tables`, `panels`, `pages`: tables, figures and explanations of a report.
@@ -75,13 +76,14 @@ class Comparison(Answer):
     scenario: Scenario
     voltage: float
     entries: tuple[Entry, ...]
-    answer: str
+    headline: str
     left_out: Mapping[str, str]
     frequency: Real
     time: Real
     tables: tuple[Table, ...]
     panels: tuple[Panel, ...]
     pages: tuple[Page, ...]
+    answer = former_attribute("answer", "headline", lambda self: self.headline)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -107,7 +109,7 @@ class Comparison(Answer):
         ]
         return Document(
             title=f"Force laws compared: {self.scenario.titled() or 'a stack'}",
-            sentences=[self.answer, *sentences(self.widths)],
+            sentences=[self.headline, *sentences(self.widths)],
             diagnostics=self.diagnostics,
             figures=sorted(self.panels, key=lambda p: standard.index(p.id) if p.id in standard else -1),
             tables=self.tables,
@@ -141,7 +143,7 @@ def believed(entries: Sequence[Entry]) -> Entry | None:
     return found[0] if found else None
 
 
-def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
+def headline(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
     """State which of the compared laws to believe on this stack, and why."""
     best = believed(entries)
     if best is None:
@@ -187,8 +189,8 @@ def tables(entries: Sequence[Entry], left_out: Mapping[str, str], scenario: Scen
         for entry in entries
     )
     found = [Table("Every law on this stack", HEADINGS, rows)]
-    told = {each.text for each in validity(scenario)}  # stated for the scenario as a whole
-    beyond = dict.fromkeys(text for entry in entries for text in _limits(entry) if text not in told)
+    stated = {each.text for each in validity(scenario)}  # stated for the scenario as a whole
+    beyond = dict.fromkeys(text for entry in entries for text in _limits(entry) if text not in stated)
     if beyond:
         lines = tuple((_whose(text, entries), text) for text in beyond)
         found.append(Table("Beyond a limit", ("law", "what"), lines))
@@ -217,15 +219,15 @@ def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
     found = [Page("Why they differ", (*said, *(f"{entry.name}: {entry.why}." for entry in entries)))]
     laws = find_members(ForceLaw)
     own = {paper_of(laws[entry.name]) for entry in entries}
-    told: dict[bool, list[str]] = {True: [], False: []}
+    defects: dict[bool, list[str]] = {True: [], False: []}
     for name, module in papers().items():
-        told[name in own] += getattr(module, "DEFECTS", ())
-    if told[True]:
+        defects[name in own] += getattr(module, "DEFECTS", ())
+    if defects[True]:
         found.append(
-            Page("Where the papers of these laws contradict themselves or others", tuple(told[True]))
+            Page("Where the papers of these laws contradict themselves or others", tuple(defects[True]))
         )
-    if told[False]:
-        found.append(Page("Where other papers contradict each other", tuple(told[False])))
+    if defects[False]:
+        found.append(Page("Where other papers contradict each other", tuple(defects[False])))
     return tuple(found)
 
 
@@ -253,9 +255,9 @@ def _in_time(entries: Sequence[Entry]) -> str:
         return "In time the laws do not differ here: each keeps its force while the voltage is held, to 1 %."
     moving.sort(key=lambda entry: entry.late / entry.early)
     extremes = moving if len(moving) == 1 else (moving[-1], moving[0])
-    told = listed(f"{e.name} goes from {_force(e.early)} to {_force(e.late)}" for e in extremes)
+    changes = listed(f"{e.name} goes from {_force(e.early)} to {_force(e.late)}" for e in extremes)
     words = "The laws differ in time as well as in size" if len(moving) > 1 else "The force changes in time"
-    return f"{words}: between 50 us and 50 ms after a step {told}."
+    return f"{words}: between 50 us and 50 ms after a step {changes}."
 
 
 def _leak(scenario: Scenario) -> str:
@@ -275,8 +277,8 @@ def _polarity(scenario: Scenario, entries: Sequence[Entry]) -> str:
             " and -V give the same attraction. Kaczmarek 2006 found positive pulses weaker, which requires a layer that"
             " rectifies, for instance leak = PolarityConduction."
         )
-    told = (f"{entry.name} {entry.polarity:.3g}" for entry in entries if len(entry.step))
-    return f"The response of a layer depends on the polarity. Mean attraction over 50 ms, +V over -V: {', '.join(told)}."
+    ratios = (f"{entry.name} {entry.polarity:.3g}" for entry in entries if len(entry.step))
+    return f"The response of a layer depends on the polarity. Mean attraction over 50 ms, +V over -V: {', '.join(ratios)}."
 
 
 AGREES = 0.01

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Shown, Table
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
@@ -40,6 +41,11 @@ class Designed(Answer):
     widths: tuple[Width, ...] = ()
     form: ClassVar[str]
     """What was sought, as a file of all numbers names it."""
+    answer = former_attribute("answer", "document.sentences", lambda self: " ".join(self.sentences))
+    verdict = former_attribute(
+        "verdict", "document.text", lambda self: (*self.sentences, *self.document.warnings)
+    )
+    lines = former_attribute("lines", "document", lambda self: self._lines)
 
     @property
     @abstractmethod
@@ -54,7 +60,7 @@ class Designed(Answer):
     @property
     @abstractmethod
     def diagnostics(self) -> Sequence[Diagnostic]:
-        """Diagnostics of that scenario beyond those that the comparison with the limits states; `lines` ends with them."""
+        """Diagnostics of that scenario beyond those that the comparison with the limits states."""
 
     @property
     @abstractmethod
@@ -81,19 +87,8 @@ class Designed(Answer):
         return ()
 
     @property
-    def answer(self) -> str:
-        """The sentences that are needed first, as one text."""
-        return " ".join(self.sentences)
-
-    @property
-    def verdict(self) -> tuple[str, ...]:
-        """The sentences among `lines` that are needed first, warnings included."""
-        return (*self.sentences, *warning_lines(self.diagnostics, brief=True))
-
-    @property
-    def lines(self) -> tuple[str, ...]:
-        """Sentences and numbers for people, the answer first."""
-        return (*self.verdict, *self.details)
+    def _lines(self) -> list[str]:
+        return [*self.sentences, *warning_lines(self.diagnostics, brief=True), *self.details]
 
     @property
     def document(self) -> Document:
@@ -106,6 +101,7 @@ class Designed(Answer):
             figures=self.figures,
             tables=self.tables,
             remarks=self.details,
+            brief=True,
         )
 
     @property
@@ -119,15 +115,12 @@ class Designed(Answer):
             return json_text(Form.DESIGN, self.to_dict())
         return f"# {unsigned(Form.SCENARIO)}\n{to_toml(self.scenario)}"
 
-    def __repr__(self) -> str:
-        return "\n".join(self.lines)
-
     def to_dict(self) -> dict[str, Any]:
         """Return everything as nested tables with numbers in SI; what is not known or infinite is None."""
         found = {"form": self.form, **self.numbers(), "is_achieved": self.is_achieved}
         found["widths"] = [asdict(each) for each in self.widths]
-        told = {"diagnostics": [each.to_dict() for each in self.diagnostics], "text": list(self.lines)}
-        return {name: plain(value) for name, value in found.items()} | told
+        words = {"diagnostics": [each.to_dict() for each in self.diagnostics], "text": self._lines}
+        return {name: plain(value) for name, value in found.items()} | words
 
 
 _SHOWN: Final = 3.0

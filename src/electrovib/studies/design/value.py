@@ -178,8 +178,8 @@ def _explored(
     points = searched.known
     reach = f"at {{}} value from {wanted.parameter(wanted.low)} to {wanted.parameter(wanted.high)}"
     if not points:
-        told = [*searched.refused.values(), *(each.text for each in _diagnostics(evaluation, wanted.begin))]
-        why = next(iter(told), "its signal is not known")
+        judged = (each.text for each in _diagnostics(evaluation, wanted.begin))
+        why = next(iter((*searched.refused.values(), *judged)), "its signal is not known")
         raise InputError(f"{wanted.name} is not known {reach.format('any')}: {why}", path=wanted.free)
     reached = [value for _, value in points]
     noise = max(_CONSTANT * max(map(abs, reached)), _FLAT_LEVEL if wanted.unit == "dB" else 0.0)

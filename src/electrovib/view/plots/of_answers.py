@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE
 from electrovib.core.paths import words_at
+from electrovib.view.lines import envelope
 from electrovib.view.plots.draw import WIDE, finish, legend_beside_no_curve
 from electrovib.view.style import COLOURS, NEUTRAL, PALE, PALETTE, drawing
 from electrovib.view.units import label_axis, typeset
@@ -332,4 +333,4 @@ def _draw(
         width, height = (0.8, 1.5) if curve.background else (2.4 if curve.kind == "bold" else None, 2.0)
         mark = "_" if x.size == 1 else ""
         look: Any = {"linewidth": width, "zorder": height, "marker": mark, "markersize": 14}
-        ax.plot(x, y, color=colour, label=label, linestyle=dash, **look)
+        ax.plot(*envelope(x, y), color=colour, label=label, linestyle=dash, **look)

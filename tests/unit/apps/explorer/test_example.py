@@ -42,7 +42,7 @@ def test_the_example_is_the_scenario_shown_with_one_value_changed_and_noise_and_
     made = example(shown, "mine")
     assert (made.path, made.signal) == ("stack.insulator.thickness", "lateral_force")
     assert made.name == "example (simulated: mine with one value changed and noise)"
-    assert made.told == "The example was simulated with stack.insulator.thickness = 117 µm."
+    assert made.remark == "The example was simulated with stack.insulator.thickness = 117 µm."
     trace = made.read()
     time = trace.time.values
     np.testing.assert_allclose(np.diff(time), time[1] - time[0], rtol=1e-4)

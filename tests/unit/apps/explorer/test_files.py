@@ -9,7 +9,7 @@ import electrovib as ev
 from electrovib.apps.explorer import limits, reading
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.downloads import DOWNLOADS
-from electrovib.apps.explorer.page.plots import fit_words
+from electrovib.apps.explorer.page.plots import paragraphs
 from electrovib.apps.explorer.reading import (
     MOST_FREE,
     RunningFit,
@@ -233,7 +233,7 @@ def test_a_fit_finds_the_parameter_shows_its_progress_and_can_be_cancelled(shown
     (row,) = result.rows
     assert row.lower < 80e-6 < row.upper
     assert running.evaluations > 1
-    assert FILM in fit_words(result)
+    assert FILM in paragraphs(result.document.sentences)
     running = RunningFit(shown.scenario, measured, [FILM])
     running.cancel()
     with pytest.raises(InputError, match="cancelled"):

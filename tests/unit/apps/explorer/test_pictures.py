@@ -317,7 +317,7 @@ def test_the_laws_beside_that_of_the_page_are_those_that_miss_measured_forces_th
 def test_felt_and_safety(shown):
     percept = known_further(FELT, shown).percept
     verdict, more = words.verdict_words(percept)
-    assert percept.answer.partition(",")[2] in verdict
+    assert percept.headline.partition(",")[2] in verdict
     assert percept.widths[-1].text in more
     assert f"{percept.channels[0].level:.1f}".replace("-", "−") in words.felt_words(percept)
     (plot,) = felt(percept, shown.scenario)
@@ -376,7 +376,7 @@ def test_without_a_calibration_the_curve_is_the_middle_of_the_published_threshol
     assert "no threshold is known" in name
     alike = NonPacinian().weight(50.0) * np.nanmin(level)
     assert 20 * np.log10(alike) == pytest.approx(ev.perceive(alone).level, abs=1e-9)
-    assert "felt or not: unknown without perception.threshold" in ev.perceive(alone).answer
+    assert "felt or not: unknown without perception.threshold" in ev.perceive(alone).headline
 
 
 def test_a_calibrated_threshold_is_the_detection_level_at_the_best_frequency():

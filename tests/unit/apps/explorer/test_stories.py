@@ -104,7 +104,7 @@ def student_4():
 def student_5():
     percept = further("student.5").percept
     lines = percept.spectrum
-    assert percept.answer.startswith("felt,")
+    assert percept.headline.startswith("felt,")
     assert lines.signal == "lateral_force"
     return [lines.frequency[np.argmax(lines.amplitude * (lines.frequency > 1))], percept.sensation]
 
@@ -139,15 +139,15 @@ def engineer_4():
     found, percept = computed("engineer.4"), further("engineer.4").percept
     low, high = ends(percept)
     lower = perceive(computed("engineer.4", drive__amplitude=5).scenario)
-    assert percept.answer.startswith("felt,")
-    assert lower.answer.startswith("felt or not: undecided")
+    assert percept.headline.startswith("felt,")
+    assert lower.headline.startswith("felt or not: undecided")
     assert ends(lower)[0] < 0 < ends(lower)[1]
     return [top(found, "drive_voltage"), percept.sensation, low, high, 5, 0]
 
 
 def ends(percept):
     """The spread of the sensation level, as the answer prints it [dB]."""
-    return [float(each) for each in re.search(r"\((\S+) to (\S+) dB\)", percept.answer).groups()]
+    return [float(each) for each in re.search(r"\((\S+) to (\S+) dB\)", percept.headline).groups()]
 
 
 def engineer_5():

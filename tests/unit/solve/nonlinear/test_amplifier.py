@@ -15,7 +15,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.circuit import SeriesElement
 from electrovib.solve.electrics import amplifier as amplifier_module
-from electrovib.solve.electrics.amplifier import LimitedMarch, LimitedPlate, LimitLooks
+from electrovib.solve.electrics.amplifier import CheckTimes, LimitedMarch, LimitedPlate
 from electrovib.solve.electrics.amplifier import amplified_response as behind_limits
 from electrovib.solve.electrics.slewing import Network, overlap
 from electrovib.solve.electrics.transient import linear_response, transient
@@ -209,9 +209,9 @@ def test_a_limit_that_is_never_met_changes_nothing_and_costs_nothing(monkeypatch
     """Ten thousand periods: the answer without limits to rounding, and no march from period to period."""
     windows, watched = [], LimitedMarch._watched
 
-    def counted(self, span, looks):
-        windows.append(len(looks))
-        return watched(self, span, looks)
+    def counted(self, span, checked):
+        windows.append(len(checked))
+        return watched(self, span, checked)
 
     monkeypatch.setattr(LimitedMarch, "_watched", counted)
     slow = {"model": "Sine", "amplitude": 100.0, "frequency": 500.0}
@@ -255,10 +255,10 @@ def test_every_crest_is_seen(monkeypatch, film_alone, drive):
     free = Amplifier(source_current=1.0)
     amplified_response(film_alone("body"), drive("sine"), np.linspace(0, 1, 3), amplifier=free)
     assert len(seen) > 3
-    for looks, following in pairwise(seen):
-        np.testing.assert_array_equal(looks[-2:], following[:2])
+    for checked, following in pairwise(seen):
+        np.testing.assert_array_equal(checked[-2:], following[:2])
     # a change may follow another within a small share of the time to the next corner
-    first = next(LimitLooks(drive("sine"), 1.0).after(0.31))
+    first = next(CheckTimes(drive("sine"), 1.0).after(0.31))
     assert 0 < first[0] - 0.31 < 1e-8
     assert np.all(np.diff(first) > 0)
 

@@ -433,7 +433,7 @@ class TestCommandLine:
 
     def test_the_verdict_is_a_few_lines_and_all_the_rest_is_asked_for(self):
         short, full = self.run(FIG6).output, self.run(FIG6, "--all").output
-        verdict, closest, _, undeclared, asked, warning, meaning = short.splitlines()
+        verdict, closest, _, undeclared, asked, meaning, warning, more = short.splitlines()
         least = min((each for each in ev.check(FIG6).rows if each.margin), key=lambda each: each.margin)
         assert verdict.startswith("not shown to be safe: peak voltage (")
         assert closest.startswith(f"closest limit: {least.quantity}, ")
@@ -442,11 +442,12 @@ class TestCommandLine:
         assert asked.startswith("asked of an amplifier, ")
         assert warning.startswith("warning: the voltage across the stack reaches 1 kV, above 661 V")
         assert "no claim of medical safety" in meaning
+        assert more == f"--all prints {len(full.splitlines()) - 7} more lines."
         for text in ("Comparison with published currents", "Values without a limit", verdict, closest):
             assert text in full
             assert (text in short) == (text in {verdict, closest})
         failed = self.run(*self.FAILING).output.splitlines()
-        assert len(failed) == 6
+        assert len(failed) == 7
         assert failed[1] == "closest limit: peak voltage, 1 kV of 900 V, limit/value 0.9"
         shown = self.run(FIG6, "--series-resistor").output
         assert "4 Mohm" in shown

@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
     from electrovib.apps.explorer.page.build import VisitorPage
     from electrovib.apps.explorer.session import Earlier
+    from electrovib.core.answer import Table
     from electrovib.studies.check.result import CheckResult
     from electrovib.studies.perceive import Percept
-    from electrovib.view.fitted import FitResult
 
 _FEW_PLOTS: Final = 2
 """Plots that are higher than where there are more."""
@@ -231,17 +231,17 @@ def content(
 
     A sentence above takes the place of a plot or table that cannot be shown.
     """
-    above = _paragraphs(further.problems)
+    above = paragraphs(further.problems)
     shown = Content([], above)
     if tab == TIME:
         unknown = pictures.unknown_signals(found)
         lacking = [f"The {each} is not shown: it has no value in this scenario." for each in unknown]
-        shown = Content(pictures.over_time(found, earlier), above + _paragraphs(lacking))
+        shown = Content(pictures.over_time(found, earlier), above + paragraphs(lacking))
     elif tab == FADING:
-        return Content([], above + _paragraphs([why_not(found)]), pulse=animation(found))
+        return Content([], above + paragraphs([why_not(found)]), pulse=animation(found))
     elif tab == FREQUENCY:
         figures = pictures.over_frequency(found, earlier, band=further.band)
-        shown = Content(figures, above, _paragraphs([further.drawn]))
+        shown = Content(figures, above, paragraphs([further.drawn]))
     elif tab == LAWS:
         figures = pictures.laws(found, further.laws, further.measured)
         shown = Content(figures, above, law_words(found, further))
@@ -253,12 +253,13 @@ def content(
     elif tab == RECORDING and measured is not None:
         figures = pictures.recorded(found, measured)
         lacking = [] if figures else ["No signal of this recording is over time or over frequency."]
-        shown = Content(figures, above + _paragraphs(lacking))
+        shown = Content(figures, above + paragraphs(lacking))
     return Content(shown.figures[:MOST_PLOTS], shown.above, shown.below)
 
 
-def _paragraphs(sentences: Iterable[str]) -> str:
-    return "".join(f"<p>{escape(each)}</p>" for each in sentences)
+def paragraphs(sentences: Iterable[str]) -> str:
+    """Write each sentence as a paragraph."""
+    return "".join(f"<p>{escape(typeset(each))}</p>" for each in sentences)
 
 
 CLASSES: Final = {
@@ -300,16 +301,16 @@ def law_words(found: Computed, further: Further) -> str:
     cut = len(further.laws) >= MOST
     more = [further.measured.words] if further.measured else []
     more += ["The curves are those of this law, and of the four that miss measured forces the least."] * cut
-    return _paragraphs(more) + _table(headings, rows)
+    return paragraphs(more) + _table(headings, rows)
 
 
 def verdict_words(percept: Percept) -> tuple[str, str]:
     """State whether it is felt and where nothing varies; and what that rests on."""
-    head, comma, rest = percept.answer.partition(",")
+    head, comma, rest = percept.headline.partition(",")
     still = "The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show."
     verdict = f"<p><b>{escape(head)}</b>{escape(comma + rest)}</p>"
     more = filter(None, (percept.to_measure, *sentences(percept.widths[1:])))
-    return verdict + _paragraphs([] if percept.loudest else [still]), _paragraphs(more)
+    return verdict + paragraphs([] if percept.loudest else [still]), paragraphs(more)
 
 
 def felt_words(percept: Percept) -> str:
@@ -324,31 +325,10 @@ def felt_words(percept: Percept) -> str:
 
 def safety_words(check: CheckResult) -> str:
     """Tabulate limits and breakdown, and state what was assumed."""
-    rows = [
-        (
-            row.state,
-            row.quantity,
-            pretty_quantity(row.value, row.unit, digits=4),
-            pretty_quantity(row.limit, row.unit, digits=4),
-            typeset(row.source),
-        )
-        for row in (*check.rows, *check.comparisons)
-    ]
-    table = _table(("state", "quantity", "value", "limit", "source of the limit"), rows, states=True)
     warning = "A comparison with limits protects nobody: hardware has to limit the current."
     outcome = f'<p class="{CLASSES[check.state]}">{escape(typeset(check.verdict))}</p>'
-    told = _paragraphs([warning, *map(typeset, not_shown(check.rows))])
-    return outcome + told + table + _notes(check.notes)
-
-
-def fit_words(result: FitResult) -> str:
-    """Tabulate the estimates of a fit with their 95 % intervals, or the reason why there is none."""
-    rows = [
-        (row.name, value, ends or "–", row.note or row.state)
-        for row in result.rows
-        for value, ends in [row.shown(pretty_quantity)]
-    ]
-    return _table(("parameter", "estimate", "95 % interval", "note"), rows)
+    doubts = paragraphs([warning, *not_shown(check.rows)])
+    return outcome + doubts + "".join(map(_of_answer, check.tables)) + _notes(check.notes)
 
 
 def _peak(found: Computed) -> float:
@@ -381,6 +361,13 @@ def _notes(texts: Iterable[str]) -> str:
 def _list(rows: Iterable[str]) -> str:
     """Write a list of items, in which texts are escaped already."""
     return f'<ul class="ev-list">{"".join(f"<li>{row}</li>" for row in rows)}</ul>'
+
+
+def _of_answer(table: Table) -> str:
+    """Write a table of an answer; the states of limits have their colours."""
+    rows = [tuple(map(typeset, row)) for row in table.rows]
+    states = table.looks.get(0) == "state" and {row[0] for row in rows} <= CLASSES.keys()
+    return _table(table.headings, rows, states=states)
 
 
 def _table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, states: bool = False) -> str:

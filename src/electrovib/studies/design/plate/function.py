@@ -295,7 +295,7 @@ def plan_plate(
     Returns
     -------
     PlateDesign
-        Candidates with every margin, the Pareto set, and ``answer``: the best plate, what binds there, and what a less
+        Candidates with every margin, the Pareto set, and ``sentences``: the best plate, what binds there, and what a less
         strict limit would gain. `electrovib.save` writes it: ``.csv`` with every candidate and every limit, ``.json``,
         ``.html`` with figure and tables, ``.png`` or ``.svg``, the figure.
 
@@ -400,8 +400,8 @@ def _felt(best: Scenario) -> str:
         found = perceive(best)
     except ElectrovibError as error:
         return f"It is not judged whether the best plate is felt: {error}"
-    told = (f"The best plate: {found.answer}", found.to_measure, "This forbids no candidate.")
-    return ". ".join(filter(None, told))
+    sentences = (f"The best plate: {found.headline}", found.to_measure, "This forbids no candidate.")
+    return ". ".join(filter(None, sentences))
 
 
 def _notes(scenario: Scenario, axes: Mapping[str, Any], layer: str) -> list[str]:

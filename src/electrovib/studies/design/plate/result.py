@@ -159,7 +159,7 @@ class PlateDesign(Designed):
         """The document of a design, with the notes on the check of the best plate."""
         pages = [] if self.check is None else [Page("Check of the best plate", self.check.notes)]
         title = f"Design of the plate: {self.base.titled() or 'a scenario'}"
-        return replace(super().document, title=title, pages=pages)
+        return replace(super().document, title=title, pages=pages, brief=False)
 
     def content(self, name: str) -> str:
         """Write a row for each candidate, with every objective and every limit, or all numbers as JSON."""
@@ -190,7 +190,9 @@ class PlateDesign(Designed):
                     "; ".join(each.doubts),
                 ]
             )
-        return csv_text(headings, cells, remarks=[self.answer, *self.notes], diagnostics=self.diagnostics)
+        return csv_text(
+            headings, cells, remarks=[" ".join(self.sentences), *self.notes], diagnostics=self.diagnostics
+        )
 
     def numbers(self) -> dict[str, Any]:
         """Return all candidates as nested tables."""
