@@ -164,7 +164,7 @@ def test_no_two_parameters_have_one_name():
 
 
 def test_friction_over_time_stands_beside_the_forces_of_a_swipe():
-    forces, friction = swipe()[0], figures("SwipesAnswer")[1]
+    forces, friction = swipe()[0], figures("Swipes")[1]
     (quotient, mean) = friction.curves
     assert friction.y == ("friction", "1")
     assert np.mean(quotient.y) == pytest.approx(0.4, rel=0.01)
