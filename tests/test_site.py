@@ -23,7 +23,6 @@ from PIL import Image
 import electrovib as ev
 from electrovib.core.citation import counted, status_text
 from electrovib.studies.catalogue.items import everything, paper_items, scenario_items
-from electrovib.studies.evidence.score import standings
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("*.ipynb")]
@@ -263,13 +262,15 @@ def test_the_page_of_the_evidence_has_the_failures_the_laws_and_every_measuremen
     plain, laws = part("rst").plain, pages["evidence.rst"]
     parts = [
         plain(found.document.sentences[0]),
-        "Force laws, the best first\n---",
+        plain(found.document.numbers[0].title),
         "Measurements that no law or model covers whole\n---",
     ]
     places = [laws.index(each) for each in parts]
     assert places == sorted(places)
-    for standing in standings(found.scores):
-        assert f"* - {standing.model}\n     - {standing.groups}\n     - {standing.points}\n" in laws
+    (compared,) = found.comparisons
+    for standing in compared.standings:
+        assert f"* - {standing.model}\n     - none: {standing.skill:.2f}\n" in laws
+    assert found.comparisons[0].null in laws
     assert ":doc:`evidence_measurements`" in laws
     whole = pages["evidence_measurements.rst"]
     assert plain(found.measured["rauf_2025/voltage"].note) in whole

@@ -151,6 +151,13 @@ def test_the_page_says_exceeded(screen):
     assert CLOSED in figure.note
     assert "ev-warning" in safety_words(further.check)
     assert CLOSED in safety_words(further.check)
+    rough = {"model": "PerssonSurface", "modulus": 2e7, "rms_slope": 1.0, "rms_gap": 1e-5}
+    factors = {"pressure_factor": 0.1, "decay_factor": 0.46}
+    check = ev.check(screen, set={"contact.surface": rough | factors})
+    share = f"(on {100 * row(check.rows, CLOSED).area:.3g} % of the area)"
+    assert share in answers(with_answers(Further(check=check), found))[LIMIT].note
+    assert share in safety_words(check)
+    assert "% of the contact area by PerssonSurface, not corrected" in safety_words(check)
 
 
 def test_states_of_a_growing_contact_are_judged_with_the_gap_closed():

@@ -19,6 +19,7 @@ WANTED, LAWS = (
     ["--want", "peak electrostatic_force = 1 mN", "--free", "drive.high"],
     "MaxwellStressInGap,Vezzoli2014Causal",
 )
+SPECTRUM = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.5 mm", shortest = "0.25 mm" }'
 TYPED = {
     "run": [SCENARIO],
     "compare": [SCENARIO],
@@ -33,6 +34,7 @@ TYPED = {
     },
     "fit-material": ["record.csv"],
     "fit-power-law": ["record.csv", "--x", "t", "--y", "a"],
+    "fit-contact": [SCENARIO, "record.csv", "--load", "t", "--capacitance", "a", "--roughness", SPECTRUM],
     "bench run": [SCENARIO, "--simulate"],
     "bench init": [],
     "find-value": [SCENARIO, *WANTED],
@@ -237,12 +239,10 @@ def test_a_span_of_time_is_a_text_or_two_ends(said, tmp_path, crop):
 
 PLAN = f"plan-experiment {SCENARIO} --models {LAWS} --over drive.high=100V:1kV:3 --space fingers --seed 1"
 SHARE = f"value-for-share {SCENARIO} {shlex.join(WANTED)} --space fingers --share 0.9 --seed 1"
-PLATE = f"plan-plate {SCENARIO} --over drive.high=100V:1kV:3 --maximise 'peak electrostatic_force'"
 COUNTED = {
     "evidence": ("evidence vezzoli -n", ["0", "1", "-1"]),
     "plan": (f"{PLAN} -n", ["0", "1", "-1"]),
     "share": (f"{SHARE} -n", ["0", "1", "-1"]),
-    "rounds": (f"{PLATE} --refine", ["-1"]),
     "study": (f"study {SCENARIO} --space fingers --seed 1 -o s.zarr -n", ["0", "-1"]),
     "sensitivity": (
         f"study {SCENARIO} --space fingers --seed 1 --sensitivity --quantity MEAN -n",

@@ -317,7 +317,7 @@ def test_anything_else_is_refused_in_one_sentence(name, wrong, tmp_path):
 
 FREE = f'--want "{MEAN} = 1 mN" --free "drive.amplitude=10 V:400 V"'
 TARGET = '--target "sine 5 Hz 1 mN" --method carrier'
-OVER = "--over drive.amplitude=50:100:2 --refine 0"
+OVER = "--over drive.amplitude=50:100:2"
 PATTERN = '{ model = "Grating", period = "1 mm", amplitude = "0.01 mN" }'
 STUDY = "--space space.toml -n 4 --seed 1"
 COMMANDS = [
@@ -365,7 +365,26 @@ def commands():
 
 def test_every_command_is_a_door_or_computes_nothing_from_a_scenario():
     called = {call.partition(" s.toml")[0] for call in COMMANDS}
-    assert sorted([*called, *WITHOUT_A_NUMBER]) == sorted(commands())
+    assert sorted([*called, *WITHOUT_A_NUMBER, *REFUSING_COMMANDS]) == sorted(commands())
+
+
+SPECTRUM = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.25 mm", shortest = "0.25 mm" }'
+REFUSING_COMMANDS = {
+    "fit-contact": f"s.toml c.csv --load 'load [N]' --capacitance 'C [F]' --roughness '{SPECTRUM}' -o out.csv",
+}
+
+
+@pytest.mark.parametrize("name", REFUSING_COMMANDS)
+def test_a_command_refuses_a_floating_body_and_writes_nothing(name, capsys, monkeypatch):
+    Path("s.toml").write_text(to_toml(SCENARIO), encoding="utf-8")
+    points = zip(*CAPACITANCES.values(), strict=True)
+    Path("c.csv").write_text("load [N],C [F]\n" + "".join(f"{load},{value}\n" for load, value in points))
+    monkeypatch.setattr(sys, "argv", ["electrovib", name, *shlex.split(REFUSING_COMMANDS[name])])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    assert "circuit.return_path: a floating body" in capsys.readouterr().err
+    assert not Path("out.csv").exists()
 
 
 @pytest.mark.usefixtures("blank_pictures")

@@ -9,12 +9,12 @@ from electrovib.core.errors import refuse
 from electrovib.core.parsing import read_toml
 
 
-def read_changes(texts: Iterable[str]) -> dict[str, Any]:
+def read_changes(texts: Iterable[str] | None) -> dict[str, Any]:
     """Read ``path=value`` texts; a value that begins with a brace or a bracket is TOML, any other stays a text.
 
     Texts that cannot be read are refused all at once.
     """
-    found, problems = readable_changes(texts)
+    found, problems = readable_changes(texts or ())
     refuse(problems)
     return found
 

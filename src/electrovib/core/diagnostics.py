@@ -20,7 +20,7 @@ class Diagnostic:
 
     `state` is ``"ok"``, ``"warning"`` (beyond the limit) or ``"unknown"`` (no limit known, or nothing to
     judge). `value`, the largest value reached, and `limit` are in the SI unit `unit`, and None where there is
-    no number.
+    no number. `area` is the share of the contact area beyond the limit [1], None where nothing declares it.
     """
 
     name: str
@@ -29,6 +29,7 @@ class Diagnostic:
     value: float | None = None
     limit: float | None = None
     unit: str = ""
+    area: float | None = None
 
     def __post_init__(self) -> None:
         if self.state not in STATES:

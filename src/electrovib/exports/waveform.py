@@ -251,7 +251,7 @@ def _format(path: Path, instrument: str) -> WaveformFormat:
         return FORMATS[suffix]
     if instrument not in INSTRUMENTS:
         why = f"no such instrument.{nearest(instrument, INSTRUMENTS)}"
-        raise InputError(Problem(why, path="--as", value=instrument))
+        raise InputError(Problem(why, path="--instrument", value=instrument))
     if suffix != ".csv":
         raise InputError(f"a waveform of {instrument} is written as .csv, not as '{path.suffix}'.", path=path)
     return INSTRUMENTS[instrument]

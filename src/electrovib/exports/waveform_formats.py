@@ -117,7 +117,7 @@ _COUPLING: Final = (
 def _as_shares(waveform: Waveform, scaling: Scaling) -> Encoded:
     """Return the samples as shares of full scale in 24 bits, rounded towards 0 so that none is enlarged."""
     if scaling.gain != 1.0:
-        why = "belongs to an instrument (--as); a WAV file has a full scale"
+        why = "belongs to an --instrument; a WAV file has a full scale"
         raise InputError(why, path="gain", value=f"{scaling.gain:g}")
     full = scaling.full((waveform.peak or 1.0) * _FULL / (_FULL - 1))
     codes = np.trunc(waveform.voltages / full * _FULL)

@@ -25,6 +25,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
 from electrovib.papers import published
 from electrovib.physics.contact.rough_surface import (
+    HEIGHT,
     MODULUS,
     SLOPE,
     RoughSurface,
@@ -64,9 +65,7 @@ class BearingArea(RoughSurface):
 
     prefactor: Annotated[Number, Quantity("1", 1e-3, 1e3, "factor c of the repulsion")]
     modulus: Annotated[Number, MODULUS]
-    rms_height: Annotated[
-        Number, Quantity("m", 1e-10, 1e-2, "root mean square height of the surface topography")
-    ]
+    rms_height: Annotated[Number, HEIGHT]
     rms_slope: Annotated[Number, SLOPE]
     longest_wavelength: Annotated[Number, Quantity("m", 1e-8, 1, "longest wavelength of the roughness")]
 

@@ -60,7 +60,8 @@ class Persson2018RoughGap(ForceLaw):
     conduct. V is the voltage of the stack without a gap, in which a series impedance takes more of the voltage than with
     rough skin; the body should therefore be grounded, and its resistance times the capacitance of the layers short. Valid
     for wavelengths of the roughness that are long compared with 2 pi T_i. The form is cited from memory, unverified; at
-    one gap it is the Maxwell stress of `MaxwellStressInGap`.
+    one gap it is the Maxwell stress of `MaxwellStressInGap`. A `power` of 4/3 corrects it towards contacts that were solved:
+    `electrovib.equilibrium` states the gaps of a `FittedSurface` in this form.
     """
 
     reference: ClassVar[str] = "doi:10.1063/1.5024038, doi:10.1088/1361-648x/abe797"
@@ -73,10 +74,13 @@ class Persson2018RoughGap(ForceLaw):
     mean_gap: Annotated[Number, Quantity("m", 0, 1e-2, "mean of the Gaussian of the gaps under load")]
     rms_gap: Annotated[Number, Quantity("m", 1e-10, 1e-2, "standard deviation of the gaps under load")]
     spots: ContactSpots = PullingSpots()
+    power: Annotated[
+        Number, Quantity("1", 1, 2, "power of the Gaussian that the gaps follow; 1 is the Gaussian itself")
+    ] = 1.0
 
     def gaps(self) -> GaussianGaps:
         """Return the distribution of the gaps."""
-        return GaussianGaps(mean=self.mean_gap, rms=self.rms_gap)
+        return GaussianGaps(mean=self.mean_gap, rms=self.rms_gap, power=self.power)
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Return the field at each gap of the average times the root of its share of the area."""

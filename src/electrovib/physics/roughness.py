@@ -162,35 +162,45 @@ class GaussianGaps:
     """Gaussian distribution of gaps, whose part at or below 0 is in contact.
 
     `mean` of the Gaussian [m], 0 or more, which above 0 is near the mean gap of the whole contact, and its
-    standard deviation `rms` [m].
+    standard deviation `rms` [m]. With a `power` above 1 the gap is rms (y/rms)^power, y being the positive part of that Gaussian:
+    more of the area is narrow beside a spot, as it is where an elastic body leaves the spot with the power 3/2 of the distance.
     """
 
     mean: Any
     rms: Any
+    power: Any = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse a mean or an rms outside its limits."""
-        mean, rms = np.asarray(self.mean, dtype=float), np.asarray(self.rms, dtype=float)
+        """Refuse a mean, an rms or a power outside its limits."""
+        mean, rms, power = (np.asarray(each, dtype=float) for each in (self.mean, self.rms, self.power))
         if not np.all(np.isfinite(mean) & (mean >= 0)):
             raise InputError(f"mean = {self.mean}: a mean gap is finite and not below 0, for instance 5e-6 m")
         if not np.all(np.isfinite(rms) & (rms > 0)):
             raise InputError(f"rms = {self.rms}: an rms gap is finite and above 0, for instance 5e-6 m")
-        object.__setattr__(self, "mean", mean)
-        object.__setattr__(self, "rms", rms)
+        if not np.all((power >= 1) & (power <= 2)):
+            raise InputError(f"power = {self.power}: from 1, a Gaussian, to 2, for instance 4/3")
+        for name, value in (("mean", mean), ("rms", rms), ("power", power)):
+            object.__setattr__(self, name, value)
 
     @property
     def contact_fraction(self) -> NDArray[np.float64]:
         """Share phi = A_real/A0 of the area in contact [1]: the part of the Gaussian at or below 0."""
+        return self.share_up_to(0.0)
+
+    def share_up_to(self, gap: ArrayLike) -> NDArray[np.float64]:
+        """Return the share of the area with a gap [m] up to this one, 0 or more, contact included [1]."""
         from scipy.special import ndtr
 
-        share: NDArray[np.float64] = ndtr(-self.mean / self.rms)
+        reduced = (np.asarray(gap, dtype=float) / self.rms) ** (1 / self.power)
+        share: NDArray[np.float64] = ndtr(reduced - self.mean / self.rms)
         return share
 
     def density(self, gap: ArrayLike) -> NDArray[np.float64]:
         """Return the probability density of the gap [1/m] at gaps [m] above 0."""
-        rms = self.rms[..., None]
-        away = (np.asarray(gap, dtype=float) - self.mean[..., None]) / rms
-        spread: NDArray[np.float64] = np.exp(-(away**2) / 2) / (math.sqrt(2 * math.pi) * rms)
+        rms, power = self.rms[..., None], self.power[..., None]
+        reduced = np.asarray(gap, dtype=float) / rms
+        away = reduced ** (1 / power) - self.mean[..., None] / rms
+        spread: NDArray[np.float64] = _normal(away) * reduced ** (1 / power - 1) / (power * rms)
         return spread
 
     def rule(
@@ -200,18 +210,24 @@ class GaussianGaps:
 
         The weights add up to 1 - `contact_fraction`. `near` is the gap [m], above 0, over which the integrand
         changes near contact: the electrical thickness; `reach` is the half width of the integration in rms
-        gaps. Gauss-Legendre in t, gap = near (e^t - 1): one rule resolves 1/(gap + near)^2 and the Gaussian.
+        gaps. Gauss-Legendre in t, y = s (e^t - 1) of the Gaussian y, s the one at the gap `near`: one rule resolves
+        1/(gap + near)^2 and the Gaussian.
         """
-        scale = np.asarray(near, dtype=float)[..., None]
-        mean, rms = self.mean[..., None], self.rms[..., None]
-        low = np.log1p(np.maximum(0.0, mean - reach * rms) / scale)
-        high = np.log1p((mean + reach * rms) / scale)
+        rms, power, middle = self.rms[..., None], self.power[..., None], (self.mean / self.rms)[..., None]
+        scale = (np.asarray(near, dtype=float)[..., None] / rms) ** (1 / power)
+        low = np.log1p(np.maximum(0.0, middle - reach) / scale)
+        high = np.log1p((middle + reach) / scale)
         points, weights = _gauss(count)
         half = (high - low) / 2
         place = low + half * (1 + points)
-        gaps = scale * np.expm1(place)
-        shares = weights * half * scale * np.exp(place) * self.density(gaps)
-        return gaps, shares
+        reduced = scale * np.expm1(place)
+        shares = weights * half * scale * np.exp(place) * _normal(reduced - middle)
+        return rms * reduced**power, shares
+
+
+def _normal(away: NDArray[np.float64]) -> NDArray[np.float64]:
+    density: NDArray[np.float64] = np.exp(-(away**2) / 2) / math.sqrt(2 * math.pi)
+    return density
 
 
 @dataclass(frozen=True)

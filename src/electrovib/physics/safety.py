@@ -33,6 +33,8 @@ FIELD_EMISSION = 75e6
 """Field of breakdown of micro-gaps in air [V/m]; cited from memory, unverified."""
 AIR: Final = ("Paschen", "field emission")
 """Names of the diagnostics of the air between plate and finger."""
+FILM: Final = "film strength"
+"""Beginning of the names of the diagnostics of a layer's breakdown."""
 GAP_CLOSED: Final = ", gap closed"
 """Follows the name of the diagnostic of a film where the gap in front of it is closed."""
 BARE_ELECTRODE: Final = "bare electrode"
@@ -103,7 +105,7 @@ def film_diagnostic(name: str, layer: Layer, *, field: float, closed: str = "") 
     strength is known, and where the field is within a strength that is unverified, or was measured on a thinner layer, or at a
     thickness that is not known.
     """
-    title, what = f"film strength, {name}", f"the field in '{name}'"
+    title, what = f"{FILM}, {name}", f"the field in '{name}'"
     if closed:
         title, what = f"{title}{GAP_CLOSED}", f"{what}, {closed},"
     if layer.breakdown_field is not None:

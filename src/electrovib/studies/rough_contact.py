@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -18,6 +18,7 @@ from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.half_space import Coated, Elastic
 from electrovib.physics.roughness import local_pull
+from electrovib.physics.safety import FILM
 from electrovib.physics.topography import SelfAffine
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.equilibrium.of_scenario import (
@@ -26,7 +27,7 @@ from electrovib.solve.equilibrium.of_scenario import (
     largest_voltage,
     uniform_stack,
 )
-from electrovib.solve.rough_contact import Loaded, MaxwellStress, Rest, follow
+from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages
 
 MOST_VOLTAGES: Final = 64
 HIGHEST: Final = 1e6
@@ -43,6 +44,17 @@ COLUMNS: Final = {
     "capacitance": ("F", "capacitance"),
 }
 """Numbers at each voltage: unit and words."""
+SHARES: Final = (0.5, 0.1, 0.01)
+"""Shares of the area on which the field in a film reaches a value that is stated."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film that blocks: its field per volt where the contact is closed [1/m], and the strength it is judged by [V/m]."""
+
+    name: str
+    closed: float
+    strength: float
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -62,6 +74,8 @@ class RoughContact(Answer):
         shortest octave.
     roughness : SelfAffine
         Roughness of both faces together.
+    films : tuple of Film
+        Films whose strength is known.
     diagnostics : tuple of Diagnostic
         Of what the scenario declares, and of films, air and limits where the faces touch.
     """
@@ -73,6 +87,7 @@ class RoughContact(Answer):
     coarser: Real
     smoother: Real
     roughness: SelfAffine
+    films: tuple[Film, ...]
     diagnostics: tuple[Diagnostic, ...]
 
     @property
@@ -112,6 +127,21 @@ class RoughContact(Answer):
         """Whether the contact fell into another rest before each voltage: shut, or open again."""
         return np.array([rest.fell for rest in self.rests])
 
+    def field(self, film: Film, at: int) -> Real:
+        """Return the map of the field in a film [V/m] at one of the voltages; where the contact is closed it is the largest."""
+        thickness = self.stack.electrical_thickness
+        map_: Real = abs(self.voltage[at]) * film.closed * thickness / (thickness + self.rests[at].gap)
+        return map_
+
+    @property
+    def area_beyond(self) -> dict[str, Real]:
+        """Share of the area whose field is above the strength of each film, at each voltage [1]."""
+        every = range(self.voltage.size)
+        return {
+            film.name: np.array([np.mean(self.field(film, at) > film.strength) for at in every])
+            for film in self.films
+        }
+
     @property
     def document(self) -> Document:
         """What happens at the largest voltage, a row for each voltage, and the maps."""
@@ -120,10 +150,13 @@ class RoughContact(Answer):
         texts = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
         return Document(
             title="A rough contact under a constant voltage",
-            sentences=[self._at_most(), self._converged(), *self._doubts()],
-            numbers=[Table("", tuple(words for _, words in COLUMNS.values()), tuple(texts))],
+            sentences=[self._at_most(), self._converged(), *self._broken(), *self._doubts()],
+            numbers=[
+                Table("", tuple(words for _, words in COLUMNS.values()), tuple(texts)),
+                *(self._fields(film) for film in self.films),
+            ],
             diagnostics=self.diagnostics,
-            figures=[*self._over_voltage(), self._map()],
+            figures=[*self._over_voltage(), self._map(), *self._distribution()],
             remarks=[
                 "the roughness is that of both faces together on one elastic body, without friction or adhesion; the field at a"
                 " place is that of parallel plates, which holds where gap and layers are thin beside the waves",
@@ -141,6 +174,7 @@ class RoughContact(Answer):
             for kind, both in (("coarser grid", self.coarser), ("smoother roughness", self.smoother))
             for number, values in zip(("contact_share", "attraction"), both, strict=True)
         }
+        further |= {f"area above strength, {film}": share for film, share in self.area_beyond.items()}
         columns = {name: getattr(self, name) for name in COLUMNS} | further | {"fell": self.fell.astype(int)}
         return csv_text(
             tuple(columns), np.column_stack(list(columns.values())).tolist(), remarks=[self._converged()]
@@ -163,6 +197,29 @@ class RoughContact(Answer):
             f" {100 * self.contact_share[at]:.3g} % of the area touch, the mean gap is {_shown(self.mean_gap[at], 'm')}, and the"
             f" attraction is {_shown(self.attraction[at], 'Pa')}, {beside} at the mean gap"
         )
+
+    def _broken(self) -> list[str]:
+        """Say of each film on how much of the area it is above its strength, and what it reaches where the contact is closed."""
+        at, areas = self.at_largest_voltage, self.area_beyond
+        volt = self.voltage[at]
+        return [
+            f"at {_shown(volt, 'V')} the field in '{film.name}' is above its strength of {_shown(film.strength, 'V/m')} on"
+            f" {100 * areas[film.name][at]:.3g} % of the area, and {_shown(abs(volt) * film.closed, 'V/m')} where faces touch;"
+            " whatever that share, the limit that `check` judges is that of a closed gap on conducting skin"
+            for film in self.films
+        ]
+
+    def _fields(self, film: Film) -> Table:
+        """Return a row for each voltage: what the field reaches on shares of the area, and the area above the strength."""
+        rows = []
+        for at, volt in enumerate(self.voltage.tolist()):
+            field = self.field(film, at)
+            reached = [*np.quantile(field, 1 - np.array(SHARES)).tolist(), float(field.max())]
+            area = float(self.area_beyond[film.name][at])
+            rows.append((_shown(volt, "V"), *(_shown(each, "V/m") for each in reached), _shown(area, "1")))
+        shares = (f"on {100 * share:g} % of the area" for share in SHARES)
+        strength = f"area above {_shown(film.strength, 'V/m')}"
+        return Table(f"Field in '{film.name}'", ("voltage", *shares, "largest", strength), tuple(rows))
 
     def _doubts(self) -> list[str]:
         """Say where the contact passed states that are not stable, and where the grid is too coarse for the attraction."""
@@ -211,6 +268,25 @@ class RoughContact(Answer):
                 ),
             )
         ]  # fmt: skip
+
+    def _distribution(self) -> list[Panel]:
+        """Return the share of the area on which the field of each film is larger, at the largest voltage."""
+        at, curves = self.at_largest_voltage, list[Curve]()
+        for look, film in enumerate(self.films if self.voltage[at] else ()):
+            field = np.sort(self.field(film, at), axis=None)
+            kept = np.unique(np.linspace(0, field.size - 1, 513).astype(int))
+            share = 1 - kept / field.size
+            broken = np.array([film.strength]), self.area_beyond[film.name][[at]]
+            curves += [
+                Curve(label=film.name, x=field[kept], y=share, look=look),
+                Curve(label=f"strength of {film.name}", x=broken[0], y=broken[1], kind="points", look=look),
+            ]
+        panel = Panel(
+            id="field", title=f"Field in the film at {_shown(self.voltage[at], 'V')}", x=("field", "V/m"),
+            y=("share of the area with a larger field", "1"), curves=tuple(curves),
+            caption="Where the faces touch, the film has its part of the whole voltage: the step at the right.",
+        )  # fmt: skip
+        return [panel] if curves else []
 
     def _map(self) -> Drawing:
         at = self.at_largest_voltage
@@ -297,7 +373,8 @@ def rough_contact(
     shape = (count, count)
     heights, even = (each.heights(shape, (roughness.longest,) * 2, seed=seed) for each in (roughness, smooth))
     rests = solve(heights)
-    widest = max(float(rest.gap.max()) for rest in rests)
+    widest, largest = max(float(rest.gap.max()) for rest in rests), float(np.abs(voltages).max())
+    diagnostics = closed_diagnostics(known, stack, voltage=largest, widest=widest)
     return RoughContact(
         stack=stack,
         voltage=voltages,
@@ -305,7 +382,19 @@ def rough_contact(
         coarser=_numbers(solve(heights[::2, ::2])),
         smoother=_numbers(solve(even[::2, ::2])),
         roughness=roughness,
-        diagnostics=closed_diagnostics(known, stack, voltage=float(np.abs(voltages).max()), widest=widest),
+        films=_films(diagnostics, stack, largest),
+        diagnostics=diagnostics,
+    )
+
+
+def _films(diagnostics: Sequence[Diagnostic], stack: BlockingStack, voltage: float) -> tuple[Film, ...]:
+    """Return the films among the blocking layers, from diagnostics of the whole area touching under a voltage [V]."""
+    judged = {each.name: each for each in diagnostics}
+    found = [(name, judged.get(f"{FILM}, {name}")) for name in stack.blocking]
+    return tuple(
+        Film(name, each.value / voltage, each.limit)
+        for name, each in found
+        if each is not None and each.value is not None and each.limit is not None and voltage
     )
 
 
@@ -323,14 +412,11 @@ def _voltages(voltage: ArrayLike) -> Real:
 def _solver(
     stack: BlockingStack, body: Elastic | Coated, period: float, voltages: Real
 ) -> Callable[[Real], tuple[Rest, ...]]:
-    def pull(voltage: float) -> MaxwellStress:
-        return MaxwellStress(voltage=voltage, electrical_thickness=stack.electrical_thickness)
-
     def solve(heights: Real) -> tuple[Rest, ...]:
         loaded = Loaded(
             heights=heights, periods=(period, period), compliance=body.compliance, pressure=stack.pressure
         )
-        return follow(loaded, pull, voltages.tolist())
+        return follow_voltages(loaded, voltages.tolist(), electrical_thickness=stack.electrical_thickness)
 
     return solve
 

@@ -23,18 +23,17 @@ SAMPLING, THRESHOLDS, LAW = "sampling", "thresholds of perception", "force law"
 TOGETHER, PEOPLE = "together", "differences of the threshold between people"
 CONFIDENCE: Final = 0.95
 """Of every interval for a finite number of draws."""
-COMMAND: Final = "electrovib evidence eshiver ultrashiver shultz swing"
-"""Computes `TYPICAL_FACTORS`: these are the absolute forces that were measured on a finger, or on what stands for one."""
+COMMAND: Final = "electrovib evidence ultrashiver swing"
+"""Computes `TYPICAL_FACTORS`: these are the absolute forces that were measured on a person's finger."""
 TYPICAL_FACTORS: Final = {
-    "EffectiveMedium": 8.7,
-    "MaxwellStressInGap": 12.0,
-    "MaxwellStressInInsulator": 11.0,
-    "MaxwellStressInStratumCorneum": 240.0,
-    "Persson2018RoughGap": 16.0,
-    "Vezzoli2014Causal": 6.3,
-    "Vezzoli2014PerFrequency": 4.4,
+    "EffectiveMedium": 14.0,
+    "MaxwellStressInGap": 11.0,
+    "MaxwellStressInInsulator": 15.0,
+    "MaxwellStressInStratumCorneum": 2900.0,
+    "Persson2018RoughGap": 9.7,
+    "Vezzoli2014Causal": 10.0,
 }
-"""Typical factor by which a law misses them, up to 5 forces of 2 groups; a test computes it again."""
+"""Typical factor by which a law misses them, two forces of two groups; a test computes it again."""
 LEVEL, LOWEST_LEVEL, HIGHEST_LEVEL = (f"{which}detection level" for which in ("", "lowest ", "highest "))
 """Level above the middle of the thresholds, above the highest and above the lowest."""
 
@@ -117,7 +116,7 @@ def law_width(
     if factor is None:
         why = f"no measured force says how far {law} is off here; '{COMMAND}' compares the laws"
         return Width(name=LAW, text=why)
-    text = f"{law} misses forces on fingers, up to 5 measured by 2 groups, by a factor of {factor:g} typically ({COMMAND})"
+    text = f"{law} misses the two forces that were measured on fingers by a factor of {factor:g} typically ({COMMAND})"
     return Width(name=LAW, text=text, interval=interval or (1 / factor, factor), unit=unit)
 
 

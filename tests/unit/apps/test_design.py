@@ -82,8 +82,8 @@ def test_a_parameter_is_sought_in_a_range_and_the_rest_of_the_answer_is_asked_fo
 def test_what_is_largest_in_a_plate_is_a_wish(said):
     grid, smallest, largest = "drive.amplitude=20V:40V:2", "mean electrostatic_force", "peak voltage"
     wishes = f"--minimise '{smallest}' --maximise '{largest}'"
-    out = said(f"plan-plate bau_2010/sine --over {grid} --refine 0 {wishes}")
-    asked = {"maximise": [largest], "minimise": [smallest], "refine": 0}
+    out = said(f"plan-plate bau_2010/sine --over {grid} {wishes}")
+    asked = {"maximise": [largest], "minimise": [smallest]}
     found = ev.plan_plate("bau_2010/sine", [grid], **asked)
     assert out.splitlines()[: len(found.sentences)] == list(found.sentences)
 

@@ -13,6 +13,7 @@ import typer
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.budget import ONE_THREAD
+from electrovib.recordings.fit.contact import ContactFit
 
 PROGRAM = typer.main.get_command(app)
 
@@ -210,8 +211,8 @@ def test_commands_and_options_are_few_and_one_name_has_one_form_everywhere():
     for name, each in every(PROGRAM):
         for option, parameter in options(each).items():
             forms.setdefault(option, {})[name] = parameter.multiple
-    assert len(PROGRAM.commands) <= 25
-    assert len({*forms, *options(PROGRAM)}) <= 87
+    assert len(PROGRAM.commands) <= 26
+    assert len({*forms, *options(PROGRAM)}) <= 94
     mixed = {option for option, found in forms.items() if len(set(found.values())) > 1}
     # several files of a study; one parameter is sought by a design, several by a fit; one signal has edges
     assert mixed == {"--output", "--free", "--quantity"}
@@ -223,7 +224,7 @@ def test_a_design_has_the_name_and_the_arguments_of_its_function(name, said, mon
     taken = set(inspect.signature(function).parameters)
     assert len(taken) <= 10
     own = {each.opts[0].strip("-").replace("-", "_") for each in PROGRAM.commands[name].params} - {"help"}
-    assert taken - own == taken & {"progress"}
+    assert taken - own == taken & {"progress", "refine"}
     further = {"output", "style", "edge", "all", "force", "models"}
     assert own - taken <= further
     monkeypatch.setenv("COLUMNS", "200")
@@ -239,6 +240,7 @@ FITS = {
     "fit-separately": (ev.fit_separately, ev.Recordings),
     "fit-material": (ev.fit_material, ev.SpectrumRecipe, ev.SpectrumErrors),
     "fit-power-law": (ev.fit_power_law,),
+    "fit-contact": (ev.fit_contact, ContactFit.predict),
 }
 
 
@@ -246,7 +248,7 @@ FITS = {
 def test_a_fit_has_the_names_of_its_function_and_of_what_this_is_given(name):
     taken = [inspect.signature(each).parameters for each in FITS[name]]
     assert all(len(each) <= 10 for each in taken)
-    own = {each.name for each in PROGRAM.commands[name].params}
+    own = {each.name.strip("_") for each in PROGRAM.commands[name].params}
     further = {"output", "style", "all", "force", "models", "set", "recipe", "files"}
     assert own - set().union(*taken) <= further
 

@@ -1,83 +1,121 @@
-"""The table of the options of a command: what it declares, what was given, and what is refused."""
+"""The options of a command: what it is given, what its help says, and what is refused."""
+
+from typing import Annotated
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
 from electrovib.apps.cli import app as program
-from electrovib.apps.cli.options import takes
+from electrovib.apps.cli import options
+from electrovib.apps.cli.grouped import Command
 from electrovib.core.errors import InputError
 
-TABLE = """
-scenario           [default: a/b]
-[files]... FILE    Files.
--n N -> draws      Number of draws. [required]
---name A,B,...     Names, split at commas.
---rate SHARE       A number. [default: 0.5]
---vary PATH,... -> varying  Paths, which are
-    told in two lines; repeatable.
---ring             A flag.
---force
-"""
+GIVEN = {}
+
+
+def command(
+    context: typer.Context,
+    *,
+    scenario: options.Scenario = "a/b",
+    files: Annotated[list[str] | None, typer.Argument()] = None,
+    draws: Annotated[int, options.number("-n", int)],
+    name: options.Names = None,
+    rate: Annotated[float, options.number("--rate")] = 0.5,
+    varying: Annotated[list[str] | None, typer.Option("--vary")] = None,
+    ring: options.Flag = False,
+    force: options.Flag = False,
+) -> None:
+    """Do something.
+
+    At length.
+
+    Parameters
+    ----------
+    files : FILE
+        Files.
+    draws : N
+        Number of draws.
+    name : A,B,...
+        Names, split at commas.
+    rate : SHARE
+        A number.
+    varying : PATH
+        Paths, which are
+        told in two lines; repeatable.
+    ring
+        A flag.
+
+    Examples
+    --------
+    command -n 3
+    """
+    GIVEN.clear()
+    GIVEN.update(locals())
+    if ring and varying:
+        options.only(context, "draws varying ring", "this")
 
 
 @pytest.fixture
-def given():
+def call():
     """Return a function that reads a command line, and returns what was given."""
-    found = []
     app = typer.Typer(rich_markup_mode=None, add_completion=False)
-    app.command()(takes(TABLE)(found.append))
+    app.command(cls=Command)(command)
 
     def call(line):
         done = CliRunner().invoke(app, line.split())
-        assert done.exit_code == 0, done.output
-        return found.pop()
+        if done.exception:
+            raise done.exception
+        return {name: value for name, value in GIVEN.items() if name != "context"}
 
     return call
 
 
-def test_a_command_is_given_what_was_typed_and_what_has_a_default(given):
-    assert given("-n 3") == {"scenario": "a/b", "draws": 3, "rate": 0.5}
-    said = given("c/d e.nc f.nc -n 0 --name x,y --vary p,q --vary r --ring --rate 2 --force")
-    assert said == {
+ABSENT = {"files": None, "name": None, "varying": None, "ring": False, "force": False}
+
+
+def test_a_command_is_given_what_was_typed_and_what_has_a_default(call):
+    assert call("-n 3") == ABSENT | {"scenario": "a/b", "draws": 3, "rate": 0.5}
+    said = call("c/d e.nc f.nc -n 0 --name x,y --vary p --vary r --rate 2 --force")
+    assert said == ABSENT | {
         "scenario": "c/d", "files": ["e.nc", "f.nc"], "draws": 0, "name": ["x", "y"], "rate": 2.0,
-        "varying": ["p", "q", "r"], "ring": True, "force": True,
+        "varying": ["p", "r"], "force": True,
     }  # fmt: skip
 
 
-def test_an_option_that_is_absent_is_not_given(given):
-    assert not {"name", "ring"} & given("-n 1").keys()
-
-
-def test_what_does_not_belong_is_named_by_its_flag(given):
-    said = given("-n 1 --vary p --ring --force")
-    said.only("draws varying ring", "this")
+def test_what_does_not_belong_is_named_by_its_flag(call):
+    call("-n 1 --vary p --ring --force")
     with pytest.raises(InputError) as refused:
-        said.only("draws", "this")
+        call("-n 1 --vary p --ring --rate 3 --name x")
     assert refused.value.problems == (
-        "--vary: does not belong to this; omit it",
-        "--ring: does not belong to this; omit it",
+        "--name: does not belong to this; omit it",
+        "--rate: does not belong to this; omit it",
     )
 
 
-def test_what_is_taken_is_no_longer_there(given):
-    said = given("-n 1 --ring")
-    assert said.take("draws name") == {"draws": 1}
-    assert set(said) == {"scenario", "rate", "ring"}
+def test_what_is_absent_is_not_passed_on():
+    assert options.given(a=None, b=0, c=False, d=[]) == {"b": 0, "c": False, "d": []}
 
 
-def test_the_help_is_the_table():
+def test_the_help_is_the_numpydoc_of_the_command_or_that_of_what_several_have():
     app = typer.Typer(rich_markup_mode=None, add_completion=False)
-    app.command()(takes(TABLE)(print))
+    app.command(cls=Command)(command)
     shown = " ".join(CliRunner().invoke(app, ["--help"]).output.split())
     for words in (
+        "Example: command -n 3 Do something. At length. Arguments:",
         "-n N Number of draws. [required]",
-        "--vary PATH,... Paths, which are told in two lines; repeatable.",
+        "--vary PATH Paths, which are told in two lines; repeatable.",
         "--rate SHARE A number. [default: 0.5]",
+        "--ring A flag. --force",
         "A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace. [default: a/b]",
         "--force Replace a file that electrovib did not write, or that was changed.",
     ):
         assert words in shown
+
+
+def test_a_flag_has_no_opposite(call):
+    with pytest.raises(InputError, match="'--no-ring'"):
+        call("-n 1 --no-ring")
 
 
 def every_option():
@@ -104,5 +142,16 @@ def test_an_option_given_twice_counts_twice_or_is_refused(path, option):
         assert str(done.exception) == f"{option.opts[0]}: given 2 times; give it once"
 
 
-def test_names_of_an_option_that_is_repeated_are_added_up_and_a_flag_may_be_repeated(given):
-    assert given("-n 1 --name x,y --name z --ring --ring")["name"] == ["x", "y", "z"]
+def test_names_of_an_option_that_is_repeated_are_added_up_and_a_flag_may_be_repeated(call):
+    assert call("-n 1 --name x,y --name z --ring --ring")["name"] == ["x", "y", "z"]
+
+
+def test_every_parameter_of_every_command_is_described():
+    waiting = [((), typer.main.get_command(program))]
+    while waiting:
+        path, command = waiting.pop()
+        waiting += [((*path, name), each) for name, each in getattr(command, "commands", {}).items()]
+        for each in command.params:
+            assert each.help or getattr(each, "hidden", False), (path, each.name)
+            takes_value = each.param_type_name == "option" and not each.is_flag
+            assert each.metavar or not takes_value, (path, each.name)

@@ -92,6 +92,7 @@ reduce_swipe t.nc => electrovib times --swipes'
 reduce_swipes t.nc => electrovib times --swipes'
 fit_material => electrovib fit-material
 fit_power_law => electrovib fit-power-law
+fit_contact => electrovib fit-contact
 fit_separately => electrovib fit-separately
 import_file m.csv => electrovib import'
 import_material m.csv => electrovib import'
@@ -183,7 +184,7 @@ run ok.toml --quantities x => takes '--quantity'
 fit-laws ok.toml t.nc --law x => takes '--laws'
 fit-material t.csv --gain-error x => takes '--systematic'
 study ok.toml -n 4 --seed 1 --space m.csv -o s.zarr => a table of numbers, not a space && 'electrovib import m.csv' reads it
-export ok.toml --instrument x => takes '--as'
+export ok.toml --as x -o w.csv => no such instrument
 import m.csv --columns x => takes '--column'
 run ok.toml --outptu x.nc => Did you mean '--output'?
 run ok.toml -O x.nc => Did you mean '-o'?
@@ -239,7 +240,6 @@ times t.nc --levels 0.1:0.9 => --levels 0.1:0.9 && in per cent; write 10:90
 times t.nc --levels 0.2:0.8 => write 20:80
 times t.nc --levels 10-90 => such as 10:90
 explore --port 80a => --port = 80a && whole number
-plan-plate ok.toml --refine two --over drive.amplitude=1:2:3 => --refine = two
 fit ok.toml t.nc --free contact.area=1um:5um => --free contact.area=1um:5um && --free contact.area; && --set contact.area=1um
 fit ok.toml t.nc --free 'contact.area=1 cm2' => --set contact.area=1 cm2
 # values within tables

@@ -14,6 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.contact import (
     Contact,
+    FittedSurface,
     FixedArea,
     GrowingArea,
     LinearSpring,
@@ -41,6 +42,7 @@ GROWING = {"area": 1e-4, "at_force": 0.5, "exponent": 2 / 3}
 PULLING, IDLE, LEAKING = PullingSpots(), IdleSpots(), LeakingSpots(resistivity=1e8)
 SURFACES = {name: kind.model_validate(dict(kind.example)) for name, kind in find_members(Surface).items()}
 SKIN = SURFACES["PerssonSurface"]
+STIFF = FittedSurface(modulus=1e8, rms_height=2e-5, rms_slope=0.5)
 lengths = st.floats(-9.0, -4.0).map(lambda power: 10.0**power)
 
 
@@ -56,10 +58,10 @@ def ratio(electrical, rms, in_rms):
 
 
 def by_panels(electrical, gaps):
-    """Integral of P(u)/|u + h|^2 over panels that grow away from contact and are short against the Gaussian."""
-    size, end = abs(electrical), gaps.mean + 10 * gaps.rms
-    near = np.geomspace(1e-3 * min(size, end), end, 120)
-    edges = np.concatenate([[0.0], near, np.linspace(max(0.0, gaps.mean - 10 * gaps.rms), end, 60)])
+    """Integral of P(u)/|u + h|^2 over panels that grow away from contact, where P may be infinite, and are short against P."""
+    size, end = abs(electrical), gaps.rms * (gaps.mean / gaps.rms + 10) ** gaps.power
+    near = np.geomspace(1e-14 * min(size, end), end, 240)
+    edges = np.concatenate([[0.0], near, np.linspace(max(0.0, gaps.mean - 10 * gaps.rms), end, 120)])
     points, weights = np.polynomial.legendre.leggauss(16)
     edges = np.unique(edges)
     half = np.diff(edges)[:, None] / 2
@@ -180,7 +182,7 @@ def test_plates_are_the_local_pull_and_fall_ever_less():
     assert idle.slope(1.01 * idle.smallest_gap) > 0  # what touches pulls no more
 
 
-@pytest.mark.parametrize("surface", [SKIN, SURFACES["BearingArea"]])
+@pytest.mark.parametrize("surface", [SKIN, SURFACES["BearingArea"], STIFF])
 @pytest.mark.parametrize("thickness", [COATING, FILM])
 def test_a_rough_skin_is_the_integral_over_its_gaps_with_its_slope(surface, thickness):
     attraction, idle = rough(surface, thickness), rough(surface, thickness, spots=IDLE)
@@ -262,9 +264,11 @@ def test_a_spring_touches_when_it_is_closed_and_has_no_relief():
     assert np.isinf(SKIN.gap(np.asarray(0.0)))  # nothing pressing is no bound
 
 
-@given(mean=st.floats(-8, -4), touching=st.floats(-12, math.log10(0.5)))
-def test_gaps_have_the_mean_and_the_contact_they_were_made_from(mean, touching):
-    gaps = gaussian_gaps(mean_gap=10**mean, touching=10**touching)
+@given(
+    mean=st.floats(-8, -4), touching=st.floats(-12, math.log10(0.5)), power=st.sampled_from([1.0, 4 / 3, 1.5])
+)
+def test_gaps_have_the_mean_and_the_contact_they_were_made_from(mean, touching, power):
+    gaps = gaussian_gaps(mean_gap=10**mean, touching=10**touching, power=power)
     assert gaps.contact_fraction == pytest.approx(10**touching, rel=1e-10)
     places, shares = gaps.rule(gaps.rms)
     assert float(np.sum(places * shares)) == pytest.approx(10**mean, rel=1e-9)
@@ -277,6 +281,49 @@ def test_gaps_of_a_surface_are_of_one_contact():
     assert float(np.sum(places * shares)) == pytest.approx(float(SKIN.gap(np.asarray(5e3))), rel=1e-9)
     # the spread comes out near the rms height, although nothing asks for it
     assert 0.5 * SKIN.rms_gap < gaps.rms < 2 * SKIN.rms_gap
+
+
+def test_gaps_of_a_power_of_a_gaussian():
+    """Of power 2 and mean 0 the mean gap is rms/2 and the attraction by mpmath's quadrature over the Gaussian."""
+    gaps = GaussianGaps(mean=0.0, rms=3e-6, power=2.0)
+    places, shares = gaps.rule(1e-6)
+    assert float(np.sum(places * shares)) == pytest.approx(1.5e-6, rel=1e-9)
+    assert float(gaps.share_up_to(3e-6)) == pytest.approx(NormalDist().cdf(1.0), rel=1e-12)
+    for power in (1.0, 4 / 3):
+        gaps = GaussianGaps(mean=2e-6, rms=2e-6, power=power)
+
+        def at(y, power=power):
+            gap = 2e-6 * y**power
+            return mpmath.npdf(y - 1) / (gap + COATING) ** 2
+
+        between = mpmath.quad(at, [0, 0.1, 0.5, 1, 2, 4, 10])
+        assert float(pull(gaps).gaps) == pytest.approx(EPS0 / 2 * float(between), rel=1e-7)
+    with pytest.raises(InputError, match=r"power = 0\.9: from 1"):
+        GaussianGaps(mean=1e-6, rms=1e-6, power=0.9)
+
+
+def test_the_corrected_law_is_its_five_numbers_and_ends_where_it_was_fitted():
+    surface = FittedSurface(modulus=2e6, rms_height=5e-6, rms_slope=0.2)
+    reduced = 1e4 / (2e6 * 0.2)
+    share = float(surface.real_share(np.asarray(1e4)))
+    assert share == pytest.approx(math.erf(math.sqrt(2) * 1.12 * reduced**0.95), rel=1e-12)
+    step = (surface.real_share(np.asarray(1.0001e4)) - surface.real_share(np.asarray(0.9999e4))) / 2.0
+    assert surface.real_growth(1e4) == pytest.approx(float(step), rel=1e-6)  # central difference
+    assert surface.gap(np.asarray(1e4)) == pytest.approx(0.435 * 5e-6 * math.log(0.41 / reduced), rel=1e-12)
+    assert surface.gaps(1e4).power == 4 / 3
+    within = surface.diagnostics([0.0, 0.01, 0.2])[0]
+    assert (within.state, "within 15 %" in within.text) == ("ok", True)
+    for changed, shares, words in (
+        ({"rms_height": 4e-5}, [0.1], "rms_height = 40 um (fitted: 500 nm to 30 um)"),
+        ({"rms_slope": 1.0}, [0.1], "rms_slope = 1 (fitted: 0.04 to 0.7)"),
+        ({}, [2e-4, 0.1], "real over gross contact area = 0.0002 (fitted: 0.001 to 0.5)"),
+        ({}, [0.1, 0.6], "real over gross contact area = 0.6 "),
+    ):
+        (outside,) = surface.model_copy(update=changed).diagnostics(shares)
+        assert outside.state == "warning"
+        assert words in outside.text
+    (published,) = SKIN.diagnostics([0.1])
+    assert (published.state, "0.51 to 0.91" in published.text) == ("warning", True)
 
 
 @pytest.mark.parametrize(("mean", "touching"), [(0.0, 0.1), (1e-6, 0.51), (1e-6, 0.0), (math.inf, 0.1)])

@@ -9,6 +9,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import contact
+from electrovib.recordings.interval import Interval
 from electrovib.solve.equilibrium.of_scenario import blocking_stack
 
 SINE = "bau_2010/sine"
@@ -42,7 +43,8 @@ def capacitances(scenario=SINE, rough=ROUGH, body=SOFT, seed=0):
     )
 
 
-def fitted(capacitance=None, load=LOADS, scenario=SINE, rough=ROUGH, body=SOFT, **options):
+def fitted(capacitance=None, load=LOADS, scenario=SINE, rough=ROUGH, body=SOFT, draws=1, **options):
+    options["draws"] = draws
     values = capacitances() if capacitance is None else capacitance
     return ev.fit_contact(scenario, load=load, capacitance=values, roughness=rough, body=body, **options)
 
@@ -84,6 +86,104 @@ def test_it_predicts_the_attraction_without_a_further_number():
         for rough, body in ((found.roughness, found.body), (ROUGH, SOFT))
     )
     np.testing.assert_allclose(predicted, true, rtol=0.02)
+    np.testing.assert_allclose(found.predict(voltage=[30.0, 60.0]).force, predicted, rtol=1e-12)
+
+
+def test_the_prediction_is_that_of_each_draw_under_another_load():
+    found = fitted(draws=3, seed=5)
+    assert [each.seed for each in found.draws] == [5, 6, 7]
+    alone = [
+        ev.rough_contact(
+            ev.load(SINE, changes={"load.normal_force": 0.2}),
+            roughness=each.roughness,
+            body=each.body,
+            voltage=[-40.0, 80.0],
+            seed=each.seed,
+        ).force
+        for each in found.draws
+    ]
+    predicted = found.predict(voltage=[-40.0, 80.0], load=0.2)
+    np.testing.assert_allclose(predicted.forces, alone, rtol=1e-12)
+    np.testing.assert_allclose(predicted.force, np.exp(np.mean(np.log(alone), axis=0)))
+    assert predicted.stack.pressure == pytest.approx(0.2 / found.predict(voltage=1.0).stack.area)
+
+
+def test_a_typical_factor_and_both_slopes():
+    """Measured forces 2 and 1/2 times the predicted ones, at voltages a factor of 2 apart: the slope is less by 2."""
+    found = fitted()
+    own = found.predict(voltage=[10.0, 20.0]).force
+    predicted = found.predict(voltage=[10.0, 20.0], measured=own * [2.0, 0.5])
+    assert predicted.typical_factor == pytest.approx(2.0)
+    steep, seen = predicted.slopes
+    assert steep == pytest.approx(np.log2(own[1] / own[0]))
+    assert seen == pytest.approx(steep - 2)
+    first, second = predicted.document.sentences
+    assert "at 20 V" in first
+    assert "typical factor of 2;" in second
+    assert f"power {steep:.3g} of the voltage, measured {seen:.3g}" in second
+    rows = [each for each in predicted.content("prediction.csv").splitlines() if not each.startswith("#")]
+    assert rows[0] == "voltage,force,draw 1,measured"
+    np.testing.assert_allclose([float(each.split(",")[3]) for each in rows[1:]], own * [2.0, 0.5])
+
+
+def test_a_prediction_without_measured_forces_compares_nothing():
+    predicted = fitted().predict(voltage=[10.0])
+    assert np.isnan(predicted.typical_factor)
+    assert np.isnan(predicted.slopes).all()
+    assert len(predicted.document.sentences) == 1
+
+
+def test_films_are_judged_where_the_contact_is_closed():
+    found = {each.name: each for each in fitted().predict(voltage=[10.0, -900.0]).diagnostics}
+    film = found["film strength, insulator"]
+    assert film.state == "warning"
+    assert film.value == pytest.approx(900 / 1e-6, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"voltage": [0.0, 10.0]}, "finite voltages other than 0"),
+        ({"voltage": [np.nan]}, "finite voltages other than 0"),
+        ({"voltage": [[1.0]]}, "in a row"),
+        ({"voltage": [10.0], "measured": [1.0, 2.0]}, "for each of the 1 voltages"),
+        ({"voltage": [10.0], "measured": [0.0]}, "a force above 0"),
+        ({"voltage": [10.0], "load": 0.0}, "rests under a load"),
+    ],
+)
+def test_what_cannot_be_predicted_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        fitted().predict(**given)
+
+
+def test_the_interval_over_draws_holds_other_phases():
+    """Capacitances of 12 other draws: the interval that four draws give holds the true numbers of most of them."""
+    held = {"rms": 0, "modulus": 0}
+    for seed in range(20, 32):
+        found = fitted(capacitances(seed=seed), draws=4)
+        held["rms"] += found.rms.lower <= 2e-6 <= found.rms.upper
+        held["modulus"] += found.modulus.lower <= 1e6 <= found.modulus.upper
+        alone = fitted(capacitances(seed=seed))
+        assert found.rms.upper / found.rms.lower > alone.rms.upper / alone.rms.lower
+    assert held["rms"] >= 10
+    assert held["modulus"] >= 10
+
+
+def test_the_interval_over_draws_is_that_of_one_more_and_of_the_noise():
+    """Two numbers a factor of e apart without noise: sqrt(1/2) about the middle, times sqrt(3/2), t with 1 degree of freedom."""
+    low, high = (Interval(value=each, lower=each, upper=each, standard_error=0.0) for each in (1.0, np.e))
+    found = contact._over_draws([low, high], 4)
+    assert found.value == pytest.approx(np.exp(0.5))
+    assert np.log(found.upper / found.value) == pytest.approx(12.7062 * np.sqrt(0.75), rel=1e-5)
+    assert found.value**2 == pytest.approx(found.lower * found.upper)
+    noisy = contact._over_draws([replace(low, standard_error=0.1)] * 3, 4)
+    assert np.log(noisy.upper) == pytest.approx(2.77645 * 0.1, rel=1e-5)
+
+
+@pytest.mark.parametrize("draws", [0, 33])
+def test_a_number_of_draws_that_is_none_is_refused(draws):
+    with pytest.raises(InputError, match=f"draws = {draws}"):
+        fitted(draws=draws)
 
 
 def test_intervals_hold_under_noise():

@@ -22,7 +22,7 @@ from electrovib.physics.contact import (
     PlateAttraction,
     RoughAttraction,
 )
-from electrovib.physics.roughness import IdleSpots, PullingSpots
+from electrovib.physics.roughness import GaussianGaps, IdleSpots, PullingSpots, mean_pull
 from electrovib.scenario import load
 from electrovib.solve.electrics.attraction import pressed, pressed_states
 from electrovib.solve.equilibrium import equilibrium, hysteresis
@@ -391,3 +391,42 @@ def test_a_closing_gap_bears_load_and_attraction_on_the_area_that_both_make(coat
     force, area = float(trace.electrostatic_force[-1]), float(trace.gross_contact_area[-1])
     assert force > 0.01
     assert borne * area == pytest.approx(0.2 + force, rel=1e-6)
+
+
+CORRECTED = {"model": "FittedSurface", "modulus": 2e7, "rms_height": 1e-5, "rms_slope": 0.5}
+
+
+def test_a_law_of_rough_contact_states_its_error_and_its_local_gaps():
+    """The gaps that are printed attract as the state does: the mean over them, by the force law that takes them."""
+    changes = {"contact.surface": CORRECTED, "stack.gap.material.conductivity": 0.0, **THIN}
+    scenario = load("vezzoli_2014/fig6_gap", changes=changes)
+    found = equilibrium(scenario, voltage=50.0, spots=PullingSpots())
+    told = {each.name: each for each in found.diagnostics}
+    assert (told["real contact"].state, "one gap" in told) == ("ok", False)
+    printed = re.search(r"mean_gap = (\S+), rms_gap = (\S+), power = (\S+) }", str(found))
+    mean, rms, power = (float(each) for each in printed.groups())
+    gaps = GaussianGaps(mean=mean, rms=rms, power=power)
+    pull = mean_pull(50.0, electrical_thickness=found.electrical_thickness, gaps=gaps, spots=PullingSpots())
+    assert float(pull.total) == pytest.approx(
+        found.stable[-1].attraction, rel=1e-3
+    )  # five digits are printed
+    alone = equilibrium(scenario, voltage=50.0)
+    told = {each.name: each for each in alone.diagnostics}
+    assert told["one gap"].state == "warning"
+    assert alone.gaps is None
+    persson = equilibrium(scenario.replace({"contact.surface": SKIN}), voltage=50.0, spots=PullingSpots())
+    assert "PerssonSurface, not corrected: its real contact is 0.51 to 0.91" in str(persson)
+    spring = equilibrium(scenario.replace({"contact.surface": SPRING}), voltage=50.0)
+    assert not {"real contact", "one gap"} & {each.name for each in spring.diagnostics}
+
+
+def test_a_run_states_the_error_of_its_law_of_rough_contact():
+    def told(surface):
+        trace = simulate(load("vezzoli_2014/fig6_gap", changes={"contact.surface": surface}))
+        return [each for each in diagnostics_of(trace) if each.name == "real contact"]
+
+    assert [each.state for each in told(CORRECTED)] == ["ok"]
+    (outside,) = told(CORRECTED | {"modulus": 1e10})
+    assert "real over gross contact area = " in outside.text
+    assert [each.state for each in told(SKIN)] == ["warning"]
+    assert told(SPRING) == []

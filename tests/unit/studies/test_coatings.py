@@ -72,7 +72,7 @@ def test_the_page_says_first_what_to_take_and_why(found, tmp_path):
     )
     assert other.startswith("silica gives ")
     assert "but is not shown to be safe: film strength" in other
-    assert "by a factor of 12 typically" in law
+    assert "by a factor of 11 typically" in law
     page = ev.save(found, tmp_path / "coatings.html")[0].read_text()
     assert page.index("Take pet") < page.index("gap closed") < page.index("<svg") < page.index("<details>")
     assert page.count("<svg") == 2

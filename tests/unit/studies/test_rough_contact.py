@@ -9,6 +9,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
 
 PAPER = "bau_2010/sine"
 GIVEN = {"rms": 2e-6, "hurst": 0.8, "longest": 1e-3, "roll_off": 2.5e-4, "shortest": 1.25e-4}
@@ -106,8 +107,45 @@ def test_the_sentences_say_the_numbers_of_the_largest_voltage():
     )
     assert found.attraction[1] == pytest.approx(solved(voltage=20.0).attraction[0], rel=1e-5)
     assert "whole area touched" in " ".join(found.document.remarks)
-    assert [panel.id for panel in found.document.figures] == ["attraction", "gap"]
-    assert [panel.id for panel in solved().document.figures] == ["gap"]
+    assert [panel.id for panel in found.document.figures] == ["attraction", "gap", "field"]
+    assert [panel.id for panel in solved(voltage=0.0).document.figures] == ["gap"]
+
+
+def test_the_field_in_the_film_is_that_of_plates_at_each_place():
+    """V/(T + eps g) in a film of silica of 1 um on skin that conducts; where faces touch V/T, the step of its distribution."""
+    strength, thickness, volt = 12e6, 1e-6, 20.0
+    found = solved({"stack.insulator.breakdown_field": strength}, voltage=[0.0, -volt, volt])
+    (film,) = found.films
+    assert (film.name, film.strength) == ("insulator", strength)
+    for at in (1, 2):
+        gap = found.rests[at].gap
+        field = volt / (thickness + 3.9 * gap)
+        assert found.field(film, at) == pytest.approx(field, rel=1e-9)
+        above = gap < (volt / strength - thickness) / 3.9
+        assert found.area_beyond["insulator"][at] == np.mean(above) > found.contact_share[at]
+    assert found.area_beyond["insulator"][0] == 0
+    share = found.area_beyond["insulator"][1]
+    assert (
+        f"above its strength of 12 MV/m on {100 * share:.3g} % of the area, and 20 MV/m where faces touch"
+        in str(found)
+    )
+    assert found.document.numbers[1].rows[1][-2:] == ("20 MV/m", f"{100 * share:.3g} %")
+    half = np.median(found.field(film, 2))
+    assert found.document.numbers[1].rows[2][1] == format_quantity(half, "V/m", digits=4)
+    curve = found.document.figures[-1].curves[0]
+    assert float(np.interp(strength, curve.x, curve.y)) == pytest.approx(
+        share, abs=2e-3
+    )  # 513 of 4096 places
+    assert ",0.0,0.0" in found.content("rough_contact.csv")
+    closed = next(each for each in found.diagnostics if each.name == "film strength, insulator, gap closed")
+    assert closed.state == "warning"
+
+
+def test_a_film_without_a_known_strength_has_no_share():
+    assert (
+        solved({"stack.insulator.material": {"model": "Constant", "permittivity": 9.0}}, voltage=20.0).films
+        == ()
+    )
 
 
 def test_steep_roughness_is_a_doubt():

@@ -141,7 +141,7 @@ def test_a_study_states_its_widths_in_words_record_and_table(tmp_path):
         )
         == 1
     )
-    assert sum(line.startswith("Width by force law, 1/12 to 12 times the force") for line in lines) == 1
+    assert sum(line.startswith("Width by force law, 1/11 to 11 times the force") for line in lines) == 1
     assert sum(line.startswith("Not included: thresholds of perception") for line in lines) == 1
     share = float(found["electrostatic_force_exceedance_anywhere"][0])
     low, high = widths.clopper_pearson(round(100 * share), 100)
@@ -163,7 +163,7 @@ def test_compare_says_how_far_the_law_it_believes_is_off_on_fingers():
     for each in found.widths:
         assert each.sentence in repr(found)
     assert found.tables[0].headings[-1] == "measured forces missed by"
-    assert {row[0]: row[-1] for row in found.tables[0].rows}["EffectiveMedium"] == "8.7 times"
+    assert {row[0]: row[-1] for row in found.tables[0].rows}["EffectiveMedium"] == "14 times"
     alone = ev.compare(SINE, models=["EffectiveMedium"])
     assert [each.name for each in alone.widths] == [widths.SAMPLING, widths.THRESHOLDS]
 
@@ -190,7 +190,7 @@ def test_the_page_names_the_widths_beside_the_band_the_laws_and_what_is_felt():
     known = Further()
     for each in slices(FREQUENCY, run):
         known = each(known)
-    assert "Width by force law, 1/12 to 12 times the force" in known.drawn
+    assert "Width by force law, 1/11 to 11 times the force" in known.drawn
     assert "Not included: thresholds of perception" in known.drawn
     assert "12 times" in law_words(run, Further())
     said = " ".join(verdict_words(ev.perceive(SINE)))

@@ -50,7 +50,7 @@ def test_no_word_hides_an_entry_or_another_word():
         ("two electrodes", ["SecondElectrode", "OneOfTwoInAntiphase", "kaczmarek_2006"]),
         ("electrodes, two", ["SecondElectrode", "OneOfTwoInAntiphase", "kaczmarek_2006"]),
         ("differential drive of a screen", ["SecondElectrode", "OneOfTwoInAntiphase"]),
-        ("ridges", ["PerssonSurface", "BearingArea", "Persson2018RoughGap", "RectangularWaveform"]),
+        ("ridges", ["FittedSurface", "PerssonSurface", "BearingArea", "Persson2018RoughGap"]),
         ("ITO", ["Circuit", "persson_2018/coating", "vardar_2017/sine", "SecondElectrode"]),
         (
             "coating",

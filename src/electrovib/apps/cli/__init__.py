@@ -1,15 +1,24 @@
 """The command line: each command reads its arguments and calls the public function of the same name."""
 
-from __future__ import annotations
-
 import sys
-from typing import Any, Final, NoReturn
+from typing import Annotated, Any, Final, NoReturn
 
 import typer
 
-from electrovib.apps.cli import bench, compare, fit, import_, plan, run, see, study, times
+from electrovib.apps.cli import (
+    bench,
+    compare,
+    fit,
+    fit_tables,
+    import_,
+    options,
+    plan,
+    run,
+    see,
+    study,
+    times,
+)
 from electrovib.apps.cli.grouped import Command, Commands
-from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import complain, prepare, say, unprinted
 from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE, UNPRINTED, Told
 from electrovib.core.errors import ElectrovibError
@@ -35,8 +44,9 @@ _GROUPS: Final[dict[str, tuple[Any, ...]]] = {
         fit.fit,
         fit.fit_laws,
         fit.fit_separately,
-        fit.fit_material,
-        fit.fit_power_law,
+        fit_tables.fit_material,
+        fit_tables.fit_power_law,
+        fit_tables.fit_contact,
         bench.group,
     ),
     "Plan": (
@@ -62,21 +72,27 @@ def _show_versions(wanted: bool) -> None:
 
 
 @app.callback()
-@takes(
+def settings(
+    context: typer.Context,
+    *,
+    _version: Annotated[bool, typer.Option("--version", callback=_show_versions, is_eager=True)] = False,
+    _models: options.Models = None,
+    budget: Annotated[str | None, typer.Option(envvar="ELECTROVIB_BUDGET")] = None,
+) -> None:
+    """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction.
+
+    Parameters
+    ----------
+    version
+        Show the versions of electrovib and of the packages it uses.
+    budget : TIME,MEMORY
+        Time and memory a computation may use, '1 h, 8 GB'; more is refused. Default: 10 min, 4 GB.
     """
---version  Show the versions of electrovib and of the packages it uses.
---models
---budget TIME,MEMORY  Time and memory a computation may use, '1 h, 8 GB'; more is refused. Default: 10 min, 4 GB. [env var:
-    ELECTROVIB_BUDGET]
-""",
-    version=_show_versions,
-)
-def settings(given: Arguments) -> None:
-    """Electrovibration: the force between a finger and a charged plate, from drive voltage to friction."""
-    if "budget" in given:
+    options.refuse_blank(context)
+    if budget:
         from electrovib.core import budget as budgets
 
-        given.context.with_resource(budgets.budget(**budgets.read_budget(given["budget"])))
+        context.with_resource(budgets.budget(**budgets.read_budget(budget)))
 
 
 for _title, _commands in _GROUPS.items():
@@ -84,8 +100,8 @@ for _title, _commands in _GROUPS.items():
         if isinstance(_each, typer.Typer):
             app.add_typer(_each, name="bench", rich_help_panel=_title)
         else:
-            _name, _example = _each.__name__.strip("_").replace("_", "-"), _each.example
-            app.command(_name, cls=Command, rich_help_panel=_title, epilog=_example)(_each)
+            _name = _each.__name__.strip("_").replace("_", "-")
+            app.command(_name, cls=Command, rich_help_panel=_title)(_each)
 
 
 def main() -> None:

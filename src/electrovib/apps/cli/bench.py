@@ -1,14 +1,13 @@
 """``electrovib bench run`` and ``electrovib bench init``."""
 
-from __future__ import annotations
-
 import json
-from typing import Final
+from typing import Annotated, Final
 
 import typer
 
+from electrovib.apps.changes import read_changes
+from electrovib.apps.cli import options
 from electrovib.apps.cli.grouped import Command, Commands
-from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import complain, say, show, show_answer
 from electrovib.apps.exit_codes import INTERRUPTED, Told
 
@@ -16,42 +15,64 @@ _TERMINATED: Final = 143
 """Exit code after SIGTERM, as a shell reports it."""
 
 
-@takes("""
-scenario
---bench FILE       Bench file; by default the set-up of Vezzoli et al. 2014.
---simulate         Use simulated instruments, with our own model as the finger.
---arm              Use the real instruments of the bench file.
---finger SCENARIO  Finger of the simulated set-up; by default that of the scenario.
---seed N           Seed of the noise of the simulated set-up. [default: 0]
---set
--o, --output FILE  Write the Trace: .nc, .csv or .mat.
---models
---force
-""")
-def run(given: Arguments) -> None:
+def run(
+    *,
+    scenario: options.Scenario,
+    bench: options.Text = None,
+    simulate: options.Flag = False,
+    arm: options.Flag = False,
+    finger: options.Text = None,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
+    set: options.Changes = None,
+    output: options.Output = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Play the drive of a scenario as one burst and record it.
 
     Without --simulate and --arm, print the plan.
+
+    Parameters
+    ----------
+    bench : FILE
+        Bench file; by default the set-up of Vezzoli et al. 2014.
+    simulate
+        Use simulated instruments, with our own model as the finger.
+    arm
+        Use the real instruments of the bench file.
+    finger : SCENARIO
+        Finger of the simulated set-up; by default that of the scenario.
+    seed : N
+        Seed of the noise of the simulated set-up.
+    output : FILE
+        Write the Trace: .nc, .csv or .mat.
     """
     from electrovib.bench.link import BenchStopped
     from electrovib.bench.run import plan_bench, run_bench
 
-    given.read_set()
-    plan = plan_bench(given["scenario"], bench=given.get("bench"), set=given["set"])
-    show_answer(plan)
-    if not {"simulate", "arm"} & given.keys():
+    changes = read_changes(set)
+    show_answer(plan_bench(scenario, bench=bench, set=changes))
+    if not (simulate or arm):
         say("nothing was sent: give --simulate for a simulated set-up, or --arm for the real one")
         return
+    asked = options.given(bench=bench, simulate=simulate, arm=arm, finger=finger, seed=seed, output=output)
     try:
-        trace = run_bench(**given, confirm=_confirm, report=lambda step: say(f"step: {step}"))
+        trace = run_bench(
+            scenario,
+            **asked,
+            set=changes,
+            force=force,
+            confirm=_confirm,
+            report=lambda step: say(f"step: {step}"),
+        )
     except (KeyboardInterrupt, BenchStopped) as stop:
         try:
             complain(str(stop) or "interrupted")
         finally:  # also where a second interrupt keeps the line from being printed
             raise Told(_TERMINATED if isinstance(stop, BenchStopped) else INTERRUPTED)
     say(*json.loads(trace.attrs["comparisons"]), trace.attrs["left"])
-    if "output" in given:
-        say(f"written: {given['output']}")
+    if output:
+        say(f"written: {output}")
 
 
 def init() -> None:

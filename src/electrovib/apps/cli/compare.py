@@ -1,118 +1,139 @@
 """``electrovib compare``, ``evidence`` and ``reproduce``: laws beside each other, beside measurements and beside papers."""
 
-from __future__ import annotations
+from typing import Annotated
 
-from electrovib.apps.cli.options import Arguments, takes
+import typer
+
+from electrovib.apps.changes import read_changes
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered, say, show, show_answer
 from electrovib.core.errors import InputError
 
 
-@takes("""
-[scenario]         A scenario; without one, the static forces of the published laws on two stacks.
-[others]...
---set
---models A,B,...|FILE.py -> laws  Force laws, all if absent; or a Python file with laws of your own; repeatable.
---all
---over
---materials
---layer
--o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
---style
---force
-""")
-def compare(given: Arguments) -> None:
+def compare(
+    context: typer.Context,
+    *,
+    scenario: Annotated[str | None, typer.Argument(autocompletion=options.scenario_names)] = None,
+    others: Annotated[list[str] | None, typer.Argument(hidden=True)] = None,
+    set: options.Changes = None,
+    models: options.Texts = None,
+    all: options.Details = False,
+    over: options.Texts = None,
+    materials: options.Names = None,
+    layer: options.Text = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    force: options.Flag = False,
+) -> None:
     """Compare force laws, or materials, on one stack.
 
     State which law to believe and why they differ; with --materials, compare materials of the insulator.
+
+    Parameters
+    ----------
+    scenario
+        A scenario; without one, the static forces of the published laws on two stacks.
+    models : A,B,...|FILE.py
+        Force laws, all if absent; or a Python file with laws of your own; repeatable.
     """
-    if "others" in given:
-        listed = " ".join((given["scenario"], *given["others"]))
+    from electrovib.studies.compare import Comparison, MaterialComparison, compare, compare_materials
+
+    if others:
+        listed = " ".join((str(scenario), *others))
         raise InputError(
             f"{listed}: compare takes one scenario and compares laws or materials on it; 'electrovib report {listed} -o"
             " overlay.html' overlays several Traces"
         )
-    if not given.get("scenario"):
-        _print_static(given)
-    elif "materials" in given:
-        given.only("scenario set all materials layer output", "--materials, which compares no laws", "force")
-        _print_materials(given)
-    else:
-        given.only("scenario set all laws over output", "the comparison of force laws", "force")
-        _print_laws(given)
+    if not scenario:
+        _print_static(context)
+        return
+    asked = options.given(layer=layer, over=over, output=output, all=all, force=force)
+    if materials:
+        accepted = "scenario set all materials layer output"
+        options.only(context, accepted, "--materials, which compares no laws")
+        named = None if materials == ["all"] else materials
+        asked |= {"scenario": options.changed(scenario, set), "materials": named}
+        answered(MaterialComparison, compare_materials, "comparing materials", asked)
+        return
+    options.only(context, "scenario set all models over output", "the comparison of force laws")
+    asked |= {"scenario": scenario, "models": options.read_laws(models), "set": read_changes(set)}
+    answered(Comparison, compare, "comparing force laws", asked)
+    if not (all or output):
+        say("--all explains why the laws differ, and lists where their papers contradict each other.")
 
 
-def _print_static(given: Arguments) -> None:
+def _print_static(context: typer.Context) -> None:
     from electrovib.core.answer import laid_out
     from electrovib.studies.surfaces import ANSWER, compare_surfaces
 
-    if flags := given.surplus("scenario all force"):
+    if flags := options.surplus(context, "scenario all force"):
         example = "electrovib compare vezzoli_2014/fig6"
         raise InputError(f"{flag}: needs a scenario, for instance {example} {flag} ..." for flag in flags)
     say(ANSWER)
     show(laid_out(compare_surfaces()))
 
 
-def _print_laws(given: Arguments) -> None:
-    """Compare the laws that are named, or all; a Python file among the names is imported."""
-    from electrovib.studies.compare import Comparison, compare
-
-    given["models"] = given.read_laws()
-    given.read_set()
-    brief = not given.keys() & {"all", "output"}
-    answered(Comparison, compare, "comparing force laws", given)
-    if brief:
-        say("--all explains why the laws differ, and lists where their papers contradict each other.")
-
-
-def _print_materials(given: Arguments) -> None:
-    from electrovib.studies.compare import MaterialComparison, compare_materials
-
-    given.put_changes()
-    given["materials"] = None if given["materials"] == ["all"] else given["materials"]
-    answered(MaterialComparison, compare_materials, "comparing materials", given)
-
-
-@takes(
-    """
-[measured]...       Part of the name, title or group of measurements, all if absent; or a file of a measurement of your own
-    (.toml), which is judged alone unless others are named beside it.
---all
--n N               Draws of what a publication does not print. [default: 64]
---seed N           Of the draws. [default: 0]
--o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
---style
---force
-""",
-    example="electrovib evidence vezzoli -o evidence",
-)
-def evidence(given: Arguments) -> None:
+def evidence(
+    *,
+    measured: Annotated[list[str] | None, typer.Argument()] = None,
+    all: options.Details = False,
+    n: Annotated[int, options.number("-n", int)] = 64,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
+    output: options.Output = None,
+    _style: options.Style = None,
+    force: options.Flag = False,
+) -> None:
     """Judge every law by what was measured.
 
     Each law is compared with every published measurement that it can predict.
+
+    Parameters
+    ----------
+    measured
+        Part of the name, title or group of measurements, all if absent; or a file of a measurement of your own (.toml), which is
+        judged alone unless others are named beside it.
+    n : N
+        Draws of what a publication does not print.
+    seed : N
+        Of the draws.
+
+    Examples
+    --------
+    electrovib evidence vezzoli -o evidence
     """
     from electrovib.apps.progress import items_shown
     from electrovib.studies.evidence.function import evidence
     from electrovib.studies.evidence.result import Evidence
 
+    asked = options.given(measured=measured, n=n, seed=seed, output=output, all=all, force=force)
     with items_shown("comparing with measurements"):
-        answered(Evidence, evidence, "comparing with measurements", given)
+        answered(Evidence, evidence, "comparing with measurements", asked)
 
 
-@takes("""
-paper  author_year [default: vezzoli_2014]
--o, --output DIR  Folder to write to. [default: reproduction]
---skin FILE.csv   Table of your own skin: frequency, permittivity, resistivity (.csv).
---force
-""")
-def reproduce(given: Arguments) -> None:
+def reproduce(
+    *,
+    paper: Annotated[str, typer.Argument(autocompletion=options.paper_names)] = "vezzoli_2014",
+    output: Annotated[str, typer.Option("--output", "-o")] = "reproduction",
+    skin: options.Text = None,
+    force: options.Flag = False,
+) -> None:
     """Compute everything that a paper states.
 
     Write report.html, numbers.json and figures with their curves; this takes about a minute.
+
+    Parameters
+    ----------
+    paper
+        author_year
+    output : DIR
+        Folder to write to.
+    skin : FILE.csv
+        Table of your own skin: frequency, permittivity, resistivity (.csv).
     """
     from electrovib.apps.progress import items_shown
     from electrovib.view.reproduce import reproduce
 
-    with items_shown(f"reproducing {given['paper']}"):
-        found = reproduce(**given)
+    with items_shown(f"reproducing {paper}"):
+        found = reproduce(paper, output, skin=skin, force=force)
     show_answer(found)
-    say(f"written: {given['output']}/report.html")
+    say(f"written: {output}/report.html")

@@ -2,23 +2,56 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
+import re
+import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from typer.core import TyperCommand, TyperGroup
 
+from electrovib.apps.cli import options
 from electrovib.apps.cli.meant import command_meant, explained, options_of
 from electrovib.core.errors import InputError
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
 _SCENARIOS: Final = ("scenario", "second")
 """Arguments that are the scenario: the second one of `check`, after a drive."""
+_SECTION: Final = re.compile(r"\n\n(\w+)\n-+\n")
+_PARAMETER: Final = re.compile(r"^(\w+)(?: : (.*))?\n((?: .*(?:\n|$))+)", re.MULTILINE)
+"""A parameter in numpydoc: its name, the word that stands for its value, and what it is."""
+
+
+@functools.cache
+def _described(doc: str) -> dict[str, tuple[str | None, str]]:
+    """Return the word for its value, and what it is, of each parameter in a numpydoc."""
+    found = _PARAMETER.findall(_sections(doc).get("Parameters", ""))
+    return {name: (word or None, " ".join(words.split())) for name, word, words in found}
+
+
+def _sections(doc: str) -> dict[str, str]:
+    """Return the sections of a numpydoc by their titles; what stands before them has none."""
+    before, *rest = _SECTION.split(doc)
+    return {"": before} | dict(zip(rest[::2], rest[1::2], strict=True))
+
+
+def _describe(command: Any) -> None:
+    """Describe the parameters of a command by its numpydoc, that of its module, or that of `options`."""
+    docs = options.__doc__, sys.modules[command.callback.__module__].__doc__, inspect.getdoc(command.callback)
+    described = {name: text for doc in docs for name, text in _described(doc or "").items()}
+    for each in command.params:
+        each.metavar, each.help = described.get(each.name.strip("_"), (each.metavar, each.help))
+        each.secondary_opts = []  # a flag is given or not: there is no --no-...
 
 
 class Commands(TyperGroup):
     """The program: lists its commands by what they are for."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        if self.callback:
+            _describe(self)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands, a group after the other, in the order in which they were added."""
@@ -46,7 +79,16 @@ class Commands(TyperGroup):
 
 
 class Command(TyperCommand):
-    """One command: its help begins with the example that is declared as its epilog."""
+    """One command: its numpydoc describes its parameters, that of its module or of `options` those it shares.
+
+    A section `Examples` stands at the beginning of the help.
+    """
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        sections = _sections(self.help or "")
+        self.help, self.epilog = sections[""], sections.get("Examples")
+        _describe(self)
 
     def format_help_text(self, ctx: Any, formatter: Any) -> None:
         """Write the example, then the description."""
@@ -85,6 +127,12 @@ class Command(TyperCommand):
                 f"'{first}' stands where the scenario belongs, which '{second}' seems to be; the order is: electrovib"
                 f" {ctx.info_name} {' '.join(meant)}"
             )
+        options.refuse_blank(ctx)
+        if style := ctx.params.get("_style"):
+            from electrovib.view.files import in_style
+
+            outputs = ctx.params["output"] or []
+            ctx.with_resource(in_style(style, [outputs] if isinstance(outputs, str) else outputs))
         return super().invoke(ctx)
 
 

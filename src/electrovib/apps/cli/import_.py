@@ -1,13 +1,14 @@
 """``electrovib import``."""
 
-from __future__ import annotations
-
+import functools
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from electrovib.apps.cli.options import Arguments, names_of, takes
+import typer
+
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import say, warned
 from electrovib.core.errors import InputError
 
@@ -37,50 +38,60 @@ _KEYS: Final = tuple(dict.fromkeys([*OF_TRACE, *OF_SAMPLE, "conductivity", *OF_C
 """Keys, named as the parameters of `electrovib.import_file`, `import_material` and `merge_traces`."""
 
 
-@takes("""
-[file]              Any file that a reader takes; without one, list the readers.
---column
---set KEY=VALUE     Entry of the recipe. Of the file: time='t [us]', step='10 us', part=SHEET, reader=NAME, delimiter=',',
-    decimal_comma=true, stamps=keep_increasing. Of the signals: scale.SIGNAL='4/9 N/V', offset.SIGNAL='20 mV' and
-    baseline.SIGNAL='0 s..2 s' to subtract, shift.SIGNAL='1 ms' to add to its stamps, calibration.SIGNAL=FILE with readings
-    and known values, trigger=SIGNAL whose first rise is time 0, detrend=SIGNAL,..., average=SIGNAL over whose periods,
-    crop='0.1 s..0.5 s', resample='100 us'. Of an earlier Trace onto whose clock and samples they are put: with=TRACE,
-    edges=SIGNAL or A=B that both hold, clock_shift='2 ms'. Of a material: area='1 cm2', thickness='200 um',
-    series_resistance, parallel_capacitance, conductivity. Of a measurement, whose columns are value, at and spread: title,
-    source, group, scenario, changes.PATH, quantity, over=PATH of what was varied, spread='10 %', spread_of=repeats,
-    unknown.PATH='{ model = ... }' of what is not known, and the other entries of its file; repeatable.
---recipe
---as trace|material|measurement -> kind  What the file becomes: trace; material (of a spectrum, written as .toml); or
-    measurement (of points, written as .toml), by which 'electrovib evidence' judges laws. [default: trace]
---layer
--o, --output FILE   Write the Trace (.nc, .csv, .mat), the material or measurement (.toml), or the recipe by which the Trace is
-    made (.toml).
---force
-""")
-def import_(given: Arguments) -> None:
+def import_(
+    *,
+    file: Annotated[str | None, typer.Argument()] = None,
+    columns: options.Columns = None,
+    set: options.Changes = None,
+    recipe: options.Text = None,
+    kind: Annotated[str, typer.Option("--as")] = "trace",
+    layer: options.Text = None,
+    output: options.Output = None,
+    force: options.Flag = False,
+) -> None:
     """Import a file of an instrument as a Trace.
 
     Without --column and --output, list its columns.
+
+    Parameters
+    ----------
+    file
+        Any file that a reader takes; without one, list the readers.
+    set : KEY=VALUE
+        Entry of the recipe. Of the file: time='t [us]', step='10 us', part=SHEET, reader=NAME, delimiter=',', decimal_comma=true,
+        stamps=keep_increasing. Of the signals: scale.SIGNAL='4/9 N/V', offset.SIGNAL='20 mV' and baseline.SIGNAL='0 s..2 s' to
+        subtract, shift.SIGNAL='1 ms' to add to its stamps, calibration.SIGNAL=FILE with readings and known values, trigger=SIGNAL
+        whose first rise is time 0, detrend=SIGNAL,..., average=SIGNAL over whose periods, crop='0.1 s..0.5 s', resample='100 us'.
+        Of an earlier Trace onto whose clock and samples they are put: with=TRACE, edges=SIGNAL or A=B that both hold,
+        clock_shift='2 ms'. Of a material: area='1 cm2', thickness='200 um', series_resistance, parallel_capacitance,
+        conductivity. Of a measurement, whose columns are value, at and spread: title, source, group, scenario, changes.PATH,
+        quantity, over=PATH of what was varied, spread='10 %', spread_of=repeats, unknown.PATH='{ model = ... }' of what is not
+        known, and the other entries of its file; repeatable.
+    kind : trace|material|measurement
+        What the file becomes: trace; material (of a spectrum, written as .toml); or measurement (of points, written as .toml), by
+        which 'electrovib evidence' judges laws.
+    output : FILE
+        Write the Trace (.nc, .csv, .mat), the material or measurement (.toml), or the recipe by which the Trace is made (.toml).
     """
     from electrovib.data.registry import format_lines
     from electrovib.recordings.importing import list_columns
     from electrovib.recordings.importing.listing import list_account
 
-    file, output, force = given.get("file"), given.get("output"), "force" in given
     if not file:
         return say(*format_lines())
-    if given["kind"] not in ("trace", "material", "measurement"):
-        raise InputError(f"--as {given['kind']}: expected trace, material or measurement")
-    if given["kind"] != "trace":
-        return _into_toml(given)
-    entries = recipe_of(given, only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
+    if kind not in ("trace", "material", "measurement"):
+        raise InputError(f"--as {kind}: expected trace, material or measurement")
+    read = functools.partial(recipe_of, recipe, set, columns)
+    if kind != "trace":
+        return _into_toml(kind, file, output, read, layer or "stratum_corneum", force=force)
+    entries = read(only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
     if output is None and "columns" not in entries:
         return say(*list_columns(file, **{name: entries[name] for name in READING if name in entries}))
     clocks = [name for name in OF_CLOCKS if name in entries]
     if clocks and "with" not in clocks:
         raise InputError(f"{clocks[0]}: belongs to with=TRACE, which is not given")
     if output is not None and output.lower().endswith(".toml"):
-        inputs = [Path(each) for each in (file, given.get("recipe")) if each]
+        inputs = [Path(each) for each in (file, recipe) if each]
         reading = {name: entries[name] for name in READING[1:] if name in entries}
         account = list_account(file, **reading)
         write_recipe(entries, Path(output), inputs, account, force=force)
@@ -108,7 +119,9 @@ def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: 
         say(*(f"written: {path}" for path in save(trace, output, force=force)))
 
 
-def _into_toml(given: Arguments) -> None:
+def _into_toml(
+    kind: str, file: str, output: str | None, read: Callable[..., dict[str, Any]], layer: str, *, force: bool
+) -> None:
     """Import a material or a measurement, print what is known of it, and write it."""
     from electrovib.data.atomic import check_writable, write_text
     from electrovib.data.marks import Form
@@ -116,22 +129,19 @@ def _into_toml(given: Arguments) -> None:
     from electrovib.studies.evidence.entries import ENTRIES, TABLES
     from electrovib.studies.evidence.files import import_measurement
 
-    kind, file, force = given["kind"], given["file"], "force" in given
     form = Form.MEASUREMENT if kind == "measurement" else None
-    targets = {Path(given["output"]): form} if "output" in given else {}
+    targets = {Path(output): form} if output else {}
     for target in targets:
         if target.suffix.lower() != ".toml":
             raise InputError(f"a {kind} is written as .toml, not as '{target.suffix}'", path=target)
     check_writable(targets, inputs=[Path(file)], force=force)
     if kind == "material":
-        material = import_material(
-            file, **recipe_of(given, only=(*OF_SAMPLE, "conductivity"), of="a material")
-        )
+        material = import_material(file, **read(only=(*OF_SAMPLE, "conductivity"), of="a material"))
         lines = [*material.history, *(f"{each.state}: {each.text}" for each in material.diagnostics)]
-        text = material.to_toml(given.get("layer", "stratum_corneum"))
+        text = material.to_toml(layer)
     else:
         only, tables = (*READING, *ENTRIES), ("columns", *TABLES)
-        entries = recipe_of(given, only=only, of="a measurement", tables=tables)
+        entries = read(only=only, of="a measurement", tables=tables)
         folder = next((target.parent for target in targets), Path())
         points = import_measurement(file, entries.pop("columns", {}), folder=folder, **entries)
         lines, text = points.lines, points.to_toml()
@@ -142,7 +152,13 @@ def _into_toml(given: Arguments) -> None:
 
 
 def recipe_of(
-    given: Arguments, *, only: tuple[str, ...], of: str, tables: tuple[str, ...] = _OF_SIGNALS
+    recipe: str | None,
+    changes: Sequence[str] | None,
+    columns: Sequence[str] | None,
+    *,
+    only: tuple[str, ...],
+    of: str,
+    tables: tuple[str, ...] = _OF_SIGNALS,
 ) -> dict[str, Any]:
     """Read a recipe, then what ``--set`` and ``--column`` add to it.
 
@@ -152,20 +168,20 @@ def recipe_of(
     from electrovib.core.parsing import read_toml_file, truth
 
     found: dict[str, Any] = {}
-    if "recipe" in given:
+    if recipe:
         advice = "'electrovib import FILE --column SIGNAL=COLUMN -o lab.toml' writes one"
-        found = read_toml_file(Path(given["recipe"]), kind="a recipe", advice=advice)
-    for path, value in read_changes(given.get("set", ())).items():
+        found = read_toml_file(Path(recipe), kind="a recipe", advice=advice)
+    for path, value in read_changes(changes).items():
         key, dot, signal = path.partition(".")
         value = truth(value, key) if key == "decimal_comma" else value  # noqa: PLW2901
         held = found.get(key)
         found[key] = {**(held if isinstance(held, dict) else {}), signal: value} if dot else value
-    if "columns" in given:
-        found["columns"] = {**found.get("columns", {}), **_columns(given["columns"])}
+    if columns:
+        found["columns"] = {**found.get("columns", {}), **_columns(columns)}
     if problems := [why for key, value in found.items() if (why := _wrong(key, value, only, of, tables))]:
         raise InputError(problems)
     if isinstance(found.get("detrend"), str):
-        found["detrend"] = names_of([found["detrend"]])
+        found["detrend"] = options.names_of([found["detrend"]])
     return found
 
 
@@ -193,7 +209,7 @@ def _wrong(key: str, value: object, only: tuple[str, ...], of: str, tables: tupl
     return ""
 
 
-def _columns(given: list[str]) -> dict[str, str]:
+def _columns(given: Sequence[str]) -> dict[str, str]:
     """Split ``SIGNAL=COLUMN`` at the first equals sign; each needs a column, and each signal is given once."""
     found: dict[str, str] = {}
     for text in given:

@@ -1,54 +1,58 @@
-"""The options of the commands: one table of lines for each command, which the help prints; what several have stands here."""
+"""What several commands have: kinds of options, their completion, and what was given.
+
+A parameter that the numpydoc of a command does not describe is one of these.
+
+Parameters
+----------
+scenario
+    A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.
+set : PATH=VALUE
+    Change a parameter, or add an optional part: --set stack.gap='{ thickness = "5 um" }'; repeatable.
+models : FILE.py
+    Python file with models of your own, which can then be named in a scenario; repeatable.
+all
+    Print also the explanations, assumptions and sources.
+force
+    Replace a file that electrovib did not write, or that was changed.
+over : PATH=FROM:TO:N[log]
+    Vary a parameter; repeatable.
+limits : FILE.toml
+    Further limits beside those of the scenario; the strictest counts; repeatable.
+layer : NAME
+    Layer of the material, where there are several.
+materials : A,B,...
+    Materials of the insulator; 'all' of the library.
+output : FILE|DIR
+    A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
+report : FILE
+    Write a self-contained HTML report.
+style : journal
+    Of figures (-o x.pdf, .svg, .png): 85 mm wide, with text of 8 pt.
+space : SPACE
+    Parameters that differ between fingers or are uncertain: a name such as fingers, or a TOML file with distributions.
+rate : FREQUENCY
+    Samples per second, such as '192 kHz'; chosen if absent.
+ramp : TIME
+    Ramps from and to 0 V, of this duration.
+edge : TIME|line
+    How samples follow each other where a waveform is played: held, with an edge that takes this time, or joined by straight
+    lines (line).
+columns : SIGNAL=COLUMN
+    Column of a signal, with a unit where the file states none: drive_voltage="Ch1 [V]"; repeatable.
+recipe : FILE.toml
+    Recipe by which a file is read, as 'electrovib import -o lab.toml' writes it; --set and --column add to it.
+"""
 
 from __future__ import annotations
 
 import functools
-import inspect
-import re
-from collections.abc import Callable, Iterator, Mapping
-from types import GenericAlias
-from typing import Any, Final
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any
 
 import typer
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import parse_count, parse_quantity
-
-SHARED: Final = """
-scenario               A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.
---set PATH=VALUE       Change a parameter, or add an optional part: --set stack.gap='{ thickness = "5 um" }'; repeatable.
---models FILE.py       Python file with models of your own, which can then be named in a scenario; repeatable.
---all                  Print also the explanations, assumptions and sources.
---force                Replace a file that electrovib did not write, or that was changed.
---over PATH=FROM:TO:N[log]  Vary a parameter; repeatable.
---limits FILE.toml     Further limits beside those of the scenario; the strictest counts; repeatable.
---layer NAME           Layer of the material, where there are several.
---materials A,B,...    Materials of the insulator; 'all' of the library.
---report FILE          Write a self-contained HTML report.
---style journal        Of figures (-o x.pdf, .svg, .png): 85 mm wide, with text of 8 pt.
---space SPACE          Parameters that differ between fingers or are uncertain: a name such as fingers, or a TOML file with
-    distributions.
---as hp_33120a -> instrument  Instrument whose codes are written.
---rate FREQUENCY       Samples per second, such as '192 kHz'; chosen if absent.
---ramp TIME            Ramps from and to 0 V, of this duration.
---largest-error SHARE  Error over the largest voltage above which nothing is written. [default: 0.01]
---full-scale VOLTAGE   Voltage of the drive at full scale.
---gain NUMBER          Voltage of the drive over that of the instrument. [default: 1.0]
---edge TIME|line       How samples follow each other where a waveform is played: held, with an edge that takes this time, or
-    joined by straight lines (line).
---amplifier-present    The amplifier of the scenario stands before the plate: its bandwidth and limits count.
---column SIGNAL=COLUMN -> columns  Column of a signal, with a unit where the file states none: drive_voltage="Ch1 [V]";
-    repeatable.
---recipe FILE.toml     Recipe by which a file is read, as 'electrovib import -o lab.toml' writes it; --set and --column add
-    to it.
-"""
-"""What several commands have; each names it by its flag alone."""
-_TYPES: Final[dict[str, type]] = {"N": int, "ROUNDS": int, "SHARE": float, "NUMBER": float, "PER_CENT": float}
-"""What is read of an option, by the word after it; of any other a text."""
-
-
-_SEARCHED: Final = ("query", "measured")
-"""Arguments that are words to search for, of which a blank one is none."""
 
 
 def _refuse_blank(flag: str, value: object) -> None:
@@ -58,135 +62,6 @@ def _refuse_blank(flag: str, value: object) -> None:
             raise InputError(
                 "is blank, as a variable is that is not set; give a value, or omit it", path=flag
             )
-
-
-class Arguments(dict[str, Any]):
-    """What a command was given: the value of each option by its parameter, those with a default included."""
-
-    def __init__(self, context: typer.Context) -> None:
-        self.context = context
-        self.flags = {str(each.name): each.opts[0] for each in context.command.params}
-        sources = {name: context.get_parameter_source(name) for name in self.flags}
-        self.typed = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
-        super().__init__()
-        for each in context.command.params:
-            name, value = str(each.name), context.params.get(str(each.name))
-            if name in self.typed and name not in _SEARCHED:
-                _refuse_blank(self.flags[name], value)
-            if not (value in (None, [], (), [""]) or value is False or value == ""):
-                self[name] = names_of(value) if ",..." in str(each.metavar) else value
-        if style := self.pop("style", ""):
-            from electrovib.view.files import in_style
-
-            self.typed.remove("style")  # which every form of a command takes
-            outputs = self.get("output", [])
-            context.with_resource(in_style(style, [outputs] if isinstance(outputs, str) else outputs))
-
-    def only(self, accepted: str, of: str, always: str = "models laws force") -> None:
-        """Refuse every option that was given and is not among the names `accepted`, because `of` does not take it."""
-        if surplus := self.surplus(f"{always} {accepted}"):
-            raise InputError(f"{flag}: does not belong to {of}; omit it" for flag in surplus)
-
-    def surplus(self, accepted: str) -> list[str]:
-        """Return the flags that were given of options that are not among the names `accepted`."""
-        return [self.flags[name] for name in self.typed if name not in accepted.split()]
-
-    def read_set(self) -> None:
-        """Read the changes of the scenario as values by dotted path."""
-        from electrovib.apps.changes import read_changes
-
-        self["set"] = read_changes(self.get("set", ()))
-
-    def read_laws(self) -> list[str] | None:
-        """Import the files among the laws, and return the names; None where no name is given, which stands for all."""
-        from electrovib.core.own_models import use_models
-
-        named = self.pop("laws", None)
-        named = named and ["all" if name.lower() == "all" else name for name in named]
-        files = [name for name in named or () if name.endswith(".py")]
-        for file in files:
-            use_models(file)
-        laws = [name for name in dict.fromkeys(named or ()) if name not in files]
-        return laws if laws or (named is not None and not files) else None
-
-    def put_changes(self) -> None:
-        """Put the changes into the scenario, for a function that takes none."""
-        from electrovib.scenario import read_scenario
-
-        if "set" in self:
-            self.read_set()
-            self["scenario"] = read_scenario(self["scenario"], changes=self.pop("set"))
-
-    def take(self, names: str) -> dict[str, Any]:
-        """Remove and return the values of these parameters that were given."""
-        return {name: self.pop(name) for name in names.split() if name in self}
-
-
-def takes(
-    options: str, *, example: str = "", **eager: Callable[[Any], None]
-) -> Callable[[Callable[[Arguments], object]], Callable[..., None]]:
-    """Make a command of a function, with the arguments and options of a table.
-
-    An entry has the flags, a word for the value if one follows, ``->`` and the name of the parameter if that is another one,
-    and after two blanks the help, which may end with ``; repeatable.``, ``[required]``, ``[default: VALUE]`` or ``[env var:
-    NAME]``. One without help is that of `SHARED`. An argument may be ``[optional]``, and have several values: ``files...``.
-    The help begins with the `example`; `eager` are called with the values of options before any other is read.
-    """
-    eager = {"models": _use_models} | eager
-    parameters = [_parameter(*entry, eager) for entry in _entries(options)]
-
-    def made(command_of: Callable[[Arguments], object]) -> Callable[..., None]:
-        def command(context: typer.Context, **_: Any) -> None:
-            command_of(Arguments(context))
-
-        own = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
-        command.__signature__ = inspect.Signature([own, *parameters])  # type: ignore[attr-defined]
-        command.__doc__, command.__name__, command.example = command_of.__doc__, command_of.__name__, example  # type: ignore[attr-defined]
-        return command
-
-    return made
-
-
-def _entries(options: str) -> Iterator[tuple[str, str]]:
-    """Iterate over the entries of a table: what stands before the help, and the help."""
-    for entry in re.split(r"\n(?=\S)", options.strip()):
-        head, _, words = entry.strip().partition("  ")
-        words = " ".join(words.split())
-        if head in _SHARED and (not words or words.startswith("[")):
-            head, words = _SHARED[head][0], f"{_SHARED[head][1]} {words}".strip()
-        yield head, words
-
-
-_SHARED: Final[dict[str, tuple[str, str]]] = {}
-_SHARED.update((entry[0].split()[0], entry) for entry in list(_entries(SHARED)))
-_HEAD: Final = re.compile(r"(?P<flags>(?:-\S, )?-*\S+)(?: (?P<word>(?!->).*?))?(?: -> (?P<name>\S+))?")
-_HELP: Final = re.compile(
-    r"(?P<words>.*?) ?(?:\[(?:(?P<required>required)|default: (?P<default>.*)|env var: (?P<variable>.*))\])?"
-)
-
-
-def _parameter(head: str, words: str, eager: Mapping[str, Callable[[Any], None]]) -> inspect.Parameter:
-    """Return an argument or an option, as typer reads it from the parameter of a function."""
-    flags, word, name = _HEAD.fullmatch(head).groups()  # type: ignore[union-attr]
-    about, required, default, variable = _HELP.fullmatch(words).groups()  # type: ignore[union-attr]
-    name = name or flags.rpartition(", ")[2].strip("-[.]").replace("-", "_")
-    kind = _TYPES.get(word, str) if word else bool
-    many = about.endswith("; repeatable.") or (",..." in str(word) and not default)
-    shown: dict[str, Any] = {"help": about, "metavar": word or None, "show_default": default is not None}
-    if flags.startswith("-"):
-        value = ... if required else False if kind is bool else default and kind(default)
-        if name in eager:
-            shown |= {"callback": eager[name], "is_eager": True, "expose_value": False}
-        if kind in {int, float}:
-            shown["parser"] = functools.partial(_number, flags.split(", ")[-1], kind)
-        found = typer.Option(value, *flags.split(", ")[::-1], envvar=variable, **shown)
-    else:
-        kind, many = str, flags.endswith("...")
-        value = default if default or flags.startswith("[") else ...
-        found = typer.Argument(value, hidden=not about, **shown)
-    found.autocompletion = _COMPLETED.get(name)
-    annotation = GenericAlias(list, kind) if many else kind
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=found, annotation=annotation)
 
 
 def _number(flag: str, kind: type, text: object) -> float:
@@ -266,18 +141,62 @@ def parameter_paths(ctx: typer.Context, incomplete: str) -> Iterator[tuple[str, 
             yield path, quantity.doc
 
 
-_COMPLETED: Final = {
-    "scenario": scenario_names, "query": model_names, "paper": paper_names, "want": quantity_names,
-    "space": space_names, "free": parameter_paths,
-}  # fmt: skip
-
-
 def _use_models(files: list[str] | None) -> None:
     for file in files or ():
         from electrovib.core.own_models import use_models
 
         _refuse_blank("--models", file)
         use_models(file)
+
+
+def refuse_blank(context: typer.Context) -> None:
+    """Refuse each blank text that was typed, but that of words to search for, of which a blank one is none."""
+    for name, flag in _typed(context).items():
+        if name not in ("query", "measured"):
+            _refuse_blank(flag, context.params[name])
+
+
+def _typed(context: typer.Context) -> dict[str, str]:
+    """Return the flag of each parameter that was typed, and is neither absent nor of the environment."""
+    flags = {str(each.name): str(each.opts[0]) for each in context.command.params}
+    sources = {name: context.get_parameter_source(name) for name in flags}
+    return {name: flags[name] for name, found in sources.items() if found and found.name == "COMMANDLINE"}
+
+
+def surplus(context: typer.Context, accepted: str) -> list[str]:
+    """List the flags that were typed of options that are not among the names `accepted`."""
+    return [flag for name, flag in _typed(context).items() if name not in accepted.split()]
+
+
+def only(context: typer.Context, accepted: str, of: str) -> None:
+    """Refuse every option that was typed and is not among the names `accepted`, because `of` does not take it."""
+    if found := surplus(context, f"_models _style force {accepted}"):
+        raise InputError(f"{flag}: does not belong to {of}; omit it" for flag in found)
+
+
+def given(**values: Any) -> dict[str, Any]:
+    """Return the values that were given; for any other the function that is called has its default."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def changed(scenario: str, set: Sequence[str] | None) -> Any:
+    """Put changes into a scenario, for a function that takes none."""
+    from electrovib.apps.changes import read_changes
+    from electrovib.scenario import read_scenario
+
+    return read_scenario(scenario, changes=read_changes(set)) if set else scenario
+
+
+def read_laws(named: list[str] | None) -> list[str] | None:
+    """Import the files among the laws, and return the names; None where no name is given, which stands for all."""
+    from electrovib.core.own_models import use_models
+
+    named = named and ["all" if name.lower() == "all" else name for name in names_of(named)]
+    files = [name for name in named or () if name.endswith(".py")]
+    for file in files:
+        use_models(file)
+    laws = [name for name in dict.fromkeys(named or ()) if name not in files]
+    return laws if laws or (named is not None and not files) else None
 
 
 def names_of(texts: list[str] | str | None) -> list[str]:
@@ -292,3 +211,30 @@ def pair_of(text: str, name: str, form: str) -> tuple[str, str]:
     if not (sign and first.strip() and second.strip()):
         raise InputError(f"{name} {text}: expected {form}")
     return first.strip(), second.strip()
+
+
+def number(flag: str, kind: type = float) -> Any:
+    """Declare an option with a number: a whole one, or one that may have a unit such as %."""
+    return typer.Option(flag, parser=functools.partial(_number, flag, kind))
+
+
+def split(param: typer.CallbackParam, value: list[str] | None) -> list[str] | None:
+    """Split names at commas, unless an option is absent."""
+    _refuse_blank(param.opts[0], [text.strip(", ") for text in value or ()])
+    return value and names_of(value)
+
+
+Scenario = Annotated[str, typer.Argument(autocompletion=scenario_names)]
+Files = Annotated[list[str], typer.Argument()]
+Text = Annotated[str | None, typer.Option()]
+Texts = Annotated[list[str] | None, typer.Option()]
+Names = Annotated[list[str] | None, typer.Option(callback=split)]
+Needed = Annotated[str, typer.Option()]
+Flag = Annotated[bool, typer.Option()]
+Output = Annotated[str | None, typer.Option("--output", "-o")]
+Changes = Annotated[list[str] | None, typer.Option("--set")]
+Models = Annotated[list[str] | None, typer.Option("--models", callback=_use_models, is_eager=True)]
+Style = Annotated[str | None, typer.Option("--style")]
+Columns = Annotated[list[str] | None, typer.Option("--column")]
+Details = Annotated[bool, typer.Option("--all")]
+Space = Annotated[str, typer.Option(autocompletion=space_names)]

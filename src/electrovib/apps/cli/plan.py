@@ -1,295 +1,421 @@
-"""A value, a drive, a plate or an experiment for what is wanted; ``check`` and ``export``: its limits, and its files."""
+"""A value, a drive, a plate or an experiment for what is wanted; ``check`` and ``export``: its limits, and its files.
 
-from __future__ import annotations
+Parameters
+----------
+free : PATH[=LOW:HIGH]
+    The parameter that is sought, and in which range: drive.amplitude, drive.amplitude=10V:400V.
+output : FILE
+    Write the scenario with the result (.toml), all numbers (.json), or its drive as a waveform (.csv, .npy, ...); a page (.html),
+    a figure (.pdf, .svg, .png) or tables (.tex).
+"""
 
 import functools
 import shlex
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from electrovib.apps.cli.options import Arguments, takes
+from electrovib.apps.changes import read_changes
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered, say, show, show_answer, warned
 from electrovib.apps.exit_codes import FAILED, NOT_SHOWN
 from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
 
 if TYPE_CHECKING:
-    from electrovib.studies.check import CheckResult
     from electrovib.studies.design import Designed
 
-_SOUGHT: Final = """
---free PATH[=LOW:HIGH]  The parameter that is sought, and in which range: drive.amplitude, drive.amplitude=10V:400V. [required]
-"""
-_WRITTEN: Final = """
---limits
--o, --output FILE    Write the scenario with the result (.toml), all numbers (.json), or its drive as a waveform (.csv, .npy,
-    ...); a page (.html), a figure (.pdf, .svg, .png) or tables (.tex).
---style
---edge
---all
---set
---models
---force
-"""
+Free = Annotated[str, typer.Option(autocompletion=options.parameter_paths)]
+Want = Annotated[str, typer.Option(autocompletion=options.quantity_names)]
 
 
-@takes(
-    """
-scenario
---want 'NAME = VALUE'  Quantity and its value: 'mean electrostatic_force = 50 mN'; of a signal at one time 'electrostatic_force at
-    20 ms = 1 mN'. [required]
-"""
-    + _SOUGHT
-    + _WRITTEN,
-    example="electrovib find-value vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high",
-)
-def find_value(given: Arguments) -> None:
+def find_value(
+    *,
+    scenario: options.Scenario,
+    want: Want,
+    free: Free,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    edge: options.Text = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Find the value of a parameter for a wanted quantity.
 
     Exit code 1 if no value gives it within the limits.
+
+    Parameters
+    ----------
+    want : 'NAME = VALUE'
+        Quantity and its value: 'mean electrostatic_force = 50 mN'; of a signal at one time 'electrostatic_force at 20 ms = 1 mN'.
+
+    Examples
+    --------
+    electrovib find-value vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high
     """
     from electrovib.studies.design import find_value
     from electrovib.studies.design.result import DesignedParameter
 
-    _designed(DesignedParameter, find_value, "solving", given)
+    asked = options.given(scenario=scenario, want=want, free=free, limits=limits, set=set)
+    asked |= options.given(output=output, edge=edge, all=all, force=force)
+    _designed(DesignedParameter, find_value, "solving", asked)
 
 
-@takes(
-    """
-scenario
---want 'NAME = VALUE'  Quantity and its least value, 'mean electrostatic_force = 50 mN', or its band, '= 20 mN:60 mN'. [required]
---space  [required]
---share SHARE        Share of the fingers that have to have the quantity: 0.9. [required]
---seed N             Seed of the draws. [required]
--n N                 Number of draws. [default: 1000]
-"""
-    + _SOUGHT
-    + _WRITTEN
-)
-def value_for_share(given: Arguments) -> None:
+def value_for_share(
+    *,
+    scenario: options.Scenario,
+    want: Want,
+    space: options.Space,
+    share: Annotated[float, options.number("--share")],
+    seed: Annotated[int, options.number("--seed", int)],
+    n: Annotated[int, options.number("-n", int)] = 1000,
+    free: Free,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    edge: options.Text = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Find the value that suffices for a share of people.
 
     Exit code 1 if the share is not reached within the limits.
+
+    Parameters
+    ----------
+    want : 'NAME = VALUE'
+        Quantity and its least value, 'mean electrostatic_force = 50 mN', or its band, '= 20 mN:60 mN'.
+    share : SHARE
+        Share of the fingers that have to have the quantity: 0.9.
+    seed : N
+        Seed of the draws.
+    n : N
+        Number of draws.
     """
     from electrovib.studies.design.share import DesignedForShare, value_for_share
 
-    _designed(DesignedForShare, value_for_share, "solving", given)
+    asked = options.given(scenario=scenario, want=want, free=free, limits=limits, set=set, space=space)
+    asked |= options.given(output=output, edge=edge, all=all, force=force, share=share, seed=seed, n=n)
+    _designed(DesignedForShare, value_for_share, "solving", asked)
 
 
-@takes(
-    """
-scenario
---target FORCE       The force over time: 'sine 50 Hz 30 mN' (between 0 and 30 mN), 'sine 50 Hz 10 mN to 30 mN for 0.2 s',
-    'constant 5 mN for 1 s', or a file with the columns time and force. [required]
---method METHOD      dc, carrier, sqrt-am or current. [required]
---carrier FREQUENCY  Frequency of the carrier, '3 kHz'; chosen if absent.
---rate
-"""
-    + _WRITTEN,
-    example="electrovib drive-for-force vezzoli_2014/fig6 --target 'sine 50 Hz 1 mN' --method carrier",
-)
-def drive_for_force(given: Arguments) -> None:
+def drive_for_force(
+    *,
+    scenario: options.Scenario,
+    target: options.Needed,
+    method: options.Needed,
+    carrier: options.Text = None,
+    rate: options.Text = None,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    edge: options.Text = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Find the drive that gives a force over time.
 
     Exit code 1 if the predicted force does not follow it to 1 % within the limits.
+
+    Parameters
+    ----------
+    target : FORCE
+        The force over time: 'sine 50 Hz 30 mN' (between 0 and 30 mN), 'sine 50 Hz 10 mN to 30 mN for 0.2 s', 'constant 5 mN for
+        1 s', or a file with the columns time and force.
+    method : METHOD
+        dc, carrier, sqrt-am or current.
+    carrier : FREQUENCY
+        Frequency of the carrier, '3 kHz'; chosen if absent.
+
+    Examples
+    --------
+    electrovib drive-for-force vezzoli_2014/fig6 --target 'sine 50 Hz 1 mN' --method carrier
     """
     from electrovib.studies.design.drive import DesignedDrive, drive_for_force
 
-    _designed(DesignedDrive, drive_for_force, "solving", given)
+    asked = options.given(
+        scenario=scenario, target=target, method=method, carrier=carrier, rate=rate, limits=limits
+    )
+    asked |= options.given(set=set, output=output, edge=edge, all=all, force=force)
+    _designed(DesignedDrive, drive_for_force, "solving", asked)
 
 
-@takes(
+def texture_drive(
+    *,
+    scenario: options.Scenario,
+    texture: options.Needed,
+    path: options.Needed,
+    carrier: options.Text = None,
+    frequency: options.Text = None,
+    rate: options.Text = None,
+    ramp: options.Text = None,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    edge: options.Text = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
+    """Compute the drive that renders a texture under a finger.
+
+    Parameters
+    ----------
+    texture : TEXTURE
+        A TOML file with the table of a texture, or the table: '{ model = "Grating", period = "2 mm", ... }'.
+    path : SPEED|FILE|TABLE
+        Of the finger: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x (and y).
+    carrier : FREQUENCY
+        Frequency of the carrier, '3 kHz'; none if absent.
+    frequency : FREQUENCY
+        Without a carrier: where the gain of the force is taken; 100 Hz by default.
     """
-scenario
---texture TEXTURE    A TOML file with the table of a texture, or the table: '{ model = "Grating", period = "2 mm", ... }'.
-    [required]
---path SPEED|FILE|TABLE  Of the finger: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x (and y).
-    [required]
---carrier FREQUENCY  Frequency of the carrier, '3 kHz'; none if absent.
---frequency FREQUENCY  Without a carrier: where the gain of the force is taken; 100 Hz by default.
---rate
---ramp
-"""
-    + _WRITTEN
-)
-def texture_drive(given: Arguments) -> None:
-    """Compute the drive that renders a texture under a finger."""
     from electrovib.studies.texture.drive import TextureDrive, texture_drive
 
-    _designed(TextureDrive, texture_drive, "rendering and simulating", given)
+    asked = options.given(
+        scenario=scenario, texture=texture, path=path, carrier=carrier, frequency=frequency, rate=rate
+    )
+    asked |= options.given(ramp=ramp, limits=limits, set=set, output=output, edge=edge, all=all, force=force)
+    _designed(TextureDrive, texture_drive, "rendering and simulating", asked)
 
 
-@takes(
+def plan_plate(
+    *,
+    scenario: options.Scenario,
+    over: options.Texts = None,
+    materials: options.Names = None,
+    layer: options.Text = None,
+    maximise: options.Texts = None,
+    minimise: options.Texts = None,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
+    """Find the plate with the most force within limits.
+
+    Parameters
+    ----------
+    maximise : NAME
+        Quantity that is to be largest, or a varied path; the first decides; mean electrostatic_force by default; repeatable.
+    minimise : NAME
+        Quantity that is to be smallest, or a varied path; peak voltage by default; repeatable.
+    output : FILE
+        Write all candidates (.csv), all numbers (.json), the best scenario (.toml), a page (.html), a figure (.pdf, .svg, .png)
+        or tables (.tex).
     """
-scenario
---over
---materials
---layer
---maximise NAME      Quantity that is to be largest, or a varied path; the first decides; mean electrostatic_force by default;
-    repeatable.
---minimise NAME      Quantity that is to be smallest, or a varied path; peak voltage by default; repeatable.
---limits
---refine ROUNDS      Rounds of candidates added around the best one, each at half the distance; 0 keeps to the given ones.
-    [default: 3]
--o, --output FILE    Write all candidates (.csv), all numbers (.json), the best scenario (.toml), a page (.html), a figure (.pdf,
-    .svg, .png) or tables (.tex).
---style
---set
---models
---force
-"""
-)
-def plan_plate(given: Arguments) -> None:
-    """Find the plate with the most force within limits."""
     from electrovib.studies.design.plate import PlateDesign, plan_plate
 
-    given.read_set()
-    answered(PlateDesign, plan_plate, "evaluating candidates", given)
+    asked = options.given(
+        scenario=scenario, over=over, materials=materials, layer=layer, limits=limits, output=output
+    )
+    asked |= options.given(maximise=maximise, minimise=minimise, set=read_changes(set), force=force)
+    answered(PlateDesign, plan_plate, "evaluating candidates", asked)
 
 
-@takes(
+def plan_experiment(
+    *,
+    scenario: options.Scenario,
+    models: Annotated[list[str], typer.Option()],
+    over: Annotated[list[str], typer.Option()],
+    space: options.Space,
+    quantity: options.Text = None,
+    noise: options.Texts = None,
+    limits: options.Texts = None,
+    n: Annotated[int, options.number("-n", int)] = 64,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
+    output: options.Output = None,
+    _style: options.Style = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    force: options.Flag = False,
+) -> None:
+    """Find the experiment that tells force laws apart soonest.
+
+    Parameters
+    ----------
+    models : A,B,...|FILE.py
+        The force laws, two or more; or a Python file with laws of your own; repeatable.
+    over : PATH=FROM:TO:N[log]
+        What can be chosen: a parameter and its values; repeatable.
+    quantity : NAME
+        What is measured; 'swing lateral_force' by default.
+    noise : VALUE
+        Standard deviation of one repeat: '10 %' of the value and '1 mN' of the sensor by default; repeatable.
+    n : N
+        Draws from --space.
+    seed : N
+        Of the draws.
+    output : FILE
+        Write a page (.html), a figure (.pdf, .svg, .png) or tables (.csv, .tex).
     """
-scenario
---models A,B,...|FILE.py -> laws  The force laws, two or more; or a Python file with laws of your own; repeatable. [required]
---over PATH=FROM:TO:N[log]  What can be chosen: a parameter and its values; repeatable. [required]
---space  [required]
---quantity NAME      What is measured; 'swing lateral_force' by default.
---noise VALUE        Standard deviation of one repeat: '10 %' of the value and '1 mN' of the sensor by default; repeatable.
---limits
--n N                 Draws from --space. [default: 64]
---seed N             Of the draws. [default: 0]
--o, --output FILE    Write a page (.html), a figure (.pdf, .svg, .png) or tables (.csv, .tex).
---style
---all
---set
---force
-"""
-)
-def plan_experiment(given: Arguments) -> None:
-    """Find the experiment that tells force laws apart soonest."""
     from electrovib.studies.evidence.plan import ExperimentPlan, plan_experiment
 
-    given["models"] = given.read_laws() or []
-    given.read_set()
-    if "noise" in given:
-        by_kind = {each.strip().endswith("%"): each.strip() for each in given["noise"]}
-        given["noise"] = by_kind.get(True, 0.0), by_kind.get(False, 0.0)
-    answered(ExperimentPlan, plan_experiment, "comparing experiments", given)
+    asked = options.given(
+        scenario=scenario,
+        models=options.read_laws(models) or [],
+        over=over,
+        space=space,
+        n=n,
+    )
+    asked |= options.given(quantity=quantity, limits=limits, seed=seed, set=read_changes(set))
+    if noise:
+        by_kind = {each.strip().endswith("%"): each.strip() for each in noise}
+        asked["noise"] = by_kind.get(True, 0.0), by_kind.get(False, 0.0)
+    asked |= options.given(output=output, all=all, force=force)
+    answered(ExperimentPlan, plan_experiment, "comparing experiments", asked)
 
 
-def _designed(kind: type[Designed], compute: Callable[..., Designed], words: str, given: Arguments) -> None:
+def _designed(
+    kind: "type[Designed]", compute: "Callable[..., Designed]", words: str, asked: dict[str, Any]
+) -> None:
     """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
     from electrovib.exports.scenario import check_design_file, write_design
 
-    given.read_set()
-    edge = edge_of(given)
-    given.pop("edge", None)
+    asked["set"], edge = read_changes(asked.get("set")), edge_of(asked.pop("edge", None))
     check, write = functools.partial(check_design_file, **edge), functools.partial(write_design, **edge)
-    found = answered(kind, compute, words, given, check=check, write=write)
+    found = answered(kind, compute, words, asked, check=check, write=write)
     if not found.is_achieved:
         raise typer.Exit(FAILED)
 
 
-@takes(
-    """
-first SCENARIO|DRIVE  The scenario; or, before a scenario, a file with the columns time and voltage.
-[second] SCENARIO     The scenario in which that drive is checked.
---limits
---series-resistor     Compute the smallest resistor that holds the body current if the insulator fails.
--o, --output FILE|DIR  Write the result: .csv, .json, .html, a figure (.pdf, .svg, .png), tables (.tex), or a folder with all.
---style
---all
---set
---models
---force
-""",
-    example="electrovib check vezzoli_2014/fig6 --set limits.voltage='1 kV'",
-)
-def check(given: Arguments) -> None:
+def check(
+    *,
+    first: Annotated[str, typer.Argument()],
+    second: Annotated[str | None, typer.Argument()] = None,
+    limits: options.Texts = None,
+    series_resistor: options.Flag = False,
+    output: options.Output = None,
+    _style: options.Style = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Compare voltage, current and breakdown with limits.
 
     Charge, energy and breakdown of each layer, with the gap open and closed, are compared too. Exit code 0 within all limits,
     1 if one is exceeded, 5 if the set-up is not shown to be safe.
+
+    Parameters
+    ----------
+    first : SCENARIO|DRIVE
+        The scenario; or, before a scenario, a file with the columns time and voltage.
+    second : SCENARIO
+        The scenario in which that drive is checked.
+    series_resistor
+        Compute the smallest resistor that holds the body current if the insulator fails.
+    output : FILE|DIR
+        Write the result: .csv, .json, .html, a figure (.pdf, .svg, .png), tables (.tex), or a folder with all.
+
+    Examples
+    --------
+    electrovib check vezzoli_2014/fig6 --set limits.voltage='1 kV'
     """
     from electrovib.core.answer import laid_out
     from electrovib.studies.check import CheckResult, check
     from electrovib.studies.check.result import FAIL, UNKNOWN
-    from electrovib.studies.check.series import series_resistor
+    from electrovib.studies.check.series import series_resistor as resistor_of
 
-    given.read_set()
-    drive, scenario = given.pop("first"), given.pop("second", "")
-    if not scenario:
-        drive, scenario = None, drive
-    resistor = None
-    if given.pop("series_resistor", False):
-        resistor = series_resistor(scenario, limits=given.get("limits"), set=given["set"])
+    changes = read_changes(set)
+    drive, scenario = (first, second) if second else (None, first)
+    resistor = resistor_of(scenario, limits=limits, set=changes) if series_resistor else None
 
-    def print_outcome(found: CheckResult, *, everything: bool) -> None:
+    def print_outcome(found: "CheckResult", *, everything: bool) -> None:
         """Print the outcome, after the resistor that was asked for."""
         if resistor is not None:
             show(laid_out(resistor.document.tables[0]))
         show_answer(found, everything=everything, state=found.state)
 
-    given |= {"drive": drive, "scenario": scenario}
+    asked = {"drive": drive, "scenario": scenario, "limits": limits, "set": changes}
+    asked |= options.given(output=output, all=all, force=force)
     codes = {FAIL: FAILED, UNKNOWN: NOT_SHOWN}
-    if code := codes.get(answered(CheckResult, check, "checking", given, print_outcome).state):
+    if code := codes.get(answered(CheckResult, check, "checking", asked, print_outcome).state):
         raise typer.Exit(code)
 
 
-@takes("""
-scenario
-[place] OUTPUT     The file to write, if not given by -o.
--o, --output FILE  A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.
---limits
---as
---rate
---ramp
---largest-error
---full-scale
---gain
---edge
---amplifier-present
---set
---models
---force
-""")
-def export(given: Arguments) -> None:
+def export(
+    context: typer.Context,
+    *,
+    scenario: options.Scenario,
+    place: Annotated[str | None, typer.Argument()] = None,
+    output: options.Output = None,
+    limits: options.Texts = None,
+    instrument: Annotated[str | None, typer.Option("--instrument", "--as")] = None,
+    rate: options.Text = None,
+    ramp: options.Text = None,
+    largest_error: Annotated[float, options.number("--largest-error")] = 0.01,
+    full_scale: options.Text = None,
+    gain: Annotated[float, options.number("--gain")] = 1.0,
+    edge: options.Text = None,
+    amplifier_present: options.Flag = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Write a netlist for ngspice, or the drive as a waveform.
 
     A waveform is written only within declared limits.
+
+    Parameters
+    ----------
+    place : OUTPUT
+        The file to write, if not given by -o.
+    output : FILE
+        A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.
+    instrument : NAME
+        Instrument whose codes are written: hp_33120a.
+    largest_error : SHARE
+        Error over the largest voltage above which nothing is written.
+    full_scale : VOLTAGE
+        Voltage of the drive at full scale.
+    gain : NUMBER
+        Voltage of the drive over that of the instrument.
+    amplifier_present
+        The amplifier of the scenario stands before the plate: its bandwidth and limits count.
     """
     from electrovib.apps.progress import tracked
     from electrovib.exports.scenario import WRITERS, export_netlist
     from electrovib.exports.waveform import export_waveform
     from electrovib.exports.waveform_formats import FORMATS
 
-    place, output = given.pop("place", ""), given.pop("output", "")
     if bool(place) == bool(output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
-    path, suffix = place or output, Path(place or output).suffix.lower()
-    given.read_set()
-    if suffix not in FORMATS and "instrument" not in given:
-        if suffix in WRITERS and (used := given.surplus("scenario place output set models force")):
+    path = str(place or output)
+    suffix, changes = Path(path).suffix.lower(), read_changes(set)
+    if suffix not in FORMATS and not instrument:
+        if suffix in WRITERS and (
+            used := options.surplus(context, "scenario place output set _models force")
+        ):
             raise InputError(f"{flag}: belongs to a waveform; omit it for a netlist" for flag in used)
         with tracked("solving and writing"):
-            written = export_netlist(
-                given["scenario"], Path(path), changes=given["set"], force="force" in given
-            )
+            written = export_netlist(scenario, Path(path), changes=changes, force=force)
         say(*warned(written), f"written: {written.path}")
         say(f"run it:  ngspice -b {shlex.quote(str(written.path))}")
         return
-    for name, unit in {"rate": "Hz", "ramp": "s", "full_scale": "V"}.items():
-        if name in given:
-            given[name] = number_in(unit, given.flags[name], given[name])
+    asked = options.given(instrument=instrument, limits=limits) | edge_of(edge)
+    amounts = {"rate": ("Hz", rate), "ramp": ("s", ramp), "full_scale": ("V", full_scale)}
+    for name, (unit, text) in amounts.items():
+        if text:
+            asked[name] = number_in(unit, f"--{name.replace('_', '-')}", text)
+    asked |= {"largest_error": largest_error, "gain": gain, "amplifier_present": amplifier_present}
     with tracked("sampling and checking"):
-        found = export_waveform(**given | edge_of(given), path=path)
+        found = export_waveform(scenario, path, set=changes, force=force, **asked)
     show_answer(found)
 
 
-def edge_of(given: Arguments) -> dict[str, Any]:
+def edge_of(text: str | None) -> dict[str, Any]:
     """Read the edge, if there is one: a time [s], or the word that stands for straight lines."""
-    text = given.get("edge")
     return {"edge": text if text == "line" else number_in("s", "--edge", text)} if text else {}

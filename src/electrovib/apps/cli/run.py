@@ -1,12 +1,13 @@
 """``electrovib run``."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.apps.cli.options import Arguments, takes
+import typer
+
+from electrovib.apps.changes import read_changes
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import chosen, say, show_answer
 
 if TYPE_CHECKING:
@@ -20,41 +21,56 @@ _FELT: Final = 30.0
 FORCES = ("electrostatic_force", "lateral_force")
 
 
-@takes("""
-scenario           [default: vezzoli_2014/fig6]
---set
---over
---quantity NAME -> quantities  Quantity of each case, for instance 'mean electrostatic_force'; repeatable.
---records          Keep the signals over time of each case of --over too.
---states           Find every state of gap and attraction, stable or not, instead: of contact.surface and a layer 'gap'.
---voltage VOLTAGE  Of --states: voltage that is held, such as '100 V'; by default the largest of the drive.
--o, --output FILE|DIR  Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
---style
---report
---all
---models
---force
-""")
-def run(given: Arguments) -> None:
+def run(
+    context: typer.Context,
+    *,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    set: options.Changes = None,
+    over: options.Texts = None,
+    quantity: options.Texts = None,
+    records: options.Flag = False,
+    states: options.Flag = False,
+    voltage: options.Text = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    report: options.Text = None,
+    all: options.Details = False,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Simulate a scenario once, or over values of a parameter.
 
     Report the forces and whether a finger feels them, by which tactile channel, and by how many decibels; of a measured Trace
     the latter alone. A Trace that carries its scenario is repeated.
+
+    Parameters
+    ----------
+    quantity : NAME
+        Quantity of each case, for instance 'mean electrostatic_force'; repeatable.
+    records
+        Keep the signals over time of each case of --over too.
+    states
+        Find every state of gap and attraction, stable or not, instead: of contact.surface and a layer 'gap'.
+    voltage : VOLTAGE
+        Of --states: voltage that is held, such as '100 V'; by default the largest of the drive.
+    output : FILE|DIR
+        Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
     """
     from electrovib.apps.run import run
 
-    if "states" in given:
-        given.only("scenario set states voltage", "--states")
-        return _print_states(given)
-    if _is_measured(given["scenario"]):
-        given.only("scenario set all", "a measured Trace, of which only what is felt is computed")
-        return _print_felt(given)
-    given.only("scenario set over quantities records output report all", "a run without --states")
-    everything = given.pop("all", False)
-    trace = run(**given)
-    felt = [] if "over" in trace.attrs else felt_lines(trace, everything=everything)
-    files = given.get("output"), given.get("report")
-    return say(*summary(trace, *files, source=given["scenario"], felt=felt))
+    if states:
+        options.only(context, "scenario set states voltage", "--states")
+        return _print_states(scenario, read_changes(set), voltage)
+    if _is_measured(scenario):
+        of = "a measured Trace, of which only what is felt is computed"
+        options.only(context, "scenario set all", of)
+        return _print_felt(scenario, read_changes(set), everything=all)
+    accepted = "scenario set over quantity records output report all"
+    options.only(context, accepted, "a run without --states")
+    asked = options.given(set=set, over=over, quantities=quantity, records=records, output=output)
+    trace = run(scenario, **asked, report=report, force=force)
+    felt = [] if "over" in trace.attrs else felt_lines(trace, everything=all)
+    return say(*summary(trace, output, report, source=scenario, felt=felt))
 
 
 def _is_measured(source: str) -> bool:
@@ -66,14 +82,13 @@ def _is_measured(source: str) -> bool:
     return is_trace(found) and not {"scenario", "over"} & set(found.attrs)
 
 
-def _print_felt(given: Arguments) -> None:
+def _print_felt(scenario: str, changes: dict[str, Any], *, everything: bool) -> None:
     from electrovib.studies.perceive import perceive
 
-    given.read_set()
-    show_answer(perceive(given["scenario"], set=given["set"]), everything="all" in given)
+    show_answer(perceive(scenario, set=changes), everything=everything)
 
 
-def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
+def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
     """State whether a finger feels a run, by which channel and by how much; the reason where that is not known.
 
     Unless `everything` is asked for, it may take `_FELT` seconds of computing time: it solves the periodic state anew.
@@ -98,19 +113,18 @@ def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
     return [*found.sentences[1 if found.title else 0 :], *found.details]
 
 
-def _print_states(given: Arguments) -> None:
+def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None) -> None:
     from electrovib.apps.progress import tracked
     from electrovib.core.units import number_in
     from electrovib.scenario import read_scenario
     from electrovib.solve.equilibrium import equilibrium
 
-    given.read_set()
-    found = read_scenario(given["scenario"], changes=given["set"])
-    held = number_in("V", "--voltage", given["voltage"]) if "voltage" in given else None
+    found = read_scenario(scenario, changes=changes)
+    held = number_in("V", "--voltage", voltage) if voltage else None
     with tracked("finding equilibria"):
         balance = equilibrium(found, voltage=held)
     show_answer(balance)
-    say(*chosen(found, given["scenario"]))
+    say(*chosen(found, scenario))
 
 
 def summary(

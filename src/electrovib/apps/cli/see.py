@@ -1,38 +1,45 @@
 """``electrovib explore``, ``report``, ``list`` and ``init``: what is there to see, and to start from."""
 
-from __future__ import annotations
-
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+import typer
+
+from electrovib.apps.changes import read_changes
+from electrovib.apps.cli import options
 from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
-from electrovib.apps.cli.options import Arguments, takes
 from electrovib.apps.cli.terminal import is_map, judged, put, say, show, warned
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import xarray
 
 
-@takes("""
-scenario  [default: vezzoli_2014/fig6]
---port N        Port of the page. Default: the first that is free from 8080 on.
---no-browser    Do not open a browser.
---set
---models
-""")
-def explore(given: Arguments) -> None:
+def explore(
+    *,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    port: Annotated[int | None, options.number("--port", int)] = None,
+    no_browser: options.Flag = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+) -> None:
     """Open a page in the browser: sliders, curves and limits.
 
     Change parameters and see their effect at once.
+
+    Parameters
+    ----------
+    port : N
+        Port of the page. Default: the first that is free from 8080 on.
+    no_browser
+        Do not open a browser.
     """
     from electrovib.apps.explorer.server import explore
 
-    given.read_set()
+    changes = read_changes(set)
     serving = False
 
     def announce(line: str) -> None:
@@ -41,42 +48,46 @@ def explore(given: Arguments) -> None:
         say(line)
         sys.stdout.flush()  # a log or a pipe would hold the address back until the page is closed
 
-    browser = not given.pop("no_browser", False)
     try:
-        explore(**given, browser=browser, say=announce)
+        explore(scenario, set=changes, port=port, browser=not no_browser, say=announce)
     except KeyboardInterrupt:
         if not serving:
             raise
     say("The page is closed.")
 
 
-@takes("""
-traces...           Trace files, overlaid in one report.
--o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
-    [default: report.html]
---style
---column
---set KEY=VALUE     Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'; repeatable.
---recipe
---models
---force
-""")
-def report(given: Arguments) -> None:
+def report(
+    *,
+    traces: options.Files,
+    output: Annotated[str, typer.Option("--output", "-o")] = "report.html",
+    _style: options.Style = None,
+    columns: options.Columns = None,
+    set: options.Changes = None,
+    recipe: options.Text = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Write one report of several Traces, overlaid.
 
     With --column other files are imported as measurements.
+
+    Parameters
+    ----------
+    traces
+        Trace files, overlaid in one report.
+    set : KEY=VALUE
+        Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'; repeatable.
     """
     from electrovib.apps.progress import tracked
     from electrovib.view.report import reported
 
-    traces, output = given["traces"], given["output"]
-    found = _imported(traces, recipe_of(given, only=OF_TRACE, of="a Trace"))
+    found = _imported(traces, recipe_of(recipe, set, columns, only=OF_TRACE, of="a Trace"))
     with tracked("drawing the report"):
-        shown = reported(found or traces, output, force="force" in given)
+        shown = reported(found or traces, output, force=force)
     say(*_answers(shown, output), *_without_parameters(traces), f"written: {output}")
 
 
-def _answers(shown: Mapping[str, xarray.Dataset], output: str) -> list[str]:
+def _answers(shown: Mapping[str, "xarray.Dataset"], output: str) -> list[str]:
     """Return a line with the answer of each result that the report shows, then the warnings of all, each once."""
     from electrovib.core.signals import is_study_result
     from electrovib.studies.population.result import signal_words
@@ -138,22 +149,30 @@ def _without_parameters(traces: list[str]) -> list[str]:
     return lines
 
 
-@takes("""
-[query]... [KIND] [WORD]...  A name or words to search for, after 'scenarios' or 'spaces' among these alone; without one, an
-    overview.
---all     List every entry on a line of its own.
---bibtex  Print BibTeX: of one paper, or of all.
-""")
-def list_(given: Arguments) -> None:
+def list_(
+    *,
+    query: Annotated[list[str] | None, typer.Argument(autocompletion=options.model_names)] = None,
+    all: options.Details = False,
+    bibtex: options.Flag = False,
+) -> None:
     """List or search models, materials, papers and scenarios.
 
     Without a word an overview; with the name of one entry everything about it; else what the words find.
+
+    Parameters
+    ----------
+    query : [KIND] [WORD]...
+        A name or words to search for, after 'scenarios' or 'spaces' among these alone; without one, an overview.
+    all
+        List every entry on a line of its own.
+    bibtex
+        Print BibTeX: of one paper, or of all.
     """
     from electrovib.studies import catalogue
 
-    kind, *rest = given.get("query", [""])
+    kind, *rest = query or [""]
     words, after = " ".join([kind, *rest]), " ".join(rest)
-    if "bibtex" in given:
+    if bibtex:
         show(_bibtex(words))
     elif kind == "scenarios":
         show(str(catalogue.scenarios(after)))
@@ -161,10 +180,10 @@ def list_(given: Arguments) -> None:
         from electrovib.studies.catalogue.populations import spaces
 
         show(str(spaces(words if kind != "spaces" else after)))
-    elif words in ("", "models") and "all" not in given:
+    elif words in ("", "models") and not all:
         show(catalogue.overview().rstrip())
     else:
-        show(str(catalogue.models(after if kind == "models" else words, complete="all" in given)))
+        show(str(catalogue.models(after if kind == "models" else words, complete=all)))
 
 
 def _is_space(words: str) -> bool:
@@ -188,20 +207,25 @@ def _bibtex(name: str) -> str:
     return "\n\n".join(catalogue.bibtex(papers()[key], key) for key in wanted)
 
 
-@takes("""
-scenario  [default: vezzoli_2014/fig6]
---set
--o, --output FILE  The TOML file to write.
---force
-""")
-def init(given: Arguments) -> None:
-    """Write a scenario as a commented TOML file to start from."""
+def init(
+    *,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    set: options.Changes = None,
+    output: options.Output = None,
+    force: options.Flag = False,
+) -> None:
+    """Write a scenario as a commented TOML file to start from.
+
+    Parameters
+    ----------
+    output : FILE
+        The TOML file to write.
+    """
     from electrovib.apps.init import init
 
-    given.read_set()
-    text = init(**given)
-    if "output" in given:
-        say(f"written: {given['output']}")
+    text = init(scenario, set=read_changes(set), output=output, force=force)
+    if output:
+        say(f"written: {output}")
     else:
         put(as_toml(text, sys.stdout.encoding))
 

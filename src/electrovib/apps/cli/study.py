@@ -1,59 +1,85 @@
 """``electrovib study``."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from electrovib.apps.cli.options import Arguments, takes
+import typer
+
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered, complain, say, show_answer
 from electrovib.apps.exit_codes import INTERRUPTED
 from electrovib.core.errors import InputError, gathered, refuse
 
 
-@takes("""
-scenario
--n N              Number of fingers; of base draws, a power of 2, of --sensitivity. [required]
---seed N          Seed of the draws: the same seed draws the same fingers. [required]
---space
---quantity NAME,... -> signal  Signal, electrostatic_force if absent, over frequency mean_force; of --sensitivity one as for run;
-    repeatable.
---sensitivity     Report instead which parameters one quantity depends on most, and which to measure first.
---percentiles P,P,...  Percentiles over the fingers. [default: 5,50,95]
---exceed VALUE,...  Threshold whose exceedance probability is wanted: '5 mN'; repeatable.
---records -> draws  Keep the parameters and signals of every finger too.
---budget-memory MEMORY  Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.
-    [default: 1 GB]
---workers N|ADDRESS  Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.
--o, --output DIR  Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and files of the
-    bands: .csv, a figure (.pdf, .svg, .png), a table (.tex); of --sensitivity one file, or the folder for report.html,
-    indices.csv, elasticities.csv, space.toml and the figure; repeatable.
---style
---report
---set
---models
---force
-""")
-def study(given: Arguments) -> None:
+def study(
+    context: typer.Context,
+    *,
+    scenario: options.Scenario,
+    n: Annotated[int, options.number("-n", int)],
+    seed: Annotated[int, options.number("--seed", int)],
+    space: Annotated[str | None, typer.Option(autocompletion=options.space_names)] = None,
+    signal: Annotated[list[str] | None, typer.Option("--quantity", callback=options.split)] = None,
+    sensitivity: options.Flag = False,
+    percentiles: options.Text = "5,50,95",
+    exceed: options.Names = None,
+    draws: Annotated[bool, typer.Option("--records")] = False,
+    budget_memory: options.Text = "1 GB",
+    workers: options.Text = None,
+    output: Annotated[list[str] | None, typer.Option("--output", "-o")] = None,
+    _style: options.Style = None,
+    report: options.Text = None,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Compute bands of a force over a population of fingers.
 
     The bands are over time or frequency; with --sensitivity, the parameters on which a quantity depends most.
+
+    Parameters
+    ----------
+    n : N
+        Number of fingers; of base draws, a power of 2, of --sensitivity.
+    seed : N
+        Seed of the draws: the same seed draws the same fingers.
+    signal : NAME,...
+        Signal, electrostatic_force if absent, over frequency mean_force; of --sensitivity one as for run; repeatable.
+    sensitivity
+        Report instead which parameters one quantity depends on most, and which to measure first.
+    percentiles : P,P,...
+        Percentiles over the fingers.
+    exceed : VALUE,...
+        Threshold whose exceedance probability is wanted: '5 mN'; repeatable.
+    draws
+        Keep the parameters and signals of every finger too.
+    budget_memory : MEMORY
+        Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.
+    workers : N|ADDRESS
+        Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.
+    output : DIR
+        Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and files of the bands: .csv, a
+        figure (.pdf, .svg, .png), a table (.tex); of --sensitivity one file, or the folder for report.html, indices.csv,
+        elasticities.csv, space.toml and the figure; repeatable.
     """
-    if "space" not in given:
-        raise InputError("not given; for instance --space fingers", path="--space")
-    given.put_changes()
     from electrovib.view.files import SUFFIXES
 
-    outputs = given.pop("output", [])
-    if given.pop("sensitivity", False):
-        given.only("scenario n seed space signal sensitivity output set", "--sensitivity")
-        _print_sensitivity(given, outputs)
+    if space is None:
+        raise InputError("not given; for instance --space fingers", path="--space")
+    asked = {"scenario": options.changed(scenario, set), "space": space, "n": n, "seed": seed, "force": force}
+    outputs = output or []
+    if sensitivity:
+        options.only(context, "scenario n seed space signal sensitivity output set", "--sensitivity")
+        _print_sensitivity(asked, signal or [], outputs)
         return
     bands = [name for name in outputs if Path(name).suffix.lower() in {".csv", *SUFFIXES}]
     stores = [name for name in outputs if name not in bands]
     if len(stores) != 1:
         raise InputError("name one folder DIR.zarr; further outputs are files of the bands", path="--output")
-    _print_bands(given | _processes(given.pop("workers", None)), stores[0], bands)
+    asked |= options.given(
+        signal=signal, percentiles=options.names_of(percentiles), exceed=exceed, draws=draws
+    )
+    asked |= options.given(budget_memory=budget_memory, report=report) | _processes(workers)
+    _print_bands(asked, stores[0], bands)
 
 
 def _processes(workers: str | None) -> dict[str, int | str | None]:
@@ -66,20 +92,18 @@ def _processes(workers: str | None) -> dict[str, int | str | None]:
     return {"workers": int(workers)}
 
 
-def _print_sensitivity(given: Arguments, outputs: list[str]) -> None:
+def _print_sensitivity(asked: dict[str, Any], quantities: list[str], outputs: list[str]) -> None:
     from electrovib.studies.sensitivity import Sensitivity, sensitivity
 
-    quantities = given.pop("signal", [])
     if len(quantities) != 1 or len(outputs) > 1:
         name = "--output" if len(outputs) > 1 else "--quantity"
         why = "--sensitivity takes exactly one: 'mean electrostatic_force', and one folder"
         raise InputError(why, path=name)
-    wanted = given.take("scenario space n seed force")
-    wanted |= {"quantity": quantities[0], "output": next(iter(outputs), None)}
-    answered(Sensitivity, sensitivity, "evaluating draws", wanted)
+    asked |= {"quantity": quantities[0], "output": next(iter(outputs), None)}
+    answered(Sensitivity, sensitivity, "evaluating draws", asked)
 
 
-def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
+def _print_bands(asked: dict[str, Any], store: str, bands: list[str]) -> None:
     """Compute the bands, print them, and write the outputs beside the store."""
     from electrovib.apps.progress import tracked
     from electrovib.exports.save import save
@@ -88,16 +112,16 @@ def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
     from electrovib.view.files import check_answer
     from electrovib.view.pages import check_page
 
-    force, problems = given.pop("force", False), list[str]()
+    force, problems = asked.pop("force", False), list[str]()
     for each in bands:
         with gathered(problems):
             check_answer(StudyResult, each, force=force)
-    if "report" in given:
+    if "report" in asked:
         with gathered(problems):
-            check_page(given["report"], force=force)
-        bands = [*bands, given.pop("report")]
+            check_page(asked["report"], force=force)
+        bands = [*bands, asked.pop("report")]
     refuse(problems)
-    done = [0, given["n"]]
+    done = [0, asked["n"]]
     try:
         with tracked("evaluating fingers", counted=True) as progress:
 
@@ -105,7 +129,7 @@ def _print_bands(given: dict[str, Any], store: str, bands: list[str]) -> None:
                 done[:] = fingers, total
                 progress(fingers, total)
 
-            found = study(**given, output=store, progress=note)
+            found = study(**asked, output=store, progress=note)
     except KeyboardInterrupt:
         complain(f"{done[0]} of {done[1]} fingers are complete; the same command continues with the next")
         raise SystemExit(INTERRUPTED) from None

@@ -1,11 +1,11 @@
 """``electrovib times``: times of edges, or friction of swipes, in a record and without a model of the experiment."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from electrovib.apps.cli.options import Arguments, takes
+import typer
+
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered
 from electrovib.core.errors import InputError
 
@@ -13,46 +13,82 @@ if TYPE_CHECKING:
     from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
 
 
-@takes("""
-record                Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument.
---quantity SIGNAL -> signal  Signal whose edges are measured; by default the only one besides --by.
---levels LOW:HIGH     Levels in per cent of the range of an edge. [default: 10:90]
---by SIGNAL           Signal of the drive, whose switching marks the edges.
---antiphase           The signal of --by is one of two electrodes driven in antiphase.
---sensor HZ:Q|estimate  Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the
-    edges.
---edges both|rising|falling  Edges that are measured. [default: both]
---exponentials N      Largest number of exponentials, 1 to 4. [default: 3]
---window TIME         Length of the section after an edge, such as '20 ms'.
---before TIME         Length of the section before an edge.
---ring                Measure also the oscillation after each impact, or after the last switching of --by.
---swipes              Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.
---recipe FILE.toml -> channels  Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.
---speed SPEED         Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
--o, --output FILE|DIR  A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
---style
---force
-""")
-def times(given: Arguments) -> None:
+def times(
+    context: typer.Context,
+    *,
+    record: Annotated[str, typer.Argument()],
+    signal: Annotated[str | None, typer.Option("--quantity")] = None,
+    levels: Annotated[str, typer.Option()] = "10:90",
+    by: options.Text = None,
+    antiphase: options.Flag = False,
+    sensor: options.Text = None,
+    edges: Annotated[str, typer.Option()] = "both",
+    exponentials: Annotated[int, options.number("--exponentials", int)] = 3,
+    window: options.Text = None,
+    before: options.Text = None,
+    ring: options.Flag = False,
+    swipes: options.Flag = False,
+    channels: Annotated[str | None, typer.Option("--recipe")] = None,
+    speed: options.Text = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    force: options.Flag = False,
+) -> None:
     """Measure rise and fall times, or swipes, in a record.
 
     Report the times with and without the sensor, each with a 95 % interval; with --swipes the friction and the forces of
     contacts and slides, from which the zeros of the sensors are subtracted.
+
+    Parameters
+    ----------
+    record
+        Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument.
+    signal : SIGNAL
+        Signal whose edges are measured; by default the only one besides --by.
+    levels : LOW:HIGH
+        Levels in per cent of the range of an edge.
+    by : SIGNAL
+        Signal of the drive, whose switching marks the edges.
+    antiphase
+        The signal of --by is one of two electrodes driven in antiphase.
+    sensor : HZ:Q|estimate
+        Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.
+    edges : both|rising|falling
+        Edges that are measured.
+    exponentials : N
+        Largest number of exponentials, 1 to 4.
+    window : TIME
+        Length of the section after an edge, such as '20 ms'.
+    before : TIME
+        Length of the section before an edge.
+    ring
+        Measure also the oscillation after each impact, or after the last switching of --by.
+    swipes
+        Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.
+    channels : FILE.toml
+        Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.
+    speed : SPEED
+        Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
     """
     from electrovib.recordings.swipe import Swipes, reduce_swipes
     from electrovib.recordings.transitions import MeasuredTimes
 
-    if given.keys() & {"swipes", "channels"}:
-        given.only("record swipes channels speed output", "--swipes")
-        of_swipes = given.take("record channels speed output force")
-        of_swipes["recording"] = of_swipes.pop("record")
-        answered(Swipes, reduce_swipes, "finding swipes", of_swipes)
+    asked = options.given(output=output, force=force)
+    if swipes or channels:
+        options.only(context, "record swipes channels speed output", "--swipes")
+        asked |= options.given(recording=record, channels=channels, speed=speed)
+        answered(Swipes, reduce_swipes, "finding swipes", asked)
         return
-    given.only(
+    options.only(
+        context,
         "record signal levels by antiphase sensor edges exponentials window before ring output",
         "times, but to --swipes",
     )
-    answered(MeasuredTimes, _times, "measuring times", given)
+    asked |= options.given(record=record, signal=signal, levels=levels, by=by, antiphase=antiphase, ring=ring)
+    asked |= options.given(
+        sensor=sensor, edges=edges, exponentials=exponentials, window=window, before=before
+    )
+    answered(MeasuredTimes, _times, "measuring times", asked)
 
 
 def _times(
@@ -64,7 +100,7 @@ def _times(
     antiphase: bool = False,
     ring: bool = False,
     **options: Any,
-) -> MeasuredTimes | MeasuredRings:
+) -> "MeasuredTimes | MeasuredRings":
     """Measure times, and oscillations where they are asked for; such a record needs no edges, and why it has none is stated."""
     from electrovib.data.traces import open_trace
     from electrovib.physics.drive.readback import OneOfTwoInAntiphase

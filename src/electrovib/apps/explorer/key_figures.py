@@ -125,4 +125,4 @@ def limit(row: CheckRow | None, state: str) -> KeyFigure:
     doubt = f", {UNCERTAIN}" if row.state == UNKNOWN else ""
     reached = outcome if state == FAIL else f"{100 * row.value / row.limit:.2g} % reached"
     rest = "" if state == FAIL else f"; {outcome}"
-    return KeyFigure(reached, f"{row.quantity}: {sizes}{doubt}{rest}", state)
+    return KeyFigure(reached, f"{row.named}: {sizes}{doubt}{rest}", state)

@@ -28,7 +28,9 @@ PRINTED: Final = {"swing": (*FORCE_MEASURED, "mN"), "decay": (0.34, 0.4, "1")}
 SHORT: Final = {"swing": "change of the lateral force", "decay": "share of the force left after 6 ms"}
 DRAWN: Final = 5
 """Laws that a figure shows, the best ones; its file has all."""
-LEFT_OPEN: Final = f"{100 * LEVEL:.0f} % of draws of conductivity (a tenth to ten times that of 7.7 ms), gap, friction and ramp"
+LEFT_OPEN: Final = (
+    f"{100 * LEVEL:.0f} % of draws of conductivity (that of published skins), gap, friction and ramp"
+)
 
 
 @functools.cache

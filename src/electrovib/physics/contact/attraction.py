@@ -129,7 +129,8 @@ class RoughAttraction:
     def slope(self, gap: float) -> float:
         """Change of the attraction [Pa/m] at a mean gap [m].
 
-        By the chain rule: the mean gap moves the share phi that touches and with it x = mean/rms and the rms.
+        By the chain rule: the mean gap moves the share phi that touches and with it x = mean/rms and the rms, and both the gaps
+        at given quantiles.
         """
         pressure, thickness = self._borne(gap), self.electrical_thickness
         gaps = self.surface.gaps(pressure)
@@ -137,13 +138,13 @@ class RoughAttraction:
         density = math.exp(-(x**2) / 2) / math.sqrt(2 * math.pi)
         touching = self.surface.real_growth(pressure) * float(self.surface.slope(np.asarray(gap)))
         x_moves = -touching / density
-        spread = gap / gaps.rms  # x Phi(x) + n(x), whose derivative is Phi(x)
-        rms_moves = (1 - gaps.rms * (1 - gaps.contact_fraction) * x_moves) / spread
-        mean_moves = x_moves * gaps.rms + x * rms_moves
         places, shares = gaps.rule(thickness)
-        away = (places - gaps.mean) / gaps.rms
-        moved = (away * mean_moves + (away**2 - 1) * rms_moves) / gaps.rms
-        inverse = float(np.sum(shares * moved / (places + thickness) ** 2))
+        reduced = places / gaps.rms
+        away = reduced ** (1 / gaps.power) - x
+        # the mean gap is the rms times the mean of the reduced gaps
+        rms_moves = (1 - gaps.rms * x_moves * float(np.sum(shares * away * reduced))) * gaps.rms / gap
+        beyond = places + thickness
+        inverse = float(np.sum(shares * (away * x_moves / beyond**2 - 2 * reduced * rms_moves / beyond**3)))
         share = abs(complex(self.spots.field_share(np.asarray(self.frequency)))) ** 2
         return eps0 * self.voltage**2 / 2 * (touching * share / thickness**2 + inverse)
 

@@ -14,8 +14,9 @@ from electrovib.core.quantity import Number, Quantity
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.roughness import GaussianGaps
 
 
@@ -29,6 +30,11 @@ class Surface(Model, family=True):
     """
 
     never_negative: ClassVar[frozenset[str]] = frozenset({"gap", "pressure", "real_share"})
+
+    is_rough: ClassVar[bool] = False
+    """Whether there is a distribution of local gaps."""
+    standing: ClassVar[str] = ""
+    """Whether contacts that were solved correct a law of rough contact, in words."""
 
     @abstractmethod
     def pressure(self, gap: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -99,6 +105,11 @@ class Surface(Model, family=True):
             If the surface has the same gap everywhere.
         """
         raise _one_gap(self, pressure)
+
+    def diagnostics(self, share: ArrayLike) -> tuple[Diagnostic, ...]:
+        """Return how large the error of a law of rough contact is at shares in contact [1]; of others nothing."""
+        del share
+        return ()
 
     def gaps(self, pressure: float) -> GaussianGaps:
         """Return the distribution of local gaps under a pressure [Pa].

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from electrovib.physics.roughness import GaussianGaps
     from electrovib.physics.stack import Layer, LayerState, Linear, Section
 
 
@@ -82,6 +83,10 @@ class ForceLaw(Model, family=True):
             Share of the drive voltage [-]; None where the law does not define one.
         """
         del section
+        return None
+
+    def gaps(self) -> GaussianGaps | None:
+        """Return the distribution of local gaps that the law declares; None where it declares none."""
         return None
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:

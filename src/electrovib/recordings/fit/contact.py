@@ -8,7 +8,7 @@ rms height and modulus.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Final, NamedTuple
 
@@ -24,11 +24,12 @@ from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.half_space import Elastic
 from electrovib.physics.topography import SelfAffine
+from electrovib.recordings.fit.contact_prediction import ContactPrediction, FittedDraw
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
-from electrovib.recordings.interval import Interval
-from electrovib.scenario import Source, read_scenario
+from electrovib.recordings.interval import Interval, student
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics
-from electrovib.solve.equilibrium.of_scenario import BlockingStack, uniform_stack
+from electrovib.solve.equilibrium.of_scenario import BlockingStack, closed_diagnostics, uniform_stack
 from electrovib.solve.rough_contact import Loaded
 
 REDUCED_LOADS: Final = np.geomspace(1e-4, 1e2, 31)
@@ -36,6 +37,7 @@ REDUCED_LOADS: Final = np.geomspace(1e-4, 1e2, 31)
 KEPT: Final = 1 << 16
 """Gaps that are kept of each contact, in order of size."""
 FEWEST: Final = 3
+MOST_DRAWS: Final = 32
 METHOD: Final = "Student's t over the scatter of the capacitances"
 
 
@@ -45,33 +47,94 @@ class ContactFit(Answer):
 
     Parameters
     ----------
-    roughness : SelfAffine
-        The declared spectrum with the fitted rms height.
-    body : Elastic
-        The fitted modulus, with the declared Poisson's ratio.
+    draws : tuple of FittedDraw
+        Of each draw of the phases its ``seed``, the ``roughness``, the declared spectrum with the fitted rms height, and the
+        ``body``, the fitted modulus with the declared Poisson's ratio. All agree with the capacitances; forces are predicted
+        with each.
     rms, modulus : Interval
-        Rms height [m] and Young's modulus [Pa], with 95 % intervals.
+        Rms height [m] and Young's modulus [Pa], with 95 % intervals; of several draws the geometric mean.
     load, capacitance, fitted : ndarray, shape (n,)
-        Loads [N] in rising order, measured and fitted capacitances [F].
+        Loads [N] in rising order, measured and fitted capacitances [F], the latter of the first draw.
     scatter : float
-        Standard deviation of the logarithm of measured over fitted capacitances [1].
-    stack : BlockingStack
+        Standard deviation of the logarithm of measured over fitted capacitances [1], of the first draw.
+    scenario : Scenario
         Area and layers of the capacitance.
+    points : int or None
+        Points along a side of the grid, None for as few as the shortest wave takes.
     diagnostics : tuple of Diagnostic
         Of what the scenario declares.
     """
 
     FILES: ClassVar = {"contact.csv": Form.TABLE}
-    roughness: SelfAffine
-    body: Elastic
+    draws: tuple[FittedDraw, ...]
     rms: Interval
     modulus: Interval
     load: Real
     capacitance: Real
     fitted: Real
     scatter: float
-    stack: BlockingStack
+    scenario: Scenario
+    points: int | None
     diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def roughness(self) -> SelfAffine:
+        """Roughness of the first draw."""
+        return self.draws[0].roughness
+
+    @property
+    def body(self) -> Elastic:
+        """Body of the first draw."""
+        return self.draws[0].body
+
+    def predict(
+        self, *, voltage: ArrayLike, load: float | None = None, measured: ArrayLike | None = None
+    ) -> ContactPrediction:
+        """Predict the attraction over voltage, with every draw of the phases and without a free number.
+
+        Parameters
+        ----------
+        voltage : array_like, shape (n,)
+            Constant voltages [V] that the contact goes through in this order, not 0; for a fast sine the root mean square.
+        load : float, optional
+            Load [N] above 0; that of the scenario if absent.
+        measured : array_like, shape (n,), optional
+            Measured attraction at each voltage [N], with which the prediction is compared.
+
+        Returns
+        -------
+        ContactPrediction
+            The force at each voltage by each draw, and how far it is from the measured one.
+
+        Raises
+        ------
+        InputError
+            If a voltage is 0 or not finite, or a measured force is not above 0.
+        ElectrovibError
+            If a contact does not come to rest, which the message explains.
+
+        Notes
+        -----
+        Each draw is solved as `electrovib.rough_contact` does, on one grid. Limits are not judged before the force is predicted,
+        as nothing is played; films, air and declared limits are in the diagnostics.
+        """
+        changes = {} if load is None else {"load.normal_force": load}
+        known = self.scenario.replace(changes)
+        stack = uniform_stack(known)
+        voltages = np.atleast_1d(np.asarray(voltage, dtype=float))
+        seen = None if measured is None else np.atleast_1d(np.asarray(measured, dtype=float))
+        _check_prediction(stack, voltages, seen)
+        rests = [each.rests(stack, voltages.tolist(), self.points) for each in self.draws]
+        widest = max(float(rest.gap.max()) for of_draw in rests for rest in of_draw)
+        return ContactPrediction(
+            stack=stack,
+            voltage=voltages,
+            forces=stack.area * np.array([[rest.mean_attraction for rest in each] for each in rests]),
+            measured=seen,
+            diagnostics=closed_diagnostics(
+                known, stack, voltage=float(np.abs(voltages).max()), widest=widest
+            ),
+        )
 
     @property
     def document(self) -> Document:
@@ -101,9 +164,13 @@ class ContactFit(Answer):
                 )
             ],
             remarks=[
-                "the intervals are those of a body, a spectrum and random phases as declared. Other phases give other numbers,"
-                " less so where the longest wavelength is many times that of the roll-off, and loads of one run that err together"
-                " make the intervals wider: repeat with another seed, and predict with both",
+                "the intervals are those of the declared body and spectrum; loads of one run that err together make them wider",
+                "the phases of the roughness are not known. "
+                + (
+                    f"The intervals include what {len(self.draws)} draws of them differ by"
+                    if len(self.draws) > 1
+                    else "The intervals are those of one draw of them, and others give other numbers: ask for more draws"
+                ),
                 *reasons(self.diagnostics),
             ],
         )  # fmt: skip
@@ -123,6 +190,7 @@ def fit_contact(
     roughness: SelfAffine,
     body: Elastic,
     points: int | None = None,
+    draws: int = 4,
     seed: int = 0,
 ) -> ContactFit:
     """Find rms height and modulus of a rough contact from its capacitance over the load.
@@ -142,13 +210,17 @@ def fit_contact(
         Poisson's ratio. The search begins with its modulus.
     points : int, optional
         Points along a side of the grid, as for `rough_contact`.
+    draws : int, optional
+        Draws of the random phases of the roughness, at most 32, each with a fit of its own: the intervals include what they
+        differ by. With one they are too narrow.
     seed : int, optional
-        Of the random phases of the roughness. Predict with the same.
+        Of the phases of the first draw; the others have the seeds that follow.
 
     Returns
     -------
     ContactFit
-        `roughness` and `body`, which `rough_contact` takes, and the intervals of both numbers.
+        The intervals of both numbers; roughness and body of each draw, which `rough_contact` takes; and `predict`, the force at
+        other voltages.
 
     Raises
     ------
@@ -161,7 +233,8 @@ def fit_contact(
     Least squares of the logarithms, so that errors are taken as proportional to the capacitance. The capacitance is
     eps0 A mean(1/(g + K)) with the local gap g and the electrical thickness K of the layers. Gaps of 31 contacts are
     interpolated over the logarithm of the load, to 2 % of both numbers. Forces predicted from the contact depend on the
-    ratios of the wavelengths alone.
+    ratios of the wavelengths alone. Between draws the variance of a logarithm is s^2 (1 + 1/n), as the real contact is one draw
+    more, to which that of the noise is added; Student's t has the degrees of freedom of Welch and Satterthwaite.
 
     Examples
     --------
@@ -170,14 +243,45 @@ def fit_contact(
     ...     "bau_2010/sine", roughness=rough, body=ev.Elastic(modulus=1e6), load=[0.1, 0.3, 1.0, 3.0],
     ...     capacitance=[255e-12, 280e-12, 330e-12, 420e-12],
     ... )
-    >>> forces = ev.rough_contact("bau_2010/sine", roughness=found.roughness, body=found.body, voltage=[50.0]).force
+    >>> found.predict(voltage=[25.0, 50.0]).forces.shape
+    (4, 2)
     """
     known = read_scenario(scenario)
     stack = uniform_stack(known)
     loads, measured = _points(load, capacitance, stack)
-    pressure, longest = loads / stack.area, roughness.longest
-    table = _solved(roughness, body, points, seed)
-    scale = eps0 * stack.filling * stack.area
+    if not 1 <= draws <= MOST_DRAWS:
+        raise InputError(f"draws = {draws}: expected 1 to {MOST_DRAWS}, for instance 4")
+    estimates, fitted, found = [], [], []
+    for each in range(seed, seed + draws):
+        estimate, values = _estimate(
+            loads, measured, stack, _solved(roughness, body, points, each), roughness, body
+        )
+        rms, modulus = _intervals(estimate, body, roughness.longest)
+        found.append(
+            FittedDraw(each, replace(roughness, rms=rms.value), replace(body, modulus=modulus.value))
+        )
+        estimates.append((estimate, rms, modulus))
+        fitted.append(values)
+    freedom = loads.size - 2
+    return ContactFit(
+        draws=tuple(found),
+        rms=_over_draws([rms for _, rms, _ in estimates], freedom),
+        modulus=_over_draws([modulus for *_, modulus in estimates], freedom),
+        load=loads,
+        capacitance=measured,
+        fitted=fitted[0],
+        scatter=math.sqrt(estimates[0][0].variance),
+        scenario=known,
+        points=points,
+        diagnostics=tuple(declared_diagnostics(known)),
+    )
+
+
+def _estimate(
+    loads: Real, measured: Real, stack: BlockingStack, table: _Solved, roughness: SelfAffine, body: Elastic
+) -> tuple[LeastSquaresEstimate, Real]:
+    """Return rms height and stiffness that agree best with the capacitances for one draw, and the fitted capacitances [F]."""
+    pressure, scale = loads / stack.area, eps0 * stack.filling * stack.area
 
     def logarithm(at: Mapping[str, float]) -> tuple[Real, Real, Real]:
         """Logarithm of the capacitance, its derivative after that of the load, and after the rms height."""
@@ -195,7 +299,7 @@ def fit_contact(
         raise InputError(
             f"load: from {loads[0]:g} to {loads[-1]:g} N; omit loads until they span less than a factor of 1e6"
         )
-    unit = _stiffness(body, roughness.rms, longest)
+    unit = _stiffness(body, roughness.rms, roughness.longest)
     free = {
         "rms": FreeParameter(start=roughness.rms, logarithmic=True),
         "stiffness": FreeParameter(start=min(max(unit, low), high), lower=low, upper=high, logarithmic=True),
@@ -203,19 +307,43 @@ def fit_contact(
     estimate = least_squares(
         lambda at: logarithm(at)[0] - np.log(measured), free, derivatives=derivatives, noise_is_known=False
     )
-    rms, modulus = _intervals(estimate, body, longest)
-    return ContactFit(
-        roughness=replace(roughness, rms=rms.value),
-        body=replace(body, modulus=modulus.value),
-        rms=rms,
-        modulus=modulus,
-        load=loads,
-        capacitance=measured,
-        fitted=np.exp(logarithm(estimate.values)[0]),
-        scatter=math.sqrt(estimate.variance),
-        stack=stack,
-        diagnostics=tuple(declared_diagnostics(known)),
+    return estimate, np.exp(logarithm(estimate.values)[0])
+
+
+def _over_draws(each: Sequence[Interval], freedom: int) -> Interval:
+    """Return the geometric mean of a number over draws, with the interval of one draw more and of noise; one keeps its own."""
+    if len(each) == 1:
+        return each[0]
+    logarithms = np.log([one.value for one in each])
+    noise = float(np.mean([(one.standard_error / one.value) ** 2 for one in each]))
+    between = float(logarithms.var(ddof=1)) * (1 + 1 / len(each))
+    variance = noise + between
+    degrees = variance**2 / (noise**2 / freedom + between**2 / (len(each) - 1)) if variance else math.inf
+    value, half = math.exp(logarithms.mean()), student(degrees) * math.sqrt(variance)
+    return Interval(
+        value=value,
+        lower=value * math.exp(-half),
+        upper=value * math.exp(half),
+        standard_error=value * math.sqrt(variance),
+        scatter=value * float(logarithms.std(ddof=1)),
+        count=len(each),
+        method=f"noise, and {len(each)} draws of the phases",
     )
+
+
+def _check_prediction(stack: BlockingStack, voltages: Real, measured: Real | None) -> None:
+    """Refuse voltages and measured forces that have no logarithm, and a contact without a load."""
+    if not stack.pressure > 0:
+        raise InputError(
+            "load.normal_force = 0: a rough contact rests under a load; give for instance load=0.5"
+        )
+    if voltages.ndim != 1 or not (np.isfinite(voltages) & (voltages != 0)).all():
+        raise InputError(f"voltage = {voltages.tolist()}: expected finite voltages other than 0 in a row")
+    if measured is not None and (measured.shape != voltages.shape or not (measured > 0).all()):
+        raise InputError(
+            f"measured = {measured.tolist()}: expected a force above 0 for each of the {voltages.size} voltages; omit voltages"
+            " without one"
+        )
 
 
 def _points(load: ArrayLike, capacitance: ArrayLike, stack: BlockingStack) -> tuple[Real, Real]:

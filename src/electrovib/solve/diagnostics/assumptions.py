@@ -50,7 +50,17 @@ def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Re
         *_off_the_plate(scenario, times),
         *_at_rest(scenario, variables),
         *_several_states(scenario, variables, times),
+        *_real_contact(scenario, variables),
     ]
+
+
+def _real_contact(scenario: Scenario, variables: dict[str, Any]) -> tuple[Diagnostic, ...]:
+    """Return how large the error of a law of rough contact is."""
+    surface = scenario.contact.surface
+    if surface is None or "real_contact_area" not in variables:
+        return ()
+    real, gross = (np.asarray(variables[f"{name}_contact_area"][1]) for name in ("real", "gross"))
+    return surface.diagnostics(np.divide(real, gross, out=np.zeros_like(real), where=gross > 0))
 
 
 def _off_the_plate(scenario: Scenario, times: Real) -> list[Diagnostic]:

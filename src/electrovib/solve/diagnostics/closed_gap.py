@@ -7,23 +7,29 @@ A film on the finger shares it with those of the plate.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.safety import BARE_ELECTRODE, film_diagnostic
-from electrovib.physics.stack import in_one_piece, pieces
+from electrovib.physics.stack import Layer, in_one_piece, pieces
+from electrovib.solve.diagnostics.area_beyond import area_beyond
 from electrovib.solve.stack.expand import reductions
 from electrovib.solve.stack.modes import Slab, stack_modes
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from electrovib.physics.debye_sum import DebyeSum
-    from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
+
+AIR: Final = Layer(thickness=1e-6)
+"""The gap where a stack has none."""
+PERMITTIVITY_AT: Final = 1e3
+"""Frequency [Hz] of the permittivities from which the attraction of a rough contact follows."""
 
 
 def with_closed_gap(
@@ -51,12 +57,58 @@ def with_closed_gap(
             debye = {name: each.debye for name, each in reductions(scenario).items()}
         fields = largest_fields(last, debye, lowest=supplied[0], highest=supplied[1])
         found += [
-            film_diagnostic(name, whole[name], field=fields[slab[-1]], closed=closed)
+            _with_area(
+                scenario,
+                film_diagnostic(name, whole[name], field=fields[slab[-1]], closed=closed),
+                slab[-1],
+                last,
+                supplied,
+            )
             for slab in slabs
             for name in slab
             if roles[name] == role and name in films
         ]
     return [each for each in found if each.limit is not None]
+
+
+def _with_area(
+    scenario: Scenario,
+    judged: Diagnostic,
+    film: str,
+    series: Mapping[str, Layer],
+    supplied: tuple[float, float],
+) -> Diagnostic:
+    """Add to a `film` of a `series` that is beyond its strength how much of the contact is so by its declared roughness."""
+    strength, reached = judged.limit, judged.value
+    if strength is None or reached is None or not reached > strength:
+        return judged
+    name = scenario.stack.gap_name or "gap"
+    gap = scenario.stack.layers.get(name, AIR)
+    debye = {name: DebyeSum(1.0, (), ())} | {
+        each: found.debye for each, found in reductions(scenario).items()
+    }
+
+    def field(width: float) -> float:
+        layers = {**series, name: gap.model_copy(update={"thickness": width})}
+        return largest_fields(layers, debye, lowest=supplied[0], highest=supplied[1])[film]
+
+    over = {each: layer.thickness / _permittivity(layer) for each, layer in series.items()}
+    found = area_beyond(
+        scenario,
+        field,
+        strength=strength,
+        voltage=max(-supplied[0], supplied[1]),
+        electrical_thickness=_permittivity(gap) * sum(over.values()),
+    )
+    if found is None:
+        return judged
+    area, law = found
+    text = f"{judged.text}; above it on {100 * area:.3g} % of the contact area by {law}"
+    return replace(judged, text=text, area=area)
+
+
+def _permittivity(layer: Layer) -> float:
+    return float(layer.material.bound_permittivity(np.array(PERMITTIVITY_AT)).real)
 
 
 def largest_fields(

@@ -21,6 +21,7 @@ periodic. The bodies have no friction; slopes are small; the field at a place is
 from electrovib.solve.rough_contact.following import Fall as Fall
 from electrovib.solve.rough_contact.following import fall as fall
 from electrovib.solve.rough_contact.following import follow as follow
+from electrovib.solve.rough_contact.following import follow_voltages as follow_voltages
 from electrovib.solve.rough_contact.potential import Local as Local
 from electrovib.solve.rough_contact.potential import MaxwellStress as MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded as Loaded

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from electrovib.core.arrays import Real
-from electrovib.solve.rough_contact.potential import Attraction
+from electrovib.solve.rough_contact.potential import Attraction, MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded, Rest
 
 Pull = Callable[[float], Attraction]
@@ -30,6 +30,17 @@ def follow(
         rests.append(loaded.rest(pull(voltage), start=start))
         start = rests[-1].gap
     return tuple(rests)
+
+
+def follow_voltages(
+    loaded: Loaded, voltages: Iterable[float], *, electrical_thickness: float
+) -> tuple[Rest, ...]:
+    """Return the rest at each voltage [V] across layers of an electrical thickness [m] and the gap, in this order."""
+    return follow(
+        loaded,
+        lambda voltage: MaxwellStress(voltage=voltage, electrical_thickness=electrical_thickness),
+        voltages,
+    )
 
 
 def fall(

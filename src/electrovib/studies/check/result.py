@@ -17,7 +17,7 @@ from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text, json_text
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, Limits, unit_of_limit
-from electrovib.physics.safety import AIR, BARE_ELECTRODE, GAP_CLOSED
+from electrovib.physics.safety import AIR, BARE_ELECTRODE, FILM, GAP_CLOSED
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
 
@@ -137,8 +137,6 @@ UNCERTAIN: Final = "of uncertain standing"
 """A limit that is unverified, or may not apply to this layer."""
 HARDWARE: Final = "no claim of medical safety: only hardware that limits the current protects a person"
 """What a check in a few lines says of its own meaning."""
-FILM: Final = "film strength"
-"""Beginning of the names of the diagnostics of a layer's breakdown."""
 BREAKDOWN: Final = (FILM, *AIR, BARE_ELECTRODE)
 """Beginnings of the names of the diagnostics of breakdown."""
 ASKED: Final = "asked "
@@ -155,6 +153,8 @@ class CheckRow:
     - `state`: ``"pass"``, also at exactly the limit; ``"fail"`` above it; or ``"unknown"``.
     - `text`: one sentence about the comparison, with its conditions.
     - `remedy`: what to declare or to measure, where the row leaves open whether the set-up is safe; else empty.
+    - `area`: share of the contact area above the limit [1], where a film is above it and a declared law of rough contact
+      states local gaps; else None. It loosens no limit.
     """
 
     quantity: str
@@ -165,6 +165,16 @@ class CheckRow:
     state: str
     text: str
     remedy: str = ""
+    area: float | None = None
+
+    @property
+    def named(self) -> str:
+        """The quantity, and on how much of the contact area it is above its limit, where a law states it."""
+        return (
+            self.quantity
+            if self.area is None
+            else f"{self.quantity} (on {100 * self.area:.3g} % of the area)"
+        )
 
     @property
     def forbids(self) -> bool:
@@ -248,9 +258,9 @@ class CheckResult(Answer):
         """One sentence with the outcome."""
         outcome = OUTCOMES[self.state]
         if self.failed:
-            names = "; ".join(row.quantity for row in self.failed)
+            names = "; ".join(row.named for row in self.failed)
             return f"{outcome}: {len(self.failed)} of {len(self.rows)} limits: {names}"
-        names = "; ".join(row.quantity for row in self.rows if row.remedy)
+        names = "; ".join(row.named for row in self.rows if row.remedy)
         return f"{outcome}: {names}" if names else outcome
 
     @property
@@ -469,6 +479,7 @@ def breakdown_row(found: Diagnostic) -> CheckRow:
         state=state,
         text=found.text,
         remedy=remedy,
+        area=found.area,
     )
 
 

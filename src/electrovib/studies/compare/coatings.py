@@ -15,13 +15,13 @@ from electrovib.core.answer import Drawing
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.safety import GAP_CLOSED
+from electrovib.physics.safety import FILM, GAP_CLOSED
 from electrovib.scenario import Scenario
 from electrovib.scenario.space import read_space
 from electrovib.solve.prepare import Prepared
 from electrovib.studies.check import CheckResult, checked
 from electrovib.studies.check.amplifier import LARGEST, without_its_limits
-from electrovib.studies.check.result import ASKED, FAIL, FILM, PASS
+from electrovib.studies.check.result import ASKED, FAIL, PASS
 from electrovib.studies.widths import TYPICAL_FACTORS, law_width, quantile_ranks
 
 SHARE: Final = 0.9

@@ -16,13 +16,13 @@ from electrovib.core.errors import ElectrovibError, InputError, gathered, neares
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
-from electrovib.physics.safety import GAP_CLOSED
+from electrovib.physics.safety import FILM, GAP_CLOSED
 from electrovib.physics.stack import in_one_piece
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import SETTLED_CHARGE
 from electrovib.solve.quantities.answer import validity
 from electrovib.solve.simulate import simulate
-from electrovib.studies.check.result import FILM, breakdown_row
+from electrovib.studies.check.result import breakdown_row
 from electrovib.studies.compare.coatings import (
     MOST,
     OF_PEOPLE,

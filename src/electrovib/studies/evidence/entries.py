@@ -22,7 +22,7 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.mistakes import read_entries
 from electrovib.scenario.toml import SCHEMA
-from electrovib.studies.evidence.measurement import DATA, HOW, SPREADS
+from electrovib.studies.evidence.measurement import BOUNDS, DATA, HOW, SPREADS
 
 
 def _expected(what: str) -> WrapValidator:
@@ -95,6 +95,15 @@ class Entries(BaseModel):
         examples=[SPREADS[1]],
         description="between what it is, or 'a choice'",
         json_schema_extra={"enum": list(SPREADS)},
+    )
+    bound: str = Field(
+        "",
+        description="of values that bound the quantity from below ('at least') or from above ('at most')",
+        json_schema_extra={"enum": list(BOUNDS)},
+    )
+    error_of: str = Field(
+        "",
+        description="the fitted line, figure or table whose errors all numbers share, so that they count as one",
     )
     at: Several = Field([], validate_default=True, examples=[["500 V", "1 kV"]], description="its values")
     over: str = Field(

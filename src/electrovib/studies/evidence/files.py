@@ -178,6 +178,8 @@ def _measurement(stated: Entries) -> Measurement:
         "scenario": scenario, "quantity": computed.compute if computed else stated.quantity, "unit": unit, "values": values,
         "spread": spread, "at": at, "unknown": unknown, "of_model": of_model, "made": tuple(stated.made),
     }  # fmt: skip
+    if stated.line and not stated.error_of:
+        made["error_of"] = f"line of {stated.title}"
     found = Measurement(**stated.model_dump(exclude={"changes", *IN_PLACE_OF_VALUES}) | made)
     known = candidates(found)
     if wrong := [name for name in (*of_model, *found.made) if name not in known]:

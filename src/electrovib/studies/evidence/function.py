@@ -12,7 +12,8 @@ from electrovib.solve.meter import Meter
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.evidence.files import measurements
 from electrovib.studies.evidence.measurement import Measurement
-from electrovib.studies.evidence.predicted import DRAWS, NUMBERS, predict
+from electrovib.studies.evidence.null import null_predictions
+from electrovib.studies.evidence.predicted import DRAWS, NUMBERS, WIDTHS, predict
 from electrovib.studies.evidence.result import Evidence, nobody
 from electrovib.studies.evidence.score import judge
 
@@ -48,21 +49,25 @@ def evidence(
     Notes
     -----
     What a publication does not print is drawn from ranges with a source. A law is judged by the predictive density of the
-    measured value, each group counting once; a law without the parameters that a set-up needs cannot predict it, which
-    is not a score. The best scores say which law to believe in these set-ups, not which one is true.
+    measured value over that of the best null model, which knows nothing of the set-up, each group counting once; a law
+    without the parameters that a set-up needs cannot predict it, which is not a score. The best scores say which law to
+    believe in these set-ups, not which one is true.
 
     Examples
     --------
     >>> found = ev.evidence("israr_2006/cylinder", n=4)
     >>> found.document.sentences[0]
-    'Outside the 90 % interval of every law or model: 1 wholly, of 1 measurement.'
+    'A law or model can miss 0 of 1 number: its 90 % interval spans less than a decade.'
     """
     if isinstance(measured, Mapping):
         chosen = dict(measured)
     else:
         words = [measured] if isinstance(measured, str) else measured or [""]
         chosen = {name: each for word in words for name, each in measurements(word).items()}
-    of, count = f"{checked_draws(n):.6g} draws", n * sum(len(each.values) for each in chosen.values())
+    of, count = (
+        f"{checked_draws(n):.6g} draws",
+        len(WIDTHS) * n * sum(len(each.values) for each in chosen.values()),
+    )
     Meter.of_cases("this comparison", of, count, numbers=NUMBERS, remedy="draw fewer (-n)")
     checked_seed(seed)
     scores, refused = [], {}
@@ -76,9 +81,11 @@ def evidence(
         name: [one for one in validity(each.scenario) if one.state == "warning"]
         for name, each in chosen.items()
     }
+    nulls = [judge(name, chosen[name], one) for name, one in null_predictions(chosen, measurements(), n=n)]
     return Evidence(
         measured=chosen,
         scores=tuple(scores),
+        nulls=tuple(nulls),
         refused={name: why for name, why in refused.items() if why},
         warned={name: told for name, told in judged.items() if told},
         n=n,

@@ -26,6 +26,10 @@ HOW: Final = (PRINTED, DATA, FIGURE, QUOTED)
 SPREADS: Final = ("people", "repeats", "devices", "digits", "a choice")
 """What a spread is: between people, between repeats on one rig, between devices, the printed digits; or assumed here."""
 
+AT_LEAST, AT_MOST = "at least", "at most"
+BOUNDS: Final = ("", AT_LEAST, AT_MOST)
+"""What a printed number is of the quantity: its value, or a bound of it."""
+
 
 def unit_of(quantity: str, per: str, scenario: Scenario) -> str:
     """Return the SI unit of a quantity of a scenario, by its name, or of its quotient with a second one."""
@@ -70,6 +74,8 @@ class Measurement:
     - `over`, `at`: dotted path of the parameter that was varied, and its values in SI.
     - `values`: what was measured, positive, shape (n,) as `at`, in SI.
     - `spread`: standard deviation over the value, of each; `spread_of` says between what, one of `SPREADS`.
+    - `bound`: one of `BOUNDS`: whether the quantity is at least or at most what `values` has.
+    - `error_of`: the line, figure or table of this source whose errors all its numbers share: they count as one.
     - `unknown`: dotted path to the distribution of what the publication does not print, as in a space file, with the
       source of the range; `of_model` the same for parameters that one model alone has, by its name, and None for a
       layer of the set-up that this model replaces, such as ``stack.gap`` for a law with gaps of its own.
@@ -93,6 +99,8 @@ class Measurement:
     how: str
     status: str
     on: str = "finger"
+    bound: str = ""
+    error_of: str = ""
     per: str = ""
     scale: float = 1.0
     over: str = ""
@@ -122,6 +130,7 @@ class Measurement:
                     wrong_numbers.size,
                     f"values and spread are positive numbers, unlike {[*wrong_numbers, 0][0]:g}",
                 ),
+                (self.bound not in BOUNDS, f"bound = '{self.bound}': '{AT_LEAST}' or '{AT_MOST}', or none"),
                 (self.how not in HOW, f"how = '{self.how}': one of {', '.join(HOW)}"),
                 (
                     self.spread_of not in SPREADS,
@@ -166,3 +175,10 @@ class Measurement:
             if self.over
             else ("", "1")
         )
+
+
+def numbers_of(name: str, measured: Measurement) -> frozenset[tuple[str, ...]]:
+    """Return what counts as one number: each value, or all that share the errors of a line, figure or table."""
+    if measured.error_of:
+        return frozenset({(measured.group, measured.source, measured.error_of)})
+    return frozenset((name, str(place)) for place in range(len(measured.values)))

@@ -26,7 +26,6 @@ from electrovib.solve.prepare import prepare
 from electrovib.solve.quantities.names import read_name
 from electrovib.studies.check import check
 from electrovib.studies.evidence.predicted import NUMBERS
-from electrovib.studies.evidence.score import ODDS
 from electrovib.studies.sweep import parse_over, point_words
 
 if TYPE_CHECKING:
@@ -35,6 +34,8 @@ if TYPE_CHECKING:
 
 REPEATS: Final = tuple(2**power for power in range(13))
 """Numbers of repeats at each point that are tried, up to 4096."""
+ODDS: Final = 20.0
+"""Odds at which one law counts as told apart from another."""
 MOST_POINTS: Final = 200
 """Points of the grid of an experiment, which are compared in pairs."""
 

@@ -11,7 +11,7 @@ from electrovib.core.discovery import find_members, offers
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import Model
 from electrovib.core.own_models import family_of
-from electrovib.core.paths import value_at
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.scenario.space.reading import read_space
 from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population.fingers import TOGETHER
@@ -21,23 +21,32 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Real
+    from electrovib.core.quantity import Quantity
     from electrovib.scenario import Scenario
     from electrovib.studies.evidence.measurement import Measurement
 
 DRAWS: Final = 64
 """Draws of what was not printed, by default."""
+WIDTHS: Final = (1.0, 0.5, 2.0)
+"""Widths of the ranges of what was not printed, over the stated one, with which predictions are made."""
 NUMBERS: Final = 25.0
 """Numbers that are held for one draw at one point, about, while a law is computed."""
 SKIN: Final = "material"
 """Last part of a path whose candidates are the skins that papers offer; other paths have the members of their family."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ModelPrediction:
-    """Values that a candidate gives at the points of a measurement (draws, points), in the unit of the measurement."""
+    """Values that a candidate gives at the points of a measurement (draws, points), in the unit of the measurement.
+
+    `narrow`, `wide`: the same where every range of what was not printed has half and twice its width; None where the
+    candidate gives no number there.
+    """
 
     model: str
     values: Real
+    narrow: Real | None = None
+    wide: Real | None = None
 
 
 def candidates(measured: Measurement) -> dict[str, Any]:
@@ -71,16 +80,51 @@ def predict(
             refused[name] = "it was made from these numbers"
             continue
         try:
-            found.append(ModelPrediction(model=name, values=_values(measured, name, content, n=n, seed=seed)))
+            found.append(_prediction(measured, name, content, n=n, seed=seed))
         except ElectrovibError as error:
             refused[name] = "; ".join(each if each.path else each.reason for each in error.problems[:2])
     return found, refused
 
 
-def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> Real:
-    """Compute the measured quantity for every draw and point (n, points)."""
+def _prediction(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> ModelPrediction:
+    """Compute the measured quantity for every draw and point (n, points), with ranges as stated and of other widths."""
     scenario, tables = _set_up(measured, name, content)
     draws = read_space(scenario, {"space": tables}).draw(seed, 0, n) if tables else {}
+    ranges = {path: quantity_at(scenario, path) for path in draws}
+    listed = {
+        path  # lists of values stay
+        for path, table in tables.items()
+        if "values" in table
+    }
+    of_width = [
+        {
+            path: column if path in listed else _of_width(column, factor, ranges[path])
+            for path, column in draws.items()
+        }
+        for factor in WIDTHS
+    ]
+    together = {path: np.concatenate([each[path] for each in of_width]) for path in draws}
+    try:
+        found = _values(measured, scenario, together, len(WIDTHS) * n)
+    except ElectrovibError:
+        found = _values(measured, scenario, draws, n)
+    stated, *others = np.split(found, len(found) // n)
+    if not np.all(np.isfinite(stated)):
+        quantity = measured.title if callable(measured.quantity) else measured.quantity
+        raise InputError(f"{quantity}: {name} gives no number for some of the draws")
+    return ModelPrediction(name, stated, *(each if np.all(np.isfinite(each)) else None for each in others))
+
+
+def _of_width(column: Real, factor: float, quantity: Quantity) -> Real:
+    """Move draws away from their median, in the logarithm where all are positive, within the range of the parameter."""
+    middle = np.median(column)
+    if np.min(column) > 0:
+        return np.clip(middle * (column / middle) ** factor, quantity.low, quantity.high)
+    return np.clip(middle + factor * (column - middle), quantity.low, quantity.high)
+
+
+def _values(measured: Measurement, scenario: Scenario, draws: Mapping[str, Real], n: int) -> Real:
+    """Compute the measured quantity for every draw and point (n, points)."""
     points = len(measured.values)
     columns = {path: np.repeat(column, points) for path, column in draws.items()}
     if measured.over:
@@ -88,11 +132,8 @@ def _values(measured: Measurement, name: str, content: Any, *, n: int, seed: int
     elif not columns:
         path = next(path for path, value, _ in scenario.parameters() if value is not None)
         columns[path] = np.full(1, float(value_at(scenario, path)))
-    found = np.broadcast_to(_computed(measured, scenario, columns) * measured.scale, (n * points,))
-    if not np.all(np.isfinite(found)):
-        quantity = measured.title if callable(measured.quantity) else measured.quantity
-        raise InputError(f"{quantity}: {name} gives no number for some of the draws")
-    return found.reshape(n, points)
+    found = _computed(measured, scenario, columns) * measured.scale
+    return np.broadcast_to(found, (n * points,)).reshape(n, points)
 
 
 def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, Real]) -> Real:

@@ -1,4 +1,4 @@
-"""The evidence as an answer: failures first, the table of laws, and a figure for each measurement."""
+"""The evidence as an answer: what decides, the skill of the laws, failures, and a figure for each measurement."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import functools
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -15,8 +15,10 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text
-from electrovib.studies.evidence.measurement import HOW, Measurement
-from electrovib.studies.evidence.score import IGNORANT, LEVEL, ODDS, Score, Standing, standings
+from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of
+from electrovib.studies.evidence.null import NULLS
+from electrovib.studies.evidence.score import LEVEL, Score
+from electrovib.studies.evidence.standing import NARROW, CommonSet, Standing, comparisons
 
 WORST: Final = 5
 """Groups of people whose worst failure is stated."""
@@ -25,11 +27,13 @@ BEST: Final = 3
 USUAL: Final = "EffectiveMedium"
 """The law that most texts use, which every figure shows where it can be computed."""
 REMARK: Final = (
-    "The score is the mean logarithm of the predictive density of the logarithm of a value; a prediction that knows nothing"
-    f" within twelve decades has {IGNORANT:.1f}, and a higher score is better. The shape is scored with one common factor left"
-    " free in each measurement. The odds are those against each rival on the measurements that both predict, at most"
-    f" {ODDS:g} to 1, their geometric mean; beaten by counts the rivals with these odds against it. Every group of people who"
-    " measured counts once."
+    "Laws are compared on the measurements that all of them predict; every group of people who measured counts once, and"
+    " points of one fitted line or figure count as one number. The score is the mean logarithm of the predictive density of"
+    " the logarithm of a value, of a bound that of the probability to keep it; the skill is what it is above that of the"
+    " best null model, with the 90 % interval by the jackknife over groups, and a law whose interval does not lie above 0"
+    " has none. Beside it stand the skill and the rank with one group less, and the skill with every range of what was not"
+    " printed half and twice as wide. The width is that of the 90 % interval in decades; a law can miss a number where it is"
+    " below one. The shape is scored with one common factor left free in each measurement."
 )
 
 
@@ -38,7 +42,8 @@ class Evidence(Answer):
     """Every candidate on every measurement that it can predict.
 
     - `measured`: the measurements by name.
-    - `scores`: one for each candidate and measurement; `refused`: measurement to candidate to the reason why it
+    - `scores`: one for each candidate and measurement; `nulls`: the same of the null models.
+    - `refused`: measurement to candidate to the reason why it
       cannot predict it.
     - `warned`: measurement to what its set-up exceeds, so that no law of the package may hold there.
     - `n`, `seed`: draws of what was not printed.
@@ -46,12 +51,13 @@ class Evidence(Answer):
 
     measured: Mapping[str, Measurement]
     scores: tuple[Score, ...]
+    nulls: tuple[Score, ...]
     refused: Mapping[str, Mapping[str, str]]
     warned: Mapping[str, Sequence[Diagnostic]]
     n: int
     seed: int
 
-    FILES: ClassVar = {"laws.csv": Form.TABLE, "measurements.csv": Form.TABLE}
+    FILES: ClassVar = {"laws.csv": Form.TABLE, "measurements.csv": Form.TABLE, "nulls.csv": Form.TABLE}
 
     @property
     def document(self) -> Document:
@@ -59,19 +65,27 @@ class Evidence(Answer):
         return Document(
             title=f"Evidence: {_several(len(self.measured), 'measurement')} of {_several(len(self._groups), 'group')}",
             sentences=self._sentences,
-            numbers=[self._standings(place) for place in self._places],
+            numbers=[_standings(each) for each in self.comparisons],
             figures=[
                 self._overview,
-                *(figure(name, each, self.of(name)) for name, each in self.measured.items() if each.over),
+                *(
+                    figure(name, each, self.of(name), self.nulls)
+                    for name, each in self.measured.items()
+                    if each.over
+                ),
             ],
             tables=[self._failures] if self.failures else [],
             remarks=[
                 REMARK,
+                *(f"Null model '{null}': {what}." for null, what in NULLS.items()),
                 f"{len(self.warned)} set-ups exceed a limit of validity, such as the voltage at which sweat saturates.",
                 f"{self.n} draws of what was not printed, seed {self.seed}. Other draws move what lies near the end of an"
-                " interval, and one group less may change the order of the laws.",
+                " interval.",
             ],
-            pages=[*([self._causes] if self.failures else []), self._all, self._beyond, self._not_predicted],
+            pages=[
+                *([self._causes] if self.failures else []),
+                *(self._undecided, self._all, self._beyond, self._not_predicted),
+            ],
             references=list(dict.fromkeys(each.source for each in self.measured.values())),
         )
 
@@ -89,29 +103,64 @@ class Evidence(Answer):
             (each[0] for each in found if all(one.covered < 1 for one in each)), key=lambda best: best.score
         )
 
+    @functools.cached_property
+    def comparisons(self) -> tuple[CommonSet, ...]:
+        """Candidates of each place on the measurements that all of them predict, force laws first."""
+        return tuple(
+            each for place in self._places for each in comparisons(place, self.judging(place), self.nulls)
+        )
+
+    @property
+    def decides(self) -> list[str]:
+        """Measurements that a candidate covers with an interval below one decade, while another one misses."""
+        found = {name: self.of(name) for name in self.measured}
+        return [
+            name
+            for name, each in found.items()
+            if any(one.covered == 1 and one.width < NARROW for one in each)
+            and any(one.covered < 1 for one in each)
+        ]
+
+    @property
+    def decides_nothing(self) -> list[str]:
+        """Measurements that every candidate covers."""
+        found = {name: self.of(name) for name in self.measured}
+        return [name for name, each in found.items() if each and all(one.covered == 1 for one in each)]
+
+    @property
+    def numbers(self) -> frozenset[tuple[str, ...]]:
+        """What counts as one number each."""
+        return frozenset(key for name, each in self.measured.items() for key in numbers_of(name, each))
+
+    @property
+    def can_be_missed(self) -> frozenset[tuple[str, ...]]:
+        """Numbers for which the interval of some candidate spans less than a decade."""
+        return frozenset(key for each in self.scores if each.width < NARROW for key in each.numbers)
+
     @property
     def _groups(self) -> set[str]:
         return {each.group for each in self.measured.values()}
 
     @property
     def _sentences(self) -> list[str]:
-        points = sum(len(each.values) for each in self.measured.values())
         of = {how: sum(len(each.values) for each in self.measured.values() if each.how == how) for how in HOW}
         counts = ", ".join(f"{count} {how}" for how, count in of.items() if count)
-        failed = self.failures
         unpredicted = [f"{name}: {nobody(why)}" for name, why in self.refused.items() if not self.of(name)]
-        wholly = sum(all(not one.covered for one in self.of(each.measurement)) for each in failed)
-        outside = {"wholly": wholly, "in part": len(failed) - wholly}
-        how = " and ".join(f"{count} {extent}" for extent, count in outside.items() if count)
-        said = [
-            f"Outside the 90 % interval of every law or model: {how}, of {_several(len(self.measured), 'measurement')}."
-            if failed
-            else f"Every {'other ' * bool(unpredicted)}measurement lies in the 90 % interval of some law or model."
+        worst = {self.measured[each.measurement].group: each for each in reversed(self.failures)}
+        listed = sorted(worst.values(), key=self.failures.index)[:WORST]
+        missed = [each.measurement for each in self.failures]
+        wholly = sum(all(not one.covered for one in self.of(name)) for name in missed)
+        return [
+            *unpredicted,
+            f"A law or model can miss {len(self.can_be_missed)} of {_several(len(self.numbers), 'number')}: its 90 % interval"
+            " spans less than a decade.",
+            f"Of {_several(len(self.measured), 'measurement')}, {len(self.decides)} decide between such a law and another that"
+            f" misses; {len(self.decides_nothing)} decide nothing, because every candidate covers them; {len(missed)} lie"
+            f" outside the interval of every candidate, {wholly} of them wholly.",
+            *map(_skills, self.comparisons),
+            *(self._failure(each) for each in listed),
+            f"{sum(of.values())} values: {counts}.",
         ]
-        worst = {self.measured[each.measurement].group: each for each in reversed(failed)}
-        listed = sorted(worst.values(), key=failed.index)[:WORST]
-        said += [self._failure(each) for each in listed]
-        return [*unpredicted, *said, f"{points} numbers: {counts}."]
 
     def _failure(self, each: Score) -> str:
         of = self.measured[each.measurement]
@@ -131,33 +180,6 @@ class Evidence(Answer):
     def judging(self, place: str) -> list[Score]:
         """Return the scores of the models of one place, such as ``force``."""
         return [each for each in self.scores if self.measured[each.measurement].judges == place]
-
-    def _standings(self, place: str) -> Table:
-        rows = tuple(
-            (
-                each.model,
-                f"{each.groups}",
-                f"{each.points}",
-                f"{100 * each.covered:.0f} %",
-                _rounded(each.ratio),
-                _rounded(each.off, digits=3),
-                _rounded(each.odds),
-                f"{len(each.beaten_by)}",
-                _number(each.score),
-                _number(each.shape),
-            )
-            for each in standings(self.judging(place))
-        )
-        headings: tuple[str, ...] = (
-            *("law or model", "groups", "numbers", f"within {100 * LEVEL:.0f} %", "predicted/measured"),
-            *("typical factor", "odds", "beaten by", "score", "shape"),
-        )
-        return Table(
-            "Force laws, the best first" if place == "force" else f"Models of {place}, the best first",
-            headings,
-            rows,
-            looks=dict.fromkeys(range(1, len(headings)), "number"),
-        )
 
     @property
     def _failures(self) -> Table:
@@ -189,33 +211,54 @@ class Evidence(Answer):
         return Table("Why no law or model reaches them", headings, rows, looks={1: "words"})
 
     @property
+    def _undecided(self) -> Table:
+        rows = tuple(
+            (name, ", ".join(f"{each.model} ({each.width:.1f})" for each in self.of(name)))
+            for name in self.decides_nothing
+        )
+        headings = ("measurement", "candidates, all of which cover it, with the width in decades")
+        return Table("Decide nothing", headings, rows, looks={1: "words"}, folded=True)
+
+    @property
     def _overview(self) -> Drawing:
-        """Prediction over measured, for every measurement and the laws that are best over all, with their intervals."""
-        names = [each.model for each in standings(self.judging(self._places[0]))]
-        shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else [])])
+        """Prediction over measured, for every measurement, the best laws and the best null model, with their intervals."""
+        found = self.comparisons[0]
+        names = [each.model for each in found.standings]
+        shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else []), found.null])
         rows = {
             name: (
                 f"{each.called}, {each.on}",
-                f"{each.title} [{each.unit if each.unit != '1' else 'ratio'}]",
+                f"{each.title}{f', {each.bound}' * bool(each.bound)} [{each.unit if each.unit != '1' else 'ratio'}]",
             )
             for name, each in self.measured.items()
             if each.judges == self._places[0]
         }
         return Drawing(
             id="overview",
-            title="Prediction over measured: the best laws and the usual one",
-            plot=functools.partial(_draw_ratios, scores=self.scores, models=list(shown), rows=rows),
-            size=(5.2, 1.3 + 0.6 * len(rows)),
+            title="Prediction over measured: the best laws, the usual one and the best null model",
+            plot=functools.partial(
+                _draw_ratios, scores=[*self.scores, *self.nulls], models=list(shown), rows=rows
+            ),
+            size=(5.2, 1.3 + 0.7 * len(rows)),
             caption="Points: medians; lines: 90 % of the draws of what was not printed, without the spread of the measurement."
-            " A line that reaches 1 agrees.",
+            " A line that reaches 1 agrees; of a bound, one that lies on the side that its row names.",
         )
 
     @property
     def _all(self) -> Table:
         rows = tuple(self._row(name, each) for name, each in self.measured.items())
         headings: tuple[str, ...] = (
-            *("measurement", "what", "on", "group", "numbers", "how it came here", "largest spread", "best"),
-            "note",
+            *(
+                "measurement",
+                "what",
+                "on",
+                "group",
+                "values",
+                "numbers",
+                "how it came here",
+                "largest spread",
+            ),
+            *("best", "note"),
         )
         return Table("Measurements", headings, rows, folded=True)
 
@@ -223,7 +266,8 @@ class Evidence(Answer):
         found = self.of(name)
         best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
         how, spread = f"{each.how}, {each.status}", f"{100 * max(each.spread):.2g} %, {each.spread_of}"
-        return (name, each.title, each.on, each.group, str(len(each.values)), how, spread, best, each.note)
+        counts = (f"{each.bound} {len(each.values)}".strip(), str(len(numbers_of(name, each))))
+        return (name, each.title, each.on, each.group, *counts, how, spread, best, each.note)
 
     @property
     def _beyond(self) -> Table:
@@ -238,21 +282,85 @@ class Evidence(Answer):
         return Table("Cannot predict", ("law or model", "measurement", "why"), rows, folded=True)
 
     def content(self, name: str) -> str | bytes:
-        """Write the standings of the laws, or every score, as CSV."""
+        """Write the standings of the laws, or every score of these or of the null models, as CSV."""
         if name not in self.FILES:
             return super().content(name)
-        own = ["covered", "ratio", "score", "shape"]
         if name == "laws.csv":
-            found = [each for place in self._places for each in standings(self.judging(place))]
-            return _csv(["model", "groups", "points", "off", "odds", "beaten_by", *own], found)
-        return _csv(["measurement", "group", "model", "low", "high", *own], self.scores)
+            own = [field.name for field in fields(Standing)]
+            rows = [
+                [each.place, len(each.names), each.numbers, each.groups, each.null, *astuple(one)]
+                for each in self.comparisons
+                for one in each.standings
+            ]
+            return csv_text(["judges", "measurements", "numbers", "groups", "null", *own], rows)
+        own = ["low", "high", "covered", "width", "ratio", "score", "narrow", "wide", "shape"]
+        head = ["measurement", "group", "model", *own]
+        scores = self.nulls if name == "nulls.csv" else self.scores
+        return csv_text(head, [[getattr(each, one) for one in head] for each in scores])
 
 
-def _csv(names: list[str], records: Sequence[Standing | Score]) -> str:
-    def cell(value: Any) -> Any:
-        return ", ".join(value) if isinstance(value, tuple) else value
+def _standings(found: CommonSet) -> Table:
+    rows = tuple(
+        (
+            each.model,
+            _number(each.skill) if each.has_skill else f"none: {_number(each.skill)}",
+            _from_to(each.low, each.high),
+            _from_to(each.least, each.most),
+            f"{each.first} to {each.last}",
+            _number(each.narrow),
+            _number(each.wide),
+            f"{each.can_miss}",
+            f"{each.width:.1f}",
+            f"{100 * each.covered:.0f} %",
+            _rounded(each.ratio),
+            _rounded(each.off, digits=3),
+            _number(each.shape),
+        )
+        for each in found.standings
+    )
+    headings: tuple[str, ...] = (
+        *(
+            "law or model",
+            "skill",
+            f"{100 * LEVEL:.0f} % of it",
+            "one group less",
+            "rank there",
+            "half as wide",
+        ),
+        *("twice as wide", "can miss", "width", f"within {100 * LEVEL:.0f} %", "predicted/measured"),
+        *("typical factor", "shape"),
+    )
+    title = f"{_of_place(found)}: {_common_set(found)}; skill over '{found.null}'"
+    return Table(title, headings, rows, looks=dict.fromkeys(range(1, len(headings)), "number"))
 
-    return csv_text(names, [[cell(getattr(each, name)) for name in names] for each in records])
+
+def _skills(found: CommonSet) -> str:
+    """Say which candidates have skill on a common set, and which have none."""
+    known = [
+        f"{each.model} {_number(each.skill)} ({_from_to(each.low, each.high)})"
+        for each in found.standings
+        if each.has_skill
+    ]
+    none = [each.model for each in found.standings if not each.has_skill]
+    over = f"over the best null model, '{found.null}'"
+    said = [f"skill {over}: {', '.join(known)}"] if known else []
+    if none:
+        said.append(f"no skill{'' if known else f' {over}'}: {', '.join(none)}")
+    why = ", of one group, which gives no interval" if found.groups == 1 else ""
+    return f"{_of_place(found)}, {_common_set(found)}{why}: {'; '.join(said)}."
+
+
+def _of_place(found: CommonSet) -> str:
+    return "Force laws" if found.place == "force" else f"Models of {found.place}"
+
+
+def _common_set(found: CommonSet) -> str:
+    counts = f"{_several(found.numbers, 'number')} of {_several(found.groups, 'group')}"
+    return f"{counts} that {_several(len(found.standings), 'candidate')} predict{'s' * (len(found.standings) == 1)}"
+
+
+def _from_to(low: float, high: float) -> str:
+    return f"{low:.2f} to {high:.2f}" if math.isfinite(low) else "–"
 
 
 def _draw_ratios(
@@ -262,7 +370,7 @@ def _draw_ratios(
     ax, names = figure.add_subplot(), list(rows)
     for place, model in enumerate(models):
         found = [each for each in scores if each.model == model and each.measurement in names]
-        heights = [names.index(each.measurement) + 0.11 * place - 0.02 for each in found]
+        heights = [names.index(each.measurement) + 0.09 * place - 0.02 for each in found]
         middle = np.array([each.ratio for each in found])
         ends = np.array([[each.ratio - each.low, each.high - each.ratio] for each in found]).T
         ax.errorbar(middle, heights, xerr=ends, fmt="o", markersize=4, linewidth=1.2, label=_words(model))
@@ -311,9 +419,10 @@ def _number(value: float) -> str:
     return f"{value:.2f}" if math.isfinite(value) else "–"
 
 
-def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
-    """Draw the measured points, and the bands of the best candidates and of the usual law."""
+def figure(name: str, measured: Measurement, scores: list[Score], nulls: Sequence[Score]) -> Panel:
+    """Draw the measured points, and the bands of the best candidates, of the usual law and of the best null model."""
     shown = [*scores[:BEST], *(each for each in scores[BEST:] if each.model == USUAL)]
+    shown += sorted((each for each in nulls if each.measurement == name), key=lambda each: -each.score)[:1]
     x = measured.points
     curves = []
     for look, each in enumerate(shown):
@@ -329,7 +438,7 @@ def figure(name: str, measured: Measurement, scores: list[Score]) -> Panel:
         Curve(label="measured", y=values, kind="points", **grey),
     ]
     origin = f"{measured.how.capitalize()}, {measured.status}: {measured.source}."
-    spread = f"Grey: measured, with its spread ({measured.spread_of})."
+    spread = f"Grey: measured{f', {measured.bound} this' * bool(measured.bound)}, with its spread ({measured.spread_of})."
     laws = "Lines and areas: medians and 90 % of the draws of what was not printed." if shown else ""
     return Panel(
         id=name.replace("/", "_"),

@@ -1,4 +1,4 @@
-"""A prediction against what was measured: ratio, coverage, log score, and the score of the shape alone."""
+"""A prediction against what was measured: ratio, coverage, width, log score, and the score of the shape alone."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
+from electrovib.studies.evidence.measurement import AT_MOST, numbers_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
     from electrovib.studies.evidence.measurement import Measurement
     from electrovib.studies.evidence.predicted import ModelPrediction
 
@@ -33,45 +32,67 @@ _NOTHING: Final = 1e-300
 class Score:
     """A candidate on one measurement.
 
-    - `measurement`, `model`, `group`: names.
+    - `measurement`, `model`, `group`: names; `numbers`: what counts as one number each, as `numbers_of` has it.
     - `ratio`: median of predicted over measured over draws and points; `low`, `high`: ends of its 90 % interval.
-    - `covered`: share of the points that lie in the 90 % interval of the prediction with the spread of the measurement.
-    - `score`: mean over the points of the logarithm of the predictive density of the logarithm of the value.
-    - `shape`: the same with one common factor left free in every draw; NaN for a single point.
+    - `covered`: share of the points that lie in the 90 % interval of the prediction with the spread of the measurement; of
+      bounds, which this interval reaches.
+    - `width`: of this interval without the spread, in decades, median over the points.
+    - `score`: mean over the points of the logarithm of the predictive density of the logarithm of the value; of bounds, of
+      the probability to keep them. `narrow`, `wide`: the same with ranges of half and twice the width, NaN where they are
+      not known.
+    - `shape`: the score with one common factor left free in every draw; NaN for a single point, and for bounds.
     - `band`: 5, 50 and 95 % of the prediction without the spread of the measurement (3, points).
     """
 
     measurement: str
     model: str
     group: str
+    numbers: frozenset[tuple[str, ...]]
     ratio: float
     low: float
     high: float
     covered: float
+    width: float
     score: float
+    narrow: float
+    wide: float
     shape: float
     band: Real
 
 
 def judge(name: str, measured: Measurement, found: ModelPrediction) -> Score:
     """Score a prediction. A value that a law predicts as 0 or less is one that it rules out."""
-    logs = np.log(np.maximum(found.values, _NOTHING))
     log_values = np.log(np.array(measured.values))
     widths = np.sqrt(np.log1p(np.array(measured.spread) ** 2))
-    off = logs - log_values
     ends = [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2]
+
+    def off_by(values: Real) -> Real:
+        found: Real = np.log(np.maximum(values, _NOTHING)) - log_values
+        return found
+
+    def scored(values: Real | None) -> float:
+        return math.nan if values is None else _log_score(off_by(values), widths, measured.bound)
+
+    off = off_by(found.values)
+    quantiles = np.quantile(off, ends, axis=0)
     ratios = np.exp(np.quantile(off, ends, method="inverted_cdf"))
     low, high = np.quantile(_with_spread(off, widths), [ends[0], ends[-1]], axis=0)
+    inside = {"": (low <= 0) & (high >= 0), AT_MOST: low <= 0}.get(measured.bound, high >= 0)
+    has_shape = log_values.size > 1 and not measured.bound
     return Score(
         measurement=name,
         model=found.model,
         group=measured.group,
+        numbers=numbers_of(name, measured),
         ratio=float(ratios[1]),
         low=float(ratios[0]),
         high=float(ratios[2]),
-        covered=float(np.mean((low <= 0) & (high >= 0))),
-        score=_log_score(off, widths),
-        shape=_log_score(*_shape(off, widths)) if log_values.size > 1 else math.nan,
+        covered=float(np.mean(inside)),
+        width=float(np.median(quantiles[-1] - quantiles[0])) / DECADE,
+        score=_log_score(off, widths, measured.bound),
+        narrow=scored(found.narrow),
+        wide=scored(found.wide),
+        shape=_log_score(*_shape(off, widths)) if has_shape else math.nan,
         band=np.quantile(found.values, ends, axis=0),
     )
 
@@ -93,84 +114,18 @@ def _shape(off: Real, widths: Real) -> tuple[Real, Real]:
     return off - (off @ weights)[:, None], widths * np.sqrt(1 - weights)
 
 
-def _log_score(off: Real, widths: Real) -> float:
-    """Average the logarithm of the density over the points; kernels are at least as wide as the draws are apart (Scott)."""
-    widths = np.sqrt(widths**2 + np.var(off, axis=0) * len(off) ** -0.4)
-    densities = np.exp(-0.5 * (off / widths) ** 2) / (widths * math.sqrt(2 * math.pi))
-    tails = 1 / (math.pi * DECADE * (1 + (off / DECADE) ** 2))
-    return float(np.mean(np.log(np.mean((1 - SURPRISE) * densities + SURPRISE * tails, axis=0))))
+def _log_score(off: Real, widths: Real, bound: str = "") -> float:
+    """Average the logarithm of the density, of bounds that of the probability, over the points.
 
-
-ODDS: Final = 20.0
-"""Odds at which one law counts as told apart from another; further evidence against the same rival adds nothing."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Standing:
-    """A candidate over all measurements that it can predict: every group counts once, whatever it has published.
-
-    `groups` and `points` are their numbers; `ratio` is the geometric mean of the median ratios, `off` the typical factor
-    by which a group's ratio deviates from 1. `odds` is the geometric mean of the odds for it against each rival, at least
-    1/`ODDS` and at most `ODDS`, on the measurements that both predict, and `beaten_by` names the rivals with the odds
-    `ODDS` against it: both are comparable between candidates that predict different measurements.
+    Kernels are at least as wide as the draws are apart (Scott).
     """
+    widths = np.sqrt(widths**2 + np.var(off, axis=0) * len(off) ** -0.4)
+    if bound:
+        from scipy.special import ndtr
 
-    model: str
-    groups: int
-    points: int
-    ratio: float
-    off: float
-    covered: float
-    odds: float
-    beaten_by: tuple[str, ...]
-    score: float
-    shape: float
-
-
-def standings(scores: Iterable[Score]) -> list[Standing]:
-    """Average the scores of every candidate over its groups; the one with the best odds against its rivals first."""
-    by_model: dict[str, dict[str, Score]] = {}
-    for each in scores:
-        by_model.setdefault(each.model, {})[each.measurement] = each
-    found = [_standing(model, by_model) for model in by_model]
-    return sorted(found, key=lambda each: (-each.odds, -each.groups, each.model))
-
-
-def log_odds(one: Mapping[str, Score], other: Mapping[str, Score]) -> float:
-    """Return the logarithm of the odds for one candidate: the score differences of groups, each a mean, in all."""
-    of_group: dict[str, list[float]] = {}
-    for name in one.keys() & other.keys():
-        of_group.setdefault(one[name].group, []).append(one[name].score - other[name].score)
-    return math.fsum(math.fsum(each) / len(each) for each in of_group.values())
-
-
-def _standing(model: str, by_model: Mapping[str, Mapping[str, Score]]) -> Standing:
-    own, most = by_model[model], math.log(ODDS)
-    groups: dict[str, list[Score]] = {}
-    for each in own.values():
-        groups.setdefault(each.group, []).append(each)
-
-    def over_groups(number: Callable[[Score], float]) -> float:
-        known = [
-            [value for each in group if math.isfinite(value := number(each))] for group in groups.values()
-        ]
-        means = [math.fsum(values) / len(values) for values in known if values]
-        return math.fsum(means) / len(means) if means else math.nan
-
-    def log_ratio(each: Score) -> float:
-        return math.log(max(each.ratio, _NOTHING))
-
-    against = {rival: log_odds(own, scores) for rival, scores in by_model.items() if rival != model}
-    held = [min(max(each, -most), most) for each in against.values()]
-    return Standing(
-        model=model,
-        groups=len(groups),
-        points=sum(each.band.shape[1] for each in own.values()),
-        ratio=math.exp(over_groups(log_ratio)),
-        off=math.exp(over_groups(lambda each: abs(log_ratio(each)))),
-        covered=over_groups(lambda each: each.covered),
-        odds=math.exp(math.fsum(held) / len(held)) if held else 1.0,
-        beaten_by=tuple(sorted(rival for rival, each in against.items() if each <= -most)),
-        score=over_groups(lambda each: each.score),
-        shape=over_groups(lambda each: each.shape),
-    )
+        inside = -off if bound == AT_MOST else off
+        likely, surprising = ndtr(inside / widths), 0.5 + np.arctan(inside / DECADE) / math.pi
+    else:
+        likely = np.exp(-0.5 * (off / widths) ** 2) / (widths * math.sqrt(2 * math.pi))
+        surprising = 1 / (math.pi * DECADE * (1 + (off / DECADE) ** 2))
+    return float(np.mean(np.log(np.mean((1 - SURPRISE) * likely + SURPRISE * surprising, axis=0))))

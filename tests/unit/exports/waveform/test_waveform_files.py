@@ -124,7 +124,7 @@ def test_the_scale_of_a_sound_file():
         (BURST, {"full_scale": 99.0}, "less than its full scale"),
         (BURST.replace(negative), {"full_scale": 99.0}, "less than its full scale"),
         (BURST, {"full_scale": 0.0}, "above 0 V"),
-        (BURST, {"gain": 2.0}, "belongs to an instrument"),
+        (BURST, {"gain": 2.0}, "belongs to an --instrument"),
         (BURST, {"rate": 44_100.5}, "whole number"),
     ):
         refused(words, scenario, "other.wav", **changed)
@@ -225,7 +225,7 @@ def test_the_command_line(folder):
     assert done.exit_code == 0, done.exception
     assert "2721 samples at 10 kHz" in done.output
     assert "limits.voltage of limits.toml" in done.output
-    held = ["h.csv", "--as", "hp_33120a", "--gain", "100", *limits]
+    held = ["h.csv", "--instrument", "hp_33120a", "--gain", "100", *limits]
     assert run(*held, "--edge", "10 us").exit_code == 0
     for words in (
         [],

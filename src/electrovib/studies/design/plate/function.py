@@ -14,6 +14,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, refuse
 from electrovib.core.paths import quantity_at
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, limited, unit_of_limit
+from electrovib.physics.safety import FILM
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits
 from electrovib.studies.check.amplifier import asked_rows
@@ -21,7 +22,6 @@ from electrovib.studies.check.function import asked_values
 from electrovib.studies.check.result import (
     BREAKDOWN,
     FAIL,
-    FILM,
     ONLY_DECLARED,
     PASS,
     UNKNOWN,

@@ -1,0 +1,168 @@
+"""The force over voltage that contacts fitted to a capacitance predict, beside a measured one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from electrovib.core.answer import Answer, Curve, Document, Panel, Table
+from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic, reasons
+from electrovib.core.units import format_quantity
+from electrovib.data.marks import Form, csv_text
+from electrovib.physics.half_space import Elastic
+from electrovib.physics.topography import SelfAffine
+from electrovib.solve.equilibrium.of_scenario import BlockingStack
+from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages
+
+
+class FittedDraw(NamedTuple):
+    """One draw of the phases, with the roughness and the body that agree best with the capacitances."""
+
+    seed: int
+    roughness: SelfAffine
+    body: Elastic
+
+    def rests(self, stack: BlockingStack, voltages: Sequence[float], points: int | None) -> tuple[Rest, ...]:
+        """Return the contact at each voltage [V], which it goes through in this order."""
+        count, period = self.roughness.points(points), self.roughness.longest
+        loaded = Loaded(
+            heights=self.roughness.heights((count, count), (period, period), seed=self.seed),
+            periods=(period, period),
+            compliance=self.body.compliance,
+            pressure=stack.pressure,
+        )
+        return follow_voltages(loaded, voltages, electrical_thickness=stack.electrical_thickness)
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ContactPrediction(Answer):
+    """Attraction of a contact that was fitted to its capacitance, at voltages that the fit has not seen.
+
+    Parameters
+    ----------
+    stack : BlockingStack
+        Load, area and layers under which the force is predicted.
+    voltage : ndarray, shape (n,)
+        Voltages [V] in the order in which the contact goes through them.
+    forces : ndarray, shape (draws, n)
+        Attraction [N] by each draw of the phases of the roughness.
+    measured : ndarray, shape (n,), or None
+        Measured attraction at each voltage [N].
+    diagnostics : tuple of Diagnostic
+        Of what the scenario declares, and of films, air and limits where the faces touch.
+    """
+
+    FILES: ClassVar = {"prediction.csv": Form.TABLE}
+    stack: BlockingStack
+    voltage: Real
+    forces: Real
+    measured: Real | None
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def force(self) -> Real:
+        """Geometric mean of the attraction over the draws, at each voltage [N]; 0 where there is none."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.exp(np.log(self.forces).mean(axis=0)))
+
+    @property
+    def typical_factor(self) -> float:
+        """Factor between predicted and measured forces: exp of the root mean square of ln(predicted/measured); NaN without."""
+        if self.measured is None:
+            return math.nan
+        return float(np.exp(np.sqrt(np.mean(np.log(self.force / self.measured) ** 2))))
+
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """Exponents of the voltage in the predicted and the measured force, by a straight line through the logarithms."""
+        size = np.abs(self.voltage)
+        return tuple(  # type: ignore[return-value]
+            math.nan
+            if each is None or np.unique(size).size < 2
+            else float(np.polyfit(np.log(size), np.log(each), 1)[0])
+            for each in (self.force, self.measured)
+        )
+
+    @property
+    def document(self) -> Document:
+        """How far prediction and measurement agree, and a row for each voltage."""
+        lowest, highest = self.forces.min(axis=0), self.forces.max(axis=0)
+        numbers = [self.voltage, self.force, lowest, highest]
+        headings = ["voltage", "force", "least of the draws", "largest of the draws"]
+        rows = [
+            [_shown(each, unit) for each, unit in zip(row, "VNNN", strict=True)]
+            for row in zip(*numbers, strict=True)
+        ]
+        if self.measured is not None:
+            headings += ["measured", "predicted over measured"]
+            for row, seen, own in zip(rows, self.measured.tolist(), self.force.tolist(), strict=True):
+                row += [_shown(seen, "N"), f"{own / seen:.3f}"]
+        return Document(
+            title="Force predicted from the capacitance",
+            sentences=[self._at_most(), *self._compared()],
+            numbers=[Table("", tuple(headings), tuple(map(tuple, rows)))],
+            diagnostics=self.diagnostics,
+            figures=[self._figure()],
+            remarks=[
+                "no number of the prediction is free. It is the attraction under a constant voltage across the layers, with their"
+                " permittivities at the lowest frequency of the scenario; a force along the plate is this times a coefficient of"
+                " friction",
+                "the draws differ in the random phases of the roughness alone, which no capacitance tells",
+                *reasons(self.diagnostics),
+            ],
+        )
+
+    def content(self, name: str) -> str:
+        """Write voltages, predicted forces of each draw and measured ones as CSV, in SI."""
+        del name
+        columns = {"voltage": self.voltage, "force": self.force}
+        columns |= {f"draw {number}": each for number, each in enumerate(self.forces, 1)}
+        if self.measured is not None:
+            columns["measured"] = self.measured
+        return csv_text(
+            tuple(columns), np.column_stack(list(columns.values())).tolist(), remarks=self.document.sentences
+        )
+
+    def _at_most(self) -> str:
+        at = int(np.argmax(np.abs(self.voltage)))
+        ends = (_shown(end, "N") for end in (self.forces[:, at].min(), self.forces[:, at].max()))
+        return (
+            f"at {_shown(self.voltage[at], 'V')} under a load of {_shown(self.stack.pressure, 'Pa')} the attraction is"
+            f" {_shown(self.force[at], 'N')}, {' to '.join(ends)} over {len(self.forces)} draws of the phases"
+        )
+
+    def _compared(self) -> list[str]:
+        if self.measured is None:
+            return []
+        said = f"predicted and measured forces differ by a typical factor of {self.typical_factor:.3g}"
+        own, seen = self.slopes
+        if math.isfinite(own):
+            said += f"; the force grows with the power {own:.3g} of the voltage, measured {seen:.3g}"
+        return [said]
+
+    def _figure(self) -> Panel:
+        curves = [
+            Curve(label="predicted", x=self.voltage, y=self.force, kind="bold"),
+            *(
+                Curve(label=words, x=self.voltage, y=each, kind="dashed", look=0)
+                for words, each in (
+                    ("least of the draws", self.forces.min(axis=0)),
+                    ("largest of the draws", self.forces.max(axis=0)),
+                )
+            ),
+        ]
+        if self.measured is not None:
+            curves.append(Curve(label="measured", x=self.voltage, y=self.measured, kind="points", look=1))
+        return Panel(
+            id="force", title="Force over voltage", x=("voltage", "V"), y=("force", "N"), curves=tuple(curves),
+            caption="Predicted from the capacitance over the load, with the least and the largest of the draws.",
+        )  # fmt: skip
+
+
+def _shown(value: float, unit: str) -> str:
+    return format_quantity(float(value), unit, digits=4)

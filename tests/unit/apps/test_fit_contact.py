@@ -1,0 +1,82 @@
+"""The command that fits a rough contact to a capacitance prints what the functions return."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+
+SINE = "bau_2010/sine"
+LOADS, CAPACITANCES = [0.1, 0.3, 1.0, 3.0], [255.0, 280.0, 330.0, 420.0]
+TABLE = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.25 mm", shortest = "0.25 mm" }'
+COLUMNS = "--load 'load (N)' --capacitance 'C (pF)'"
+
+
+@pytest.fixture
+def asked(here):
+    rows = "".join(f"{load},{value}\n" for load, value in zip(LOADS, CAPACITANCES, strict=True))
+    (here / "c.csv").write_text(f"load (N),C (pF)\n{rows}")
+    return f"fit-contact {SINE} c.csv {COLUMNS} --roughness '{TABLE}' --draws 2"
+
+
+def fitted(changes, **body):
+    rough = ev.SelfAffine(rms=1e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)
+    return ev.fit_contact(
+        ev.load(SINE, changes=changes),
+        load=LOADS,
+        capacitance=1e-12 * np.array(CAPACITANCES),
+        roughness=rough,
+        body=ev.Elastic(**{"modulus": 1e6} | body),
+        draws=2,
+        seed=3,
+    )
+
+
+def test_what_is_printed_and_written_is_what_the_functions_return(here, asked, said, table):
+    out = said(
+        f"{asked} --seed 3 --set load.normal_force='0.2 N' --body '{{ poisson = 0.3 }}' --voltage '20 V,40 V'"
+        " --measured 30mN,130mN -o out.csv"
+    )
+    found = fitted({"load.normal_force": 0.2}, poisson=0.3)
+    predicted = found.predict(voltage=[20.0, 40.0], measured=[0.03, 0.13])
+    for line in (*found.document.sentences, *predicted.document.sentences):
+        assert line in out
+    rows = table(here / "out.csv")
+    np.testing.assert_allclose([float(row["force"]) for row in rows], predicted.force)
+    np.testing.assert_allclose([float(row["draw 2"]) for row in rows], predicted.forces[1])
+
+
+def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
+    assert "typical factor" not in said(f"{asked} --seed 3 -o out.csv")
+    rows = table(here / "out.csv")
+    np.testing.assert_allclose([float(row["fitted"]) for row in rows], fitted({}).fitted)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ("--measured 1N", "--measured: is compared with a prediction: give --voltage too"),
+        ("--voltage 1N", "--voltage = 1N: expected a voltage"),
+        ("--voltage 1V --measured 1V", "--measured = 1V: expected a force"),
+        ("--voltage 0V", "finite voltages other than 0"),
+        (
+            "--body '{ modulos = 1e6 }'",
+            "--body: modulos is none of modulus, poisson. Did you mean 'modulus'?",
+        ),
+        ("--body soft", "--body = soft: expected a table { modulus, poisson }"),
+        ("--body '{ modulus = -1 }'", "modulus"),
+        ("--draws 0", "draws = 0"),
+        ("-o out.gif", "written as"),
+    ],
+)
+def test_what_is_wrong_is_one_sentence(asked, refused, wrong, words):
+    before = asked.replace("--draws 2", "") if "--draws" in wrong else asked
+    assert words in refused(f"{before} {wrong}")
+
+
+def test_a_spectrum_that_is_not_whole_is_refused(asked, refused):
+    assert tomllib.loads(f"x = {TABLE}")["x"]["hurst"] == 0.8
+    short = asked.replace(', shortest = "0.25 mm"', "")
+    assert "--roughness" in refused(short)
+    assert "without shortest" in refused(short)

@@ -1,0 +1,111 @@
+"""The share of a rough contact whose film is above its strength: against closed forms, and that it loosens no limit."""
+
+import math
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+from tests.contract.test_closed_gap import CLOSED, LARGEST, SCREEN, STRENGTH, THICKNESS, VOLTS, row
+
+import electrovib as ev
+from electrovib.core.errors import InputError
+from electrovib.physics.contact import FittedSurface, PerssonSurface
+from electrovib.physics.roughness import PullingSpots
+
+PERMITTIVITY = 3.9
+STIFF = {"modulus": 2e7, "rms_slope": 1.0, "rms_gap": 1e-5, "pressure_factor": 0.1, "decay_factor": 0.46}
+PERSSON = {"contact.surface": {"model": "PerssonSurface", **STIFF}}
+FITTED = {"contact.surface": {"model": "FittedSurface", "modulus": 1e8, "rms_height": 1e-5, "rms_slope": 0.5}}
+BARE = {**SCREEN, "stack": {name: layer for name, layer in SCREEN["stack"].items() if name != "gap"}}
+
+
+def reach(volts=VOLTS):
+    """Gap up to which T + eps u has more than the strength across it, by plates in series."""
+    return (volts / STRENGTH - THICKNESS) / PERMITTIVITY
+
+
+def closed(changes, scenario=SCREEN):
+    found = ev.check(scenario, set=changes)
+    return found, row(found.rows, CLOSED)
+
+
+def test_gaps_that_the_law_declares():
+    """Phi((u - mean)/rms) for a Gaussian; of its power 4/3 the gap u is at (u/rms)^(3/4)."""
+    force = {"force": {"model": "Persson2018RoughGap", "mean_gap": 3e-6, "rms_gap": 2e-6}}
+    found, judged = closed(force, BARE)
+    assert judged.area == pytest.approx(NormalDist(3e-6, 2e-6).cdf(reach()), rel=1e-6)
+    assert "Persson2018RoughGap, whose gaps are declared" in judged.text
+    assert f"gap closed (on {100 * judged.area:.3g} % of the area)" in found.verdict
+    force["force"]["power"] = 4 / 3
+    _, judged = closed(force, BARE)
+    assert judged.area == pytest.approx(NormalDist(1.5, 1).cdf((reach() / 2e-6) ** 0.75), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("surface", "words"), [(PERSSON, "PerssonSurface, not"), (FITTED, "FittedSurface, corr")]
+)
+def test_gaps_under_load_and_attraction_are_those_of_the_equilibrium(surface, words):
+    """Of the states with contact spots, the one that a rising voltage reaches: that with the largest gap."""
+    _, judged = closed(surface)
+    still = {"stack.gap.material.conductivity": 0.0, **surface}
+    states = ev.equilibrium(ev.load(SCREEN, changes=still), voltage=VOLTS, spots=PullingSpots()).stable
+    model = ev.load(SCREEN, changes=surface).contact.surface
+    gaps = model.gaps(states[-1].repulsion)
+    assert judged.area == pytest.approx(float(gaps.share_up_to(reach())), rel=1e-4)
+    assert words in judged.text
+    assert 0 < judged.area < 0.5
+
+
+def test_a_contact_that_falls_shut_or_a_gap_that_conducts_is_above_it_everywhere():
+    soft = {"contact.surface": {"model": "PerssonSurface", **STIFF, "modulus": 1e5}}
+    _, judged = closed(soft)
+    assert judged.area == 1
+    assert "where the contact falls shut" in judged.text
+    _, judged = closed(PERSSON | {"stack.gap.material.conductivity": 1e-9})
+    assert judged.area == 1
+    assert "no gap keeps the voltage off the film" in judged.text
+
+
+def test_it_loosens_no_limit(tmp_path):
+    """However small the share, all rows have the values, limits and states that they have without a roughness."""
+    plain, rough = (ev.check(SCREEN, set=changes) for changes in ({}, PERSSON))
+    assert row(rough.rows, CLOSED).area < 0.01
+    for before, after in zip(plain.rows, rough.rows, strict=True):
+        names = ("quantity", "value", "limit", "state", "remedy", "margin", "forbids", "is_refused")
+        assert all(getattr(before, name) == getattr(after, name) for name in names)
+    with pytest.raises(
+        InputError, match=r"with the gap closed.*% of the contact area by PerssonSurface, not corrected"
+    ):
+        ev.export_waveform(ev.load(SCREEN, changes=PERSSON), tmp_path / "drive.csv", rate=50e3, edge="line")
+    assert not (tmp_path / "drive.csv").exists()
+    found = ev.find_value(
+        ev.load(SCREEN, changes=PERSSON),
+        want={"mean electrostatic_force": 2.0},
+        free="drive.amplitude = 10 V:1 kV",
+    )
+    assert found.obtainable.value == pytest.approx(LARGEST, rel=1e-6)
+    assert "% of the contact area by PerssonSurface" in " ".join(found.sentences)
+
+
+def test_it_is_stated_only_where_the_closed_gap_is_above_the_strength_and_a_roughness_is_declared():
+    assert closed({})[1].area is None
+    assert closed(PERSSON | {"drive.amplitude": LARGEST})[1].area is None
+    assert closed(PERSSON | {"load.normal_force": 0.0})[1].area is None
+    assert "area" not in closed({})[0].verdict
+    found, judged = closed(PERSSON)
+    assert found.to_dict()["limits"][found.rows.index(judged)]["area"] == judged.area
+
+
+@pytest.mark.parametrize("model", [PerssonSurface(**STIFF), FittedSurface(**FittedSurface.example)])
+def test_the_share_of_narrow_gaps_is_the_sum_of_the_density(model):
+    gaps = model.gaps(1e4)
+    width = float(gaps.rms)
+    edges = np.linspace(0.0, width ** (1 / 2), 4001) ** 2  # the density grows towards gap 0
+    places = (edges[1:] + edges[:-1]) / 2
+    between = float(np.sum(gaps.density(places) * np.diff(edges)))
+    share = float(gaps.share_up_to(width))
+    assert share == pytest.approx(
+        float(gaps.contact_fraction) + between, rel=1e-4
+    )  # midpoint rule beside gap 0
+    assert share == pytest.approx(NormalDist().cdf(1 - float(gaps.mean) / width), rel=1e-9)
+    assert math.isclose(float(gaps.contact_fraction), float(model.real_share(np.asarray(1e4))), rel_tol=1e-9)
