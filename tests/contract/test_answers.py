@@ -99,17 +99,6 @@ def exported():
         return ev.export_waveform(SINE, f"{folder}/a.csv", set=LIMITS, edge="line", ramp=1e-3)
 
 
-def contact_fit():
-    return ev.fit_contact(
-        SINE,
-        load=[0.1, 0.3, 1.0, 3.0],
-        capacitance=[3e-10, 4e-10, 6e-10, 1e-9],
-        roughness=ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
-        body=ev.Elastic(modulus=1e6),
-        draws=2,
-    )
-
-
 def reproduced():
     """One number of a paper beside ours, a check, and a curve of two points."""
     rows = (
@@ -122,6 +111,17 @@ def reproduced():
         curves=(Curve(label="a", x=ends, y=ends),),
     )  # fmt: skip
     return Reproduction(paper="nobody_2099", citation="N. N. 2099", rows=rows, panels=(panel,))
+
+
+def contact_fit():
+    return ev.fit_contact(
+        SINE,
+        load=[0.1, 0.3, 1.0, 3.0],
+        capacitance=[3e-10, 4e-10, 6e-10, 1e-9],
+        roughness=ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4),
+        body=ev.Elastic(modulus=1e6),
+        draws=2,
+    )
 
 
 ANSWERS = {
@@ -173,8 +173,6 @@ ANSWERS = {
         body=ev.Elastic(modulus=1e7),
         voltage=[0.0, 20.0],
     ),
-    "ContactFit": contact_fit,
-    "ContactPrediction": lambda: contact_fit().predict(voltage=[10.0, 20.0], measured=[0.01, 0.04]),
     "Difference": lambda: ev.compare_percepts(
         ev.perceive(SINE), ev.perceive(SINE, set={"drive.amplitude": 10.0})
     ),
@@ -185,6 +183,8 @@ ANSWERS = {
         electrical_thickness=1e-6,
     ),
     "Reproduction": reproduced,
+    "ContactFit": contact_fit,
+    "ContactPrediction": lambda: contact_fit().predict(voltage=[10.0, 20.0], measured=[0.01, 0.04]),
     "StudyResult": lambda: ev.study(SINE, "fingers", n=8, seed=1, exceed="1 mN"),
 }
 """Name of a class to an answer of it, or of a class below it."""

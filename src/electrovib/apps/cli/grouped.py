@@ -39,7 +39,7 @@ def _sections(doc: str) -> dict[str, str]:
 def _describe(command: Any) -> None:
     """Describe the parameters of a command by its numpydoc, that of its module, or that of `options`."""
     docs = options.__doc__, sys.modules[command.callback.__module__].__doc__, inspect.getdoc(command.callback)
-    described = {name: told for doc in docs for name, told in _described(doc or "").items()}
+    described = {name: text for doc in docs for name, text in _described(doc or "").items()}
     for each in command.params:
         each.metavar, each.help = described.get(each.name.strip("_"), (each.metavar, each.help))
         each.secondary_opts = []  # a flag is given or not: there is no --no-...

@@ -284,8 +284,7 @@ def _designed(
     """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
     from electrovib.exports.scenario import check_design_file, write_design
 
-    asked["set"] = read_changes(asked.get("set"))
-    edge = edge_of(asked.pop("edge", None))
+    asked["set"], edge = read_changes(asked.get("set")), edge_of(asked.pop("edge", None))
     check, write = functools.partial(check_design_file, **edge), functools.partial(write_design, **edge)
     found = answered(kind, compute, words, asked, check=check, write=write)
     if not found.is_achieved:
@@ -334,7 +333,7 @@ def check(
     drive, scenario = (first, second) if second else (None, first)
     resistor = resistor_of(scenario, limits=limits, set=changes) if series_resistor else None
 
-    def print_outcome(found: CheckResult, *, everything: bool) -> None:
+    def print_outcome(found: "CheckResult", *, everything: bool) -> None:
         """Print the outcome, after the resistor that was asked for."""
         if resistor is not None:
             show(laid_out(resistor.document.tables[0]))

@@ -146,21 +146,16 @@ class ContactPrediction(Answer):
         return [said]
 
     def _figure(self) -> Panel:
+        low, high = self.forces.min(axis=0), self.forces.max(axis=0)
         curves = [
-            Curve(label="predicted", x=self.voltage, y=self.force, kind="bold"),
-            *(
-                Curve(label=words, x=self.voltage, y=each, kind="dashed", look=0)
-                for words, each in (
-                    ("least of the draws", self.forces.min(axis=0)),
-                    ("largest of the draws", self.forces.max(axis=0)),
-                )
-            ),
+            Curve(label="draws", x=self.voltage, y=low, upper=high, kind="band", look=0),
+            Curve(label="predicted", x=self.voltage, y=self.force, kind="bold", look=0),
         ]
         if self.measured is not None:
             curves.append(Curve(label="measured", x=self.voltage, y=self.measured, kind="points", look=1))
         return Panel(
             id="force", title="Force over voltage", x=("voltage", "V"), y=("force", "N"), curves=tuple(curves),
-            caption="Predicted from the capacitance over the load, with the least and the largest of the draws.",
+            caption="Predicted from the capacitance over the load, with the range of the draws of the phases.",
         )  # fmt: skip
 
 
