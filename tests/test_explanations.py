@@ -121,11 +121,33 @@ def test_the_gap_of_a_rough_contact_depends_on_what_is_asked(computed):
         r"power ([\d.]+)\.": np.polyfit(*np.log([found.voltage[10:], found.attraction[10:]]), 1)[0],
         r"125 µm ([\d.]+) % of": 100 * found.smoother[0, -1],
         r"would be ([\d.]+) times": found.smoother[1, -1] / attraction,
+        r"less than ([\d.]+) MV/m in the film": 1e-6 * np.median(40 / (1e-6 + 3.9 * last.gap)),
+        r"the spots ([\d.]+) MV/m": 1e-6 * 40 / 1e-6,
     }
     for pattern, value in shown.items():
         number = re.findall(pattern, " ".join(text.split()))[0]
         half = 0.5 * 10.0 ** -len(number.partition(".")[2])
         assert float(number) == pytest.approx(value, abs=1.001 * half), pattern
+
+
+def test_the_errors_of_the_laws_of_rough_contact_are_those_of_the_benchmark():
+    """Every law's median and range, at the digits of the page."""
+    measured, text = (FOLDER.parents[1] / "benchmarks" / "rough_laws.md").read_text(), page("which_gap")
+    rows = {
+        "share in contact": "contact share of the erf law",
+        "attraction of Gaussian gaps": "attraction of Gaussian gaps, share of the erf law",
+        "attraction of plates": "attraction of plates at the mean gap",
+    }
+    for words, law in rows.items():
+        known = re.search(rf"\| {law} \| ([\d.]+) \(([\d.]+) to ([\d.]+)\)", measured).groups()
+        shown = re.search(rf"\| {words}[^|]*\| ([\d.]+) \(([\d.]+) to ([\d.]+)\)", text).groups()
+        for number, value in zip(shown, known, strict=True):
+            assert float(number) == pytest.approx(float(value), abs=5.1e-3)
+    others = re.search(r"\| attraction \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
+    share = re.search(r"\| contact share \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
+    assert f"for {share} % and {others} % of the contacts" in text
+    alone = re.search(r"\| attraction from the load alone \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
+    assert f"within 15 % for {alone} %" in text
 
 
 LINE = re.compile(r'<g id="line2d_\d+">\s*<path d="([^"]+)"')

@@ -134,7 +134,8 @@ def test_roughness_is_spoken_of():
         for scenario in (scenarios()["coating"], thick)
     )
     states = {name: each.state for name, each in coating.items()}
-    unknown = {"roughness wavelength": "unknown", "stack voltage": "unknown"}
+    names = ("form of the gaps", "roughness wavelength", "stack voltage")
+    unknown = dict.fromkeys(names, "unknown")
     assert states == {"contact spots": "warning"} | unknown
     assert film["roughness wavelength"].state == "warning"
     assert "565 um" in film["roughness wavelength"].text

@@ -108,8 +108,22 @@ class Persson2018RoughGap(ForceLaw):
         return total
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-        """Return diagnostics of the share of contact spots, of the wavelength of the roughness, and of the voltage."""
-        return (self._carried_by(layers), _wavelengths(layers), _voltage())
+        """Return diagnostics of contact spots, the form of the distribution, the wavelength of the roughness, and the voltage."""
+        return (self._carried_by(layers), self._form(), _wavelengths(layers), _voltage())
+
+    def _form(self) -> Diagnostic:
+        """Return how much a distribution of this form attracts beside contacts that were solved."""
+        text = f"gaps that follow a power of {self.power:.3g} of a Gaussian were not compared with contacts solved"
+        if self.power == 1:
+            text = (
+                "Gaussian gaps with mean gap and contact share of a contact that was solved attract 0.7 to 1 times as much"
+                " (median 0.88), less where fewer places touch; force.power = 1.333 corrects that within 15 % where 1 % touches"
+            )
+        elif math.isclose(self.power, 4 / 3, rel_tol=1e-2):
+            return Diagnostic(
+                "form of the gaps", "ok", f"force.power = {self.power:.4g} is that of contacts solved"
+            )
+        return Diagnostic("form of the gaps", "unknown", text)
 
     def _carried_by(self, layers: Mapping[str, Layer]) -> Diagnostic:
         pull = mean_pull(1.0, electrical_thickness=_near(layers), gaps=self.gaps(), spots=PullingSpots())

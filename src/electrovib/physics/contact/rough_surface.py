@@ -246,7 +246,7 @@ def gaussian_gaps(*, mean_gap: float, touching: float, power: float = 1.0) -> Ga
     share of the area in contact, above 0 and at most `MOST_TOUCHING`. With x = mean/rms: Phi(-x) = touching
     and rms = mean_gap over the mean gap of rms 1, for the power 1 x Phi(x) + n(x).
     """
-    from scipy.special import ndtri
+    from scipy.special import ndtr, ndtri
 
     if not (mean_gap > 0 and math.isfinite(mean_gap) and 0 < touching <= MOST_TOUCHING):
         raise InputError(
@@ -255,6 +255,10 @@ def gaussian_gaps(*, mean_gap: float, touching: float, power: float = 1.0) -> Ga
             " gap everywhere"
         )
     x = -float(ndtri(touching))
-    gaps, shares = GaussianGaps(mean=x, rms=1.0, power=power).rule(1.0)
-    rms = mean_gap / float(np.sum(gaps * shares))
+    if power == 1:
+        reduced = x * float(ndtr(x)) + math.exp(-(x**2) / 2) / math.sqrt(2 * math.pi)
+    else:
+        gaps, shares = GaussianGaps(mean=x, rms=1.0, power=power).rule(1.0)
+        reduced = float(np.sum(gaps * shares))
+    rms = mean_gap / reduced
     return GaussianGaps(mean=x * rms, rms=rms, power=power)
