@@ -83,11 +83,11 @@ def test_a_threshold_and_a_skin_of_ones_own_leave_their_uncertainty():
 @pytest.mark.parametrize(
     ("changes", "quantity", "factor"),
     [
-        ({}, "detection level", 12.0),
-        ({}, "swing lateral_force", 12.0),
-        ({}, "mean electrostatic_force", 12.0),
-        ({}, "electrostatic_force at 2 ms", 12.0),
-        ({"force": {"model": "EffectiveMedium"}}, "mean_force", 8.7),
+        ({}, "detection level", 11.0),
+        ({}, "swing lateral_force", 11.0),
+        ({}, "mean electrostatic_force", 11.0),
+        ({}, "electrostatic_force at 2 ms", 11.0),
+        ({"force": {"model": "EffectiveMedium"}}, "mean_force", 14.0),
         ({}, "relative level", None),
         ({}, "peak lateral_force", None),
         ({}, "peak current", None),
@@ -170,7 +170,7 @@ def test_compare_says_how_far_the_law_it_believes_is_off_on_fingers():
 
 def test_what_is_felt_has_the_law_and_both_together_and_a_measurement_has_no_law():
     found = ev.perceive(SINE)
-    more, names = 20 * math.log10(12.0), by_name(found)
+    more, names = 20 * math.log10(11.0), by_name(found)
     middle, half = found.sensation, found.uncertainty
     assert names[widths.THRESHOLDS].interval == pytest.approx((middle - half, middle + half))
     assert names[widths.LAW].interval == pytest.approx((middle - more, middle + more))
@@ -192,7 +192,7 @@ def test_the_page_names_the_widths_beside_the_band_the_laws_and_what_is_felt():
         known = each(known)
     assert "Width by force law, 1/11 to 11 times the force" in known.drawn
     assert "Not included: thresholds of perception" in known.drawn
-    assert "12 times" in law_words(run, Further())
+    assert "11 times" in law_words(run, Further())
     said = " ".join(verdict_words(ev.perceive(SINE)))
     assert "Width by force law" in said
     assert "Not included: differences of the threshold between people" in said
