@@ -8,7 +8,7 @@ import typer
 from electrovib.apps.cli import options
 from electrovib.apps.cli.fit import share_of
 from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
-from electrovib.apps.cli.terminal import say, show_answer
+from electrovib.apps.cli.terminal import answered, say, show_answer
 from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
 
@@ -125,19 +125,16 @@ def fit_power_law(
     electrovib fit-power-law monday.csv tuesday.csv --x 'voltage (V)' --y 'force (mN)' -o law.csv
     """
     from electrovib.recordings.fit.power_law import PowerLawFit, fit_power_law, read_points
-    from electrovib.view.files import check_answer, save_answer
 
     entries = recipe_of(recipe, set, None, only=READING, of="the fit of a power law")
     entries.pop("columns", None)
-    if output is not None:
-        check_answer(PowerLawFit, output, inputs=[Path(each) for each in files], force=force)
-    along, values, sessions = read_points(files, **options.given(x=x, y=y, session=session), **entries)
-    law = fit_power_law(along, values, session=sessions)
-    if output is not None:
-        save_answer(law, output, force=force)
-    show_answer(law)
-    if output:
-        say(f"written: {output}")
+
+    def fitted(**asked: Any) -> PowerLawFit:
+        along, values, sessions = read_points(**asked, **entries)
+        return fit_power_law(along, values, session=sessions)
+
+    asked = options.given(files=files, x=x, y=y, session=session, output=output, force=force)
+    answered(PowerLawFit, fitted, "fitting", asked)
 
 
 def fit_contact(
