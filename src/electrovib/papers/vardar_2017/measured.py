@@ -1,4 +1,4 @@
-"""The frequency at which a sine and a square voltage are felt alike, as a measurement of the laws of the force."""
+"""The threshold voltage of a sine over that of a square, as a measurement of the laws of the force."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def evidence(
     --------
     >>> found = ev.evidence("israr_2006/cylinder", n=4)
     >>> found.document.sentences[0]
-    'A law or model can miss 0 of 1 number: its 90 % interval spans less than a decade.'
+    'A law or model can miss 1 of 1 number: its 90 % interval spans less than a decade.'
     """
     if isinstance(measured, Mapping):
         chosen = dict(measured)
