@@ -239,7 +239,7 @@ class Evidence(Answer):
             plot=functools.partial(
                 _draw_ratios, scores=[*self.scores, *self.nulls], models=list(shown), rows=rows
             ),
-            size=(5.2, 1.3 + 0.7 * len(rows)),
+            size=(5.2, 1.3 + 0.2 * len(shown) + 0.7 * len(rows)),
             caption="Points: medians; lines: 90 % of the draws of what was not printed, without the spread of the measurement."
             " A line that reaches 1 agrees; of a bound, one that lies on the side that its row names.",
         )
@@ -378,15 +378,18 @@ def _draw_ratios(
     ax.set_xscale("log")
     ax.xaxis.set_major_formatter("{x:g}")
     for height, (who, what) in enumerate(rows.values()):
-        at: Any = {"xycoords": ("axes fraction", "data"), "va": "bottom"}
+        at: Any = {"xycoords": ("axes fraction", "data"), "va": "top"}
         at["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-        ax.annotate(who, (0.01, height - 0.38), **at, weight="bold")
-        ax.annotate(what, (0.01, height - 0.16), **at, fontsize="small")
+        for text in (
+            ax.annotate(who, (0.01, height - 0.55), **at, weight="bold"),
+            ax.annotate(what, (0.01, height - 0.33), **at, fontsize="small"),
+        ):
+            text.set_in_layout(False)  # a long one would leave no room for the axes of a narrow figure
         ax.axhline(height - 0.58, color="0.8", linewidth=0.6)
     ax.set_yticks([])
     ax.set_ylim(len(names) - 0.58, -0.58)
     ax.set_xlabel("predicted over measured: 1 agrees")
-    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False, fontsize="small")
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), frameon=False, fontsize="small")
 
 
 def _words(model: str) -> str:
