@@ -12,6 +12,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.discovery import papers
 from electrovib.papers.vezzoli_2014.compute import causality_residual
+from electrovib.studies.evidence.measurement import numbers_of
 
 FOLDER = Path(__file__).parent.parent / "docs" / "explanation"
 
@@ -240,9 +241,8 @@ def test_the_paper_counts_what_there_is():
     assert len(text.split()) <= 1000
     known, words = ev.measurements(), " ".join(text.split())
     assert one(r"(\d+) published measurements, \d+ numbers", words) == len(known)
-    assert one(r"published measurements, (\d+) numbers", words) == sum(
-        len(each.values) for each in known.values()
-    )
+    numbers = {number for name, each in known.items() for number in numbers_of(name, each)}
+    assert one(r"published measurements, (\d+) numbers", words) == len(numbers)
     assert one(r"numbers of (\d+) groups, are declared", words) == len(
         {each.group for each in known.values()}
     )

@@ -217,6 +217,8 @@ SAMPLES = {
 }
 """What each argument that may be an array is tried with."""
 WHOLE_RECORDS = {
+    ("doubts", "share"),
+    ("diagnostics", "share"),
     ("keep", "time"),
     ("wraps", "counts"),
     ("position", "counts"),

@@ -20,7 +20,7 @@ from electrovib.studies.evidence.function import evidence
 from electrovib.studies.evidence.standing import typical_factor
 
 EPS0, AREA, GAP, PERMITTIVITY, FRICTION = 8.8541878128e-12, 1e-4, 20e-6, 3.0, 0.5
-MEDIAN, FACTOR, SHARE, LAW = 5e-6, 1.5, 0.9, 12.0
+MEDIAN, FACTOR, SHARE, LAW = 5e-6, 1.5, 0.9, 11.0
 PATH, VOLTS = "stack.insulator.thickness", "drive.amplitude"
 INSULATOR = {
     "thickness": MEDIAN,

@@ -214,8 +214,9 @@ def test_commands_and_options_are_few_and_one_name_has_one_form_everywhere():
     assert len(PROGRAM.commands) <= 26
     assert len({*forms, *options(PROGRAM)}) <= 94
     mixed = {option for option, found in forms.items() if len(set(found.values())) > 1}
-    # several files of a study; one parameter is sought by a design, several by a fit; one signal has edges
-    assert mixed == {"--output", "--free", "--quantity"}
+    # several files of a study; one parameter is sought by a design, several by a fit; one signal has edges; one voltage is held
+    # where all states are found, several are predicted
+    assert mixed == {"--output", "--free", "--quantity", "--voltage"}
 
 
 @pytest.mark.parametrize("name", DESIGNS)

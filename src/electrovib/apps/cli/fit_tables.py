@@ -145,8 +145,8 @@ def fit_contact(
     capacitance: options.Needed,
     roughness: options.Needed,
     body: options.Text = None,
-    voltage: options.Text = None,
-    measured: options.Text = None,
+    voltage: options.Names = None,
+    measured: options.Names = None,
     points: Annotated[int | None, options.number("--points", int)] = None,
     draws: Annotated[int, options.number("--draws", int)] = 4,
     seed: Annotated[int, options.number("--seed", int)] = 0,
@@ -204,10 +204,8 @@ def fit_contact(
     if measured and not voltage:
         raise InputError("is compared with a prediction: give --voltage too", path="--measured")
     wanted: dict[str, Any] = {
-        "voltage": [number_in("V", "--voltage", each) for each in options.names_of(voltage)],
-        "measured": [number_in("N", "--measured", each) for each in options.names_of(measured)]
-        if measured
-        else None,
+        "voltage": [number_in("V", "--voltage", each) for each in voltage or ()],
+        "measured": [number_in("N", "--measured", each) for each in measured] if measured else None,
     }
     shape, bent = _roughness(roughness), _body(body)
     if output is not None:
