@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
     from electrovib.apps.explorer.page.build import VisitorPage
     from electrovib.apps.explorer.session import Earlier
-    from electrovib.core.answer import Table
+    from electrovib.core.answer import Document, Table
     from electrovib.studies.check.result import CheckResult
     from electrovib.studies.perceive import Percept
 
@@ -260,6 +260,20 @@ def content(
 def paragraphs(sentences: Iterable[str]) -> str:
     """Write each sentence as a paragraph."""
     return "".join(f"<p>{escape(typeset(each))}</p>" for each in sentences)
+
+
+_OF_FIT: Final = ("Parameter", "Estimate", "95 % interval", "Determined", "Note")
+"""Columns of the estimates that the page has room for."""
+
+
+def fit_content(document: Document) -> str:
+    """Write the sentences of a fit, and its estimates in a table, which takes the place of the sentences on each."""
+    (estimates,) = (each for each in document.tables if each.title == "Parameters")
+    places = [estimates.headings.index(name) for name in _OF_FIT]
+    rows = [[typeset(row[place]) for place in places] for row in estimates.rows]
+    stated = {row[0] for row in estimates.rows}
+    others = [each for each in document.sentences if each.partition(":")[0] not in stated]
+    return paragraphs(others) + _table(_OF_FIT, rows)
 
 
 CLASSES: Final = {

@@ -12,7 +12,7 @@ from nicegui import events, ui
 from electrovib.apps.explorer import reading
 from electrovib.apps.explorer.example import Example, example
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
-from electrovib.apps.explorer.page.plots import paragraphs
+from electrovib.apps.explorer.page.plots import fit_content
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.recordings.importing.clock import has_times
 from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns
@@ -210,7 +210,7 @@ class RecordingPanel:
         else:
             self._progress.set_text("")
             remark = "" if self._example is None else f"<p>{escape(self._example.remark)}</p>"
-            self._result.set_content(paragraphs(result.document.sentences) + remark)
+            self._result.set_content(fit_content(result.document) + remark)
             self._take_estimates(result, free)
         finally:
             timer.cancel()
