@@ -378,10 +378,11 @@ def _list(rows: Iterable[str]) -> str:
 
 
 def _of_answer(table: Table) -> str:
-    """Write a table of an answer; the states of limits have their colours."""
-    rows = [tuple(map(typeset, row)) for row in table.rows]
+    """Write a table of an answer, without the margins, for which a phone has no room; the states of limits have their colours."""
+    kept = [place for place, name in enumerate(table.headings) if name != "limit/value"]
+    rows = [tuple(typeset(row[place]) for place in kept) for row in table.rows]
     states = table.looks.get(0) == "state" and {row[0] for row in rows} <= CLASSES.keys()
-    return _table(table.headings, rows, states=states)
+    return _table([table.headings[place] for place in kept], rows, states=states)
 
 
 def _table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, states: bool = False) -> str:
