@@ -11,6 +11,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.shown import FEWEST, ROUNDING, enough, fastest_frequency, shows
 from electrovib.solve.electrics.attraction import pressed_states
+from electrovib.solve.electrics.solution import STRETCH
 from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of
 
@@ -59,8 +60,13 @@ def _real_contact(scenario: Scenario, variables: dict[str, Any]) -> tuple[Diagno
     surface = scenario.contact.surface
     if surface is None or "real_contact_area" not in variables:
         return ()
-    real, gross = (np.asarray(variables[f"{name}_contact_area"][1]) for name in ("real", "gross"))
-    return surface.diagnostics(np.divide(real, gross, out=np.zeros_like(real), where=gross > 0))
+    real, gross = (np.ravel(variables[f"{name}_contact_area"][1]) for name in ("real", "gross"))
+    ends = list[float]()
+    for at in range(0, real.size, STRETCH):  # a long record would take memory for each step of this
+        share = real[at : at + STRETCH] / np.maximum(gross[at : at + STRETCH], np.finfo(float).tiny)
+        touching = share[share > 0]
+        ends += [float(touching.min()), float(touching.max())] if touching.size else []
+    return surface.diagnostics(np.array(ends))
 
 
 def _off_the_plate(scenario: Scenario, times: Real) -> list[Diagnostic]:
