@@ -211,7 +211,9 @@ def fit_contact(
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
-    loads, capacitances, _ = read_points(files, x=load, y=capacitance, **entries)
+    loads, capacitances, _ = read_points(
+        files, x=load, y=capacitance, named=("--load", "--capacitance"), kinds=("N", "F"), **entries
+    )
     found = fit_contact(
         options.changed(scenario, set),
         load=loads,
