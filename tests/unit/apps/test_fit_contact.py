@@ -66,7 +66,7 @@ def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
             "--body: modulos is none of modulus, poisson. Did you mean 'modulus'?",
         ),
         ("--body soft", "--body = soft: expected a table { modulus, poisson }"),
-        ("--body '{ modulus = -1 }'", "modulus"),
+        ("--body '{ modulus = -1 }'", "--body.modulus = -1"),
         ("--draws 0", "draws = 0"),
         ("-o out.gif", "written as"),
         ("--points 2048 --draws 32", "would take about"),
@@ -82,6 +82,7 @@ def test_a_spectrum_that_is_not_whole_is_refused(asked, refused):
     short = asked.replace(', shortest = "0.25 mm"', "")
     assert "--roughness" in refused(short)
     assert "without shortest" in refused(short)
+    assert "--roughness.hurst = 2.0: a Hurst exponent" in refused(asked.replace("0.8", "2.0"))
 
 
 def test_columns_of_other_units_are_refused_by_their_option(here, asked, refused):
