@@ -43,6 +43,12 @@ def test_what_is_printed_and_written_is_what_the_functions_return(here, asked, s
     predicted = found.predict(voltage=[20.0, 40.0], measured=[0.03, 0.13])
     for line in (*found.document.sentences, *predicted.document.sentences):
         assert line in out
+    labels = [curve.label for curve in predicted.document.figures[0].curves]
+    assert labels == [
+        "draws",
+        "predicted, with the range of draws",
+        "measured",
+    ]  # a band has no legend of its own
     rows = table(here / "out.csv")
     np.testing.assert_allclose([float(row["force"]) for row in rows], predicted.force)
     np.testing.assert_allclose([float(row["draw 2"]) for row in rows], predicted.forces[1])

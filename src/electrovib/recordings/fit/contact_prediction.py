@@ -152,7 +152,9 @@ class ContactPrediction(Answer):
         low, high = self.forces.min(axis=0), self.forces.max(axis=0)
         curves = [
             Curve(label="draws", x=self.voltage, y=low, upper=high, kind="band", look=0),
-            Curve(label="predicted", x=self.voltage, y=self.force, kind="bold", look=0),
+            Curve(
+                label="predicted, with the range of draws", x=self.voltage, y=self.force, kind="bold", look=0
+            ),
         ]
         if self.measured is not None:
             curves.append(Curve(label="measured", x=self.voltage, y=self.measured, kind="points", look=1))
