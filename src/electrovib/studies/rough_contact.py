@@ -27,7 +27,7 @@ from electrovib.solve.equilibrium.of_scenario import (
     largest_voltage,
     uniform_stack,
 )
-from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages
+from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages, refuse_beyond_budget
 
 MOST_VOLTAGES: Final = 64
 HIGHEST: Final = 1e6
@@ -337,7 +337,7 @@ def rough_contact(
     ------
     InputError
         If the gap is missing or conducts, nothing blocks, the body floats, the area grows with the force, or the grid is too
-        coarse.
+        coarse, or beyond the budget of time and memory.
     ElectrovibError
         If the contact does not come to rest, which the message explains.
 
@@ -369,6 +369,7 @@ def rough_contact(
     voltages = _voltages(largest_voltage(known) if voltage is None else voltage)
     solve = _solver(stack, body, roughness.longest, voltages)
     count = roughness.points(points)
+    refuse_beyond_budget(count, 2 * voltages.size, kept=voltages.size)  # a half of them on coarser grids
     smooth = roughness.without_shortest_octave()
     shape = (count, count)
     heights, even = (each.heights(shape, (roughness.longest,) * 2, seed=seed) for each in (roughness, smooth))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.core.errors import InputError
 
 SINE = "bau_2010/sine"
 LOADS, CAPACITANCES = [0.1, 0.3, 1.0, 3.0], [255.0, 280.0, 330.0, 420.0]
@@ -42,6 +43,12 @@ def test_what_is_printed_and_written_is_what_the_functions_return(here, asked, s
     predicted = found.predict(voltage=[20.0, 40.0], measured=[0.03, 0.13])
     for line in (*found.document.sentences, *predicted.document.sentences):
         assert line in out
+    labels = [curve.label for curve in predicted.document.figures[0].curves]
+    assert labels == [
+        "draws",
+        "predicted, with the range of draws",
+        "measured",
+    ]  # a band has no legend of its own
     rows = table(here / "out.csv")
     np.testing.assert_allclose([float(row["force"]) for row in rows], predicted.force)
     np.testing.assert_allclose([float(row["draw 2"]) for row in rows], predicted.forces[1])
@@ -65,9 +72,10 @@ def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
             "--body: modulos is none of modulus, poisson. Did you mean 'modulus'?",
         ),
         ("--body soft", "--body = soft: expected a table { modulus, poisson }"),
-        ("--body '{ modulus = -1 }'", "modulus"),
+        ("--body '{ modulus = -1 }'", "--body.modulus = -1"),
         ("--draws 0", "draws = 0"),
         ("-o out.gif", "written as"),
+        ("--points 2048 --draws 32", "would take about"),
     ],
 )
 def test_what_is_wrong_is_one_sentence(asked, refused, wrong, words):
@@ -80,3 +88,31 @@ def test_a_spectrum_that_is_not_whole_is_refused(asked, refused):
     short = asked.replace(', shortest = "0.25 mm"', "")
     assert "--roughness" in refused(short)
     assert "without shortest" in refused(short)
+    assert "--roughness.hurst = 2.0: a Hurst exponent" in refused(asked.replace("0.8", "2.0"))
+
+
+def test_columns_of_other_units_are_refused_by_their_option(here, asked, refused):
+    """A voltage is no capacitance; a mass that weighs on a load column is the force of its weight."""
+    (here / "v.csv").write_text("load (N);C (V)\n0.1;255e-12\n0.3;280e-12\n1;330e-12\n3;420e-12\n")
+    told = refused(asked.replace("c.csv", "v.csv").replace("C (pF)", "C"))
+    assert "--capacitance = C: it is in 'V', but a capacitance is needed" in told
+    told = refused(
+        asked.replace("--load 'load (N)'", "--load 'C (pF)'").replace("'C (pF)' --r", "'load (N)' --r")
+    )
+    assert "--load = C: it is in 'pF', but a force is needed" in told
+    assert "--load = gone: the file has no such column" in refused(asked.replace("'load (N)'", "gone"))
+
+
+def test_contacts_beyond_the_budget_are_refused_before_they_are_solved(asked, refused):
+    words = "this contact would take about"
+    assert words in refused(f"--budget '0.01 s' {asked}")
+    with ev.budget(memory="0.1 MB"), pytest.raises(InputError, match=words):
+        fitted({})
+    found = fitted({})
+    with ev.budget(time=0.01), pytest.raises(InputError, match=words):
+        found.predict(voltage=np.linspace(1, 50, 64))
+    rough = ev.SelfAffine(rms=1e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)
+    with pytest.raises(InputError, match=words):
+        ev.rough_contact(
+            SINE, roughness=rough, body=ev.Elastic(modulus=1e6), points=2048, voltage=np.arange(64.0)
+        )

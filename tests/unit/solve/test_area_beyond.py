@@ -1,6 +1,7 @@
 """The share of a rough contact whose film is above its strength: against closed forms, and that it loosens no limit."""
 
 import math
+from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
@@ -10,7 +11,9 @@ from tests.contract.test_closed_gap import CLOSED, LARGEST, SCREEN, STRENGTH, TH
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FittedSurface, PerssonSurface
-from electrovib.physics.roughness import PullingSpots
+from electrovib.physics.contact.attraction import RoughAttraction
+from electrovib.physics.roughness import GaussianGaps, PullingSpots
+from electrovib.solve.diagnostics.area_beyond import area_beyond, pressed_gaps
 
 PERMITTIVITY = 3.9
 STIFF = {"modulus": 2e7, "rms_slope": 1.0, "rms_gap": 1e-5, "pressure_factor": 0.1, "decay_factor": 0.46}
@@ -109,3 +112,34 @@ def test_the_share_of_narrow_gaps_is_the_sum_of_the_density(model):
     )  # midpoint rule beside gap 0
     assert share == pytest.approx(NormalDist().cdf(1 - float(gaps.mean) / width), rel=1e-9)
     assert math.isclose(float(gaps.contact_fraction), float(model.real_share(np.asarray(1e4))), rel_tol=1e-9)
+
+
+def test_a_check_does_not_end_at_a_surface_that_no_distribution_describes():
+    """So soft, and so wide its decay, that more than half of it touches at every gap, or the least gap is 0 by rounding."""
+    wide = {"modulus": 1e2, "rms_slope": 1e-6, "rms_gap": 1e-2, "pressure_factor": 1e3, "decay_factor": 10.0}
+    _, judged = closed({"contact.surface": {"model": "PerssonSurface", **wide}})
+    assert judged.area == 1
+    assert "where the contact falls shut" in judged.text
+    thin = RoughAttraction(voltage=0.0, electrical_thickness=5e-10, surface=None, spots=PullingSpots())
+    far = PerssonSurface(
+        modulus=2.9e3, rms_slope=0.32, rms_gap=5.9e-3, pressure_factor=1.06e-4, decay_factor=2.7
+    )
+    assert pressed_gaps(far, replace(thin, surface=far), 4.7e-5) == (None, True)
+
+
+def test_a_gap_far_from_the_spots_keeps_the_voltage_off_the_film():
+    """Of few spots the gaps of the power 4/3 reach further than their mean and nine rms: the share is that of the law."""
+    gaps = GaussianGaps(mean=9.0e-6, rms=1e-6, power=4 / 3)
+    scenario = ev.load(
+        BARE,
+        changes={
+            "force": {"model": "Persson2018RoughGap", "mean_gap": 9e-6, "rms_gap": 1e-6, "power": 4 / 3}
+        },
+    )
+    found = area_beyond(
+        scenario, lambda gap: 1e-5 / gap, strength=1e-5 / 1.85e-5, voltage=1.0, electrical_thickness=1e-6
+    )
+    assert found is not None
+    assert found[0] == pytest.approx(float(gaps.share_up_to(1.85e-5)), rel=1e-6)
+    assert found[0] < 0.6
+    assert "no gap" not in found[1]

@@ -1,5 +1,7 @@
 """``electrovib fit-material``, ``fit-power-law`` and ``fit-contact``: fits of tables."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -211,7 +213,9 @@ def fit_contact(
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
-    loads, capacitances, _ = read_points(files, x=load, y=capacitance, **entries)
+    loads, capacitances, _ = read_points(
+        files, x=load, y=capacitance, named=("--load", "--capacitance"), kinds=("N", "F"), **entries
+    )
     found = fit_contact(
         options.changed(scenario, set),
         load=loads,
@@ -240,7 +244,8 @@ def _roughness(text: str) -> "SelfAffine":
     found = _table("--roughness", text, ("rms", *needed))
     if missing := [name for name in needed if name not in found]:
         raise InputError(f"without {', '.join(missing)}", path="--roughness", value=text)
-    return SelfAffine(**{"rms": 1e-6} | found)
+    with _of_option("--roughness"):
+        return SelfAffine(**{"rms": 1e-6} | found)
 
 
 def _body(text: str | None) -> "Elastic":
@@ -248,7 +253,17 @@ def _body(text: str | None) -> "Elastic":
     from electrovib.physics.half_space import Elastic
 
     found = _table("--body", text, ("modulus", "poisson")) if text else {}
-    return Elastic(**{"modulus": 1e6} | found)
+    with _of_option("--body"):
+        return Elastic(**{"modulus": 1e6} | found)
+
+
+@contextmanager
+def _of_option(option: str) -> Iterator[None]:
+    """Name the option in whose table a value is refused."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError([problem.within(option) for problem in error.problems]) from None
 
 
 def _table(option: str, text: str, known: tuple[str, ...]) -> dict[str, Any]:

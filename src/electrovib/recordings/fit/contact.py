@@ -30,7 +30,7 @@ from electrovib.recordings.interval import Interval, student
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics
 from electrovib.solve.equilibrium.of_scenario import BlockingStack, closed_diagnostics, uniform_stack
-from electrovib.solve.rough_contact import Loaded
+from electrovib.solve.rough_contact import Loaded, refuse_beyond_budget
 
 REDUCED_LOADS: Final = np.geomspace(1e-4, 1e2, 31)
 """Pressures over E* rms/longest: from a few summits that touch to a contact that is nearly closed."""
@@ -109,7 +109,7 @@ class ContactFit(Answer):
         Raises
         ------
         InputError
-            If a voltage is 0 or not finite, or a measured force is not above 0.
+            If a voltage is 0 or not finite, a measured force is not above 0, or the contacts are beyond the budget.
         ElectrovibError
             If a contact does not come to rest, which the message explains.
 
@@ -124,15 +124,19 @@ class ContactFit(Answer):
         voltages = np.atleast_1d(np.asarray(voltage, dtype=float))
         seen = None if measured is None else np.atleast_1d(np.asarray(measured, dtype=float))
         _check_prediction(stack, voltages, seen)
-        rests = [each.rests(stack, voltages.tolist(), self.points) for each in self.draws]
-        widest = max(float(rest.gap.max()) for of_draw in rests for rest in of_draw)
+        count = self.roughness.points(self.points)
+        refuse_beyond_budget(count, len(self.draws) * voltages.size, kept=voltages.size)
+        found = [each.attractions(stack, voltages.tolist(), count) for each in self.draws]
         return ContactPrediction(
             stack=stack,
             voltage=voltages,
-            forces=stack.area * np.array([[rest.mean_attraction for rest in each] for each in rests]),
+            forces=stack.area * np.array([pulls for pulls, _ in found]),
             measured=seen,
             diagnostics=closed_diagnostics(
-                known, stack, voltage=float(np.abs(voltages).max()), widest=widest
+                known,
+                stack,
+                voltage=float(np.abs(voltages).max()),
+                widest=max(widest for _, widest in found),
             ),
         )
 
@@ -225,8 +229,8 @@ def fit_contact(
     Raises
     ------
     InputError
-        If a capacitance is above that of the layers alone, the data do not determine both numbers, or the scenario is one that
-        `rough_contact` refuses.
+        If a capacitance is above that of the layers alone, the data do not determine both numbers, the contacts are beyond the
+        budget, or the scenario is one that `rough_contact` refuses.
 
     Notes
     -----
@@ -251,6 +255,7 @@ def fit_contact(
     loads, measured = _points(load, capacitance, stack)
     if not 1 <= draws <= MOST_DRAWS:
         raise InputError(f"draws = {draws}: expected 1 to {MOST_DRAWS}, for instance 4")
+    refuse_beyond_budget(roughness.points(points), draws * REDUCED_LOADS.size)
     estimates, fitted, found = [], [], []
     for each in range(seed, seed + draws):
         estimate, values = _estimate(

@@ -17,7 +17,7 @@ from electrovib.data.marks import Form, csv_text
 from electrovib.physics.half_space import Elastic
 from electrovib.physics.topography import SelfAffine
 from electrovib.solve.equilibrium.of_scenario import BlockingStack
-from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages
+from electrovib.solve.rough_contact import Loaded, follow_voltages
 
 
 class FittedDraw(NamedTuple):
@@ -27,16 +27,19 @@ class FittedDraw(NamedTuple):
     roughness: SelfAffine
     body: Elastic
 
-    def rests(self, stack: BlockingStack, voltages: Sequence[float], points: int | None) -> tuple[Rest, ...]:
-        """Return the contact at each voltage [V], which it goes through in this order."""
-        count, period = self.roughness.points(points), self.roughness.longest
+    def attractions(
+        self, stack: BlockingStack, voltages: Sequence[float], count: int
+    ) -> tuple[list[float], float]:
+        """Return the attraction [Pa] at each voltage [V] in this order, on so many points, and the widest gap [m]."""
+        period = self.roughness.longest
         loaded = Loaded(
             heights=self.roughness.heights((count, count), (period, period), seed=self.seed),
             periods=(period, period),
             compliance=self.body.compliance,
             pressure=stack.pressure,
         )
-        return follow_voltages(loaded, voltages, electrical_thickness=stack.electrical_thickness)
+        rests = follow_voltages(loaded, voltages, electrical_thickness=stack.electrical_thickness)
+        return [rest.mean_attraction for rest in rests], max(float(rest.gap.max()) for rest in rests)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -149,7 +152,9 @@ class ContactPrediction(Answer):
         low, high = self.forces.min(axis=0), self.forces.max(axis=0)
         curves = [
             Curve(label="draws", x=self.voltage, y=low, upper=high, kind="band", look=0),
-            Curve(label="predicted", x=self.voltage, y=self.force, kind="bold", look=0),
+            Curve(
+                label="predicted, with the range of draws", x=self.voltage, y=self.force, kind="bold", look=0
+            ),
         ]
         if self.measured is not None:
             curves.append(Curve(label="measured", x=self.voltage, y=self.measured, kind="points", look=1))

@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.core.errors import InputError, gathered
+from electrovib.core.units import KINDS
 from electrovib.data.marks import Form, csv_text
 from electrovib.data.recorded import column_of
 from electrovib.data.registry import read_recorded
@@ -244,18 +245,24 @@ def read_points(
     reader: str = "",
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
+    named: tuple[str, str] = ("x", "y"),
+    kinds: tuple[str, str] | None = None,
 ) -> tuple[Real, Real, list[str]]:
-    """Read x, y, both in SI, and the session, by default the file, of each point of a power law from tables."""
+    """Read x, y, both in SI, and the session, by default the file, of each point of a power law from tables.
+
+    Errors call both columns as `named`; `kinds` are their units, of which others are refused.
+    """
     problems = [f"{path}: is given twice; omit one" for path in dict.fromkeys(files) if files.count(path) > 1]
     if x == y:
-        problems.append(f"x, y: both are the column {x!r}; a power law relates two")
+        problems.append(f"{', '.join(named)}: both are the column {x!r}; two are needed")
     rows: list[tuple[Real, Real]] = []
     names: list[str] = []
     for path in map(Path, files):
         with gathered(problems):
             recorded = read_recorded(path, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
             along, values = (
-                _in_si(column_of(recorded, stated, option=option)) for option, stated in (("x", x), ("y", y))
+                _in_si(column_of(recorded, stated, option=option), option, kind)
+                for option, stated, kind in zip(named, (x, y), kinds or ("", ""), strict=True)
             )
             kept = np.isfinite(along) & np.isfinite(values)
             own = [path.name if len(files) == 1 or path.name not in names else str(path)] * int(kept.sum())
@@ -271,11 +278,15 @@ def read_points(
     return first, second, names
 
 
-def _in_si(column: DataColumn) -> Real:
-    """Convert a column from its unit; one without a unit is taken as SI."""
+def _in_si(column: DataColumn, option: str, kind: str) -> Real:
+    """Convert a column from its unit, which must be of a kind unless that is empty; one without a unit is taken as SI."""
     if not column.unit:
         return column.values
     known = kind_and_factor(column.unit)
     if known is None:
         raise InputError(f"column '{column.name}': the unit '{column.unit}' is not known")
+    if kind and known[0] != kind:
+        raise InputError(
+            f"{option} = {column.name}: it is in '{column.unit}', but {KINDS[kind][0]} is needed; name another column"
+        )
     return np.asarray(column.values * known[1])

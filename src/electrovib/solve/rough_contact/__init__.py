@@ -26,3 +26,4 @@ from electrovib.solve.rough_contact.potential import Local as Local
 from electrovib.solve.rough_contact.potential import MaxwellStress as MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded as Loaded
 from electrovib.solve.rough_contact.rest import Rest as Rest
+from electrovib.solve.rough_contact.rest import refuse_beyond_budget as refuse_beyond_budget

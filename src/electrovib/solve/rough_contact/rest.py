@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from electrovib.core.arrays import Real
+from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve.rough_contact.attracted import attract
 from electrovib.solve.rough_contact.cell import Cell, Compliance
@@ -21,6 +22,23 @@ ROUGH = 1e-4
 
 EVEN = 1e-3
 """Rms height, over how far the load bends the spring, below which surfaces are even."""
+
+OF_A_POINT = 1e-6
+"""Computing time of a point of a contact [s], within a factor of two from 512 points along a side on."""
+HELD = 30
+"""Maps that the solver holds at once."""
+
+
+def refuse_beyond_budget(points: int, contacts: int, *, kept: int = 0) -> None:
+    """Refuse so many contacts of so many points along a side, of which some are kept with their maps, beyond the budget."""
+    what = f"{contacts} contacts of {points} x {points} points"
+    work = Work(
+        what=what,
+        time=OF_A_POINT * contacts * points**2,
+        memory=8.0 * points**2 * (HELD + 3 * kept),
+        remedy="ask for fewer points, draws or voltages",
+    )
+    refuse_beyond([work], what="this contact")
 
 
 class Transforms(NamedTuple):
