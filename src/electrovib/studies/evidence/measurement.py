@@ -79,6 +79,8 @@ class Measurement:
     - `unknown`: dotted path to the distribution of what the publication does not print, as in a space file, with the
       source of the range; `of_model` the same for parameters that one model alone has, by its name, and None for a
       layer of the set-up that this model replaces, such as ``stack.gap`` for a law with gaps of its own.
+    - `calibrated_by`: other measurements of the same set-up by name, each of which alone calibrates a model before it
+      predicts this one; `calibrated_at`: values of `at` that calibrate the others.
     - `made`: names of models that were made from these numbers, which they cannot judge.
     - `judges`: path of the model whose candidates are compared, ``force`` for the laws.
     - `how`: one of `HOW`; `status`: how the publication was read.
@@ -107,6 +109,8 @@ class Measurement:
     at: tuple[float, ...] = ()
     unknown: Mapping[str, Any] = field(default_factory=dict)
     of_model: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    calibrated_by: Mapping[str, Measurement] = field(default_factory=dict)
+    calibrated_at: tuple[float, ...] = ()
     made: tuple[str, ...] = ()
     judges: str = "force"
     note: str = ""
@@ -143,6 +147,7 @@ class Measurement:
             )
             if wrong
         ]
+        problems += _calibration_problems(self)
         with gathered(problems):
             if not callable(self.quantity):
                 check_unit(self.unit, self.quantity, self.per, self.scale, self.scenario)
@@ -182,3 +187,41 @@ def numbers_of(name: str, measured: Measurement) -> frozenset[tuple[str, ...]]:
     if measured.error_of:
         return frozenset({(measured.group, measured.source, measured.error_of)})
     return frozenset((name, str(place)) for place in range(len(measured.values)))
+
+
+def _calibration_problems(measured: Measurement) -> list[str]:
+    """Say what cannot calibrate: bounds, models of another place, and other ranges of what is not printed."""
+    problems = []
+    if at := [each for each in measured.calibrated_at if each not in measured.at]:
+        problems.append(
+            f"calibrated_at = {at[0]:g}: it is none of at, {', '.join(f'{x:g}' for x in measured.at)}"
+        )
+    elif measured.calibrated_at and set(measured.at) <= set(measured.calibrated_at):
+        problems.append("calibrated_at: it leaves no value to predict; name fewer of at")
+    if measured.calibrated_at and measured.bound:
+        problems.append(f"calibrated_at: values that are '{measured.bound}' cannot calibrate")
+    for name, by in measured.calibrated_by.items():
+        if by.bound:
+            problems.append(f"calibrated_by: values of '{name}' that are '{by.bound}' cannot calibrate")
+        if by.judges != measured.judges:
+            problems.append(
+                f"calibrated_by: '{name}' judges {by.judges} and not {measured.judges}; name one that judges the same"
+            )
+        pairs = [("unknown", measured.unknown, by.unknown)]
+        pairs += [
+            (f"of_model.{model}", own, by.of_model.get(model, {})) for model, own in measured.of_model.items()
+        ]
+        problems += [
+            f"calibrated_by: '{name}' draws {where}.{path} from another range; state the same one"
+            for where, own, other in pairs
+            for path in own.keys() & other.keys()
+            if _range(own[path]) != _range(other[path])
+        ]
+    return problems
+
+
+def _range(table: Any) -> Any:
+    """Return a distribution without the words about its origin."""
+    if not isinstance(table, Mapping):
+        return table
+    return {name: each for name, each in table.items() if name not in {"choice", "source", "status"}}
