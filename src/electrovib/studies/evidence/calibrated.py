@@ -6,7 +6,7 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,8 +28,8 @@ ENOUGH: Final = 20.0
 """Effective number from which on no more are drawn."""
 TIMES: Final = (1, 4, 16, 64)
 """Numbers of draws, over that of a prediction, one after the other until there are enough that agree."""
-PROMISING: Final = 16
-"""The same, after which no more are drawn if none agrees."""
+HOPELESS: Final = 10.0
+"""Deviations of the closest draw, beyond which the last and largest number is not tried."""
 UNLIKELY: Final = 1e-3
 """Probability of a worse misfit, by the spread of the measurement, below which the closest draw contradicts it."""
 
@@ -56,15 +56,16 @@ class Calibrated:
 
 @dataclass(frozen=True)
 class _Weighted:
-    """Draws (n,) by path, each as often as its weight has it; of how many, and how many of them count."""
+    """Draws (n,) by path, each as often as its weight has it, and their ranges; of how many, and how many of them count."""
 
+    tables: Mapping[str, Any]
     columns: Mapping[str, Real]
     draws: int
     effective: float
     why: str
 
 
-_NONE: Final = _Weighted({}, 0, 0.0, "")
+_NONE: Final = _Weighted({}, {}, 0, 0.0, "")
 
 
 def calibrated_predictions(
@@ -85,7 +86,7 @@ def calibrated_predictions(
                         known[label, one.model] = _weighted(by, one.model, n=n, seed=seed)
                     weighted = known[label, one.model]
                     why = weighted.why
-                    score = None if why else _score(name, rest, one.model, weighted, seed=seed)
+                    score = None if why else _score(name, rest, one.model, weighted, n=n, seed=seed)
                 except ElectrovibError as error:
                     why = error.problems[0].reason
                 prior = judge(name, rest, ModelPrediction(one.model, one.values[:, kept]))
@@ -115,11 +116,14 @@ def _part(measured: Measurement, places: Sequence[int]) -> Measurement:
 
 def _weighted(by: Measurement, model: str, *, n: int, seed: int) -> _Weighted:
     """Draw what is not printed of a candidate until enough of it agrees with a measurement."""
+    from scipy.special import chdtrc
+
     if model in by.made:
         raise InputError("it was made from the numbers that calibrate")
     scenario, tables = set_up(by, model, candidates(by)[model])
     if not tables:
         raise InputError("nothing is open that could be calibrated")
+    count_of = len(numbers_of("", by))
     space, squares = read_space(scenario, {"space": tables}), np.empty(0)
     for times in TIMES:
         count = times * n - len(squares)
@@ -128,18 +132,18 @@ def _weighted(by: Measurement, model: str, *, n: int, seed: int) -> _Weighted:
         weights = np.exp(-0.5 * (squares - squares.min()))
         weights /= weights.sum()
         effective = float(1 / np.sum(weights**2))
-        contradicted = _chance(by, squares.min()) < UNLIKELY
-        if times >= PROMISING if contradicted else effective >= ENOUGH:
+        off = math.sqrt(squares.min() / count_of)
+        contradicted = chdtrc(count_of, squares.min()) < UNLIKELY
+        if (times == TIMES[-2] and off > HOPELESS) if contradicted else effective >= ENOUGH:
             break
     why = ""
     if contradicted:
-        off = math.sqrt(squares.min() / len(numbers_of("", by)))
         why = f"it contradicts all {len(squares)} draws: the closest is {off:.2g} deviations off"
     elif effective < LEAST:
         why = f"{effective:.2g} effective of {len(squares)} draws are too few to be trusted"
     chosen = np.searchsorted(np.cumsum(weights), (np.arange(n) + 0.5) / n).clip(max=len(squares) - 1)
     columns = {path: column[chosen] for path, column in space.draw(seed, 0, len(squares)).items()}
-    return _Weighted(columns, len(squares), effective, why)
+    return _Weighted(tables, columns, len(squares), effective, why)
 
 
 def _squares(by: Measurement, values: Real) -> Real:
@@ -150,20 +154,13 @@ def _squares(by: Measurement, values: Real) -> Real:
     return found
 
 
-def _chance(by: Measurement, squares: float) -> float:
-    """Return the probability of a larger sum of squares by the spread alone."""
-    from scipy.special import chdtrc
-
-    return float(chdtrc(len(numbers_of("", by)), squares))
-
-
-def _score(name: str, measured: Measurement, model: str, weighted: _Weighted, *, seed: int) -> Score:
+def _score(name: str, measured: Measurement, model: str, weighted: _Weighted, *, n: int, seed: int) -> Score:
     """Judge a prediction in which what was calibrated is drawn by weight, and anything else from its range."""
     scenario, tables = set_up(measured, model, candidates(measured)[model])
-    n = len(next(iter(weighted.columns.values())))
-    draws = read_space(scenario, {"space": tables}).draw(seed, 0, n) if tables else {}
-    if not (common := draws.keys() & weighted.columns.keys()):
-        raise InputError("it has nothing in common with what calibrates")
+    common = [path for path, each in tables.items() if weighted.tables.get(path) == each]
+    if not common:
+        raise InputError("no range of what is not printed is the same as in what calibrates")
+    draws = read_space(scenario, {"space": tables}).draw(seed, 0, n)
     values = values_of(measured, scenario, draws | {path: weighted.columns[path] for path in common}, n)
     if not np.all(np.isfinite(values)):
         raise InputError("the law gives no number for some of the calibrated draws")
@@ -173,60 +170,51 @@ def _score(name: str, measured: Measurement, model: str, weighted: _Weighted, *,
 def sentence(found: Sequence[Calibrated]) -> str:
     """Say how many calibrations are possible, and the medians of factor and width without and with them."""
     both = [(each.prior, each.score) for each in found if each.score]
-    said = f"Calibrated on another quantity, voltage or load of its set-up: {len(both)} of {len(found)} predictions"
+    said = f"Calibrated on a part of their set-up, {len(both)} of {len(found)} predictions are possible"
     if not both:
-        return f"{said}, the others are not possible."
+        return f"{said}."
     factors, widths = (
-        [float(np.median([number(each[place]) for each in both])) for place in (0, 1)]
-        for number in (lambda each: typical_factor([each]), lambda each: each.width)
+        np.median([[number(one) for one in each] for each in both], axis=0)
+        for number in (_factor, operator.attrgetter("width"))
     )
     return (
-        f"{said}; medians of the typical factor {factors[0]:.3g} before and {factors[1]:.3g} after, of the width"
+        f"{said}; medians of their typical factor {factors[0]:.3g} before and {factors[1]:.3g} after, of their width"
         f" {widths[0]:.2g} decades before and {widths[1]:.2g} after."
     )
 
 
 def table(found: Sequence[Calibrated]) -> Table:
     """Set every candidate without and with its calibration side by side."""
+    columns: dict[str, Callable[[Score], str]] = {
+        "typical factor": lambda each: f"{_factor(each):.3g}",
+        "width": lambda each: f"{each.width:.2f}",
+        "within 90 %": lambda each: f"{100 * each.covered:.0f} %",
+        "score": lambda each: f"{each.score:.2f}",
+    }
     rows = tuple(
         (
-            each.measurement,
-            each.by,
-            each.model,
-            _change(each, lambda score: f"{typical_factor([score]):.3g}"),
-            _change(each, lambda score: f"{score.width:.2f}"),
-            _change(each, lambda score: f"{100 * score.covered:.0f} %"),
-            _change(each, lambda score: f"{score.score:.2f}"),
+            *(each.measurement, each.by, each.model),
+            *(f"{text(each.prior)} → {text(each.score) if each.score else '–'}" for text in columns.values()),
             each.why or f"{each.effective:.3g} of {each.draws}",
         )
         for each in found
     )
-    headings: tuple[str, ...] = ("measurement", "calibrated by", "law or model", "typical factor", "width")
-    headings += ("within 90 %", "score", "effective draws, or why it is not possible")
-    caption = (
-        "Before, with what is not printed drawn from its ranges, and after, weighted by what calibrates."
-    )
+    headings = ("measurement", "calibrated by", "law or model", *columns, "effective draws, or why not")
+    caption = "Before, with what is not printed drawn from its ranges → after, weighted by what calibrates."
     return Table("Calibrated predictions", headings, rows, caption=caption, looks={7: "words"}, folded=True)
 
 
-def _change(each: Calibrated, text: Callable[[Score], str]) -> str:
-    return f"{text(each.prior)} → {text(each.score) if each.score else '–'}"
+def _factor(each: Score) -> float:
+    return typical_factor([each])
 
 
 def csv_of(found: Sequence[Calibrated]) -> str:
-    """Write typical factor, width, coverage and score, each without and with the calibration, as CSV."""
-    numbers: dict[str, Callable[[Score], float]] = {
-        "typical_factor": lambda each: typical_factor([each]),
-        **{name: operator.attrgetter(name) for name in ("width", "covered", "score")},
-    }
+    """Write the scores without and with the calibration, NaN where it is not possible, as CSV."""
     own = ["measurement", "by", "model", "draws", "effective", "why"]
+    numbers = ["ratio", "low", "high", "width", "covered", "score"]
     rows = [
         [getattr(each, name) for name in own]
-        + [
-            number(one) if one else math.nan
-            for number in numbers.values()
-            for one in (each.prior, each.score)
-        ]
+        + [getattr(one, name, math.nan) for one in (each.prior, each.score) for name in numbers]
         for each in found
     ]
-    return csv_text([*own, *(f"{name}_{when}" for name in numbers for when in ("before", "after"))], rows)
+    return csv_text([*own, *(f"{name}_{when}" for when in ("before", "after") for name in numbers)], rows)

@@ -103,7 +103,7 @@ def _of_file(content: dict[str, Any], path: Path) -> dict[str, Measurement]:
                 found[key], calibrating[key] = _measurement(stated), stated.calibrated_by
     for key, by in calibrating.items() if not problems else ():
         with gathered(problems, within=f"measurements.{key.removeprefix(f'{name}/')}"):
-            found[key] = replace(found[key], calibrated_by=_named(by, found, name))
+            found[key] = replace(found[key], calibrated_by=_named(by, path.stem, name, found))
     if "measurements" in content:
         told = map(Problem.read, problems)
         problems = [Problem(each.reason, path=f"{path.name}: {each.path}", value=each.value) for each in told]
@@ -111,18 +111,16 @@ def _of_file(content: dict[str, Any], path: Path) -> dict[str, Measurement]:
     return found
 
 
-def _named(names: Sequence[str], found: Mapping[str, Measurement], file: str) -> dict[str, Measurement]:
-    """Return other measurements of a file by their names."""
-    known = {key.removeprefix(f"{file}/"): key for key in found}
-    problem = "no measurement of this file."
-    refuse(
-        [
-            Problem(f"{problem}{nearest(each, known)}", path="calibrated_by", value=each)
-            for each in names
-            if each not in known
-        ]
-    )
-    return {known[each]: found[known[each]] for each in names}
+def _named(
+    names: Sequence[str], stem: str, file: str, found: Mapping[str, Measurement]
+) -> dict[str, Measurement]:
+    """Return other measurements of a file, stem/name, by their names."""
+    known = {key.removeprefix(f"{file}/"): each for key, each in found.items()}
+    for name in names:
+        if name not in known:
+            why = f"no measurement of this file.{nearest(name, known)}"
+            raise InputError(why, path="calibrated_by", value=name)
+    return {f"{stem}/{name}": known[name] for name in names}
 
 
 def _with_files(content: Mapping[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
@@ -324,7 +322,7 @@ def import_measurement(
     content = {name: each for name, each in entries.items() if name != "schema"}
     stated = entries_of(content, columns)
     _, unit, of_over = _set_up(stated)
-    _named(stated.calibrated_by, {}, "")
+    _named(stated.calibrated_by, "", "", {})
     recorded = read_recorded(
         place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
     )

@@ -190,38 +190,13 @@ def numbers_of(name: str, measured: Measurement) -> frozenset[tuple[str, ...]]:
 
 
 def _calibration_problems(measured: Measurement) -> list[str]:
-    """Say what cannot calibrate: bounds, models of another place, and other ranges of what is not printed."""
-    problems = []
-    if at := [each for each in measured.calibrated_at if each not in measured.at]:
-        problems.append(
-            f"calibrated_at = {at[0]:g}: it is none of at, {', '.join(f'{x:g}' for x in measured.at)}"
-        )
-    elif measured.calibrated_at and set(measured.at) <= set(measured.calibrated_at):
-        problems.append("calibrated_at: it leaves no value to predict; name fewer of at")
-    if measured.calibrated_at and measured.bound:
-        problems.append(f"calibrated_at: values that are '{measured.bound}' cannot calibrate")
-    for name, by in measured.calibrated_by.items():
-        if by.bound:
-            problems.append(f"calibrated_by: values of '{name}' that are '{by.bound}' cannot calibrate")
-        if by.judges != measured.judges:
-            problems.append(
-                f"calibrated_by: '{name}' judges {by.judges} and not {measured.judges}; name one that judges the same"
-            )
-        pairs = [("unknown", measured.unknown, by.unknown)]
-        pairs += [
-            (f"of_model.{model}", own, by.of_model.get(model, {})) for model, own in measured.of_model.items()
-        ]
-        problems += [
-            f"calibrated_by: '{name}' draws {where}.{path} from another range; state the same one"
-            for where, own, other in pairs
-            for path in own.keys() & other.keys()
-            if _range(own[path]) != _range(other[path])
-        ]
+    """Say what cannot calibrate: values that are not there or are all there are, bounds, and models of another place."""
+    own, at = set(measured.calibrated_at), ", ".join(f"{each:g}" for each in measured.at)
+    problems = [
+        f"calibrated_by: '{name}' has bounds, or judges another model than that at {measured.judges}"
+        for name, by in measured.calibrated_by.items()
+        if by.bound or by.judges != measured.judges
+    ]
+    if own and (measured.bound or not own < set(measured.at)):
+        problems.append(f"calibrated_at: expected some of at ({at}), but not all, and no bounds")
     return problems
-
-
-def _range(table: Any) -> Any:
-    """Return a distribution without the words about its origin."""
-    if not isinstance(table, Mapping):
-        return table
-    return {name: each for name, each in table.items() if name not in {"choice", "source", "status"}}
