@@ -136,7 +136,7 @@ def test_a_calibration_that_contradicts_every_draw_or_that_too_few_reach_is_not_
     lost = calibrated(measured(calibrated_by={"c": constant(value=100.0)}))
     assert lost.score is None
     off = math.log(100.0 / 2.0) / math.sqrt(math.log1p(0.01))  # the smallest gap gives 2
-    assert lost.why == f"it contradicts all 1024 draws: the closest is {off:.2g} deviations off"
+    assert lost.why == f"it contradicts all 256 draws: the closest is {off:.2g} deviations off"
     few = calibrated(measured(calibrated_by={"c": constant(0.005)}), n=4)
     assert few.score is None
     assert few.draws == 256

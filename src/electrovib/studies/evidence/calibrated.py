@@ -29,7 +29,7 @@ ENOUGH: Final = 20.0
 TIMES: Final = (1, 4, 16, 64)
 """Numbers of draws, over that of a prediction, one after the other until there are enough that agree."""
 HOPELESS: Final = 10.0
-"""Deviations of the closest draw, beyond which the last and largest number is not tried."""
+"""Deviations of the closest draw, beyond which larger numbers than the second are not tried."""
 UNLIKELY: Final = 1e-3
 """Probability of a worse misfit, by the spread of the measurement, below which the closest draw contradicts it."""
 
@@ -134,7 +134,7 @@ def _weighted(by: Measurement, model: str, *, n: int, seed: int) -> _Weighted:
         effective = float(1 / np.sum(weights**2))
         off = math.sqrt(squares.min() / count_of)
         contradicted = chdtrc(count_of, squares.min()) < UNLIKELY
-        if (times == TIMES[-2] and off > HOPELESS) if contradicted else effective >= ENOUGH:
+        if (times > 1 and off > HOPELESS) if contradicted else effective >= ENOUGH:
             break
     why = ""
     if contradicted:
