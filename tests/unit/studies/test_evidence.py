@@ -411,7 +411,7 @@ def test_the_command_and_the_answer(tmp_path):
     assert "661 V" in str(page(beyond, "Set-ups beyond a limit"))
     ev.save(found, tmp_path / "evidence")
     tables = {file.name for file in (tmp_path / "evidence").iterdir() if file.suffix != ".pdf"}
-    assert tables == {"report.html", "laws.csv", "measurements.csv", "nulls.csv"}
+    assert tables == {"report.html", "laws.csv", "measurements.csv", "nulls.csv", "calibrated.csv"}
     assert ev.evidence({"test/forces": measured()}, n=16, seed=1).scores[0].score == found.scores[0].score
     with pytest.raises(InputError, match="Groups that measured: "):
         ev.measurements("no such word")

@@ -124,6 +124,11 @@ class Entries(BaseModel):
     of_model: dict[str, Any] = Field(
         {}, description="the same of one model, by its name; false for a layer that it replaces"
     )
+    calibrated_by: list[str] = Field(
+        [],
+        description="other measurements of this file, each of which alone calibrates a model before it predicts this one",
+    )
+    calibrated_at: Several = Field([], description="values of `at` that calibrate the others")
     made: list[str] = Field(
         [], description="models that were made from these numbers, which they cannot judge"
     )

@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,16 +93,34 @@ def _of_file(content: dict[str, Any], path: Path) -> dict[str, Measurement]:
     """Read the measurements of a file; mistakes in all of them are told together, of several with the name of the file."""
     name, found = path.with_suffix("").as_posix(), {}
     problems: list[str] = []
+    calibrating: dict[str, list[str]] = {}
     with gathered(problems):
         for part, entries in parts(content).items():
             with gathered(problems, within=f"measurements.{part}" if part else ""):
                 own = _with_files(without_schema(entries), lambda name: str(path.parent / name))
-                found[f"{name}/{part}" if part else name] = _measurement(entries_of(own))
+                stated = entries_of(own)
+                key = f"{name}/{part}" if part else name
+                found[key], calibrating[key] = _measurement(stated), stated.calibrated_by
+    for key, by in calibrating.items() if not problems else ():
+        with gathered(problems, within=f"measurements.{key.removeprefix(f'{name}/')}"):
+            found[key] = replace(found[key], calibrated_by=_named(by, path.stem, name, found))
     if "measurements" in content:
         told = map(Problem.read, problems)
         problems = [Problem(each.reason, path=f"{path.name}: {each.path}", value=each.value) for each in told]
     refuse(problems)
     return found
+
+
+def _named(
+    names: Sequence[str], stem: str, file: str, found: Mapping[str, Measurement]
+) -> dict[str, Measurement]:
+    """Return other measurements of a file, stem/name, by their names."""
+    known = {key.removeprefix(f"{file}/"): each for key, each in found.items()}
+    for name in names:
+        if name not in known:
+            why = f"no measurement of this file.{nearest(name, known)}"
+            raise InputError(why, path="calibrated_by", value=name)
+    return {f"{stem}/{name}": known[name] for name in names}
 
 
 def _with_files(content: Mapping[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
@@ -154,10 +172,12 @@ def _measurement(stated: Entries) -> Measurement:
     scenario, unit, of_over = _set_up(stated)
     of_values, of_at, problems = list[str](), list[str](), list[str]()
     at: tuple[float, ...] = ()
+    calibrated_at: tuple[float, ...] = ()
     with gathered(of_at):
         at = _numbers("at", stated.at, of_over) if stated.over else ()
         for each in at:
             scenario.replace({stated.over: each})
+        calibrated_at = _numbers("calibrated_at", stated.calibrated_at, of_over)
     with gathered(of_values):
         values, spread = _values(stated, unit, at)
     unknown = flattened(stated.unknown)
@@ -177,6 +197,7 @@ def _measurement(stated: Entries) -> Measurement:
     made = {
         "scenario": scenario, "quantity": computed.compute if computed else stated.quantity, "unit": unit, "values": values,
         "spread": spread, "at": at, "unknown": unknown, "of_model": of_model, "made": tuple(stated.made),
+        "calibrated_at": calibrated_at, "calibrated_by": {},
     }  # fmt: skip
     if stated.line and not stated.error_of:
         made["error_of"] = f"line of {stated.title}"
@@ -299,7 +320,9 @@ def import_measurement(
             f"columns.{name}: no column of a measurement.{nearest(name, COLUMNS)}" for name in wrong
         )
     content = {name: each for name, each in entries.items() if name != "schema"}
-    _, unit, of_over = _set_up(entries_of(content, columns))
+    stated = entries_of(content, columns)
+    _, unit, of_over = _set_up(stated)
+    _named(stated.calibrated_by, "", "", {})
     recorded = read_recorded(
         place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
     )

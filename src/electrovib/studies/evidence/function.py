@@ -10,6 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.solve.quantities.answer import validity
+from electrovib.studies.evidence.calibrated import calibrated_predictions
 from electrovib.studies.evidence.files import measurements
 from electrovib.studies.evidence.measurement import Measurement
 from electrovib.studies.evidence.null import null_predictions
@@ -70,11 +71,13 @@ def evidence(
     )
     Meter.of_cases("this comparison", of, count, numbers=NUMBERS, remedy="draw fewer (-n)")
     checked_seed(seed)
-    scores, refused = [], {}
+    scores, refused, predicted = [], {}, {}
     names = each_item(list(chosen))
     for name, (_, each) in zip(names, chosen.items(), strict=True):
         found, refused[name] = predict(each, n=n, seed=seed)
         scores += [judge(name, each, one) for one in found]
+        if each.calibrated_by or each.calibrated_at:
+            predicted[name] = found
     if not scores:
         raise InputError(f"{name}: {nobody(why)}" for name, why in refused.items())
     judged = {
@@ -82,9 +85,11 @@ def evidence(
         for name, each in chosen.items()
     }
     nulls = [judge(name, chosen[name], one) for name, one in null_predictions(chosen, measurements(), n=n)]
+    own = {name: chosen[name] for name in predicted}
     return Evidence(
         measured=chosen,
         scores=tuple(scores),
+        calibrated=tuple(calibrated_predictions(own, predicted, n=n, seed=seed)),
         nulls=tuple(nulls),
         refused={name: why for name, why in refused.items() if why},
         warned={name: told for name, told in judged.items() if told},

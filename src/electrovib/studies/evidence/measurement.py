@@ -79,6 +79,8 @@ class Measurement:
     - `unknown`: dotted path to the distribution of what the publication does not print, as in a space file, with the
       source of the range; `of_model` the same for parameters that one model alone has, by its name, and None for a
       layer of the set-up that this model replaces, such as ``stack.gap`` for a law with gaps of its own.
+    - `calibrated_by`: other measurements of the same set-up by name, each of which alone calibrates a model before it
+      predicts this one; `calibrated_at`: values of `at` that calibrate the others.
     - `made`: names of models that were made from these numbers, which they cannot judge.
     - `judges`: path of the model whose candidates are compared, ``force`` for the laws.
     - `how`: one of `HOW`; `status`: how the publication was read.
@@ -107,6 +109,8 @@ class Measurement:
     at: tuple[float, ...] = ()
     unknown: Mapping[str, Any] = field(default_factory=dict)
     of_model: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    calibrated_by: Mapping[str, Measurement] = field(default_factory=dict)
+    calibrated_at: tuple[float, ...] = ()
     made: tuple[str, ...] = ()
     judges: str = "force"
     note: str = ""
@@ -143,6 +147,7 @@ class Measurement:
             )
             if wrong
         ]
+        problems += _calibration_problems(self)
         with gathered(problems):
             if not callable(self.quantity):
                 check_unit(self.unit, self.quantity, self.per, self.scale, self.scenario)
@@ -182,3 +187,16 @@ def numbers_of(name: str, measured: Measurement) -> frozenset[tuple[str, ...]]:
     if measured.error_of:
         return frozenset({(measured.group, measured.source, measured.error_of)})
     return frozenset((name, str(place)) for place in range(len(measured.values)))
+
+
+def _calibration_problems(measured: Measurement) -> list[str]:
+    """Say what cannot calibrate: values that are not there or are all there are, bounds, and models of another place."""
+    own, at = set(measured.calibrated_at), ", ".join(f"{each:g}" for each in measured.at)
+    problems = [
+        f"calibrated_by: '{name}' has bounds, or judges another model than that at {measured.judges}"
+        for name, by in measured.calibrated_by.items()
+        if by.bound or by.judges != measured.judges
+    ]
+    if own and (measured.bound or not own < set(measured.at)):
+        problems.append(f"calibrated_at: expected some of at ({at}), but not all, and no bounds")
+    return problems

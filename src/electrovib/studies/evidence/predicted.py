@@ -88,7 +88,7 @@ def predict(
 
 def _prediction(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> ModelPrediction:
     """Compute the measured quantity for every draw and point (n, points), with ranges as stated and of other widths."""
-    scenario, tables = _set_up(measured, name, content)
+    scenario, tables = set_up(measured, name, content)
     draws = read_space(scenario, {"space": tables}).draw(seed, 0, n) if tables else {}
     ranges = {path: quantity_at(scenario, path) for path in draws}
     listed = {
@@ -105,9 +105,9 @@ def _prediction(measured: Measurement, name: str, content: Any, *, n: int, seed:
     ]
     together = {path: np.concatenate([each[path] for each in of_width]) for path in draws}
     try:
-        found = _values(measured, scenario, together, len(WIDTHS) * n)
+        found = values_of(measured, scenario, together, len(WIDTHS) * n)
     except ElectrovibError:
-        found = _values(measured, scenario, draws, n)
+        found = values_of(measured, scenario, draws, n)
     stated, *others = np.split(found, len(found) // n)
     if not np.all(np.isfinite(stated)):
         quantity = measured.title if callable(measured.quantity) else measured.quantity
@@ -123,7 +123,7 @@ def _of_width(column: Real, factor: float, quantity: Quantity) -> Real:
     return np.clip(middle + factor * (column - middle), quantity.low, quantity.high)
 
 
-def _values(measured: Measurement, scenario: Scenario, draws: Mapping[str, Real], n: int) -> Real:
+def values_of(measured: Measurement, scenario: Scenario, draws: Mapping[str, Real], n: int) -> Real:
     """Compute the measured quantity for every draw and point (n, points)."""
     points = len(measured.values)
     columns = {path: np.repeat(column, points) for path, column in draws.items()}
@@ -176,7 +176,7 @@ def _of_function(measured: Measurement, scenario: Scenario) -> float:
         raise
 
 
-def _set_up(measured: Measurement, name: str, content: Any) -> tuple[Scenario, dict[str, Any]]:
+def set_up(measured: Measurement, name: str, content: Any) -> tuple[Scenario, dict[str, Any]]:
     """Return the set-up with one of the models, and the distributions of what is not printed of it."""
     own = measured.of_model.get(name, {})
     left_out = tuple(path for path, table in own.items() if table is None)

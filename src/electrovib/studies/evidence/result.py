@@ -15,6 +15,7 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text
+from electrovib.studies.evidence.calibrated import Calibrated, csv_of, sentence, table
 from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of
 from electrovib.studies.evidence.null import NULLS
 from electrovib.studies.evidence.score import LEVEL, Score
@@ -46,6 +47,7 @@ class Evidence(Answer):
     - `refused`: measurement to candidate to the reason why it
       cannot predict it.
     - `warned`: measurement to what its set-up exceeds, so that no law of the package may hold there.
+    - `calibrated`: each candidate on what declares a calibration, without and with it.
     - `n`, `seed`: draws of what was not printed.
     """
 
@@ -56,8 +58,14 @@ class Evidence(Answer):
     warned: Mapping[str, Sequence[Diagnostic]]
     n: int
     seed: int
+    calibrated: tuple[Calibrated, ...] = ()
 
-    FILES: ClassVar = {"laws.csv": Form.TABLE, "measurements.csv": Form.TABLE, "nulls.csv": Form.TABLE}
+    FILES: ClassVar = {
+        "laws.csv": Form.TABLE,
+        "measurements.csv": Form.TABLE,
+        "nulls.csv": Form.TABLE,
+        "calibrated.csv": Form.TABLE,
+    }
 
     @property
     def document(self) -> Document:
@@ -83,6 +91,7 @@ class Evidence(Answer):
                 " interval.",
             ],
             pages=[
+                *([table(self.calibrated)] if self.calibrated else []),
                 *([self._causes] if self.failures else []),
                 *(self._undecided, self._all, self._beyond, self._not_predicted),
             ],
@@ -158,6 +167,7 @@ class Evidence(Answer):
             f" misses; {len(self.decides_nothing)} decide nothing, because every candidate covers them; {len(missed)} lie"
             f" outside the interval of every candidate, {wholly} of them wholly.",
             *map(_skills, self.comparisons),
+            *([sentence(self.calibrated)] if self.calibrated else []),
             *(self._failure(each) for each in listed),
             f"{sum(of.values())} values: {counts}.",
         ]
@@ -285,6 +295,8 @@ class Evidence(Answer):
         """Write the standings of the laws, or every score of these or of the null models, as CSV."""
         if name not in self.FILES:
             return super().content(name)
+        if name == "calibrated.csv":
+            return csv_of(self.calibrated)
         if name == "laws.csv":
             own = [field.name for field in fields(Standing)]
             rows = [

@@ -24,7 +24,7 @@ IGNORANT: Final = -math.log(12 * DECADE)
 """Log score of a prediction that knows nothing within twelve decades, which every useful law exceeds."""
 
 
-_NOTHING: Final = 1e-300
+NOTHING: Final = 1e-300
 """What a prediction of 0 or less counts as."""
 
 
@@ -67,7 +67,7 @@ def judge(name: str, measured: Measurement, found: ModelPrediction) -> Score:
     ends = [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2]
 
     def off_by(values: Real) -> Real:
-        found: Real = np.log(np.maximum(values, _NOTHING)) - log_values
+        found: Real = np.log(np.maximum(values, NOTHING)) - log_values
         return found
 
     def scored(values: Real | None) -> float:
