@@ -59,6 +59,20 @@ def test_gaps_under_load_and_attraction_are_those_of_the_equilibrium(surface, wo
     assert 0 < judged.area < 0.5
 
 
+def test_a_drive_below_0_v_and_a_filled_gap_are_those_of_the_equilibrium():
+    """A pulse of the other sign attracts as much; a gap filled with permittivity 2 holds T + eps/2 u across its plates."""
+    pulse = {"model": "Trapezium", "low": 0.0, "high": VOLTS, "rise": 1e-3, "hold": 5e-3, "fall": 1e-3}
+    below = pulse | {"high": -VOLTS}
+    areas = [closed(PERSSON | {"drive": each})[1].area for each in (pulse, below)]
+    assert areas[1] == pytest.approx(areas[0], rel=1e-6)
+    filled = PERSSON | {"stack.gap.material.permittivity": 2.0}
+    _, judged = closed(filled)
+    still = {"stack.gap.material.conductivity": 0.0, **filled}
+    states = ev.equilibrium(ev.load(SCREEN, changes=still), voltage=VOLTS, spots=PullingSpots()).stable
+    gaps = ev.load(SCREEN, changes=filled).contact.surface.gaps(states[-1].repulsion)
+    assert judged.area == pytest.approx(float(gaps.share_up_to(2 * reach())), rel=1e-3)
+
+
 def test_a_contact_that_falls_shut_or_a_gap_that_conducts_is_above_it_everywhere():
     soft = {"contact.surface": {"model": "PerssonSurface", **STIFF, "modulus": 1e5}}
     _, judged = closed(soft)

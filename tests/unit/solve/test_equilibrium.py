@@ -421,8 +421,9 @@ def test_a_law_of_rough_contact_states_its_error_and_its_local_gaps():
 
 
 def test_a_run_states_the_error_of_its_law_of_rough_contact():
-    def told(surface):
-        trace = simulate(load("vezzoli_2014/fig6_gap", changes={"contact.surface": surface}))
+    def told(surface, **more):
+        changes = {"contact.surface": surface, **more}
+        trace = simulate(load("vezzoli_2014/fig6_gap", changes=changes))
         return [each for each in diagnostics_of(trace) if each.name == "real contact"]
 
     assert [each.state for each in told(CORRECTED)] == ["ok"]
@@ -430,3 +431,7 @@ def test_a_run_states_the_error_of_its_law_of_rough_contact():
     assert "real over gross contact area = " in outside.text
     assert [each.state for each in told(SKIN)] == ["warning"]
     assert told(SPRING) == []
+    points = [{"time": 0.0, "share": 1e-4}, {"time": 0.02, "share": 1e-4}, {"time": 0.03, "share": 1.0}]
+    (light,) = told(CORRECTED, **{"load.time_profile": {"model": "Corners", "points": points}})
+    assert light.state == "warning"  # of the smallest share, while the largest one is within
+    assert light.text.count("real over gross contact area = ") == 1
