@@ -256,7 +256,7 @@ NUMBERS = {
     "docs/how_to/commands.md": {"--states": "4.956 um  "},
     "docs/how_to/my_paper.md": {
         "force.model=Saturating": "electrostatic force: 0 N to 208.2 mN",
-        "reproduce": "attraction at 500 V: 276.3 mN (paper: 266 to 294 mN)",
+        "reproduce": "276.3 mN",
         "list example_2099": "attraction at 500 V [N]: 0.28 within 5 %",
     },
     "docs/how_to/my_screen.md": {"--states": "4.956 um  "},

@@ -298,7 +298,7 @@ def _in_terminal(found: Reproduction, warnings: Sequence[Table]) -> list[Table]:
         )
         for part in found.parts
     ] or [Table("", ("verdict", "quantity", "here", "paper"), rows)] * bool(rows)
-    if tables:
+    if found.parts:  # of rows alone the count is the first sentence
         tables[-1] = replace(tables[-1], caption=" ".join(filter(None, [tables[-1].caption, count])))
     return [replace(each, on_page=False) for each in (*tables, *warnings)]
 
