@@ -66,7 +66,8 @@ def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
         ("--measured 1N", "--measured: is compared with a prediction: give --voltage too"),
         ("--voltage 1N", "--voltage = 1N: expected a voltage"),
         ("--voltage 1V --measured 1V", "--measured = 1V: expected a force"),
-        ("--voltage 0V", "finite voltages other than 0"),
+        ("--voltage 0V", "--voltage: 0 V attracts nothing"),
+        ("--voltage 1V --measured 1N,2N", "--measured: 2 forces for 1 voltages: give one for each"),
         (
             "--body '{ modulos = 1e6 }'",
             "--body: modulos is none of modulus, poisson. Did you mean 'modulus'?",
@@ -116,3 +117,11 @@ def test_contacts_beyond_the_budget_are_refused_before_they_are_solved(asked, re
         ev.rough_contact(
             SINE, roughness=rough, body=ev.Elastic(modulus=1e6), points=2048, voltage=np.arange(64.0)
         )
+
+
+def test_rows_without_a_number_are_told(here, asked, said):
+    with (here / "c.csv").open("a") as file:
+        file.write("2.0,nan\nnan,300\n")
+    assert "rows without a number, which are omitted: 2\n" in said(asked)
+    law = "fit-power-law c.csv --x 'load (N)' --y 'C (pF)'"
+    assert "rows without a number, which are omitted: 2\n" in said(law)

@@ -131,12 +131,16 @@ def fit_power_law(
     entries = recipe_of(recipe, set, None, only=READING, of="the fit of a power law")
     entries.pop("columns", None)
 
+    omitted = 0
+
     def fitted(**asked: Any) -> PowerLawFit:
-        along, values, sessions = read_points(**asked, **entries)
+        nonlocal omitted
+        along, values, sessions, omitted = read_points(**asked, **entries)
         return fit_power_law(along, values, session=sessions)
 
     asked = options.given(files=files, x=x, y=y, session=session, output=output, force=force)
     answered(PowerLawFit, fitted, "fitting", asked)
+    say(*_omitted(omitted))
 
 
 def fit_contact(
@@ -209,11 +213,17 @@ def fit_contact(
         "voltage": [number_in("V", "--voltage", each) for each in voltage or ()],
         "measured": [number_in("N", "--measured", each) for each in measured] if measured else None,
     }
+    if not all(wanted["voltage"]):
+        raise InputError("0 V attracts nothing: give voltages other than 0", path="--voltage")
+    if measured and len(measured) != len(voltage or ()):
+        raise InputError(
+            f"{len(measured)} forces for {len(voltage or ())} voltages: give one for each", path="--measured"
+        )
     shape, bent = _roughness(roughness), _body(body)
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
-    loads, capacitances, _ = read_points(
+    loads, capacitances, _, omitted = read_points(
         files, x=load, y=capacitance, named=("--load", "--capacitance"), kinds=("N", "F"), **entries
     )
     found = fit_contact(
@@ -231,9 +241,15 @@ def fit_contact(
         answers.append(found.predict(**wanted))
     for each in answers:
         show_answer(each)
+    say(*_omitted(omitted))
     if output is not None:
         save_answer(answers[-1], output, force=force)
         say(f"written: {output}")
+
+
+def _omitted(rows: int) -> list[str]:
+    """Say how many rows of the tables hold no number in a column that is read."""
+    return [f"rows without a number, which are omitted: {rows}"] if rows else []
 
 
 def _roughness(text: str) -> "SelfAffine":

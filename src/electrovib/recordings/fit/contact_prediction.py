@@ -83,13 +83,13 @@ class ContactPrediction(Answer):
     @property
     def slopes(self) -> tuple[float, float]:
         """Exponents of the voltage in the predicted and the measured force, by a straight line through the logarithms."""
+        return self._slope(self.force), self._slope(self.measured)
+
+    def _slope(self, force: Real | None) -> float:
         size = np.abs(self.voltage)
-        return tuple(  # type: ignore[return-value]
-            math.nan
-            if each is None or np.unique(size).size < 2
-            else float(np.polyfit(np.log(size), np.log(each), 1)[0])
-            for each in (self.force, self.measured)
-        )
+        if force is None or np.unique(size).size < 2:
+            return math.nan
+        return float(np.polyfit(np.log(size), np.log(force), 1)[0])
 
     @property
     def document(self) -> Document:

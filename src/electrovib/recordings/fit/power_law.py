@@ -247,8 +247,8 @@ def read_points(
     decimal_comma: bool | None = None,
     named: tuple[str, str] = ("x", "y"),
     kinds: tuple[str, str] | None = None,
-) -> tuple[Real, Real, list[str]]:
-    """Read x, y, both in SI, and the session, by default the file, of each point of a power law from tables.
+) -> tuple[Real, Real, list[str], int]:
+    """Read x, y, both in SI, and the session, by default the file, of each point from tables, and how many rows lack a number.
 
     Errors call both columns as `named`; `kinds` are their units, of which others are refused.
     """
@@ -257,6 +257,7 @@ def read_points(
         problems.append(f"{', '.join(named)}: both are the column {x!r}; two are needed")
     rows: list[tuple[Real, Real]] = []
     names: list[str] = []
+    omitted = 0
     for path in map(Path, files):
         with gathered(problems):
             recorded = read_recorded(path, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
@@ -271,11 +272,12 @@ def read_points(
                 kept &= np.isfinite(numbers)
                 own = [f"{path.name}: {each:g}" if len(files) > 1 else f"{each:g}" for each in numbers[kept]]
             rows.append((along[kept], values[kept]))
+            omitted += int(np.sum(~kept))
             names += own
     if problems or not rows:
         raise InputError(problems or "files: name at least one table")
     first, second = (np.concatenate(part) for part in zip(*rows, strict=True))
-    return first, second, names
+    return first, second, names, omitted
 
 
 def _in_si(column: DataColumn, option: str, kind: str) -> Real:
