@@ -207,18 +207,7 @@ def fit_contact(
 
     entries = recipe_of(recipe, None, None, only=READING, of="the fit of a contact")
     entries.pop("columns", None)
-    if measured and not voltage:
-        raise InputError("is compared with a prediction: give --voltage too", path="--measured")
-    wanted: dict[str, Any] = {
-        "voltage": [number_in("V", "--voltage", each) for each in voltage or ()],
-        "measured": [number_in("N", "--measured", each) for each in measured] if measured else None,
-    }
-    if not all(wanted["voltage"]):
-        raise InputError("0 V attracts nothing: give voltages other than 0", path="--voltage")
-    if measured and len(measured) != len(voltage or ()):
-        raise InputError(
-            f"{len(measured)} forces for {len(voltage or ())} voltages: give one for each", path="--measured"
-        )
+    wanted = _wanted(voltage, measured)
     shape, bent = _roughness(roughness), _body(body)
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
@@ -245,6 +234,21 @@ def fit_contact(
     if output is not None:
         save_answer(answers[-1], output, force=force)
         say(f"written: {output}")
+
+
+def _wanted(voltage: list[str] | None, measured: list[str] | None) -> dict[str, Any]:
+    """Read the voltages of a prediction, and the force that was measured at each."""
+    if measured and not voltage:
+        raise InputError("is compared with a prediction: give --voltage too", path="--measured")
+    voltages = [number_in("V", "--voltage", each) for each in voltage or ()]
+    forces = [number_in("N", "--measured", each) for each in measured or ()]
+    if not all(voltages):
+        raise InputError("0 V attracts nothing: give voltages other than 0", path="--voltage")
+    if forces and len(forces) != len(voltages):
+        raise InputError(
+            f"{len(forces)} forces for {len(voltages)} voltages: give one for each", path="--measured"
+        )
+    return {"voltage": voltages, "measured": forces or None}
 
 
 def _omitted(rows: int) -> list[str]:
