@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.solve.mechanics.filters import finite, march_through
+from electrovib.solve.meter import Meter
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -184,11 +185,12 @@ def respond_mechanically(
     memory = FORGOTTEN / _slowest(filters)
     found = {name: np.empty(len(stamps)) for name in filters}
     sizes = {name: _Size() for name in filters}
+    part_by_part = _in_parts(force_at, end=float(stamps[-1]))
     for group in _groups(stamps, marks, memory, shortest):
         begins = max(stamps[group.start] - memory, stamps[0])
         early = begins < stamps[group.start]
         grid = Grid.over(np.append(begins, stamps[group]) if early else stamps[group], marks, memory=memory)
-        rows = _settled(force_at, filters, grid, shortest, most, tolerance, sizes)
+        rows = _settled(part_by_part, filters, grid, shortest, most, tolerance, sizes)
         for name, row in rows.items():
             found[name][group] = row[int(early) :]
     return found, max((size.moved / (size.largest or 1.0) for size in sizes.values()), default=0.0)
@@ -200,6 +202,24 @@ def respond(
     """Return the output of one filter under a force, and its error, as `respond_mechanically` does for several."""
     rows, error = respond_mechanically(force_at, {"output": filter_}, times, **options)
     return rows["output"], error
+
+
+def _in_parts(force_at: Callable[[Real], Real], *, end: float) -> Callable[[Real], Real]:
+    """Return a force that is computed for `PIECES` of the times in turn, within the budget of memory and time.
+
+    `end` [s].
+    """
+    meter = Meter("the motion of finger and rig", end=end)
+
+    def of(times: Real) -> Real:
+        found = np.empty(len(times))
+        for first in range(0, len(times), PIECES):
+            part = slice(first, first + PIECES)
+            found[part] = force_at(times[part])
+            meter.count(float(times[part][-1]))
+        return found
+
+    return of
 
 
 @dataclass

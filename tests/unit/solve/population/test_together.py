@@ -185,7 +185,7 @@ def limit_of(member, free):
 
 
 def agreement(fingers, member, free, count, time, seed=1):
-    """The difference from one by one; 0 where both refuse, as a leaky film under a voltage with a mean."""
+    """The difference from one by one; 0 where both refuse, as a rough contact all of whose layers conduct."""
     try:
         return max(fingers.difference(member, free, count=count, seed=seed, time=time)[0].values())
     except InputError:
@@ -195,7 +195,7 @@ def agreement(fingers, member, free, count, time, seed=1):
             ParametricScenario(member, free).of_many, names=fingers.OVER_TIME, time=time
         )
         for way in (alone, many.signals):
-            with pytest.raises(InputError, match=r"interface_field|has a mean|does not repeat"):
+            with pytest.raises(InputError, match=r"interface_field|has a mean|does not repeat|every layer conducts"):
                 way(many.columns(given_))
         return 0.0
 
