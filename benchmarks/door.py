@@ -128,16 +128,16 @@ def _map_row(side: int = 30) -> list[str]:
         "drive.frequency": np.geomspace(10, 1e4, side),
     }
     names = ["mean electrostatic_force", "swing lateral_force", "peak current"]
-    together = ev.sweep(base, over, quantities=names)
-    ours = best(lambda: ev.sweep(base, over, quantities=names))
+    together = ev.sweep(base, over, quantity=names)
+    ours = best(lambda: ev.sweep(base, over, quantity=names))
     chosen = [(row, column) for row in range(0, side, 6) for column in range(0, side, 6)]
     alone, off = 0.0, 0.0
     for row, column in chosen:
         case = {
             path: values[[place]] for (path, values), place in zip(over.items(), (row, column), strict=True)
         }
-        found = ev.sweep(base, case, quantities=names)
-        alone += best(lambda case=case: ev.sweep(base, case, quantities=names))
+        found = ev.sweep(base, case, quantity=names)
+        alone += best(lambda case=case: ev.sweep(base, case, quantity=names))
         for name in names:
             value = float(found[name].values[0, 0])
             off = max(off, abs(float(together[name].values[row, column]) / value - 1))
@@ -157,7 +157,7 @@ def _prepared_row(points: int = 1000) -> list[str]:
         "contact.area",
         "friction.coefficient",
     ]
-    model = ev.prepare("bau_2010/sine", free=free, quantities=["mean electrostatic_force"])
+    model = ev.prepare("bau_2010/sine", free=free, quantity=["mean electrostatic_force"])
     begin = np.array([value_at(model.base, path) for path in free])
     share = np.random.default_rng(1).uniform(0.8, 1.2, (len(free), points))
     time = best(lambda: model(begin[:, np.newaxis] * share))

@@ -44,7 +44,7 @@ def make_record(path: Path) -> None:
 def measure(path: Path) -> DirectionTimes:
     """Measure the fall of the force after the drive, with the sensor estimated from the oscillation after it."""
     found = ev.measure_times(
-        ev.import_file(path, COLUMNS, time="0 [us]"), signal="lateral_force_measured", by="drive_voltage",
+        ev.import_file(path, COLUMNS, time="0 [us]"), quantity="lateral_force_measured", by="drive_voltage",
         readback=READBACK, sensor="estimate", edges="falling", window=20e-3, before=10e-3,
     ).falling  # fmt: skip
     assert found is not None

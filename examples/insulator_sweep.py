@@ -14,7 +14,7 @@ def sweep() -> xr.Dataset:
     """Return the sweep over five insulators from 1 to 90 um."""
     scenario = ev.load("vezzoli_2014/fig2").replace({"stack.gap.thickness": "5 um", "drive.high": "100 V"})
     thicknesses = np.geomspace(1e-6, 90e-6, 5)
-    return ev.sweep(scenario, {"stack.insulator.thickness": thicknesses}, quantities=[QUANTITY])
+    return ev.sweep(scenario, {"stack.insulator.thickness": thicknesses}, quantity=[QUANTITY])
 
 
 def main() -> np.ndarray:

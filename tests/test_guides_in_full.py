@@ -154,7 +154,7 @@ CALLS = {
     "ev.SpectrumErrors(systematic=0.02)",
     'ev.import_file("scope.csv", {"lateral_force_measured": "Ch2 [V]"}, scale={"lateral_force_measured": "4/9 N/V"})',
     'ev.merge_traces(scope, force, edges="drive_voltage=plate_voltage")',
-    'ev.measure_times(trace, signal="lateral_force_measured", sensor=ev.Sensor(frequency=380.0, quality=3.0))',
+    'ev.measure_times(trace, quantity="lateral_force_measured", sensor=ev.Sensor(frequency=380.0, quality=3.0))',
 }
 """Calls with all their arguments in the running text."""
 NOT_IN_FULL = {

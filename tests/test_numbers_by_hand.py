@@ -102,7 +102,7 @@ def test_six_lines_and_the_scenario_of_the_commands():
         "mean electrostatic_force": np.trapezoid(force, times) / times[-1],
         "peak lateral_force": 0.5 * (0.5 + force.max()),
     }
-    found = ev.sweep(my_toml(), {"drive.high": [1000.0]}, quantities=list(expected))
+    found = ev.sweep(my_toml(), {"drive.high": [1000.0]}, quantity=list(expected))
     assert {name: float(found[name][0]) for name in expected} == pytest.approx(expected, rel=1e-4)
 
 
@@ -130,7 +130,7 @@ def test_the_series_resistor_and_the_peak_current_of_an_example():
     assert {name: getattr(found, name) for name in expected} == pytest.approx(expected, rel=1e-6)
     fading = math.exp(-36e-3 / ((film + skin) / (1.79e-6 * AREA / SKIN)))
     peak = film * 1000 / 36e-3 * (1 - film / (film + skin) * fading)
-    swept = ev.sweep(my_toml(), {"drive.high": [1000.0]}, quantities=["peak current"])
+    swept = ev.sweep(my_toml(), {"drive.high": [1000.0]}, quantity=["peak current"])
     assert float(swept["peak current"][0]) == pytest.approx(peak, rel=1e-7)
     assert ev.check(my_toml()).value("peak current") == pytest.approx(peak, rel=1e-6)
 
@@ -141,7 +141,7 @@ def test_the_sweep_of_its_guide():
     films, rises = [10e-6, 30e-6, 90e-6], [1e-3, 10e-3, 100e-3]
     names = ["mean electrostatic_force", "swing lateral_force", "peak field in insulator"]
     over = {"stack.insulator.thickness": films, "drive.rise": rises}
-    found = ev.sweep("vezzoli_2014/fig6", over, quantities=names)
+    found = ev.sweep("vezzoli_2014/fig6", over, quantity=names)
     for row, film in enumerate(films):
         for column, rise in enumerate(rises):
             pieces = [(rise, 1000.0), *TRAPEZIUM[1:]]
@@ -157,7 +157,7 @@ def test_the_scenario_as_a_function_of_the_guide():
     """A sine over silica and 3 um of air, with a conducting skin: impedances in series, and half of the square."""
     assert 'force([100.0, 1e-6])["mean electrostatic_force"]' in document("docs/how_to/sweeps.md")
     free = ["drive.amplitude", "stack.insulator.thickness"]
-    force = ev.prepare("bau_2010/sine", free=free, quantities=["mean electrostatic_force"])
+    force = ev.prepare("bau_2010/sine", free=free, quantity=["mean electrostatic_force"])
     turn = 2j * math.pi * 125
     displacement = 1 / (turn * EPS0)
     in_series = (COATING / OF_COATING + 3e-6) * displacement + SKIN / (turn * EPS0 * OF_SKIN + CONDUCTIVITY)

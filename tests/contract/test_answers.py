@@ -155,7 +155,7 @@ ANSWERS = {
     ),
     "FitResult": lambda: ev.fit(SINE, spectrum(), free=[GAP], progress=lambda *_: None),
     "SeparateFits": lambda: ev.fit_separately(SINE, [spectrum()], free=[GAP]),
-    "MeasuredTimes": lambda: ev.measure_times(edges(), signal="lateral_force_measured"),
+    "MeasuredTimes": lambda: ev.measure_times(edges(), quantity="lateral_force_measured"),
     "MeasuredRing": lambda: ev.measure_ring(ring()),
     "MeasuredRings": lambda: ev.measure_rings(ring()),
     "SwipeResult": lambda: swipe()[0],

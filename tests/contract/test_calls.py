@@ -57,7 +57,7 @@ GIVEN = {
     "perceive": {"source": SINE},
     "plan_experiment": {"models": LAWS, "over": {"drive.amplitude": [10.0]}, "space": SPACE, "n": 2},
     "plan_plate": {"over": {"drive.amplitude": [50.0, 100.0]}, "refine": 0},
-    "prepare": {"free": ["load.normal_force"], "quantities": [MEAN]},
+    "prepare": {"free": ["load.normal_force"], "quantity": [MEAN]},
     "read_recording": {"path": "c.csv", "channels": None},
     "read_space": {"source": SPACE},
     "reduce_swipe": {"recording": RECORD},
@@ -188,7 +188,7 @@ PLAUSIBLE = {
         lambda: [1.0, 2.0],
     ),
     "one parameter to fit": (
-        lambda: [*ev.prepare(SINE, free="load.normal_force", quantities=MEAN)({"load.normal_force": 1.0})],
+        lambda: [*ev.prepare(SINE, free="load.normal_force", quantity=MEAN)({"load.normal_force": 1.0})],
         lambda: [MEAN],
     ),
     "a count as a text": (

@@ -134,7 +134,7 @@ DOORS = {
         one, LAWS, over=LOADS, space={GAP: SPACE[GAP]}, quantity=MEAN, n=4
     ),
     "plan_plate": lambda one: ev.plan_plate(one, **PLATE),
-    "prepare": lambda one: ev.prepare(one, free=[LOAD], quantities=[MEAN]),
+    "prepare": lambda one: ev.prepare(one, free=[LOAD], quantity=[MEAN]),
     "report": lambda one: ev.report(one, "out.html"),
     "rough_contact": lambda one: ev.rough_contact(grounded(one), **ROUGH),
     "run": ev.run,

@@ -139,7 +139,7 @@ def test_a_measured_trace_shows_its_sentences(shown):
 
 
 def test_a_sweep_shows_its_quantities(form, shown, scenario):
-    swept = ev.sweep(scenario, {"drive.high": [100.0, 200.0]}, quantities=["peak electrostatic_force"])
+    swept = ev.sweep(scenario, {"drive.high": [100.0, 200.0]}, quantity=["peak electrostatic_force"])
     page, text, _ = shown(swept)
     assert text.startswith("Sweep: &lt;b&gt;own")
     assert "at drive.high = 100 V" in text

@@ -151,7 +151,7 @@ def test_the_screen_of_the_guide_and_its_sweep_over_the_thickness(tmp_path):
     mean = simpson(force, time) / time[-1]
     assert quantity(numbers["mean electrostatic force"]) == pytest.approx(mean, rel=PRINTED)
     name, path = "mean electrostatic_force", "stack.insulator.thickness"
-    swept = ev.run(file, over=[f"{path}=0.3um:30um:3log"], quantities=[name])
+    swept = ev.run(file, over=[f"{path}=0.3um:30um:3log"], quantity=[name])
     for case, insulator in enumerate([0.3e-6, 3e-6, 30e-6]):
         mean = simpson(screen_force(time, insulator=insulator), time) / time[-1]
         assert float(swept[name][case]) == pytest.approx(mean, rel=1e-4)

@@ -69,7 +69,7 @@ def test_a_smaller_gap_would_give_the_measured_force_of_the_clutch():
     made = prepare(
         declared.scenario.replace({"friction.coefficient": 0.17}),
         free=["drive.amplitude", "stack.gap.thickness"],
-        quantities=["mean lateral_force"],
+        quantity=["mean lateral_force"],
     )
     for times, low, high in ((1.0, 0.78e-6, 0.98e-6), (4.0, 2.03e-6, 2.45e-6)):
         gaps = []

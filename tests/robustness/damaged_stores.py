@@ -18,7 +18,7 @@ from pathlib import Path
 from stand_in_population import SPACE, stand_in
 
 SIGNALS = ["electrostatic_force", "lateral_force"]
-ASKED = {"n": 1500, "seed": 3, "signal": SIGNALS, "exceed": "1 mN"}
+ASKED = {"n": 1500, "seed": 3, "quantity": SIGNALS, "exceed": "1 mN"}
 WAITING = 20.0
 """Seconds after which a case counts as endless."""
 GROWTH = 10**9
@@ -37,7 +37,7 @@ def in_quarters(sizes, *_) -> None:
 
 
 def asked(name: str, output: Path | None) -> dict:
-    return ASKED | {"draws": STORES[name], "output": output}
+    return ASKED | {"records": STORES[name], "output": output}
 
 
 def make_stores(folder: Path) -> None:

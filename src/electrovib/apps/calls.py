@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from electrovib.core.deprecation import present_names
 from electrovib.core.errors import Problem, refuse
 from electrovib.core.signals import is_trace
 
@@ -59,6 +60,7 @@ def public(function: Callable[..., Any], public_name: str) -> Callable[..., Any]
 
     @functools.wraps(function)
     def call(*args: Any, **options: Any) -> Any:
+        options = present_names(public_name, options)
         try:
             given = signature.bind(*args, **options)
         except TypeError:  # of a name that is unknown, missing or given twice, as Python says it

@@ -31,7 +31,7 @@ def run(
     *,
     set: Mapping[str, Any] | Sequence[str] = (),  # noqa: A002 - the name of the option
     over: Sequence[str] | Mapping[str, Sequence[float]] = (),
-    quantities: Sequence[str] = (),
+    quantity: Sequence[str] = (),
     records: bool = False,
     output: str | Path | None = None,
     report: str | Path | None = None,
@@ -48,7 +48,7 @@ def run(
     over : sequence of str, or mapping of str to sequence of float
         ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a sweep, which gives numbers for each case. A repeated sweep
         keeps its parameters; values that are given again replace the former ones.
-    quantities : sequence of str, optional
+    quantity : sequence of str, optional
         Names of quantities, as for `electrovib.sweep`; without `over`, those of one case.
     records : bool
         Keep the signals over time of each case of a sweep too.
@@ -76,7 +76,7 @@ def run(
         source = open_if_trace(scenario)
         experiment = read_scenario(source, changes=changes, before_sweep=True)
         earlier = _earlier(source)
-    asked = _Wanted(earlier.axes, quantities or earlier.quantities, records=records)
+    asked = _Wanted(earlier.axes, quantity or earlier.quantities, records=records)
     wanted = _wanted(experiment, changes, over, asked, problems, source=scenario)
     wanted = replace(wanted, records=records or earlier.records)
     _check_outputs(wanted, (output, report), inputs, problems, force=force)
@@ -92,7 +92,7 @@ def run(
                 trace = sweep(
                     experiment,
                     wanted.axes,
-                    quantities=wanted.quantities or None,
+                    quantity=wanted.quantities or None,
                     records=wanted.records,
                     progress=progress,
                 )

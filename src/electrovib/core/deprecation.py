@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -44,3 +44,26 @@ def former_attribute(name: str, now: str, read: Callable[[Any], Any]) -> propert
 
 FORMER: Final[dict[str, Former]] = {}
 """Former names of `electrovib`, such as ``"simulate_scenario": Former("simulate", since="1.1.0", goes="2.0.0")``."""
+FORMER_PARAMETERS: Final[dict[str, dict[str, Former]]] = {
+    name: {former: Former(now, since="1.0.0", goes="2.0.0") for former, now in names.items()}
+    for name, names in {
+        "measure_ring": {"signal": "quantity"},
+        "measure_rings": {"signal": "quantity"},
+        "measure_times": {"signal": "quantity"},
+        "prepare": {"quantities": "quantity"},
+        "run": {"quantities": "quantity"},
+        "study": {"signal": "quantity", "draws": "records"},
+        "sweep": {"quantities": "quantity"},
+    }.items()
+}
+"""Former names of parameters, by the name of their function."""
+
+
+def present_names(function: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of a public function under the present names of its parameters."""
+    former = FORMER_PARAMETERS.get(function, {})
+    replaced = {name for name in given if name in former and former[name].now not in given}
+    return {
+        former[name].warn(f"{function}({name}=)") if name in replaced else name: value
+        for name, value in given.items()
+    }

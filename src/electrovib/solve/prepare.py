@@ -34,7 +34,7 @@ def prepare(
     scenario: Source,
     *,
     free: Sequence[str],
-    quantities: Sequence[str] = DEFAULTS,
+    quantity: Sequence[str] = DEFAULTS,
 ) -> Prepared:
     """Prepare a scenario for repeated evaluation with other values of a few parameters.
 
@@ -44,7 +44,7 @@ def prepare(
         Experiment with the values that stay fixed, as for `electrovib.load`.
     free : sequence of str
         Dotted paths of the parameters that vary, for instance ``["stack.gap.thickness", "friction.coefficient"]``.
-    quantities : sequence of str
+    quantity : sequence of str
         Quantities to return, as ``electrovib run --quantity`` names them: ``"mean electrostatic_force"``.
 
     Returns
@@ -57,7 +57,7 @@ def prepare(
     InputError
         If a path or a quantity does not exist; names all of them, each with the nearest name.
     """
-    return Prepared(read_scenario(scenario), free=free, quantities=quantities)
+    return Prepared(read_scenario(scenario), free=free, quantity=quantity)
 
 
 class Prepared(ParametricScenario):
@@ -69,7 +69,7 @@ class Prepared(ParametricScenario):
         Experiment with the values that stay fixed.
     free : sequence of str
         Dotted paths of physical parameters, in the order of the values given as a sequence.
-    quantities : sequence of str
+    quantity : sequence of str
         Names of the quantities to return.
 
     Raises
@@ -93,12 +93,12 @@ class Prepared(ParametricScenario):
     """
 
     def __init__(
-        self, scenario: Scenario, *, free: Sequence[str], quantities: Sequence[str] = DEFAULTS
+        self, scenario: Scenario, *, free: Sequence[str], quantity: Sequence[str] = DEFAULTS
     ) -> None:
         problems: list[str] = []
         layers = tuple(scenario.stack.layers)
         self._names: list[Named] = []
-        for text in quantities:
+        for text in quantity:
             with gathered(problems):
                 self._names.append(read_name(" ".join(text.split()), layers))
         super().__init__(scenario, free, problems)

@@ -115,7 +115,7 @@ def sensitivity(
     named = read_name(" ".join(quantity.split()), tuple(base.stack.layers))
     seed = checked_seed(seed)
     check_power(n)
-    prepared = Prepared(base, free=found.paths, quantities=[named.name])
+    prepared = Prepared(base, free=found.paths, quantity=[named.name])
     count = n * (len(found.inputs) + 2)
     meter = Meter.of_cases(
         "this sensitivity analysis",

@@ -51,7 +51,7 @@ def sweep(
     scenario: Source,
     over: Sequence[str] | Mapping[str, Sequence[float] | Real],
     *,
-    quantities: Sequence[str] | None = None,
+    quantity: Sequence[str] | None = None,
     records: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xarray.Dataset:
@@ -64,7 +64,7 @@ def sweep(
     over : sequence of str, or mapping of str to sequence of float
         ``"path=from:to:n"``, ``"path=from:to:nlog"``, or dotted path to values, in SI or such as ``"100 V"``; several paths
         give every combination, none the scenario itself.
-    quantities : sequence of str, optional
+    quantity : sequence of str, optional
         ``peak``, ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal, as in ``"peak field in
         gap"``; or ``"detection level"``, with ``"lowest"`` or ``"highest"`` for the spread of thresholds. By default peak
         and mean of the attraction, swing of the friction, peak of the current.
@@ -94,7 +94,7 @@ def sweep(
     >>> found["mean electrostatic_force"].values.round(4)
     array([0.031 , 0.1239])
     """
-    found = sweep_cases(scenario, over, quantities=quantities, records=records, progress=progress)
+    found = sweep_cases(scenario, over, quantity=quantity, records=records, progress=progress)
     return _dataset(found, records=records)
 
 
@@ -113,13 +113,13 @@ def sweep_cases(
     scenario: Source,
     over: Sequence[str] | Mapping[str, Sequence[float] | Real],
     *,
-    quantities: Sequence[str] | None = None,
+    quantity: Sequence[str] | None = None,
     records: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Cases:
     """Solve the cases of `sweep`, and return each with its diagnostics."""
     scenario = read_scenario(scenario)
-    axes, asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
+    axes, asked = _checked(scenario, over, DEFAULTS if quantity is None else quantity, records=records)
     report = _metered(scenario, axes, records=records).reporting(progress)
     points = [
         {path: float(value) for path, value in zip(axes, values, strict=True)}

@@ -23,7 +23,7 @@ def test_the_answer_comes_first_and_its_files_hold_it(said, here):
     assert found["elasticities"] == {each.path: each.value for each in direct.influences}
     assert found["written_by"].startswith("electrovib design as JSON, checksum ")
     said(f"{ASKED} --set 'contact.area=2 cm2' -o found.toml")
-    again = ev.sweep("found.toml", {}, quantities=["mean electrostatic_force"])
+    again = ev.sweep("found.toml", {}, quantity=["mean electrostatic_force"])
     assert again["mean electrostatic_force"].item() == pytest.approx(0.05, rel=1e-9)
     assert ev.load("found.toml").contact.area == 2e-4
 

@@ -17,7 +17,7 @@ def swept(tmp_path_factory):
     """Return the file of a sweep of two values."""
     path = tmp_path_factory.mktemp("swept") / "swept.nc"
     quick = {"time.samples": 51, "frequency.samples": 3}
-    ev.run(set=quick, over={"drive.high": [500.0, 1000.0]}, quantities=[MEAN], output=path)
+    ev.run(set=quick, over={"drive.high": [500.0, 1000.0]}, quantity=[MEAN], output=path)
     return path
 
 
@@ -125,7 +125,7 @@ def test_plot_and_report_explain_the_gap(trace, swipe, tmp_path):
 
 def test_a_sweep_holds_it_beside_what_is_known(swipe):
     rests = swipe.replace({"motion": {"speed": 0.0}})
-    found = ev.sweep(rests, {"motion.speed": [0.0, 0.03]}, quantities=["mean lateral_force"], records=True)
+    found = ev.sweep(rests, {"motion.speed": [0.0, 0.03]}, quantity=["mean lateral_force"], records=True)
     assert np.all(np.isnan(found.lateral_force.values[0]))
     assert np.any(np.isfinite(found.lateral_force.values[1]))
     assert np.isnan(found["mean lateral_force"].values).tolist() == [True, False]

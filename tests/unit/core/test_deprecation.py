@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
 
 import pytest
@@ -22,8 +23,8 @@ def former(now):
     return Former(now, since="1.1.0", goes="2.0.0")
 
 
-def warns(name, now):
-    text = f"{name} is deprecated since electrovib 1.1.0 and goes in 2.0.0: use {now}"
+def warns(name, now, since="1.1.0"):
+    text = f"{name} is deprecated since electrovib {since} and goes in 2.0.0: use {now}"
     return pytest.warns(DeprecationWarning, match=f"^{re.escape(text)}$")
 
 
@@ -77,7 +78,7 @@ def test_a_former_parameter_is_a_path(load):
     with warns("Load.newtons", "normal_force"):
         assert quantity_at(changed, "load.newtons") is quantity_at(changed, "load.normal_force")
     with warns("Load.newtons", "normal_force"):
-        swept = ev.sweep(scenario, {"load.newtons": [1.0, 2.0]}, quantities=["mean lateral_force"])
+        swept = ev.sweep(scenario, {"load.newtons": [1.0, 2.0]}, quantity=["mean lateral_force"])
     assert swept["mean lateral_force"].size == 2
 
 
@@ -100,3 +101,20 @@ def test_a_former_model_is_read_by_its_name(monkeypatch):
 def test_the_table_is_looked_up_only_for_a_name_that_is_unknown(monkeypatch):
     monkeypatch.setitem(deprecation.FORMER, "simulate", former("load"))
     assert importlib.import_module("electrovib").simulate is not ev.load
+
+
+def test_former_parameters_of_a_function_are_read_with_a_warning():
+    changes = {"drive.high": [100.0]}
+    with warns("sweep(quantities=)", "quantity", since="1.0.0"):
+        former_ = ev.sweep("vezzoli_2014/fig6", changes, quantities=["peak current"])
+    assert former_.identical(ev.sweep("vezzoli_2014/fig6", changes, quantity=["peak current"]))
+    with pytest.raises(TypeError, match="quantities"):
+        ev.sweep("vezzoli_2014/fig6", changes, quantities=["peak current"], quantity=["peak current"])
+
+
+def test_every_former_parameter_stands_for_a_present_one():
+    for name, parameters in deprecation.FORMER_PARAMETERS.items():
+        present = inspect.signature(getattr(ev, name)).parameters
+        for old, new in parameters.items():
+            assert old not in present
+            assert new.now in present

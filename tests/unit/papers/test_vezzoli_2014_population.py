@@ -32,7 +32,7 @@ def test_the_forces_of_figure_6_are_those_of_the_closed_forms(figure, function):
     space = population(figure)
     drawn = space.draw(1, 0, 40)
     for scenario, rtol in ((rising(figure), 1e-9), (scenarios()[figure], 1e-6)):
-        found = ev.prepare(scenario, free=space.paths, quantities=[FORCE])(drawn)[FORCE]
+        found = ev.prepare(scenario, free=space.paths, quantity=[FORCE])(drawn)[FORCE]
         np.testing.assert_allclose(function(drawn), found, rtol=rtol)
 
 
@@ -48,7 +48,7 @@ def test_the_distributions_are_those_of_the_closed_forms():
 def test_the_bands_of_figure_7_are_the_quantiles_of_the_closed_forms(in_gap, function):
     """To the rounding of float32, in which a study keeps the signals of its fingers."""
     scenario, space = over_frequency(in_gap=in_gap)
-    found = ev.study(scenario, space, n=300, seed=SEED, signal="mean_force")
+    found = ev.study(scenario, space, n=300, seed=SEED, quantity="mean_force")
     force = function(space.draw(SEED, 0, 300), found.frequency.values)
     np.testing.assert_allclose(
         found["mean_force_percentile"], np.quantile(force, [0.05, 0.5, 0.95], axis=0), rtol=1.2e-7

@@ -56,7 +56,7 @@ def test_the_release_of_a_resonant_sensor_gives_its_natural_frequency():
     trace = record(release, noise=0.002)
     on = np.where(trace["time"] < AT, 100.0, 0.0)
     found = measure_ring(
-        trace.assign(drive_voltage=("time", on)), signal="lateral_force_measured", by="drive_voltage"
+        trace.assign(drive_voltage=("time", on)), quantity="lateral_force_measured", by="drive_voltage"
     )
     assert found.reference == pytest.approx(AT, abs=1 / RATE)
     assert found.parameters["frequency"].lower < 380 < found.parameters["frequency"].upper

@@ -63,7 +63,7 @@ def seen(tau, frequency=380.0, quality=3.0):
 
 def measured(trace, **options):
     """Measure a record, of which no edge is skipped unless the drive is not declared."""
-    found = measure_times(trace, signal=FORCE, **{"exponentials": 1, **options})
+    found = measure_times(trace, quantity=FORCE, **{"exponentials": 1, **options})
     assert not found.skipped or "by" in options
     return found
 
@@ -229,20 +229,20 @@ def test_a_time_from_the_wrong_form_carries_a_warning():
         ({"sensor": "380"}, "sensor = 380"),
         ({"sensor": "380 V:3"}, "sensor = 380 V:3"),
         ({"by": "drive"}, "by = drive"),
-        ({"signal": "lateral_force"}, "signal = lateral_force"),
-        ({"signal": None}, "2 signals over time"),
+        ({"quantity": "lateral_force"}, "quantity = lateral_force"),
+        ({"quantity": None}, "2 signals over time"),
         ({"readback": OneOfTwoInAntiphase()}, "readback"),
     ],
 )
 def test_what_cannot_be_used_is_refused(options, words):
     with pytest.raises(InputError, match=words.replace("(", r"\(")):
-        measure_times(record(exponential(), edges=2), **{"signal": FORCE, **options})
+        measure_times(record(exponential(), edges=2), **{"quantity": FORCE, **options})
 
 
 def test_times_that_do_not_increase_and_a_record_without_edges_are_refused():
     trace = record(exponential(), edges=2)
     with pytest.raises(InputError, match="do not increase"):
-        measure_times(xarray.concat([trace, trace.isel(time=[5])], "time"), signal=FORCE)
+        measure_times(xarray.concat([trace, trace.isel(time=[5])], "time"), quantity=FORCE)
     with pytest.raises(InputError, match="no edge"):
         measure_times(of(np.arange(500) * 1e-3, np.zeros(500)))
 
@@ -302,7 +302,7 @@ def clutch(name):
 
 @pytest.mark.parametrize("name", ["10Hz", pytest.param("1kHz", marks=pytest.mark.slow)])
 def test_the_release_of_a_clutch_is_faster_than_its_sensor_shows(name):
-    options = {"signal": FORCE, "by": "drive_voltage", "readback": OneOfTwoInAntiphase()}
+    options = {"quantity": FORCE, "by": "drive_voltage", "readback": OneOfTwoInAntiphase()}
     found = measure_times(
         clutch(name), sensor="estimate", edges="falling", window=20e-3, before=10e-3, **options
     ).falling
@@ -402,14 +402,14 @@ def test_a_time_that_the_record_does_not_determine_and_one_without_noise_are_war
     noise = np.random.default_rng(2).normal(0, 0.03, stamps.size)
     force = np.where(stamps > 0.02, 0.6 * -np.expm1(-(stamps - 0.02) / 0.3), 0) + noise
     trace = of(stamps, force, drive_voltage=np.where(stamps >= 0.02, 300.0, 0.0))
-    found = ev.measure_times(trace, signal=FORCE, by="drive_voltage", window=0.03, before=0.015)
+    found = ev.measure_times(trace, quantity=FORCE, by="drive_voltage", window=0.03, before=0.015)
     assert found.rising.recorded.is_bound
     assert found.rising.remarks[0].startswith(
         "Warning: Rising edges: the record ends before the signal has settled"
     )
     stamps = np.linspace(0, 0.06, 601)
     force = np.where(stamps > 0.0205, -np.expm1(-(stamps - 0.0205) / 3e-3), 0.0)
-    found = ev.measure_times(of(stamps, force), signal=FORCE)
+    found = ev.measure_times(of(stamps, force), quantity=FORCE)
     assert math.isinf(found.rising.misfit)
     assert "the record has no noise before an edge" in found.rising.remarks[0]
     assert not any("residual of inf" in text for text in found.rising.remarks)

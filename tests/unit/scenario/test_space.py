@@ -47,7 +47,7 @@ def test_a_space_is_read_in_the_units_of_its_parameters_and_feeds_a_prepared_sce
     assert found.distributions[FILM] == Normal(mean=1e-6, deviation=1e-7).truncated(5e-7, 2e-6)
     values = found.values({FILM: np.array([0.5, 0.9]), SKIN: np.array([0.5, 0.1])})
     assert values[FILM][0] == pytest.approx(1e-6)
-    force = prepare(SINE, free=found.paths, quantities=["mean electrostatic_force"])(values)
+    force = prepare(SINE, free=found.paths, quantity=["mean electrostatic_force"])(values)
     assert force["mean electrostatic_force"].shape == (2,)
 
 

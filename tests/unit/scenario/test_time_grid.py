@@ -117,13 +117,13 @@ def test_a_measured_kilohertz_keeps_its_mean_pull_when_a_duration_is_given():
         "time.initial_state": {"model": "PeriodicState"},
     }
     scenario = ev.load("vezzoli_2014/fig2", changes=sine)
-    exact = float(ev.sweep(scenario, {}, quantities=[mean])[mean])
+    exact = float(ev.sweep(scenario, {}, quantity=[mean])[mean])
     voltage = 100 * np.sin(2 * np.pi * 1e3 * stamps)
     measured = scenario.replace({"drive": record(stamps, voltage), "time": {"duration": 1.0}})
     trace = ev.simulate(measured)
     assert trace.sizes["time"] == len(stamps)
     assert float(trace.electrostatic_force.mean()) == pytest.approx(exact, rel=2e-3)
-    assert float(ev.sweep(measured, {}, quantities=[mean])[mean]) == pytest.approx(exact, rel=2e-3)
+    assert float(ev.sweep(measured, {}, quantity=[mean])[mean]) == pytest.approx(exact, rel=2e-3)
 
 
 def test_samples_dropped_from_a_record_inside_another_drive_are_told():

@@ -89,7 +89,7 @@ def test_it_is_said_at_every_door(tmp_path):
     limited, words = scenario(SLOW), "V of the 100 V that the drive asks for"
     file, page, table = (tmp_path / name for name in ("limited.toml", "page.html", "table.csv"))
     file.write_text(limited.to_toml(), encoding="utf-8")
-    swept = ev.sweep(limited, {"drive.high": [1e-3, 100.0]}, quantities=["peak electrostatic_force"])
+    swept = ev.sweep(limited, {"drive.high": [1e-3, 100.0]}, quantity=["peak electrostatic_force"])
     space = {"load.normal_force": {"model": "Uniform", "low": 0.4, "high": 0.6}}
     assert words in swept.attrs["validity"]
     assert words in ev.study(limited, space, n=2, seed=1).attrs["validity"]

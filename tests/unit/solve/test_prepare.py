@@ -24,13 +24,13 @@ FILM, SKIN, AREA = "stack.insulator.thickness", "stack.stratum_corneum.thickness
 PATHS = ("drive.amplitude", FILM, SKIN, AREA, "friction.coefficient")
 
 
-def ready(quantities=(MEAN,), free=PATHS, scenario=SINE):
-    return prepare(scenario, free=free, quantities=quantities)
+def ready(quantity=(MEAN,), free=PATHS, scenario=SINE):
+    return prepare(scenario, free=free, quantity=quantity)
 
 
 def one_by_one(scenario, point, quantity):
     path, value = next(iter(point.items()))
-    found = ev.sweep(ev.load(scenario, changes=point), {path: [value]}, quantities=[quantity])
+    found = ev.sweep(ev.load(scenario, changes=point), {path: [value]}, quantity=[quantity])
     return float(found[quantity].values[0])
 
 
@@ -180,7 +180,7 @@ LEAKY = {"time": {"initial_state": {"model": "AtRest"}, "duration": 2e-4}, "stac
 
 
 def made(scenario, *texts, free=(SKIN, AREA)):
-    return Prepared(scenario, free=free, quantities=texts)
+    return Prepared(scenario, free=free, quantity=texts)
 
 
 def alone(scenario, texts, draws):

@@ -400,7 +400,7 @@ def slope_where_it_saturates(saturation):
 def check_largest_current(scenario, expected, rel):
     """Of the plate and the stray capacitance, as a run and a sweep state it."""
     swept = {"circuit.amplifier.saturation": [scenario.circuit.amplifier.saturation]}
-    states = [ev.simulate(scenario), ev.sweep(scenario, over=swept, quantities=["peak electrostatic_force"])]
+    states = [ev.simulate(scenario), ev.sweep(scenario, over=swept, quantity=["peak electrostatic_force"])]
     for result in states:
         found = next(each.value for each in diagnostics_of(result) if each.name == "current")
         assert found == pytest.approx(expected, rel=rel)

@@ -38,7 +38,7 @@ SQUARE = scenario("Square", high=100, low=-100)
 
 
 def mean(made):
-    return float(ev.sweep(made, {}, quantities=[MEAN])[MEAN])
+    return float(ev.sweep(made, {}, quantity=[MEAN])[MEAN])
 
 
 @pytest.mark.parametrize("name", REST)
@@ -49,16 +49,16 @@ def test_sweeps_and_free_parameters_take_either_pair(name):
     squared = expected[1] * 1.5**2  # the attraction is that of the squared voltage
     assert expected[0] == pytest.approx(squared, rel=1e-6)
     for path, values in {"drive.high": levels, "drive.amplitude": [each / crest for each in levels]}.items():
-        found = ev.sweep(start, {path: values}, quantities=[MEAN])
+        found = ev.sweep(start, {path: values}, quantity=[MEAN])
         assert found[path].attrs["units"] == "V"
         np.testing.assert_allclose(found[MEAN], expected, rtol=1e-9)
-        ready = ev.prepare(start, free=[path], quantities=[MEAN])
+        ready = ev.prepare(start, free=[path], quantity=[MEAN])
         through_0 = [ready([value])[MEAN] for value in (values[0], 0.0, values[1])]
         np.testing.assert_allclose(through_0, [expected[0], 0.0, expected[1]], rtol=1e-9, atol=1e-15)
-    both = ev.prepare(start, free=["drive.high", "drive.low"], quantities=[MEAN])
+    both = ev.prepare(start, free=["drive.high", "drive.low"], quantity=[MEAN])
     ends = {(75, -75): expected[0], (50, -50): expected[1], (50, -75): mean(scenario(name, high=50, low=-75))}
     np.testing.assert_allclose([both([*pair])[MEAN] for pair in ends], [*ends.values()], rtol=1e-9)
-    pair = ev.sweep(start, {"drive.high": levels, "drive.low": [-75.0, -50.0]}, quantities=[MEAN])[MEAN]
+    pair = ev.sweep(start, {"drive.high": levels, "drive.low": [-75.0, -50.0]}, quantity=[MEAN])[MEAN]
     np.testing.assert_allclose(np.diag(pair), expected, rtol=1e-9)
 
 
@@ -72,7 +72,7 @@ def test_an_offset_is_the_constant_that_the_drive_of_that_name_adds(name, state)
     wrapped = ev.load(BASE, changes=changes | {"drive": {"model": "Offset", "level": 30, "drive": inner}})
     found, expected = ev.simulate(shifted), ev.simulate(wrapped)
     np.testing.assert_array_equal(found.electrostatic_force, expected.electrostatic_force)
-    swept = ev.sweep(shifted, {"drive.offset": [0.0, -10.0, 30.0]}, quantities=[MEAN])[MEAN]
+    swept = ev.sweep(shifted, {"drive.offset": [0.0, -10.0, 30.0]}, quantity=[MEAN])[MEAN]
     assert float(swept[2]) == pytest.approx(mean(wrapped), rel=1e-12)
     assert float(swept[2]) > 1.05 * float(swept[0]) > 0
 
@@ -123,14 +123,14 @@ def test_a_level_that_is_set_is_that_of_either_pair_and_stays_beside_a_swept_one
     with pytest.raises(InputError, match=BESIDE):
         ev.run(SQUARE, set={"drive.high": 75}, over={"drive.amplitude": [1.0, 2.0]})
     lows = [-75.0, 0.0]  # of the drive; the stack loses less than 1e-4 of it in the resistance
-    alone = ev.run(SQUARE, over={"drive.low": [-75.0, -30.0]}, quantities=["peak stack_voltage"])
+    alone = ev.run(SQUARE, over={"drive.low": [-75.0, -30.0]}, quantity=["peak stack_voltage"])
     np.testing.assert_allclose(alone["peak stack_voltage"], [75, 30], rtol=1e-4)
     asked = ["maximum stack_voltage", "minimum stack_voltage"]
     for set_, over in (
         ({"drive.high": 75}, {"drive.low": lows}),
         (["drive.high=75 V"], ["drive.low=-75:0:2"]),
     ):
-        trace = ev.run(SQUARE, set=set_, over=over, quantities=asked)
+        trace = ev.run(SQUARE, set=set_, over=over, quantity=asked)
         assert trace["drive.high"].values.tolist() == [75]
         np.testing.assert_allclose(trace[asked[0]].squeeze(), [75, 75], rtol=1e-4)
         np.testing.assert_allclose(trace[asked[1]].squeeze(), lows, rtol=1e-4, atol=1e-2)

@@ -105,7 +105,7 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
     assert "mean_gap" in refused["Persson2018RoughGap"]
     draws = ev.read_space(step(), {"space": {"stack.gap.thickness": GAP}}).draw(3, 0, 32)
     one = step(200.0).replace({"stack.gap.thickness": draws["stack.gap.thickness"][5]})
-    alone = ev.sweep(one, {}, quantities=[FORCE])[FORCE]
+    alone = ev.sweep(one, {}, quantity=[FORCE])[FORCE]
     assert by_law["MaxwellStressInGap"][5, 2] == pytest.approx(float(alone), rel=1e-6)
     own = {"stack.gap": None, "force.mean_gap": {"model": "Uniform", "low": 1e-6, "high": 2e-6, "choice": "of this test"},
            "force.rms_gap": {"model": "Uniform", "low": 3e-7, "high": 5e-7, "choice": "of this test"}}  # fmt: skip
@@ -117,11 +117,11 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
     np.testing.assert_allclose(thrice, 3.0 * predict(function, n=8)[0][0].values, rtol=1e-12)
     printed = measured(values=(1.0,), unknown={}, over="", at=())  # every parameter is printed
     (found,) = (each for each in predict(printed, n=8)[0] if each.model == "MaxwellStressInGap")
-    alone = float(ev.sweep(step(), {}, quantities=[FORCE])[FORCE])
+    alone = float(ev.sweep(step(), {}, quantity=[FORCE])[FORCE])
     np.testing.assert_allclose(found.values, np.full((8, 1), alone), rtol=1e-9)
     ratio = replace(printed, per="peak electrostatic_force", scale=3.0, unit="1")
     (found,) = (each for each in predict(ratio, n=2)[0] if each.model == "MaxwellStressInGap")
-    peak = float(ev.sweep(step(), {}, quantities=["peak electrostatic_force"])["peak electrostatic_force"])
+    peak = float(ev.sweep(step(), {}, quantity=["peak electrostatic_force"])["peak electrostatic_force"])
     np.testing.assert_allclose(found.values, np.full((2, 1), 3.0 * alone / peak), rtol=1e-9)
 
 
@@ -371,7 +371,7 @@ def test_narrow_and_wide_ranges_are_half_and_twice_as_wide_in_the_logarithm():
     middle = np.median(gaps)
     for values, factor in ((found.narrow, 0.5), (found.values, 1.0), (found.wide, 2.0)):
         moved = step().replace({"stack.gap.thickness": float(middle * (gaps[3] / middle) ** factor)})
-        alone = float(ev.sweep(moved, {}, quantities=[FORCE])[FORCE])
+        alone = float(ev.sweep(moved, {}, quantity=[FORCE])[FORCE])
         assert values[3, 1] == pytest.approx(alone, rel=1e-6)
 
 
@@ -720,7 +720,7 @@ def test_every_point_of_a_measurement_is_what_its_scenario_gives(over, at):
                 "force": {"model": "MaxwellStressInGap"},
             }
             names = ["mean electrostatic_force", "peak drive_voltage"]
-            force = ev.prepare(sine.replace(changes), free=[over], quantities=names)({over: at[place]})
+            force = ev.prepare(sine.replace(changes), free=[over], quantity=names)({over: at[place]})
             expected = 3.0 * force["mean electrostatic_force"] / force["peak drive_voltage"]
             assert found.values[draw, place] == pytest.approx(expected, rel=1e-7)
 

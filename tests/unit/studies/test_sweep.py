@@ -41,13 +41,13 @@ def test_every_case_of_twenty_frequencies_equals_its_own_run():
     """A former fault: all cases on the time grid of the slowest gave 0.1 mN instead of 386 mN at 10 kHz."""
     scenario = load("vezzoli_2014/fig2").replace(SINE | {"drive.amplitude": 1000})
     frequencies, asked = np.geomspace(10, 1e4, 20), [MEAN, "peak current"]
-    trace = sweep(scenario, {"drive.frequency": frequencies}, quantities=asked, records=True)
+    trace = sweep(scenario, {"drive.frequency": frequencies}, quantity=asked, records=True)
     for place, frequency in enumerate(frequencies):
         alone = scenario.replace({"drive.frequency": float(frequency)})
         record, case = simulate(alone), trace.isel({"drive.frequency": place})
         np.testing.assert_array_equal(case.time.values, record.time.values)
         np.testing.assert_allclose(case.electrostatic_force, record.electrostatic_force, rtol=1e-12, atol=0)
-        numbers = sweep(alone, {}, quantities=asked)
+        numbers = sweep(alone, {}, quantity=asked)
         for name in asked:
             assert float(case[name]) == pytest.approx(float(numbers[name]), rel=1e-12)
         in_whole_periods = record.electrostatic_force.values[:-1].mean()
@@ -56,7 +56,7 @@ def test_every_case_of_twenty_frequencies_equals_its_own_run():
 
 def test_a_quantity_for_every_combination_as_numbers_and_as_a_table(tmp_path):
     over = high("100 V", "1 kV") | {THICKNESS: [10e-6, 90e-6, 100e-6]}
-    trace = sweep(SCENARIO, over, quantities=["peak  electrostatic force"])
+    trace = sweep(SCENARIO, over, quantity=["peak  electrostatic force"])
     assert list(trace.data_vars) == [PEAK]
     assert trace[PEAK].dims == ("drive.high", THICKNESS)
     np.testing.assert_allclose(trace[PEAK][1], 100 * trace[PEAK][0], rtol=1e-12)  # square of the voltage
@@ -69,7 +69,7 @@ def test_a_quantity_for_every_combination_as_numbers_and_as_a_table(tmp_path):
     assert json.loads(trace.attrs["quantities"]) == [PEAK]
     assert (trace.attrs["records"], trace.attrs["taken_over"]) == (0, "the whole time")
     assert trace.attrs["solver"] == "transient"
-    assert trace.identical(sweep(SCENARIO, over | high(100.0, 1000.0), quantities=[PEAK]))
+    assert trace.identical(sweep(SCENARIO, over | high(100.0, 1000.0), quantity=[PEAK]))
     (file,) = save(trace, tmp_path / "table.csv")
     rows = [line for line in file.read_text().splitlines() if not line.startswith("#")]
     assert rows[0] == f"drive.high [V],{THICKNESS} [m],{PEAK} [N]"
@@ -85,7 +85,7 @@ def test_the_usual_quantities_answer_if_none_is_asked_and_without_parameters_the
     assert "time" not in trace.coords
     frame = trace.to_dataframe()
     assert (list(frame.index), list(frame.columns)) == ([100.0, 200.0], list(DEFAULTS))
-    trace = sweep(SCENARIO, {}, quantities=[MEAN])
+    trace = sweep(SCENARIO, {}, quantity=[MEAN])
     assert trace[MEAN].dims == ()
     assert "at" in checks(trace)["electrowetting"]
     assert "largest at" not in checks(trace)["electrowetting"]["text"]
@@ -179,7 +179,7 @@ def test_advice_on_samples_silences_every_case_when_it_is_followed():
     """A former fault: the advice "use 2073 samples" led to the advice "use 5559"."""
     over = {"drive.frequency": np.geomspace(10, 1e4, 8)}
     scenario = SCENARIO.replace(SINE | {"time.duration": 0.5, "time.samples": 2001})
-    advice = checks(sweep(scenario, over, records=True, quantities=[MEAN]))["sampling"]
+    advice = checks(sweep(scenario, over, records=True, quantity=[MEAN]))["sampling"]
     assert advice["at"] == {"drive.frequency": pytest.approx(1e4)}
     samples = int(advice["text"].partition("time.samples = ")[2].split()[0])
     assert "sampling" not in checks(sweep(scenario.replace({"time.samples": samples}), over, records=True))
@@ -220,7 +220,7 @@ PATHS = {"drive.hihg": [1.0], "drive.high": 5.0, "frequency.low": [1.0, 2.0]}
 )
 def test_all_wrong_names_paths_and_values_are_told_at_once_before_the_work(over, asked, words):
     with pytest.raises(InputError) as error:
-        sweep(SCENARIO, over, quantities=asked, records=True, progress=pytest.fail)
+        sweep(SCENARIO, over, quantity=asked, records=True, progress=pytest.fail)
     assert len(error.value.problems) == len(words)
     for each in words:
         assert each in str(error.value)
@@ -232,7 +232,7 @@ def test_all_wrong_names_paths_and_values_are_told_at_once_before_the_work(over,
 def test_what_is_felt_can_be_asked_of_every_case_and_a_calibrated_level_follows_the_voltage():
     square = {"model": "Square", "high": 100, "low": -100, "frequency": 60, "edge": 1e-4}
     asked = ["detection level", "relative level", MEAN]
-    trace = sweep(SCENARIO.replace({"drive": square}), high(100.0, 200.0), quantities=asked)
+    trace = sweep(SCENARIO.replace({"drive": square}), high(100.0, 200.0), quantity=asked)
     assert list(trace.data_vars) == asked
     assert np.isfinite([trace[name] for name in asked[:2]]).all()
     detected = checks(trace)["detection level"]
@@ -242,7 +242,7 @@ def test_what_is_felt_can_be_asked_of_every_case_and_a_calibrated_level_follows_
     skin = {"model": "ElasticViscousSkin", "stiffness": 1000.0, "corner": 100.0}
     person = {"compliance": skin, "threshold": 1e-7, "threshold_uncertainty": 3.0}
     scenario = load("vardar_2017/square").replace({"perception": person})
-    levels = sweep(scenario, high(100.0, 200.0), quantities=["detection level"])["detection level"]
+    levels = sweep(scenario, high(100.0, 200.0), quantity=["detection level"])["detection level"]
     assert float(levels[1]) == perceive(scenario, set={"drive.high": 200.0}).sensation
 
 
@@ -353,7 +353,7 @@ def test_cases_with_other_numbers_of_tones_are_apart():
 
 def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
     scenario = settled(FIG6, SKIN)
-    one, other = (sweep(scenario, dict(each), quantities=ASKED) for each in (OVER, reversed(OVER.items())))
+    one, other = (sweep(scenario, dict(each), quantity=ASKED) for each in (OVER, reversed(OVER.items())))
     for name in ASKED:
         np.testing.assert_allclose(other[name].transpose(*one[name].dims), one[name], rtol=1e-12)
     judged = [json.loads(trace.attrs["validity"]) for trace in (one, other)]
@@ -379,15 +379,15 @@ def test_other_drives_states_and_circuits_are_left_to_their_own_solvers(change):
 
 
 def test_a_drive_of_nothing_among_others_and_more_cases_than_are_held_at_once(monkeypatch):
-    trace = sweep(settled(FIG6, {}), {"drive.amplitude": [0.0, 1.0, 2.0]}, quantities=ASKED[:1])
+    trace = sweep(settled(FIG6, {}), {"drive.amplitude": [0.0, 1.0, 2.0]}, quantity=ASKED[:1])
     values = trace["mean electrostatic_force"].values
     assert values[0] == 0
     np.testing.assert_allclose(values[2], 4 * values[1], rtol=1e-12)
     monkeypatch.setattr("electrovib.solve.quantities.cases.MOST", 260)  # three of 86 times
     frequencies = [100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0]
     scenario, asked = settled(FIG6, {}), ["peak current"]
-    found = sweep(scenario, {"drive.frequency": frequencies}, quantities=asked)["peak current"].values
-    each = (sweep(scenario.replace({"drive.frequency": at}), {}, quantities=asked) for at in frequencies)
+    found = sweep(scenario, {"drive.frequency": frequencies}, quantity=asked)["peak current"].values
+    each = (sweep(scenario.replace({"drive.frequency": at}), {}, quantity=asked) for at in frequencies)
     np.testing.assert_allclose(found, [float(alone["peak current"]) for alone in each], rtol=1e-12)
 
 
@@ -395,7 +395,7 @@ def test_a_load_that_changes_bends_the_signals_of_a_sine():
     """The pieces end where the load begins to rise, so that the mean of the friction is exact."""
     pressed = {"load.time_profile": {"model": "Press", "begin": 0.13e-3, "rise": 0.31e-3}}
     scenario = settled(FIG6, {"drive.amplitude": 1e-3} | pressed)
-    trace = sweep(scenario, {}, quantities=["mean normal_force", "minimum normal_force"])
+    trace = sweep(scenario, {}, quantity=["mean normal_force", "minimum normal_force"])
     share = (0.5 * 0.31e-3 + 1e-3 - 0.44e-3) / 1e-3
     assert float(trace["mean normal_force"]) == pytest.approx(scenario.load.normal_force * share, rel=1e-12)
     assert float(trace["minimum normal_force"]) == pytest.approx(0.0, abs=1e-15)

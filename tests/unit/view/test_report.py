@@ -176,8 +176,8 @@ def test_what_cannot_be_loaded_or_written_is_refused_before_the_work(tmp_path, m
 
 def test_a_sweep_over_three_parameters_draws_maps_at_the_ends_of_the_first(tmp_path, scenario):
     over = {"drive.high": [10.0, 20.0, 30.0], "stack.gap.thickness": [1e-6, 5e-6], "drive.rise": [1e-3, 2e-3]}
-    cube = sweep(scenario, over, quantities=["mean electrostatic_force"])
-    _, page = written(tmp_path, {"cube": cube, "one": sweep(scenario, {}, quantities=["peak current"])})
+    cube = sweep(scenario, over, quantity=["mean electrostatic_force"])
+    _, page = written(tmp_path, {"cube": cube, "one": sweep(scenario, {}, quantity=["peak current"])})
     text = " ".join(page.words)
     title = "Over the thickness of the gap and the rise of the drive: cube"
     assert all(words in text for words in (title, "at drive.high = 10 V.", "at drive.high = 30 V."))

@@ -29,7 +29,7 @@ def ramp(times, values):
 def test_key_numbers_of_a_run(trace):
     found = key_numbers(trace)
     assert found["largest drive voltage"] == "1 kV"
-    peak = float(ev.sweep(scenario_of(trace), {}, quantities=[PEAK])[PEAK])
+    peak = float(ev.sweep(scenario_of(trace), {}, quantity=[PEAK])[PEAK])
     assert found["largest electrostatic force"] == f"{peak / 1e-3:.4g} mN"
     assert found["largest field, stratum corneum"].endswith("V/m")
 

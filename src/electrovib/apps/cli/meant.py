@@ -49,7 +49,7 @@ _COMMANDS: Final = {
 _DONE_BY: Final = {word: command for command, words in _COMMANDS.items() for word in words.split()}
 _IN_PYTHON: Final = {
     "changes": "--set", "path": "--output", "start": "--set",
-    "laws": "--models", "quantities": "--quantity", "signal": "--quantity", "signals": "--quantity",
+    "laws": "--models", "quantities": "--quantity", "signal": "--quantity", "signals": "--quantity", "draws": "--records",
 }  # fmt: skip
 """Name of an argument in Python, where the command has no parameter of that name."""
 _ELSEWHERE: Final = {

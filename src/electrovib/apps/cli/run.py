@@ -67,7 +67,7 @@ def run(
         return _print_felt(scenario, read_changes(set), everything=all)
     accepted = "scenario set over quantity records output report all"
     options.only(context, accepted, "a run without --states")
-    asked = options.given(set=set, over=over, quantities=quantity, records=records, output=output)
+    asked = options.given(set=set, over=over, quantity=quantity, records=records, output=output)
     trace = run(scenario, **asked, report=report, force=force)
     felt = [] if "over" in trace.attrs else felt_lines(trace, everything=all)
     return say(*summary(trace, output, report, source=scenario, felt=felt))

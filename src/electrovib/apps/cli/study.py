@@ -18,11 +18,11 @@ def study(
     n: Annotated[int, options.number("-n", int)],
     seed: Annotated[int, options.number("--seed", int)],
     space: Annotated[str | None, typer.Option(autocompletion=options.space_names)] = None,
-    signal: Annotated[list[str] | None, typer.Option("--quantity", callback=options.split)] = None,
+    quantity: Annotated[list[str] | None, typer.Option(callback=options.split)] = None,
     sensitivity: options.Flag = False,
     percentiles: options.Text = "5,50,95",
     exceed: options.Names = None,
-    draws: Annotated[bool, typer.Option("--records")] = False,
+    records: options.Flag = False,
     budget_memory: options.Text = "1 GB",
     workers: options.Text = None,
     output: Annotated[list[str] | None, typer.Option("--output", "-o")] = None,
@@ -42,7 +42,7 @@ def study(
         Number of fingers; of base draws, a power of 2, of --sensitivity.
     seed : N
         Seed of the draws: the same seed draws the same fingers.
-    signal : NAME,...
+    quantity : NAME,...
         Signal, electrostatic_force if absent, over frequency mean_force; of --sensitivity one as for run; repeatable.
     sensitivity
         Report instead which parameters one quantity depends on most, and which to measure first.
@@ -50,7 +50,7 @@ def study(
         Percentiles over the fingers.
     exceed : VALUE,...
         Threshold whose exceedance probability is wanted: '5 mN'; repeatable.
-    draws
+    records
         Keep the parameters and signals of every finger too.
     budget_memory : MEMORY
         Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.
@@ -68,15 +68,15 @@ def study(
     asked = {"scenario": options.changed(scenario, set), "space": space, "n": n, "seed": seed, "force": force}
     outputs = output or []
     if sensitivity:
-        options.only(context, "scenario n seed space signal sensitivity output set", "--sensitivity")
-        _print_sensitivity(asked, signal or [], outputs)
+        options.only(context, "scenario n seed space quantity sensitivity output set", "--sensitivity")
+        _print_sensitivity(asked, quantity or [], outputs)
         return
     bands = [name for name in outputs if Path(name).suffix.lower() in {".csv", *SUFFIXES}]
     stores = [name for name in outputs if name not in bands]
     if len(stores) != 1:
         raise InputError("name one folder DIR.zarr; further outputs are files of the bands", path="--output")
     asked |= options.given(
-        signal=signal, percentiles=options.names_of(percentiles), exceed=exceed, draws=draws
+        quantity=quantity, percentiles=options.names_of(percentiles), exceed=exceed, records=records
     )
     asked |= options.given(budget_memory=budget_memory, report=report) | _processes(workers)
     _print_bands(asked, stores[0], bands)

@@ -17,7 +17,7 @@ def times(
     context: typer.Context,
     *,
     record: Annotated[str, typer.Argument()],
-    signal: Annotated[str | None, typer.Option("--quantity")] = None,
+    quantity: options.Text = None,
     levels: Annotated[str, typer.Option()] = "10:90",
     by: options.Text = None,
     antiphase: options.Flag = False,
@@ -43,7 +43,7 @@ def times(
     ----------
     record
         Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument.
-    signal : SIGNAL
+    quantity : SIGNAL
         Signal whose edges are measured; by default the only one besides --by.
     levels : LOW:HIGH
         Levels in per cent of the range of an edge.
@@ -81,10 +81,12 @@ def times(
         return
     options.only(
         context,
-        "record signal levels by antiphase sensor edges exponentials window before ring output",
+        "record quantity levels by antiphase sensor edges exponentials window before ring output",
         "times, but to --swipes",
     )
-    asked |= options.given(record=record, signal=signal, levels=levels, by=by, antiphase=antiphase, ring=ring)
+    asked |= options.given(
+        record=record, quantity=quantity, levels=levels, by=by, antiphase=antiphase, ring=ring
+    )
     asked |= options.given(
         sensor=sensor, edges=edges, exponentials=exponentials, window=window, before=before
     )
@@ -95,7 +97,7 @@ def _times(
     record: str,
     *,
     levels: str,
-    signal: str | None = None,
+    quantity: str | None = None,
     by: str | None = None,
     antiphase: bool = False,
     ring: bool = False,
@@ -109,11 +111,11 @@ def _times(
 
     options |= {name: seconds(f"--{name}", options[name]) for name in ("window", "before") if name in options}
     trace, window = open_trace(record), options.get("window")
-    chosen: dict[str, Any] = {"signal": signal, "by": by}
+    chosen: dict[str, Any] = {"quantity": quantity, "by": by}
     chosen["readback"] = OneOfTwoInAntiphase() if antiphase else None
     rings = None
     if ring and by is None:
-        rings = measure_rings(trace, signal=signal, window=window)
+        rings = measure_rings(trace, quantity=quantity, window=window)
     elif ring:
         rings = MeasuredRings(rings=(measure_ring(trace, **chosen, window=window),))
     try:

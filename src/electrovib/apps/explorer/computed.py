@@ -203,7 +203,7 @@ def _with_band(known: Further, found: Computed) -> Further:
         raise InputError(
             "the contact has neither skin nor load, so it is not that of a finger, and no population of fingers describes it"
         )
-    bands = study(scenario, _population(), n=FINGERS, seed=SEED, signal="mean_force")
+    bands = study(scenario, _population(), n=FINGERS, seed=SEED, quantity="mean_force")
     low, middle, high = (bands["mean_force_percentile"].sel(percentile=each).values for each in (5, 50, 95))
     band = {"frequency": bands["frequency"].values, "low": low, "middle": middle, "high": high}
     said = (f"{each[0].upper()}{each[1:]}." for each in width_words(bands))

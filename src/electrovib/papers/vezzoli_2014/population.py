@@ -91,7 +91,7 @@ def predicted(group: str = "") -> tuple[Predicted, Predicted]:
 
 def _predicted(law: str, figure: str, group: str) -> Predicted:
     scenario, space = rising(figure), population(figure, group)
-    force = prepare(scenario, free=space.paths, quantities=[FORCE])
+    force = prepare(scenario, free=space.paths, quantity=[FORCE])
     drawn = space.draw(SEED, 0, SUBJECTS * _GROUPS_OF_SUBJECTS)
     found = sensitivity(scenario, space, quantity=FORCE, n=_DRAWS, seed=SEED)
     return Predicted(law=law, force=force(drawn)[FORCE], indices=found.indices)
@@ -282,7 +282,7 @@ def _figure_7() -> Panel:
         ("law (1) of the paper", over_frequency(), "paper point"),
         ("gap that does not conduct", over_frequency(in_gap=True), "no conduction"),
     ):
-        found = study(scenario, space, n=_FINGERS, seed=SEED, signal="mean_force")
+        found = study(scenario, space, n=_FINGERS, seed=SEED, quantity="mean_force")
         frequency, (low, middle, high) = found.frequency.values, found["mean_force_percentile"].values
         band: dict[str, Any] = {"x": frequency, "look": look(meaning)}
         curves += [

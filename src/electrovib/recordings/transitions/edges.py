@@ -213,7 +213,7 @@ class Columns:
 def columns_of(
     record: xarray.Dataset | str | Path,
     *,
-    signal: str | None,
+    quantity: str | None,
     by: str | None = None,
     readback: Readback | None = None,
 ) -> Columns:
@@ -222,7 +222,7 @@ def columns_of(
         from electrovib.data.traces import open_trace
 
         record = open_trace(record)
-    signal = _named(record, signal, by)
+    signal = _named(record, quantity, by)
     if readback is not None and by is None:
         raise InputError("readback: states how a signal relates to the drive; name that signal with by")
     time = np.asarray(record["time"].values, dtype=float)
@@ -231,7 +231,7 @@ def columns_of(
     whole = np.isfinite(values) & (True if drive is None else np.isfinite(drive))
     time, values = time[whole], values[whole]
     if time.size < 40:
-        raise InputError(f"signal = {signal}: it has {time.size} samples; 40 are needed")
+        raise InputError(f"quantity = {signal}: it has {time.size} samples; 40 are needed")
     if not (np.diff(time) > 0).all():
         raise InputError("time: the times do not increase; import the record with stamps = 'keep_increasing'")
     if drive is not None:
@@ -244,23 +244,23 @@ def columns_of(
     return Columns(signal=signal, unit=unit, time=time, values=values, drive=drive)
 
 
-def _named(record: xarray.Dataset, signal: str | None, by: str | None) -> str:
+def _named(record: xarray.Dataset, quantity: str | None, by: str | None) -> str:
     """Refuse signals that the record does not hold, and return the one to measure."""
     over_time = [str(name) for name, values in record.data_vars.items() if values.dims == ("time",)]
-    if signal is None:
+    if quantity is None:
         left = [name for name in over_time if name != by]
         if len(left) != 1:
             raise InputError(
-                f"signal: the record has {len(left)} signals over time ({', '.join(left) or 'none'}); name the one to measure"
+                f"quantity: the record has {len(left)} signals over time ({', '.join(left) or 'none'}); name the one to measure"
             )
-        signal = left[0]
-    for option, name in (("signal", signal), ("by", by)):
+        quantity = left[0]
+    for option, name in (("quantity", quantity), ("by", by)):
         if name is not None and name not in over_time:
             raise InputError(
                 f"{option} = {name}: the record has no such signal over time; it has {', '.join(over_time) or 'none'}."
                 f"{nearest(name, over_time)}"
             )
-    return signal
+    return quantity
 
 
 _ABOVE: Final = 4.0

@@ -74,7 +74,7 @@ _AT_LEAST: Final = 500
 def measure_ring(
     record: xarray.Dataset | str | Path,
     *,
-    signal: str | None = None,
+    quantity: str | None = None,
     at: float | None = None,
     by: str | None = None,
     readback: Readback | None = None,
@@ -87,7 +87,7 @@ def measure_ring(
     ----------
     record : xarray.Dataset, str or Path
         Trace or its file.
-    signal : str, optional
+    quantity : str, optional
         Signal that oscillates; by default the only one besides `by`.
     at : float, optional
         Time of the impact or release [s]; by default the last switching of `by`, or else the largest deviation of the signal
@@ -121,7 +121,7 @@ def measure_ring(
     a higher mode decays sooner, their frequency falls towards that of the mode that remains. The intervals follow from the
     noise of this one oscillation; sections overlap and are not independent of each other.
     """
-    chosen = columns_of(record, signal=signal, by=by, readback=readback)
+    chosen = columns_of(record, quantity=quantity, by=by, readback=readback)
     _check(start=start, window=window)
     time, values = chosen.time, chosen.values
     if at is None and chosen.drive is not None:
@@ -136,7 +136,7 @@ def measure_ring(
 
 
 def measure_rings(
-    record: xarray.Dataset | str | Path, *, signal: str | None = None, window: float | None = None
+    record: xarray.Dataset | str | Path, *, quantity: str | None = None, window: float | None = None
 ) -> MeasuredRings:
     """Find the impacts or releases of a record, and measure the oscillation after each of them.
 
@@ -144,7 +144,7 @@ def measure_rings(
     ----------
     record : xarray.Dataset, str or Path
         Trace or its file.
-    signal : str, optional
+    quantity : str, optional
         Signal that oscillates; by default the only one over time.
     window : float, optional
         Time after each impact up to which it is evaluated [s]; by default until it has fallen into the noise.
@@ -159,7 +159,7 @@ def measure_rings(
     InputError
         If an argument cannot be used, or if there is no oscillation above the noise.
     """
-    chosen = columns_of(record, signal=signal)
+    chosen = columns_of(record, quantity=quantity)
     _check(start=None, window=window)
     found: list[MeasuredRing] = []
     skipped: list[str] = []

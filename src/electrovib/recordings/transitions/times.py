@@ -51,7 +51,7 @@ SensorSource: TypeAlias = Sensor | str | None
 def measure_times(
     record: xarray.Dataset | str | Path,
     *,
-    signal: str | None = None,
+    quantity: str | None = None,
     levels: tuple[float, float] = (0.1, 0.9),
     by: str | None = None,
     readback: Readback | None = None,
@@ -67,7 +67,7 @@ def measure_times(
     ----------
     record : xarray.Dataset, str or Path
         Trace, for instance of `electrovib.import_file`, or its file.
-    signal : str, optional
+    quantity : str, optional
         Signal whose edges are measured; by default the only one besides `by`.
     levels : tuple of float
         Fractions of the range between the levels before and after an edge, counted from the lower one, increasing,
@@ -122,7 +122,7 @@ def measure_times(
         driven=by is not None,
     )
     compared = forms(exponentials, sensor=sensor is not None)
-    chosen = columns_of(record, signal=signal, by=by, readback=readback)
+    chosen = columns_of(record, quantity=quantity, by=by, readback=readback)
     references = reference_times(chosen.time, chosen.values, chosen.drive)
     found: list[EdgeTimes] = []
     skipped: list[str] = []

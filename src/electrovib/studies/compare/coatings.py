@@ -73,7 +73,7 @@ def coatings_of(cases: dict[str, Scenario], layer: str) -> tuple[Coating, ...]:
     for name, case in cases.items():
         space = read_space(case, PEOPLE)
         whole = without_its_limits(case, LARGEST)  # with them every finger would be marched by itself
-        force = Prepared(whole, free=space.paths, quantities=[FORCE])(space.draw(SEED, 0, DRAWS))[FORCE]
+        force = Prepared(whole, free=space.paths, quantity=[FORCE])(space.draw(SEED, 0, DRAWS))[FORCE]
         if not np.isfinite(force).all():
             raise InputError(
                 f"{name}: the force is not known of {np.sum(~np.isfinite(force))} of {DRAWS} fingers"

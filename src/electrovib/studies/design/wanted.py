@@ -255,7 +255,7 @@ class Evaluation:
         self.wanted = wanted
         signal, layer = wanted.signal
         name = wanted.name if wanted.at is None else f"peak {signal}" + (f" in {layer}" if layer else "")
-        self.prepared = Prepared(scenario, free=free, quantities=[] if wanted.is_felt else [name])
+        self.prepared = Prepared(scenario, free=free, quantity=[] if wanted.is_felt else [name])
 
     @functools.cached_property
     def most(self) -> float:

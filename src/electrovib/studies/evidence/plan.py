@@ -312,9 +312,7 @@ def _grid(over: Mapping[str, Sequence[float] | Real]) -> list[dict[str, float]]:
 def _values(scenario: Scenario, space: SpaceSource, quantity: str, *, n: int, seed: int) -> Real:
     """Compute the quantity of every draw (n,)."""
     found = read_space(scenario, space)
-    values: Real = prepare(scenario, free=found.paths, quantities=[quantity])(found.draw(seed, 0, n))[
-        quantity
-    ]
+    values: Real = prepare(scenario, free=found.paths, quantity=[quantity])(found.draw(seed, 0, n))[quantity]
     if not np.all(np.isfinite(values)):
         raise InputError(f"{quantity}: {type(scenario.force).__name__} gives no number for some of the draws")
     return values

@@ -145,7 +145,7 @@ def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, R
     names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
 
     def numbers(scenario: Scenario, columns: Mapping[str, Real]) -> Real:
-        many = prepare(scenario, free=list(columns), quantities=names)
+        many = prepare(scenario, free=list(columns), quantity=names)
         if measured.over in columns and len(columns) > 1 and many.method != TOGETHER:
             return one_point_after_the_other()  # of which each may run on arrays
         several = many(columns)

@@ -50,7 +50,7 @@ class DeclaredStudy:
         Percentiles of the bands, above 0 and below 100 [%]; increasing.
     thresholds : dict of str to tuple of float
         Signal to the values whose exceedance is counted, in the SI unit of the signal; increasing.
-    draws : bool
+    records : bool
         Whether the signals of every finger are kept.
     memory : float
         Memory for the values from which the percentiles are taken [bytes].
@@ -63,7 +63,7 @@ class DeclaredStudy:
     signals: tuple[str, ...]
     percentiles: tuple[float, ...]
     thresholds: Mapping[str, tuple[float, ...]]
-    draws: bool
+    records: bool
     memory: float
 
     @property
@@ -78,10 +78,10 @@ class DeclaredStudy:
             "space": json.dumps(_without_origins(_plain(self.space.as_table())), sort_keys=True),
             "n": self.fingers,
             "seed": self.seed,
-            "signal": list(self.signals),
+            "quantity": list(self.signals),
             "percentiles": list(self.percentiles),
             "exceed": {name: list(values) for name, values in self.thresholds.items()},
-            "draws": self.draws,
+            "records": self.records,
         }
 
     def to_text(self) -> str:
@@ -109,15 +109,15 @@ def read_study(
     *,
     n: int,
     seed: int,
-    signal: str | Sequence[str],
+    quantity: str | Sequence[str],
     percentiles: Sequence[float | str],
     exceed: Sequence[str | float] | str | float,
-    draws: bool,
+    records: bool,
     budget_memory: float | str,
 ) -> DeclaredStudy:
     """Read the arguments of `electrovib.study`, and report all mistakes at once."""
     problems: list[str] = []
-    names = tuple(dict.fromkeys([signal] if isinstance(signal, str) else signal))
+    names = tuple(dict.fromkeys([quantity] if isinstance(quantity, str) else quantity))
     problems += _signal_problems(names)
     if isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= _MOST_FINGERS:
         problems.append(
@@ -146,7 +146,7 @@ def read_study(
         signals=names,
         percentiles=shares,
         thresholds=thresholds,
-        draws=bool(draws),
+        records=bool(records),
         memory=memory,
     )
 
@@ -155,15 +155,15 @@ def _signal_problems(names: Sequence[str]) -> list[str]:
     """List the names that are no signal over time or frequency, and signals over different axes."""
     known = {name: each.dims[0] for name, each in SIGNALS.items() if len(each.dims) == 1}
     problems = [
-        f"signal = {name}: not a signal of a study.{nearest(name, known)}"
+        f"quantity = {name}: not a signal of a study.{nearest(name, known)}"
         for name in names
         if name not in known
     ]
     if not names:
-        problems.append("signal: name at least one, for instance electrostatic_force")
+        problems.append("quantity: name at least one, for instance electrostatic_force")
     if not problems and len({known[name] for name in names}) > 1:
         listed = ", ".join(f"{name} over {known[name]}" for name in names)
-        problems.append(f"signal: {listed}; expected signals over the same axis, run two studies")
+        problems.append(f"quantity: {listed}; expected signals over the same axis, run two studies")
     return problems
 
 

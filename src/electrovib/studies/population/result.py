@@ -51,7 +51,7 @@ def arrays(collected: Collected) -> xarray.Dataset:
         found["percentile"] = ("percentile", np.asarray(declared.percentiles), about)
     for name in declared.signals:
         found |= _of_signal(name, collected)
-    if declared.draws:
+    if declared.records:
         found |= _parameters(declared)
     return xarray.Dataset(found)
 

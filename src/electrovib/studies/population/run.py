@@ -53,10 +53,10 @@ def study(
     n: int,
     seed: int,
     output: str | Path | None = None,
-    signal: str | Sequence[str] = "electrostatic_force",
+    quantity: str | Sequence[str] = "electrostatic_force",
     percentiles: Sequence[float | str] = PERCENTILES,
     exceed: Sequence[str | float] | str | float = (),
-    draws: bool = False,
+    records: bool = False,
     budget_memory: float | str = MEMORY,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -79,13 +79,13 @@ def study(
         Number of fingers, and seed of the draws: the same seed draws the same fingers.
     output : str or Path, optional
         Folder ``name.zarr`` of the result, in which the same call continues an interrupted study.
-    signal : str or sequence of str
+    quantity : str or sequence of str
         Signals over time, or over frequency: ``"electrostatic_force"``, ``"mean_force"``.
     percentiles : sequence of float
         Percentiles over the fingers, 0 to 100.
     exceed : sequence of str or float
         Thresholds whose exceedance probability is wanted, with units or in SI: ``"5 mN"``.
-    draws : bool
+    records : bool
         Whether parameters and signals of every finger are kept in the store.
     budget_memory : str or float
         Memory within which percentiles are exact [byte].
@@ -122,10 +122,10 @@ def study(
         space,
         n=n,
         seed=seed,
-        signal=signal,
+        quantity=quantity,
         percentiles=percentiles,
         exceed=exceed,
-        draws=draws,
+        records=records,
         budget_memory=budget_memory,
     )
     where = _where(workers, scheduler)
@@ -217,18 +217,18 @@ def _in_memory(
     from electrovib.studies.population.answer import StudyResult
 
     evaluator = _evaluator(declared, where)
-    if declared.draws and not evaluator.exact:
+    if declared.records and not evaluator.exact:
         raise InputError(
-            f"draws: the signals of all fingers exceed budget_memory = {megabytes(declared.memory)}; give an output, a store"
+            f"records: the signals of all fingers exceed budget_memory = {megabytes(declared.memory)}; give an output, a store"
             " to which they are written, or allow more"
         )
-    collected = Collected(evaluator, hold=evaluator.held or declared.draws)
+    collected = Collected(evaluator, hold=evaluator.held or declared.records)
     with closing(_tiles(collected, where, progress)) as tiles:
         for tile in tiles:
             collected.add(tile)
             _report(progress, collected)
     found = arrays(collected)
-    if declared.draws:
+    if declared.records:
         for name, rows in collected.rows.items():
             dims, words = draws_of(name, declared.axis)
             found[name] = (dims, rows, words)
@@ -268,7 +268,7 @@ def _evaluate(
             for tile in tiles:
                 between_tiles = False
                 collected.add(tile)
-                if kept.declared.draws:
+                if kept.declared.records:
                     kept.append(tile.rows)
                 begun, takes = time.monotonic(), max(took, kept.waiting(collected) / _RATE)
                 if begun - last >= min(_LONGEST, max(PAUSE, _SHARE * takes)) and tile.stop < total:

@@ -70,11 +70,11 @@ class StudyStore:
     def _make_rows(self, evaluator: Evaluator) -> None:
         """Make the arrays of the signals of every finger: of the result, or until its end."""
         declared = self.declared
-        self.place = "" if declared.draws else f"{CHECKPOINT}/"
+        self.place = "" if declared.records else f"{CHECKPOINT}/"
         self.rows: dict[str, Any] = {}
         self.tails: dict[str, Rows] = {}
         self.appended = self.done["fingers"]
-        for name in declared.signals if declared.draws or evaluator.held else ():
+        for name in declared.signals if declared.records or evaluator.held else ():
             self.tails[name] = np.empty((0, evaluator.samples), np.float32)
             place = self.path / self.place / name
             if self.appended:
@@ -129,13 +129,13 @@ class StudyStore:
     def waiting(self, collected: Collected) -> int:
         """Return how many bytes of signals the next `commit` writes."""
         new = slice(self.appended, collected.fingers)
-        return 0 if self.declared.draws else sum(rows[new].nbytes for rows in collected.rows.values())
+        return 0 if self.declared.records else sum(rows[new].nbytes for rows in collected.rows.values())
 
     def commit(self, collected: Collected) -> None:
         """Record that the first fingers are complete, with their sums."""
         if collected.fingers == self.done["fingers"]:
             return
-        if not self.declared.draws:
+        if not self.declared.records:
             new = slice(self.appended, collected.fingers)
             self.append({name: rows[new] for name, rows in collected.rows.items()})
             self.appended = collected.fingers
@@ -156,7 +156,7 @@ class StudyStore:
             for name in names:
                 each = arrays[name].variable
                 files.make_array(self.path / name, each.dims, each.attrs, data=each.values, chunks=each.shape)
-            rows = self.rows if self.declared.draws else ()
+            rows = self.rows if self.declared.records else ()
             files.write_group(
                 self.path, self.attributes | {COMPLETE: True, **files.stated(self.path, names, rows)}
             )
@@ -235,7 +235,7 @@ def refuse_other_method(path: Path, evaluator: Evaluator) -> None:
 def refuse_full_disk(path: Path, evaluator: Evaluator) -> None:
     """Refuse a study whose kept signals exceed the free space of the disk."""
     declared = evaluator.declared
-    needed = 4.0 * declared.fingers * evaluator.numbers if declared.draws else 0.0
+    needed = 4.0 * declared.fingers * evaluator.numbers if declared.records else 0.0
     folder = next((each for each in (path, *path.resolve().parents) if each.exists()), Path())
     free = shutil.disk_usage(folder).free
     if needed > free:

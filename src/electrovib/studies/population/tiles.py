@@ -181,7 +181,7 @@ class Evaluator:
 
     def memory(self, fingers: int) -> dict[str, Rows]:
         """Return new memory for signals, if these are needed."""
-        needed = self.held or self.binned or self.declared.draws
+        needed = self.held or self.binned or self.declared.records
         names = self.declared.signals if needed else ()
         return {name: np.empty((fingers, self.samples), np.float32) for name in names}
 
@@ -350,7 +350,7 @@ def tiles_of_cluster(
     with _client(workers, scheduler) as client:
         declared, versions = evaluator.declared, computing_versions()
         text, most = declared.to_text(), largest_tile(evaluator.numbers)
-        if not (evaluator.held or declared.draws):  # a histogram is sent back, or nothing but sums
+        if not (evaluator.held or declared.records):  # a histogram is sent back, or nothing but sums
             most = max(most, _UNSENT)
         sizes = TileSizes(declared.fingers, most, seconds=_TASK, in_arrays=evaluator.in_arrays)
 
@@ -401,7 +401,7 @@ def tile_on_worker(text: str, start: int, stop: int, expected: Mapping[str, str]
         return Tile(start, stop, problems=[f"workers: one has {what}; install the same versions everywhere"])
     try:
         evaluator = _evaluator(text, _threads())
-        if evaluator.held or evaluator.declared.draws:
+        if evaluator.held or evaluator.declared.records:
             return evaluator.tile(start, stop)
         return _without_signals(evaluator, start, stop)
     except ElectrovibError as error:

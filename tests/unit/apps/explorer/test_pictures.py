@@ -233,7 +233,7 @@ def test_a_band_of_fingers_is_that_of_a_study_and_states_what_was_drawn(shown):
     assert known.problems == ()
     assert np.all(known.band["low"] <= known.band["middle"])
     assert np.all(known.band["middle"] <= known.band["high"])
-    bands = ev.study(shown.scenario, "fingers", n=200, seed=1, signal="mean_force").mean_force_percentile
+    bands = ev.study(shown.scenario, "fingers", n=200, seed=1, quantity="mean_force").mean_force_percentile
     np.testing.assert_array_equal(known.band["high"], bands.sel(percentile=95).values)
     assert "which differ in thickness of the stratum corneum, permittivity of" in known.drawn
     assert "does not take it: level of the moisture" in known.drawn

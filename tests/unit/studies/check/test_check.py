@@ -347,7 +347,7 @@ def test_the_peak_current_at_a_corner_is_the_same_in_check_run_and_sweep():
     checked = ev.check(scenario).value("peak current")
     assert checked == pytest.approx((32.96e-12 + 200e-12) * SLOPE, rel=2e-4)
     assert diagnostics(ev.run(scenario))["current"].value == checked
-    swept = ev.sweep(scenario, {"drive.high": [500.0, 1000.0]}, quantities=["peak amplifier_current"])
+    swept = ev.sweep(scenario, {"drive.high": [500.0, 1000.0]}, quantity=["peak amplifier_current"])
     # 1e-12: the time before the corner is chosen differently
     assert max(diagnostics(swept)["current"].value, checked) == pytest.approx(checked, rel=1e-12)
 
@@ -373,7 +373,7 @@ def test_limits_of_root_mean_squares_and_of_the_slew_rate(limit, value, unit):
             assert (found.state, found.unit) == (state, unit)
             judged = diagnostics(ev.run(declared))[name]
             assert (judged.state, judged.value) == (verdict, pytest.approx(expected, rel=1e-6))
-            swept = ev.sweep(declared, {"drive.phase": [0.0, 0.5]}, quantities=["peak drive_voltage"])
+            swept = ev.sweep(declared, {"drive.phase": [0.0, 0.5]}, quantity=["peak drive_voltage"])
             assert diagnostics(swept)[name].state == verdict
 
 

@@ -422,7 +422,7 @@ def test_gain_is_that_of_the_simulated_sine_in_its_steady_state(name, drive, cha
     voltage = "peak plate_voltage" if amplified else "peak stack_voltage"
     current = "peak amplifier_current" if amplified else "peak current"
     names = list({MEAN: 0, voltage: 0, current: 0, "peak current": 0})
-    found = ev.prepare(scenario, free=["load.normal_force"], quantities=names)([scenario.load.normal_force])
+    found = ev.prepare(scenario, free=["load.normal_force"], quantity=names)([scenario.load.normal_force])
     gain, peak = carrier_gain(scenario, [3000.0]), drive["amplitude"]
     exact = 1e-3 if name.endswith("fig7") else 1e-9
     assert gain.force[0] * peak**2 == pytest.approx(found[MEAN], rel=exact)

@@ -29,7 +29,7 @@ LEAKY = SINE.replace({"stack.gap.material.conductivity": 1e-8, "circuit.return_p
 
 
 def force(scenario=SINE, quantity=MEAN, at=None):
-    return ev.prepare(scenario, free=list(at or [FREE]), quantities=[quantity])(at or {})[quantity]
+    return ev.prepare(scenario, free=list(at or [FREE]), quantity=[quantity])(at or {})[quantity]
 
 
 def design(want=WANT, free=FREE, scenario=SINE, *, between=None, **options):
@@ -72,7 +72,7 @@ def test_the_offset_has_two_signs_and_its_minimum_is_one_solution():
 def test_two_frequencies_where_the_force_has_a_maximum_and_the_nearest_beyond_it():
     """Number and maximum are those of a dense sweep."""
     dense, wanted = np.geomspace(1e-3, 1e8, 300), 0.6 * force(LEAKY)
-    values = ev.prepare(LEAKY, free=["drive.frequency"], quantities=[MEAN])([dense])[MEAN]
+    values = ev.prepare(LEAKY, free=["drive.frequency"], quantity=[MEAN])([dense])[MEAN]
     found = design({MEAN: wanted}, "drive.frequency", LEAKY)
     crossed = dense[:-1][np.diff(np.sign(values - wanted)) != 0]
     assert len(found.values) == len(crossed) == 2
@@ -281,7 +281,7 @@ def test_the_drive_that_gives_0_64_times_the_force_of_a_preset_is_found_and_give
     found = design({MEAN: wanted}, free, scenario, between=sorted([0.3 * begin, 1.5 * begin]))
     assert any(each.value == pytest.approx(0.8 * begin, rel=1e-6) for each in found.solutions)
     for each in found.solutions:
-        back = ev.sweep(scenario.replace({free: each.value}), {}, quantities=[MEAN])
+        back = ev.sweep(scenario.replace({free: each.value}), {}, quantity=[MEAN])
         assert back[MEAN].item() == pytest.approx(wanted, rel=1e-6)
 
 
@@ -307,7 +307,7 @@ def test_at_the_value_for_a_share_one_draw_has_just_what_is_wanted(space, free, 
             for_share(**asked)
         return
     found, drawn = for_share(**asked), space.draw(1, 0, 20)
-    prepared = ev.prepare(SINE, free=[free, *drawn], quantities=[quantity])
+    prepared = ev.prepare(SINE, free=[free, *drawn], quantity=[quantity])
     for value in {each for each in found.others.values() if math.isfinite(each)} - set(RANGES[free]):
         points = [{free: value} | {path: values[i] for path, values in drawn.items()} for i in range(20)]
         nearest = min(abs(prepared(each)[quantity] / wanted - 1) for each in points)

@@ -14,7 +14,7 @@ from electrovib.studies.population import StudyCancelledError, open_study, study
 from electrovib.studies.population.result import percentile_words
 from electrovib.studies.population.tiles import Evaluator, Statistics, TileSizes, largest_tile
 
-ASKED = {"n": 5000, "exceed": ["1 mN"], "draws": True}
+ASKED = {"n": 5000, "exceed": ["1 mN"], "records": True}
 FORCE = "electrostatic_force"
 PERCENTILE = f"{FORCE}_percentile"
 
@@ -45,7 +45,7 @@ def test_the_numbers_are_those_of_the_fingers_in_memory_and_in_the_store(quick, 
 @pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
 @pytest.mark.parametrize("size", [16, 256, 1024, 2048])
 def test_tiles_do_not_change_the_numbers(quick, tiles, same, memory, size, tmp_path):
-    asked = ASKED | {"draws": False, "budget_memory": memory}
+    asked = ASKED | {"records": False, "budget_memory": memory}
     reference = quick(**asked)
     tiles(size)
     same(quick(**asked), reference)
@@ -67,7 +67,7 @@ def test_a_study_that_is_ended_again_and_again_gives_the_same_numbers(
     quick, tiles, same, content, tmp_path, memory, draws
 ):
     tiles(64)
-    asked = ASKED | {"draws": draws, "budget_memory": memory}
+    asked = ASKED | {"records": draws, "budget_memory": memory}
     reference = quick(**asked, output=tmp_path / "reference.zarr")
     starts = []
     for end in (1500, 3000, 4500, 6000):
@@ -100,10 +100,10 @@ def test_a_finger_that_is_not_known_makes_its_samples_unknown(quick, monkeypatch
 
 
 def test_signals_thresholds_percentiles_and_seeds_that_are_asked_for(quick):
-    found = quick(n=100, signal="mean_force", exceed="1 mN")
+    found = quick(n=100, quantity="mean_force", exceed="1 mN")
     assert found["mean_force_percentile"].dims == ("percentile", "frequency")
     assert found["mean_force_exceedance"].dims == ("mean_force_threshold", "frequency")
-    found = quick(n=100, signal=[FORCE, "lateral_force"], exceed=["1 mN", 2e-3])
+    found = quick(n=100, quantity=[FORCE, "lateral_force"], exceed=["1 mN", 2e-3])
     np.testing.assert_array_equal(found[f"{FORCE}_threshold"], [1e-3, 2e-3])
     np.testing.assert_array_equal(found["lateral_force_threshold"], [1e-3])
     one, other = (quick(n=50, percentiles=(), seed=seed) for seed in (3, 4))
@@ -116,7 +116,7 @@ def test_signals_thresholds_percentiles_and_seeds_that_are_asked_for(quick):
 def test_threads_do_not_change_the_numbers(monkeypatch, same, memory, exceed):
     """The real population, in arrays over fingers."""
     scenario = load("vezzoli_2014/fig6_gap").replace({"time.samples": 50})
-    asked = {"n": 7000, "seed": 2, "draws": memory == "1 GB", "exceed": exceed, "budget_memory": memory}
+    asked = {"n": 7000, "seed": 2, "records": memory == "1 GB", "exceed": exceed, "budget_memory": memory}
     reference = study(scenario, "fingers", **asked)
     assert reference.attrs["method"].startswith("together")
     evaluated, original = set(), Evaluator.tile

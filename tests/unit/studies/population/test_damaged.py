@@ -31,7 +31,7 @@ def flipped(path, at=100):
 @pytest.fixture
 def whole(quick, tiles, tmp_path):
     tiles(1024)  # the last bits of sums depend on the tiles
-    quick(n=2100, draws=True, output=tmp_path / "a.zarr")
+    quick(n=2100, records=True, output=tmp_path / "a.zarr")
     return tmp_path / "a.zarr"
 
 
@@ -45,11 +45,11 @@ def begun(ended, tiles, tmp_path):
 @pytest.fixture
 def doors(quick):
     """Both functions that read a complete store."""
-    return (open_study, lambda path: quick(n=2100, draws=True, output=path))
+    return (open_study, lambda path: quick(n=2100, records=True, output=path))
 
 
 def test_signals_are_read_when_they_are_used_and_refused_where_they_are_damaged(whole, quick):
-    found, expected = open_study(whole), quick(n=2100, draws=True)
+    found, expected = open_study(whole), quick(n=2100, records=True)
     assert not found[NAME].variable._in_memory
     np.testing.assert_array_equal(found[NAME][1000:1100:3, ::2], expected[NAME][1000:1100:3, ::2])
     assert pickle.loads(pickle.dumps(found)).identical(expected)
@@ -206,7 +206,7 @@ def test_what_another_program_adds_to_a_store_is_no_damage(whole, begun, quick, 
     expected = open_study(whole).load()
     added(whole, how)
     assert open_study(whole).identical(expected)
-    assert quick(n=2100, draws=True, output=whole).identical(expected)
+    assert quick(n=2100, records=True, output=whole).identical(expected)
     added(begun, how)
     found = quick(n=1500, output=begun)
     np.testing.assert_array_equal(found[f"{NAME}_mean"], quick(n=1500)[f"{NAME}_mean"])

@@ -66,7 +66,7 @@ def cluster(folder, count):
 
 @pytest.mark.slow
 def test_a_worker_that_is_killed_costs_its_tasks_alone(tmp_path):
-    asked = {"n": 500, "seed": 5, "exceed": "1 mN", "draws": True}
+    asked = {"n": 500, "seed": 5, "exceed": "1 mN", "records": True}
     amplifier = {"source_current": "20 uA", "stray_capacitance": "100 pF"}  # fingers are solved one by one
     scenario = ev.load(SCENARIO).replace({"time.samples": 100, "circuit.amplifier": amplifier})
     killed = []
@@ -112,8 +112,8 @@ def test_an_address_that_cannot_be_used_is_answered_in_a_sentence_alone():
 
 
 def declared(scenario=SCENARIO, space=SPACE, **changes):
-    asked = {"n": 10, "seed": 1, "signal": "electrostatic_force", "percentiles": (5, 95), "exceed": "5 mN"}
-    return read_study(scenario, space, **asked | {"draws": False, "budget_memory": "1 GB"} | changes)
+    asked = {"n": 10, "seed": 1, "quantity": "electrostatic_force", "percentiles": (5, 95), "exceed": "5 mN"}
+    return read_study(scenario, space, **asked | {"records": False, "budget_memory": "1 GB"} | changes)
 
 
 @pytest.mark.parametrize(("scenario", "space"), [(SCENARIO, SPACE), ("vezzoli_2014/fig6_gap", "fingers")])
@@ -209,7 +209,7 @@ path, fingers, memory, draws = sys.argv[1], int(sys.argv[2]), sys.argv[3], sys.a
 def progress(done, total):
     print(done, flush=True)
 
-asked = {"n": fingers, "seed": 3, "exceed": "1 mN", "draws": draws, "budget_memory": memory}
+asked = {"n": fingers, "seed": 3, "exceed": "1 mN", "records": draws, "budget_memory": memory}
 ev.study("vezzoli_2014/fig6", SPACE, **asked, output=path, progress=progress)
 """
 

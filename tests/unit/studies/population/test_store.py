@@ -45,9 +45,9 @@ def test_a_complete_study_is_returned_without_being_computed_and_another_refused
         ({"n": 101}, "n is 100 there and 101 here"),
         ({"seed": 4}, "seed is 3 there and 4 here"),
         ({"percentiles": [50]}, "percentiles is"),
-        ({"draws": True}, "draws is false there and true here"),
+        ({"records": True}, "records is false there and true here"),
         ({"exceed": "2 mN"}, "exceed is"),
-        ({"signal": "lateral_force"}, "signal is"),
+        ({"quantity": "lateral_force"}, "quantity is"),
     ):
         with pytest.raises(InputError, match=words):
             quick(**{"n": 100} | change, output=path)
@@ -148,7 +148,7 @@ def test_a_full_disk_at_any_write_loses_nothing(quick, tiles, content, tmp_path,
     tiles(1024)
     monkeypatch.setattr("electrovib.studies.population.run.PAUSE", 0.0)  # a checkpoint after every tile
     monkeypatch.setattr("electrovib.studies.population.run._SHARE", 0.0)
-    asked = {"n": 4500, "draws": draws, "budget_memory": memory}
+    asked = {"n": 4500, "records": draws, "budget_memory": memory}
     quick(**asked, output=tmp_path / "reference.zarr")
     reference, files = open_study(tmp_path / "reference.zarr"), set(content(tmp_path / "reference.zarr"))
     full = OSError(errno.ENOSPC, "No space left on device")
@@ -193,14 +193,14 @@ def test_files_and_folders_that_a_kill_left_are_removed_or_used(quick, ended, pa
 
 def test_more_than_disk_or_memory_hold_is_refused_and_leaves_no_folder(quick, path, tmp_path, monkeypatch):
     for memory, asked, words in (
-        ("200 kB", {"draws": True}, "give an output"),
+        ("200 kB", {"records": True}, "give an output"),
         ("100 kB", {}, r"ask for fewer time\.samples"),
     ):
         with pytest.raises(InputError, match=words):
             quick(n=9000, budget_memory=memory, **asked)
     monkeypatch.setattr("shutil.disk_usage", lambda _: type("Usage", (), {"free": 1000})())
     with pytest.raises(InputError, match="omit --records"):
-        quick(n=5000, draws=True, output=path)
+        quick(n=5000, records=True, output=path)
     assert not list(tmp_path.iterdir())
 
 
@@ -227,7 +227,7 @@ def test_a_store_is_locked_until_its_study_has_ended_and_one_being_written_is_re
 
 REFUSED = {
     "fingers": ({"n": 10**12}, "for 1e.12 fingers; allowed are 10 min and 4 GB. Draw fewer fingers"),
-    "draws": ({"n": 10**12, "draws": True}, "for 1e.12 fingers; allowed are 10 min"),
+    "records": ({"n": 10**12, "records": True}, "for 1e.12 fingers; allowed are 10 min"),
     "many workers": ({"workers": 10**5}, "25 TB, for 100000 workers; allowed .* Start fewer workers"),
     "memory": ({"budget_memory": 1}, "the signals of a block"),
     "scheduler": ({"scheduler": "tcp://127.0.0.1:9"}, r"scheduler = tcp://127.0.0.1:9: no answer"),

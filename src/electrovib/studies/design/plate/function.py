@@ -144,7 +144,7 @@ class Plates:
                     progress(before * of + done, len(materials) * of)
 
             judged = self.members[material].model_copy(update={"limits": self._judged_limits()})
-            cases = sweep_cases(judged, over, quantities=names, progress=counted).cases
+            cases = sweep_cases(judged, over, quantity=names, progress=counted).cases
             found += [self._candidate(material, case, refined=refined) for case in cases]
         return found
 
