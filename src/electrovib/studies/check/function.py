@@ -435,6 +435,9 @@ def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
     if not isinstance(source, str | Path):
         raise InputError(f"expected a file, a table or a Drive, not a {type(source).__name__}", path="drive")
     path = Path(source)
+    if path.suffix.lower() == ".toml":
+        why = "expected a file with the columns time and voltage; for the drive of a scenario itself give the scenario alone"
+        raise InputError(why, path=path)
     if path.suffix.lower() not in _READ_DIRECTLY:
         return sampled(*_channels(path), path=path)
     return sampled(**first_columns(path, COLUMNS, {"time": "s", "voltage": "V"}), path=path)

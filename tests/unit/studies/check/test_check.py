@@ -300,6 +300,8 @@ def test_a_drive_from_a_file_and_one_with_nan_or_without_voltage_refused(tmp_pat
     for name in ("drive.npy", "drive.csv"):
         with pytest.raises(InputError, match=name.replace(".", r"\.")):
             ev.check(tmp_path / name, FIG6)
+    with pytest.raises(InputError, match=r"scene\.toml: .* give the scenario alone"):
+        ev.check(tmp_path / "scene.toml", FIG6)
     with pytest.raises(InputError, match="sample 1 is not a finite number"):
         sampled(np.arange(3.0), np.array([0, math.nan, 0]))
 
