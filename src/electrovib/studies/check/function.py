@@ -436,8 +436,7 @@ def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
         raise InputError(f"expected a file, a table or a Drive, not a {type(source).__name__}", path="drive")
     path = Path(source)
     if path.suffix.lower() == ".toml":
-        why = "expected a file with the columns time and voltage; for the drive of a scenario itself give the scenario alone"
-        raise InputError(why, path=path)
+        raise InputError("has no columns; for the drive of a scenario give the scenario alone", path=path)
     if path.suffix.lower() not in _READ_DIRECTLY:
         return sampled(*_channels(path), path=path)
     return sampled(**first_columns(path, COLUMNS, {"time": "s", "voltage": "V"}), path=path)
@@ -448,11 +447,9 @@ def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
     try:
         return read_model(Sampled, {"time_samples": Samples(time), "voltage_samples": Samples(voltage)})
     except InputError as error:
-        if not path:
+        if not path or len(error.problems) > 1:
             raise
-        raise (
-            InputError(error.problems[0].reason, path=path) if len(error.problems) == 1 else error
-        ) from None
+        raise InputError(error.problems[0].reason, path=path) from None
 
 
 def first_columns(path: Path, forms: Sequence[Sequence[str]], units: Mapping[str, str]) -> dict[str, Real]:
