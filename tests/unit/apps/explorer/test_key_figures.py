@@ -3,6 +3,7 @@
 import asyncio
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from electrovib.apps.explorer.key_figures import (
     _level,
     answers,
     felt,
+    forces,
     limit,
     validity,
 )
@@ -65,6 +67,15 @@ def test_forces_are_those_of_a_densely_sampled_run_or_of_the_output_times_where_
         if how == "peak":
             largest = float(np.abs(trace[signal]).max())
             assert parse_quantity(run.figures[words].value, "N") == pytest.approx(largest, rel=6e-3)
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "mean"), [([0.0, 1.0, 3.0], [0.0, 1.0, 1.0], "833 mN"), ([2.0], [0.5], "500 mN")]
+)
+def test_a_mean_at_uneven_output_times_is_that_over_time(times, values, mean):
+    rows = {"time": times, "electrostatic_force": values}
+    found = forces(SimpleNamespace(has=rows.__contains__, values=rows.get))
+    assert found["Mean attraction"].value == mean
 
 
 def test_forces_between_the_output_times_replace_those_at_them():
