@@ -251,6 +251,8 @@ FAST = {"carrier": "3 kHz", "rate": 48e3}
         ({"charge": 2e-9}, SLOW),
         ({"stored_energy": 1e-7}, SLOW),
         ({"rms_voltage": 30.0}, SLOW),
+        ({"slew_rate": 5e5}, FAST),
+        ({"slew_rate": 3e4}, SLOW),
     ],
 )
 def test_other_declared_limits_are_held(limits, options):
