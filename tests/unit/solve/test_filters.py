@@ -8,12 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import InputError
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.physics.rig import Digitiser, LateralSensor, PiezoSensor, SensorCreep, Tribometer
 from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, response
 from electrovib.solve.mechanics import filters
+from electrovib.solve.mechanics import response as mechanics
 from electrovib.solve.mechanics.filters import (
     Filter,
     cascade,
@@ -224,6 +226,24 @@ def test_sixth_order_in_the_step():
     assert 2 <= counts[1e-10] / counts[1e-5] <= 8
     _, error = respond_mechanically(squared, FILTERS, EVEN, tolerance=1e-9, most=20_000)
     assert 1e-9 < error < 1e-3  # where the pieces do not suffice the error says so
+
+
+@pytest.mark.parametrize("count", [1, 999, 1000, 1001, 2500])
+def test_a_force_in_parts_is_that_at_all_times(count, monkeypatch):
+    monkeypatch.setattr(mechanics, "PIECES", 1000)
+    times, asked = np.linspace(0.0, 0.1, count), []
+
+    def counted(some):
+        asked.append(len(some))
+        return squared(some)
+
+    assert np.array_equal(mechanics._in_parts(counted, end=0.1)(times), squared(times))
+    assert max(asked) <= 1000
+
+
+def test_a_force_that_takes_longer_than_is_allowed_ends():
+    with budget(time=1e-9), pytest.raises(BudgetError, match="motion of finger and rig"):
+        respond_mechanically(squared, FILTERS, EVEN, shortest=1 / 240)
 
 
 def answer_to_a_step(name, since):
