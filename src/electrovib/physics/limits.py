@@ -94,9 +94,7 @@ class Limits(Model):
     ] = None
     rms_voltage: Annotated[
         Number | None,
-        LimitedQuantity(
-            *VOLTAGE, "largest root-mean-square voltage of the plate", statistic=MEAN_SQUARE
-        ),
+        LimitedQuantity(*VOLTAGE, "largest root-mean-square voltage of the plate", statistic=MEAN_SQUARE),
     ] = None
     rms_current: Annotated[
         Number | None,
@@ -133,11 +131,7 @@ SWITCH_ON: Final = " at switch-on"
 def held_voltages(voltage: ArrayLike) -> Real:
     """Return constant voltages [V] in a row, as many as a contact goes through and as large as a plate may have."""
     found = np.atleast_1d(np.asarray(voltage, dtype=float))
-    if (
-        found.ndim != 1
-        or not 1 <= found.size <= MOST_HELD
-        or not (np.abs(found) <= HIGHEST_VOLTAGE).all()
-    ):
+    if found.ndim != 1 or not 1 <= found.size <= MOST_HELD or not (np.abs(found) <= HIGHEST_VOLTAGE).all():
         raise InputError(
             f"voltage = {shown(found.tolist())}: expected 1 to {MOST_HELD} voltages in a row, at most {HIGHEST_VOLTAGE:g} V in"
             " size, for instance [0, 50, 100]"

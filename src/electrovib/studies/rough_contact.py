@@ -419,7 +419,9 @@ def _films(diagnostics: Sequence[Diagnostic], stack: BlockingStack, voltage: flo
 
 def _field_share(spots: ContactSpots, frequency: float) -> float:
     if not 0 <= frequency < math.inf:
-        raise InputError(f"frequency = {frequency}: finite and not below 0 is expected, for instance 200.0 Hz")
+        raise InputError(
+            f"frequency = {frequency}: finite and not below 0 is expected, for instance 200.0 Hz"
+        )
     return abs(complex(spots.field_share(np.asarray(frequency))))
 
 

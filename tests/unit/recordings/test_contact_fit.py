@@ -248,3 +248,11 @@ def test_it_says_what_it_found_and_writes_it():
 def test_what_does_not_determine_it_is_refused(given, said):
     with pytest.raises(InputError, match=said):
         fitted(**given)
+
+
+def test_one_draw_has_no_range():
+    found = fitted().predict(voltage=[20.0, 40.0]).document
+    (curve,) = found.figures[0].curves
+    assert curve.label == "predicted"
+    assert "of one draw of the phases" in found.sentences[0]
+    assert " to " not in found.sentences[0]

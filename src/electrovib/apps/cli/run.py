@@ -134,6 +134,8 @@ def summary(
     from electrovib.apps.cli.terminal import is_map, judged
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
     from electrovib.scenario import scenario_of
+    from electrovib.view.files import written
+    from electrovib.view.report import document_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     if "over" in trace.attrs:
@@ -158,7 +160,7 @@ def summary(
     if dropped := trace.attrs["dropped_samples"]:
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
-    return lines + [f"written: {path}" for path in (output, report) if path]
+    return lines + [written(path, lambda: document_of({"": trace})) for path in (output, report) if path]
 
 
 def _range(trace: Any, name: str) -> str:

@@ -344,7 +344,9 @@ def _check_prediction(stack: BlockingStack, voltages: Real, measured: Real | Non
             "load.normal_force = 0: a rough contact rests under a load; give for instance load=0.5"
         )
     if not voltages.all():
-        raise InputError(f"voltage = {voltages.tolist()}: 0 V attracts nothing; expected voltages other than 0")
+        raise InputError(
+            f"voltage = {voltages.tolist()}: 0 V attracts nothing; expected voltages other than 0"
+        )
     if measured is not None and (measured.shape != voltages.shape or not (measured > 0).all()):
         raise InputError(
             f"measured = {measured.tolist()}: expected a force above 0 for each of the {voltages.size} voltages; omit voltages"
