@@ -20,7 +20,7 @@ from electrovib.physics.half_space import Coated, Elastic
 from electrovib.physics.limits import held_voltages
 from electrovib.physics.roughness import ContactSpots, PullingSpots, local_pull
 from electrovib.physics.safety import FILM
-from electrovib.physics.topography import SelfAffine
+from electrovib.physics.topography import MeasuredHeights, SelfAffine
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.equilibrium.of_scenario import (
     BlockingStack,
@@ -70,7 +70,7 @@ class RoughContact(Answer):
     coarser, smoother : ndarray, shape (2, n)
         Contact share [1] and attraction [Pa] on every second point of the grid, and of the roughness without waves of its
         shortest octave.
-    roughness : SelfAffine
+    roughness : SelfAffine or MeasuredHeights
         Roughness of both faces together.
     films : tuple of Film
         Films whose strength is known.
@@ -86,7 +86,7 @@ class RoughContact(Answer):
     rests: tuple[Rest, ...]
     coarser: Real
     smoother: Real
-    roughness: SelfAffine
+    roughness: SelfAffine | MeasuredHeights
     films: tuple[Film, ...]
     field_share: float
     diagnostics: tuple[Diagnostic, ...]
@@ -239,7 +239,7 @@ class RoughContact(Answer):
             for before, after, fell in zip((0.0, *self.voltage), self.voltage, self.fell, strict=False)
             if fell
         ]
-        slope = self.roughness.rms_slope((self.roughness.longest,) * 2)
+        slope = self.roughness.rms_slope(self.roughness.periods)
         if slope > STEEP:
             said.append(f"the roughness has an rms slope of {slope:.2g}, but slopes are taken as small")
         steepest = max(rest.steepness for rest in self.rests)
@@ -312,7 +312,7 @@ class RoughContact(Answer):
 def rough_contact(
     scenario: Source,
     *,
-    roughness: SelfAffine,
+    roughness: SelfAffine | MeasuredHeights,
     body: Elastic | Coated,
     voltage: ArrayLike | None = None,
     points: int | None = None,
@@ -327,8 +327,8 @@ def rough_contact(
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         As for `electrovib.load`: load, contact area, and a stack with a gap that does not conduct, whose declared thickness
         has no effect.
-    roughness : SelfAffine
-        Roughness of both faces together. One period of its longest wave is computed.
+    roughness : SelfAffine or MeasuredHeights
+        Roughness of both faces together. One period of its longest wave is computed, or a measured map and its mirror images.
     body : Elastic or Coated
         What is bent: the skin, with or without a film of another stiffness.
     voltage : array_like, shape (n,), optional
@@ -384,12 +384,12 @@ def rough_contact(
         )
     voltages = held_voltages(largest_voltage(known) if voltage is None else voltage)
     share = _field_share(spots or PullingSpots(), frequency)
-    solve = _solver(stack, body, roughness.longest, voltages, share)
-    count = roughness.points(points)
-    refuse_beyond_budget(count, 2 * voltages.size, kept=voltages.size)  # a half of them on coarser grids
+    shape, periods = roughness.shape(points), roughness.periods
+    solve = _solver(stack, body, periods, voltages, share)
+    # a half of them on coarser grids
+    refuse_beyond_budget(math.isqrt(math.prod(shape)), 2 * voltages.size, kept=voltages.size)
     smooth = roughness.without_shortest_octave()
-    shape = (count, count)
-    heights, even = (each.heights(shape, (roughness.longest,) * 2, seed=seed) for each in (roughness, smooth))
+    heights, even = (each.heights(shape, periods, seed=seed) for each in (roughness, smooth))
     rests = solve(heights)
     widest, largest = max(float(rest.gap.max()) for rest in rests), float(np.abs(voltages).max())
     diagnostics = closed_diagnostics(known, stack, voltage=largest, widest=widest)
@@ -426,12 +426,10 @@ def _field_share(spots: ContactSpots, frequency: float) -> float:
 
 
 def _solver(
-    stack: BlockingStack, body: Elastic | Coated, period: float, voltages: Real, share: float
+    stack: BlockingStack, body: Elastic | Coated, periods: tuple[float, float], voltages: Real, share: float
 ) -> Callable[[Real], tuple[Rest, ...]]:
     def solve(heights: Real) -> tuple[Rest, ...]:
-        loaded = Loaded(
-            heights=heights, periods=(period, period), compliance=body.compliance, pressure=stack.pressure
-        )
+        loaded = Loaded(heights=heights, periods=periods, compliance=body.compliance, pressure=stack.pressure)
         rests = follow_voltages(loaded, voltages.tolist(), electrical_thickness=stack.electrical_thickness)
         return tuple(rest.with_field_share(share) for rest in rests)
 

@@ -11,6 +11,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.roughness import IdleSpots, LeakingSpots
+from electrovib.solve.rough_contact import Loaded, MaxwellStress
 
 PAPER = "bau_2010/sine"
 GIVEN = {"rms": 2e-6, "hurst": 0.8, "longest": 1e-3, "roll_off": 2.5e-4, "shortest": 1.25e-4}
@@ -168,6 +169,33 @@ def test_spots_leak_or_are_idle_as_those_of_a_force_law(found):
     assert half.coarser[1, 1] < 0.9 * solved(voltage=volts).coarser[1, 1]
     assert "they have 70.7 % of the field of spots that insulate" in str(half)
     assert "spots that insulate" not in str(found)
+
+
+def test_a_measured_surface_is_solved_with_its_mirror_images():
+    """Longer than it is wide: the contact of the four images, and beside it every second point and fewer waves."""
+    spectrum = ev.SelfAffine(**GIVEN)
+    values = spectrum.heights((64, 96), (1e-3, 1.5e-3), seed=4)
+    measured = ev.MeasuredHeights(values=values, spacing=1e-3 / 64)
+    body = ev.Elastic(modulus=1e7)
+    found = ev.rough_contact(PAPER, roughness=measured, body=body, voltage=[0.0, 20.0])
+    pull = MaxwellStress(voltage=20.0, electrical_thickness=REACH)
+    for roughness, step, seen in (
+        (measured, 1, (found.contact_share[1], found.attraction[1])),
+        (measured, 2, found.coarser[:, 1]),
+        (measured.without_shortest_octave(), 2, found.smoother[:, 1]),
+    ):
+        heights = roughness.heights((128, 192), measured.periods, seed=0)[::step, ::step]
+        loaded = Loaded(
+            heights=heights, periods=(2e-3, 3e-3), compliance=body.compliance, pressure=LOAD / AREA
+        )
+        rest = loaded.rest(pull)
+        assert seen == pytest.approx((rest.contact_share, rest.mean_attraction), rel=1e-3)
+    assert found.rests[1].gap.shape == (128, 192)
+    assert found.attraction[1] == pytest.approx(solved(voltage=20.0).attraction[0], rel=0.5)
+    left, right, bottom, top = ev.plot.contact_map(found).get_images()[0].get_extent()
+    assert (left, right, bottom, top) == pytest.approx((0, 3e-3, 0, 2e-3))
+    with pytest.raises(InputError, match="points = 64: a measured surface has its own points"):
+        ev.rough_contact(PAPER, roughness=measured, body=body, points=64)
 
 
 def test_steep_roughness_is_a_doubt():

@@ -116,13 +116,16 @@ def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
 def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None) -> None:
     from electrovib.apps.progress import tracked
     from electrovib.core.units import number_in
+    from electrovib.physics.roughness import PullingSpots
     from electrovib.scenario import read_scenario
     from electrovib.solve.equilibrium import equilibrium
 
     found = read_scenario(scenario, changes=changes)
     held = number_in("V", "--voltage", voltage) if voltage else None
     with tracked("finding equilibria"):
-        balance = equilibrium(found, voltage=held)
+        surface = found.contact.surface
+        rough = surface is not None and surface.is_rough
+        balance = equilibrium(found, voltage=held, spots=PullingSpots() if rough else None)
     show_answer(balance)
     say(*chosen(found, scenario))
 
