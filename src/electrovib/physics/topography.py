@@ -234,8 +234,8 @@ class MeasuredHeights:
     -----
     The grid has twice the points of the map along both axes. What is longer than twice the map was not measured, and what the
     instrument adds counts as roughness: its noise makes spots that are too small. Two rough faces have the sum of their
-    heights. The library SurfaceTopography reads the files of many instruments:
-    ``map = read_topography("finger.x3p").fill_undefined_data().to_unit("m")``, ``map.heights()`` and ``map.pixel_size``.
+    heights. The library SurfaceTopography reads the files of many instruments: its
+    ``read_topography("finger.x3p").interpolate_undefined_data().to_unit("m")`` has ``heights()`` and ``pixel_size``.
 
     Examples
     --------
@@ -304,9 +304,9 @@ class MeasuredHeights:
         """Return the root mean square of the gradient, by Parseval's theorem [1]."""
         del periods
         spectrum, wavenumber = self._spectrum()
-        twice = np.full(spectrum.shape[1], 2.0)
-        twice[[0, -1]] = 1.0  # waves of which the spectrum has both halves
-        return math.sqrt(float(np.sum(twice * np.abs(wavenumber * spectrum) ** 2)))
+        power = np.abs(wavenumber * spectrum) ** 2
+        # the spectrum has both halves of the first column alone; in the last one mirror images cancel
+        return math.sqrt(float(2 * np.sum(power) - np.sum(power[:, 0])))
 
     def _spectrum(self) -> tuple[Complex, Real]:
         """Return the waves of the mirrored map, and their wave numbers [1/m]."""

@@ -54,6 +54,15 @@ def test_what_is_printed_and_written_is_what_the_functions_return(here, asked, s
     np.testing.assert_allclose([float(row["draw 2"]) for row in rows], predicted.forces[1])
 
 
+def test_the_prediction_is_the_force_law_of_a_run(here, asked, said):
+    """Of a constant voltage between those of the table, across film and gap."""
+    said(f"{asked} --seed 3 --set load.normal_force='0.2 N' --voltage '20 V,30 V,40 V' -o p.csv")
+    expected = fitted({"load.normal_force": 0.2}).predict(voltage=[20.0, 30.0, 40.0]).force
+    force = {"model": "TabulatedAttraction", "file": "p.csv"}
+    trace = ev.run(SINE, set={"force": force, "drive": {"model": "Step", "level": 30.0}})
+    assert trace.electrostatic_force.values[-1] == pytest.approx(expected[1], rel=1e-3)
+
+
 def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
     assert "typical factor" not in said(f"{asked} --seed 3 -o out.csv")
     rows = table(here / "out.csv")

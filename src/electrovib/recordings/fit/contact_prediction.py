@@ -121,9 +121,9 @@ class ContactPrediction(Answer):
         )
 
     def content(self, name: str) -> str:
-        """Write voltages, predicted forces of each draw and measured ones as CSV, in SI."""
+        """Write voltages, attraction per area, predicted forces of each draw and measured ones as CSV, in SI."""
         del name
-        columns = {"voltage": self.voltage, "force": self.force}
+        columns = {"voltage": self.voltage, "force": self.force, "attraction": self.force / self.stack.area}
         columns |= {f"draw {number}": each for number, each in enumerate(self.forces, 1)}
         if self.measured is not None:
             columns["measured"] = self.measured
