@@ -111,7 +111,18 @@ class SelfAffine:
         return self.longest, self.longest
 
     def shape(self, points: int | None = None) -> tuple[int, int]:
-        """Return the points of that grid along both axes, by default as few as `points` returns."""
+        """Return the points along both axes of that grid.
+
+        Parameters
+        ----------
+        points : int, optional
+            As for `points`.
+
+        Returns
+        -------
+        shape : tuple of 2 int
+            The number that `points` returns, for each.
+        """
         count = self.points(points)
         return count, count
 
@@ -220,8 +231,8 @@ class MeasuredHeights:
     Parameters
     ----------
     values : array_like, shape (rows, columns)
-        Heights [m], towards the other face, 4 to 1024 along both axes and none missing. A plane is subtracted, and the last row
-        or column of an odd number is omitted.
+        Heights [m], towards the other face, 4 to 1024 along both axes and none missing. Their tilt is subtracted, and the last
+        row or column of an odd number is omitted.
     spacing : float
         Distance of neighbouring points along both axes [m], above 0.
 
@@ -249,7 +260,7 @@ class MeasuredHeights:
     spacing: float
 
     def __post_init__(self) -> None:
-        """Refuse what is no map, and subtract its plane."""
+        """Refuse what is no map, and subtract its tilt."""
         read_numbers(self, spacing="m")
         values = np.asarray(self.values, dtype=float)
         if not (values.ndim == 2 and min(values.shape) >= 4 and max(values.shape) <= FINEST // 2):
@@ -264,9 +275,9 @@ class MeasuredHeights:
         if not 1e-12 <= self.spacing <= 1:
             raise InputError(f"spacing = {self.spacing}: from 1e-12 to 1 m is expected, for instance 1e-6 m")
         values = values[: values.shape[0] // 2 * 2, : values.shape[1] // 2 * 2]
-        plane = np.column_stack([np.ones(values.size), *(each.ravel() for each in np.indices(values.shape))])
-        fitted, *_ = np.linalg.lstsq(plane, values.ravel())
-        object.__setattr__(self, "values", values - (plane @ fitted).reshape(values.shape))
+        linear = np.column_stack([np.ones(values.size), *(each.ravel() for each in np.indices(values.shape))])
+        fitted, *_ = np.linalg.lstsq(linear, values.ravel())
+        object.__setattr__(self, "values", values - (linear @ fitted).reshape(values.shape))
 
     @property
     def shortest(self) -> float:
@@ -280,14 +291,43 @@ class MeasuredHeights:
         return rows * self.spacing, columns * self.spacing
 
     def shape(self, points: int | None = None) -> tuple[int, int]:
-        """Return the points of the mirrored map along both axes; another number of points is refused."""
+        """Return the points along both axes of the mirrored map.
+
+        Parameters
+        ----------
+        points : None
+            A measured surface has its own.
+
+        Returns
+        -------
+        shape : tuple of 2 int
+            Twice the points of the map.
+
+        Raises
+        ------
+        InputError
+            If a number of points is asked for.
+        """
         if points is not None:
             raise InputError(f"points = {points}: a measured surface has its own points; omit them")
         rows, columns = np.shape(self.values)
         return 2 * rows, 2 * columns
 
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
-        """Return the mirrored heights [m], of `shape` and `periods` of this surface; a seed has no effect."""
+        """Return the heights of the map and its mirror images.
+
+        Parameters
+        ----------
+        shape, periods
+            Those of this surface.
+        seed : int
+            Without effect.
+
+        Returns
+        -------
+        heights : ndarray, of the shape
+            Heights [m].
+        """
         del shape, periods, seed
         rows, columns = np.shape(self.values)
         return np.pad(np.asarray(self.values), ((0, rows), (0, columns)), mode="symmetric")

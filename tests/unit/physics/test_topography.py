@@ -109,12 +109,12 @@ SPACING = 2e-6
 
 
 def waves(rows=24, columns=32, along=4, across=6, amplitude=1e-6):
-    """Return a product of cosines whose mirror images continue it, with a mean and a plane of 0."""
+    """Return a product of cosines whose mirror images continue it, with neither mean nor tilt."""
     y, x = ((np.arange(count) + 0.5) / count for count in (rows, columns))
     return amplitude * np.cos(np.pi * across * y)[:, None] * np.cos(np.pi * along * x)[None, :]
 
 
-def test_a_measured_map_continues_in_its_mirror_images_without_its_plane():
+def test_a_measured_map_continues_in_its_mirror_images_without_its_tilt():
     rows, columns = np.indices((25, 33))
     tilted = 3e-4 + 2e-7 * rows - 5e-7 * columns
     tilted[:24, :32] += waves()

@@ -13,6 +13,8 @@ from electrovib.apps.cli.terminal import chosen, say, show_answer
 if TYPE_CHECKING:
     import xarray
 
+    from electrovib.core.answer import Document
+
 
 _ROUNDING: Final = 1e-12
 """Share of the largest force below which the smallest one is printed as 0."""
@@ -137,8 +139,6 @@ def summary(
     from electrovib.apps.cli.terminal import is_map, judged
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
     from electrovib.scenario import scenario_of
-    from electrovib.view.files import written
-    from electrovib.view.report import document_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     if "over" in trace.attrs:
@@ -163,7 +163,18 @@ def summary(
     if dropped := trace.attrs["dropped_samples"]:
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
-    return lines + [written(path, lambda: document_of({"": trace})) for path in (output, report) if path]
+    return lines + [_written(path, trace) for path in (output, report) if path]
+
+
+def _written(path: str, trace: Any) -> str:
+    from electrovib.view.files import written
+
+    def document() -> "Document":
+        from electrovib.view.report import document_of
+
+        return document_of({"": trace})
+
+    return written(path, document)
 
 
 def _range(trace: Any, name: str) -> str:

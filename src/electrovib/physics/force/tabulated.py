@@ -38,7 +38,10 @@ class TabulatedAttraction(ForceLaw):
 
     status: ClassVar[str] = "derived"
     evaluation_surface: ClassVar[str] = "table"
-    example: ClassVar[Mapping[str, Any]] = {"voltage_samples": [50, 100], "attraction_samples": [1e3, 4.5e3]}
+    example: ClassVar[Mapping[str, Any]] = {
+        "voltage_samples": [1000, 2000],
+        "attraction_samples": [1e5, 4e5],
+    }
 
     file: Annotated[str, Field(description="csv, npy or nc file with the table")] = ""
     voltage_column: Annotated[str | int, Field(description="name or number of the column")] = "voltage"
@@ -73,7 +76,9 @@ class TabulatedAttraction(ForceLaw):
         elif not voltage.any():
             why = f"holds no voltage besides 0: {UNREAD if self.file else 'give voltages and their attractions'}"
         elif not np.all(np.diff(voltage) > 0) or voltage[0] < 0:
-            why = "voltages must rise from row to row, from 0 on; of a contact that falls shut keep the way up or down"
+            why = (
+                "voltages must rise from row to row, from 0 on; of a contact that falls shut keep one branch"
+            )
         elif not np.all((attraction >= 0) & (attraction < np.inf) & ((attraction > 0) | (voltage == 0))):
             why = "attractions must be finite and above 0, at 0 V they may be 0"
         if why:
