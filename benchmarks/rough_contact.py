@@ -4,6 +4,7 @@ Run from the root of the repository with ``python -m benchmarks.rough_contact [P
 has both; without one its cells say so.
 """
 
+import os
 import resource
 import subprocess
 import sys
@@ -127,7 +128,8 @@ def main() -> None:
             "Median wall time [s], processor time in parentheses; residual 1e-6: gap weighted with the pressure over the"
             " lowest gap, over the rms height; of ContactMechanics its penetration over the rms height. Two threads each,"
             " ContactMechanics one. Attraction: 100 V across 1 um of electrical thickness, time over that without.",
-            f"Largest resident memory of this process: {memory:.0f} MB. {surroundings(['numpy', 'scipy'])}",
+            f"Largest resident memory of this process: {memory:.0f} MB. The machine did other work too: a load of"
+            f" {os.getloadavg()[0]:.0f} at the end. {surroundings(['numpy', 'scipy'])}",
         ],
         (
             "grid, load",

@@ -122,8 +122,10 @@ def test_a_typical_factor_and_both_slopes():
     assert "typical factor of 2;" in second
     assert f"power {steep:.3g} of the voltage, measured {seen:.3g}" in second
     rows = [each for each in predicted.content("prediction.csv").splitlines() if not each.startswith("#")]
-    assert rows[0] == "voltage,force,draw 1,measured"
-    np.testing.assert_allclose([float(each.split(",")[3]) for each in rows[1:]], own * [2.0, 0.5])
+    assert rows[0] == "voltage,force,attraction,draw 1,measured"
+    columns = np.array([each.split(",") for each in rows[1:]], dtype=float).T
+    np.testing.assert_allclose(columns[4], own * [2.0, 0.5])
+    np.testing.assert_allclose(columns[2], own / predicted.stack.area)
 
 
 def test_a_prediction_without_measured_forces_compares_nothing():

@@ -1,5 +1,7 @@
 """Any rough contact at rest obeys the conditions of contact, and what it says of itself is so."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -135,6 +137,13 @@ def test_what_is_followed_up_and_down_comes_back_along_another_path():
     assert down[0].mean_attraction == pytest.approx(up[0].mean_attraction, rel=1e-5)
     assert down[2].mean_attraction > 1.02 * up[2].mean_attraction
     assert down[2].contact_share > up[2].contact_share
+    assert down[0].energy == pytest.approx(up[0].energy, rel=1e-6)
+    course = [*zip(voltages, up, strict=True), *zip(voltages[::-1], down[::-1], strict=True)]
+    for (before, first), (after, second) in pairwise(course):
+        # what moves from the gaps of the former rest loses energy, by a fall or not
+        charge = np.mean(eps0 / (first.gap + thin(0.0).electrical_thickness))
+        held = first.energy - charge * (after**2 - before**2) / 2
+        assert second.energy <= held + 1e-9 * abs(held)
 
 
 def test_the_mean_of_the_heights_does_not_matter_and_scales_do_not():
