@@ -139,7 +139,5 @@ def test_rows_without_a_number_are_told(here, asked, said):
 def test_a_figure_says_that_it_is_one_of_several(here, asked, said):
     assert said(f"{asked} -o out.png").splitlines()[-1] == "written: out.png"
     assert "written: out.svg, one of" in said(f"compare {SINE} -o out.svg")
-    assert "written: out.pdf, one of 3 figures; a folder has all of them" in said(
-        f"run {SINE} -o out.pdf"
-    )
+    assert "written: out.pdf, one of 3 figures; a folder has all of them" in said(f"run {SINE} -o out.pdf")
     assert "written: r.pdf, one of" in said("report bau_2010/sine -o r.pdf")
