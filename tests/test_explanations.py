@@ -108,6 +108,8 @@ def test_the_gap_of_a_rough_contact_depends_on_what_is_asked(computed):
     share = [100 * float(np.mean(rest.pressure > 0)) for rest in (found.rests[0], last)]
     attraction = float(last.attraction.mean())
     mean = eps0 * 40**2 / 2 / (last.gap.mean() + thickness) ** 2
+    square = 40**2 * np.sin(np.pi * (np.arange(2000) + 0.5) / 4000) ** 2
+    sine, slow = (np.interp(each, found.voltage**2, found.attraction) for each in (square, 40**2 / 2))
     shown = {
         r"mean distance \| ([\d.]+) µm": 1e6 * last.gap.mean(),
         r"same capacitance \| ([\d.]+) µm": 1e6 * (1 / np.mean(1 / (last.gap + thickness)) - thickness),
@@ -124,6 +126,9 @@ def test_the_gap_of_a_rough_contact_depends_on_what_is_asked(computed):
         r"would be ([\d.]+) times": found.smoother[1, -1] / attraction,
         r"less than ([\d.]+) MV/m in the film": 1e-6 * np.median(40 / (1e-6 + 3.9 * last.gap)),
         r"the spots ([\d.]+) MV/m": 1e-6 * 40 / 1e-6,
+        r"40 V falls to ([\d.]+) kPa": 1e-3 * last.with_field_share(0.0).mean_attraction,
+        r"smaller by a factor of ([\d.]+),": np.mean(sine) / slow,
+        r"the peak by ([\d.]+)\.": attraction / (2 * slow),
     }
     for pattern, value in shown.items():
         number = re.findall(pattern, " ".join(text.split()))[0]

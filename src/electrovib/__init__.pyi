@@ -19,6 +19,7 @@ from electrovib.exports.scenario import export as export
 from electrovib.exports.waveform import export_waveform as export_waveform
 from electrovib.physics.half_space import Coated as Coated
 from electrovib.physics.half_space import Elastic as Elastic
+from electrovib.physics.topography import MeasuredHeights as MeasuredHeights
 from electrovib.physics.topography import SelfAffine as SelfAffine
 from electrovib.recordings.fit.contact import fit_contact as fit_contact
 from electrovib.recordings.fit.of_scenario import Sampling as Sampling

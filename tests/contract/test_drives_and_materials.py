@@ -197,6 +197,7 @@ SAMPLES = {
     "time": np.array([-0.3, -1e-3, 0.0, 1e-6, 1e-3, 3e-3, 0.01, 0.03, 0.07, 0.1, 0.3, 2.0]),
     "E": np.linspace(-3e6, 4e6, 12),
     "D": np.linspace(-2e-4, 3e-4, 12),
+    "V": np.linspace(-90.0, 100.0, 12),
     "normal_force": np.linspace(0.0, 2.0, 12),
     "electrostatic_force": np.linspace(0.0, 0.5, 12),
     "real_contact_area": np.linspace(0.0, 1e-5, 12),

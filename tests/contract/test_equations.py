@@ -60,7 +60,8 @@ MORE = {
 }
 """Parameters besides the example with which a model is tried too, so that each has an effect."""
 WITHOUT = {
-    "a table, linear or held between its rows": "Corner Corners GreyscalePicture Held RecordedPath Sampled Tabulated",
+    "a table, linear or held between its rows": "Corner Corners GreyscalePicture Held RecordedPath Sampled Tabulated"
+    " TabulatedAttraction",
     "names columns of a record, or selects rows of it": "EvenSamples KeepIncreasing Refuse TimeColumn TribometerChannels",
     "states where results are evaluated": "FrequencyGrid TimeGrid",
     "states limits that results are compared with": "Limits",

@@ -22,7 +22,7 @@ from electrovib.solve.simulate import simulate
 from electrovib.studies.design.drive import DesignedDrive
 from electrovib.studies.design.result import Designed
 from electrovib.studies.texture.drive import TextureDrive
-from electrovib.view.files import check_document, save_answer
+from electrovib.view.files import check_document, save_answer, written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -138,7 +138,8 @@ def write_design(
     check_design_file(type(found), place, edge=edge, force=force)
     suffix = place.suffix.lower()
     if suffix not in {".toml", *FORMATS}:
-        return [f"written: {path}" for path in save_answer(found, place, force=force)]
+        save_answer(found, place, force=force)
+        return [written(place, lambda: found.document)]
     if found.scenario is None:
         raise InputError(
             "there is no result within the limits that could be written; nothing was written. All numbers are written as .json",
@@ -147,7 +148,7 @@ def write_design(
     if suffix == ".toml":
         return [f"written: {path}" for path in save_answer(found, place, force=force)]
     rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive | TextureDrive) else (None, ())
-    written = export_waveform(
+    waveform = export_waveform(
         found.scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes, edge=edge,
     )  # fmt: skip
-    return [*(each for each in written.document.sentences if each not in notes), f"written: {written.path}"]
+    return [*(each for each in waveform.document.sentences if each not in notes), f"written: {waveform.path}"]

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.physics.limits import VOLTAGE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,7 +58,7 @@ class Amplifier(Model):
         Number | None, Quantity("Hz", 1e-3, 1e10, "corner of its one pole; without delay if absent")
     ] = None
     saturation: Annotated[
-        Number | None, Quantity("V", 1e-3, 1e6, "largest voltage of either sign; unlimited if absent")
+        Number | None, Quantity(*VOLTAGE, "largest voltage of either sign; unlimited if absent")
     ] = None
     source_current: Annotated[
         Number | None, Quantity("A", 1e-12, 1e3, "largest current out of the amplifier; unlimited if absent")

@@ -5,18 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
+import numpy as np
+
 from electrovib.core.diagnostics import Diagnostic, against
+from electrovib.core.errors import InputError
+from electrovib.core.mistakes import shown
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from numpy.typing import ArrayLike
+
+    from electrovib.core.arrays import Real
+
 _INTO: Final = "into plate, stray capacitance and finger"
 _CURRENT: Final = f"of the amplifier {_INTO} together, by its own limiter"
 _ENERGY: Final = "the energy stored in contact and stray capacitance"
 PEAK: Final = "peak"
 MEAN_SQUARE: Final = "root mean square"
+HIGHEST_VOLTAGE: Final = 1e6
+"""Largest voltage of a plate [V]; films break far below."""
+VOLTAGE: Final = ("V", 1e-3, HIGHEST_VOLTAGE)
+"""Range of the largest voltage of a set-up, of either sign."""
+MOST_HELD: Final = 64
+"""Most constant voltages that a contact goes through."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +68,7 @@ class Limits(Model):
     """
 
     voltage: Annotated[
-        Number | None, LimitedQuantity("V", 1e-3, 1e6, "largest voltage of the plate", statistic=PEAK)
+        Number | None, LimitedQuantity(*VOLTAGE, "largest voltage of the plate", statistic=PEAK)
     ] = None
     current: Annotated[
         Number | None,
@@ -80,9 +94,7 @@ class Limits(Model):
     ] = None
     rms_voltage: Annotated[
         Number | None,
-        LimitedQuantity(
-            "V", 1e-3, 1e6, "largest root-mean-square voltage of the plate", statistic=MEAN_SQUARE
-        ),
+        LimitedQuantity(*VOLTAGE, "largest root-mean-square voltage of the plate", statistic=MEAN_SQUARE),
     ] = None
     rms_current: Annotated[
         Number | None,
@@ -114,6 +126,17 @@ MEAN_SQUARES: Final = tuple(name for name in WORDS if limited(name).statistic ==
 """Limits of root mean squares."""
 SWITCH_ON: Final = " at switch-on"
 """Follows the name of a limit with which the current of the step at time 0 is compared."""
+
+
+def held_voltages(voltage: ArrayLike) -> Real:
+    """Return constant voltages [V] in a row, as many as a contact goes through and as large as a plate may have."""
+    found = np.atleast_1d(np.asarray(voltage, dtype=float))
+    if found.ndim != 1 or not 1 <= found.size <= MOST_HELD or not (np.abs(found) <= HIGHEST_VOLTAGE).all():
+        raise InputError(
+            f"voltage = {shown(found.tolist())}: expected 1 to {MOST_HELD} voltages in a row, at most {HIGHEST_VOLTAGE:g} V in"
+            " size, for instance [0, 50, 100]"
+        )
+    return found
 
 
 def limit_diagnostics(

@@ -1,4 +1,4 @@
-"""Heights of a randomly rough surface with a declared self-affine spectrum, periodic on a grid."""
+"""Heights of a rough surface, periodic on a grid: random with a declared self-affine spectrum, or measured."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from electrovib.core.arrays import Indices, Numbers, Real
+from electrovib.core.arrays import Complex, Indices, Numbers, Real
 from electrovib.core.errors import InputError
 from electrovib.core.units import read_numbers
 
@@ -103,6 +104,27 @@ class SelfAffine:
         spectrum[-waves.rows[alone], 0] = spectrum[waves.rows[alone], 0].conj()
         heights: Real = np.fft.irfft2(spectrum, s=shape, norm="forward")
         return heights
+
+    @property
+    def periods(self) -> tuple[float, float]:
+        """Lengths of a grid of one period of the longest wave [m]."""
+        return self.longest, self.longest
+
+    def shape(self, points: int | None = None) -> tuple[int, int]:
+        """Return the points along both axes of that grid.
+
+        Parameters
+        ----------
+        points : int, optional
+            As for `points`.
+
+        Returns
+        -------
+        shape : tuple of 2 int
+            The number that `points` returns, for each.
+        """
+        count = self.points(points)
+        return count, count
 
     def points(self, points: int | None = None) -> int:
         """Return the points along a side of a grid of one period of the longest wave.
@@ -200,6 +222,141 @@ class SelfAffine:
         amplitudes = np.maximum(numbers[kept] / corner, 1.0) ** (-1 - self.hurst)
         amplitudes *= self.rms / math.sqrt(2 * float(np.sum(amplitudes**2)))
         return _Waves(rows[kept], columns[kept], numbers[kept], amplitudes)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredHeights:
+    """Heights of a measured surface on an even grid, mirrored at its edges so that they repeat without steps.
+
+    Parameters
+    ----------
+    values : array_like, shape (rows, columns)
+        Heights [m], towards the other face, 4 to 1024 along both axes and none missing. Their tilt is subtracted, and the last
+        row or column of an odd number is omitted.
+    spacing : float
+        Distance of neighbouring points along both axes [m], above 0.
+
+    Raises
+    ------
+    InputError
+        If a height is missing, the map is too small or too large, or the spacing is outside its range.
+
+    Notes
+    -----
+    The grid has twice the points of the map along both axes. What is longer than twice the map was not measured, and what the
+    instrument adds counts as roughness: its noise makes spots that are too small. Two rough faces have the sum of their
+    heights. The library SurfaceTopography reads the files of many instruments: its
+    ``read_topography("finger.x3p").interpolate_undefined_data().to_unit("m")`` has ``heights()`` and ``pixel_size``.
+
+    Examples
+    --------
+    >>> rough = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=1.25e-4)
+    >>> found = ev.MeasuredHeights(values=rough.heights((32, 32), (1e-3, 1e-3), seed=1), spacing="31.25 um")
+    >>> found.shape(), f"{found.rms_slope(found.periods):.2f}"
+    ((64, 64), '0.07')
+    """
+
+    values: ArrayLike
+    spacing: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is no map, and subtract its tilt."""
+        read_numbers(self, spacing="m")
+        values = np.asarray(self.values, dtype=float)
+        if not (values.ndim == 2 and min(values.shape) >= 4 and max(values.shape) <= FINEST // 2):
+            raise InputError(
+                f"values of shape {values.shape}: two axes with 4 to {FINEST // 2} points are expected; give a part of a larger"
+                " map, or every second point"
+            )
+        if missing := int(np.sum(~np.isfinite(values))):
+            raise InputError(
+                f"values: {missing} of {values.size} heights are missing; fill them in from their neighbours"
+            )
+        if not 1e-12 <= self.spacing <= 1:
+            raise InputError(f"spacing = {self.spacing}: from 1e-12 to 1 m is expected, for instance 1e-6 m")
+        values = values[: values.shape[0] // 2 * 2, : values.shape[1] // 2 * 2]
+        linear = np.column_stack([np.ones(values.size), *(each.ravel() for each in np.indices(values.shape))])
+        fitted, *_ = np.linalg.lstsq(linear, values.ravel())
+        object.__setattr__(self, "values", values - (linear @ fitted).reshape(values.shape))
+
+    @property
+    def shortest(self) -> float:
+        """Shortest wavelength that the points hold [m]."""
+        return 2 * self.spacing
+
+    @property
+    def periods(self) -> tuple[float, float]:
+        """Lengths of the mirrored map [m]."""
+        rows, columns = self.shape()
+        return rows * self.spacing, columns * self.spacing
+
+    def shape(self, points: int | None = None) -> tuple[int, int]:
+        """Return the points along both axes of the mirrored map.
+
+        Parameters
+        ----------
+        points : None
+            A measured surface has its own.
+
+        Returns
+        -------
+        shape : tuple of 2 int
+            Twice the points of the map.
+
+        Raises
+        ------
+        InputError
+            If a number of points is asked for.
+        """
+        if points is not None:
+            raise InputError(f"points = {points}: a measured surface has its own points; omit them")
+        rows, columns = np.shape(self.values)
+        return 2 * rows, 2 * columns
+
+    def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
+        """Return the heights of the map and its mirror images.
+
+        Parameters
+        ----------
+        shape, periods
+            Those of this surface.
+        seed : int
+            Without effect.
+
+        Returns
+        -------
+        heights : ndarray, of the shape
+            Heights [m].
+        """
+        del shape, periods, seed
+        rows, columns = np.shape(self.values)
+        return np.pad(np.asarray(self.values), ((0, rows), (0, columns)), mode="symmetric")
+
+    def without_shortest_octave(self) -> MeasuredHeights:
+        """Return the same surface without waves shorter than twice the shortest."""
+        spectrum, wavenumber = self._spectrum()
+        spectrum[wavenumber > math.pi / self.shortest * (1 + 1e-12)] = 0.0
+        rows, columns = np.shape(self.values)
+        values = np.fft.irfft2(spectrum, s=self.shape(), norm="forward")[:rows, :columns]
+        return replace(self, values=values)
+
+    def rms_slope(self, periods: tuple[float, float]) -> float:
+        """Return the root mean square of the gradient, by Parseval's theorem [1]."""
+        del periods
+        spectrum, wavenumber = self._spectrum()
+        power = np.abs(wavenumber * spectrum) ** 2
+        # the spectrum has both halves of the first column alone; in the last one mirror images cancel
+        return math.sqrt(float(2 * np.sum(power) - np.sum(power[:, 0])))
+
+    def _spectrum(self) -> tuple[Complex, Real]:
+        """Return the waves of the mirrored map, and their wave numbers [1/m]."""
+        shape = self.shape()
+        waves = [
+            2 * math.pi * each(count, self.spacing)
+            for each, count in zip((np.fft.fftfreq, np.fft.rfftfreq), shape, strict=True)
+        ]
+        heights = self.heights(shape, self.periods, seed=0)
+        return np.fft.rfft2(heights, norm="forward"), np.hypot(waves[0][:, None], waves[1][None, :])
 
 
 class _Waves(NamedTuple):

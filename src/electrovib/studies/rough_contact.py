@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
@@ -13,13 +14,13 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, 
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
-from electrovib.core.mistakes import shown
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.half_space import Coated, Elastic
-from electrovib.physics.roughness import local_pull
+from electrovib.physics.limits import held_voltages
+from electrovib.physics.roughness import ContactSpots, PullingSpots, local_pull
 from electrovib.physics.safety import FILM
-from electrovib.physics.topography import SelfAffine
+from electrovib.physics.topography import MeasuredHeights, SelfAffine
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.equilibrium.of_scenario import (
     BlockingStack,
@@ -29,9 +30,6 @@ from electrovib.solve.equilibrium.of_scenario import (
 )
 from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages, refuse_beyond_budget
 
-MOST_VOLTAGES: Final = 64
-HIGHEST: Final = 1e6
-"""Largest voltage [V]; films break far below."""
 STEEP: Final = 0.3
 """Rms slope above which a doubt is told."""
 COLUMNS: Final = {
@@ -72,10 +70,12 @@ class RoughContact(Answer):
     coarser, smoother : ndarray, shape (2, n)
         Contact share [1] and attraction [Pa] on every second point of the grid, and of the roughness without waves of its
         shortest octave.
-    roughness : SelfAffine
+    roughness : SelfAffine or MeasuredHeights
         Roughness of both faces together.
     films : tuple of Film
         Films whose strength is known.
+    field_share : float
+        Field where faces touch, over that of insulating spots [1].
     diagnostics : tuple of Diagnostic
         Of what the scenario declares, and of films, air and limits where the faces touch.
     """
@@ -86,8 +86,9 @@ class RoughContact(Answer):
     rests: tuple[Rest, ...]
     coarser: Real
     smoother: Real
-    roughness: SelfAffine
+    roughness: SelfAffine | MeasuredHeights
     films: tuple[Film, ...]
+    field_share: float
     diagnostics: tuple[Diagnostic, ...]
 
     @property
@@ -150,7 +151,7 @@ class RoughContact(Answer):
         texts = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
         return Document(
             title="A rough contact under a constant voltage",
-            sentences=[self._at_most(), self._converged(), *self._broken(), *self._doubts()],
+            sentences=[self._at_most(), *self._spots(), self._converged(), *self._broken(), *self._doubts()],
             numbers=[
                 Table("", tuple(words for _, words in COLUMNS.values()), tuple(texts)),
                 *(self._fields(film) for film in self.films),
@@ -198,6 +199,15 @@ class RoughContact(Answer):
             f" attraction is {_shown(self.attraction[at], 'Pa')}, {beside} at the mean gap"
         )
 
+    def _spots(self) -> list[str]:
+        """Say what the field does where faces touch, unless the spots insulate."""
+        if self.field_share == 1:
+            return []
+        return [
+            f"where faces touch they have {100 * self.field_share:.3g} % of the field of spots that insulate; the gaps are those"
+            " of such spots, because a place that lets go is pulled back by its whole field"
+        ]
+
     def _broken(self) -> list[str]:
         """Say of each film on how much of the area it is above its strength, and what it reaches where the contact is closed."""
         at, areas = self.at_largest_voltage, self.area_beyond
@@ -229,7 +239,7 @@ class RoughContact(Answer):
             for before, after, fell in zip((0.0, *self.voltage), self.voltage, self.fell, strict=False)
             if fell
         ]
-        slope = self.roughness.rms_slope((self.roughness.longest,) * 2)
+        slope = self.roughness.rms_slope(self.roughness.periods)
         if slope > STEEP:
             said.append(f"the roughness has an rms slope of {slope:.2g}, but slopes are taken as small")
         steepest = max(rest.steepness for rest in self.rests)
@@ -302,11 +312,13 @@ class RoughContact(Answer):
 def rough_contact(
     scenario: Source,
     *,
-    roughness: SelfAffine,
+    roughness: SelfAffine | MeasuredHeights,
     body: Elastic | Coated,
     voltage: ArrayLike | None = None,
     points: int | None = None,
     seed: int = 0,
+    spots: ContactSpots | None = None,
+    frequency: float = 0.0,
 ) -> RoughContact:
     """Press a rough elastic body on the layers of a scenario, and solve contact and attraction together.
 
@@ -315,8 +327,8 @@ def rough_contact(
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         As for `electrovib.load`: load, contact area, and a stack with a gap that does not conduct, whose declared thickness
         has no effect.
-    roughness : SelfAffine
-        Roughness of both faces together. One period of its longest wave is computed.
+    roughness : SelfAffine or MeasuredHeights
+        Roughness of both faces together. One period of its longest wave is computed, or a measured map and its mirror images.
     body : Elastic or Coated
         What is bent: the skin, with or without a film of another stiffness.
     voltage : array_like, shape (n,), optional
@@ -326,6 +338,10 @@ def rough_contact(
         Points along a side of the grid, at least 8 for the shortest wave and at most 2048; by default the least power of 2.
     seed : int, optional
         Of the random phases of the roughness.
+    spots : ContactSpots, optional
+        Field where faces touch, as in ``force.spots``: `PullingSpots`, the default, `LeakingSpots` or `IdleSpots`.
+    frequency : float, optional
+        Of a sine whose root mean square the voltages are [Hz], which only leaking spots depend on; 0 for a constant voltage.
 
     Returns
     -------
@@ -366,13 +382,14 @@ def rough_contact(
         raise InputError(
             "load.normal_force = 0: a rough contact rests under a load; give for instance '0.5 N'"
         )
-    voltages = _voltages(largest_voltage(known) if voltage is None else voltage)
-    solve = _solver(stack, body, roughness.longest, voltages)
-    count = roughness.points(points)
-    refuse_beyond_budget(count, 2 * voltages.size, kept=voltages.size)  # a half of them on coarser grids
+    voltages = held_voltages(largest_voltage(known) if voltage is None else voltage)
+    share = _field_share(spots or PullingSpots(), frequency)
+    shape, periods = roughness.shape(points), roughness.periods
+    solve = _solver(stack, body, periods, voltages, share)
+    # a half of them on coarser grids
+    refuse_beyond_budget(math.isqrt(math.prod(shape)), 2 * voltages.size, kept=voltages.size)
     smooth = roughness.without_shortest_octave()
-    shape = (count, count)
-    heights, even = (each.heights(shape, (roughness.longest,) * 2, seed=seed) for each in (roughness, smooth))
+    heights, even = (each.heights(shape, periods, seed=seed) for each in (roughness, smooth))
     rests = solve(heights)
     widest, largest = max(float(rest.gap.max()) for rest in rests), float(np.abs(voltages).max())
     diagnostics = closed_diagnostics(known, stack, voltage=largest, widest=widest)
@@ -384,6 +401,7 @@ def rough_contact(
         smoother=_numbers(solve(even[::2, ::2])),
         roughness=roughness,
         films=_films(diagnostics, stack, largest),
+        field_share=share,
         diagnostics=diagnostics,
     )
 
@@ -399,25 +417,21 @@ def _films(diagnostics: Sequence[Diagnostic], stack: BlockingStack, voltage: flo
     )
 
 
-def _voltages(voltage: ArrayLike) -> Real:
-    found = np.atleast_1d(np.asarray(voltage, dtype=float))
-    allowed = found.ndim == 1 and 1 <= found.size <= MOST_VOLTAGES and bool((np.abs(found) <= HIGHEST).all())
-    if not allowed:
+def _field_share(spots: ContactSpots, frequency: float) -> float:
+    if not 0 <= frequency < math.inf:
         raise InputError(
-            f"voltage = {shown(found.tolist())}: expected 1 to {MOST_VOLTAGES} voltages in a row, at most {HIGHEST:g} V in"
-            " size, for instance [0, 50, 100]"
+            f"frequency = {frequency}: finite and not below 0 is expected, for instance 200.0 Hz"
         )
-    return found
+    return abs(complex(spots.field_share(np.asarray(frequency))))
 
 
 def _solver(
-    stack: BlockingStack, body: Elastic | Coated, period: float, voltages: Real
+    stack: BlockingStack, body: Elastic | Coated, periods: tuple[float, float], voltages: Real, share: float
 ) -> Callable[[Real], tuple[Rest, ...]]:
     def solve(heights: Real) -> tuple[Rest, ...]:
-        loaded = Loaded(
-            heights=heights, periods=(period, period), compliance=body.compliance, pressure=stack.pressure
-        )
-        return follow_voltages(loaded, voltages.tolist(), electrical_thickness=stack.electrical_thickness)
+        loaded = Loaded(heights=heights, periods=periods, compliance=body.compliance, pressure=stack.pressure)
+        rests = follow_voltages(loaded, voltages.tolist(), electrical_thickness=stack.electrical_thickness)
+        return tuple(rest.with_field_share(share) for rest in rests)
 
     return solve
 

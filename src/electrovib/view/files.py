@@ -117,6 +117,13 @@ def save_answer(found: Answer, path: str | Path, *, force: bool = False) -> list
     return save_document(found.document, path, found.files, found.content, force=force)
 
 
+def written(path: str | Path, document: Callable[[], Document]) -> str:
+    """Say that a document was written, and how many figures it has where the file holds one of them."""
+    single = Path(path).suffix.lower() in FIGURES
+    count = sum(len(parts(each)) for each in document().figures) if single else 1
+    return f"written: {path}" + (f", one of {count} figures; a folder has all of them" if count > 1 else "")
+
+
 def is_file(place: Path) -> bool:
     """Return whether a path names a file: it has the suffix of one, and is not there as a folder."""
     return place.suffix[1:].isalpha() and kind_of(place) != "folder"

@@ -81,7 +81,7 @@ def report(
 
 def reported(
     traces: Any, path: str | Path, *, title: str | None = None, force: bool = False
-) -> dict[str, xarray.Dataset]:
+) -> tuple[dict[str, xarray.Dataset], Document]:
     """Write a report as `report` does."""
     output = output_path(path)
     problems: list[str] = []
@@ -96,8 +96,9 @@ def reported(
         raise InputError(f"a report shows one study, alone or with Traces; these are {len(studies)}")
     studied = next(iter(studies.values()), None)
     shown = _simulated(found) if found or studied is None else {}
-    save_document(document_of(shown, title=title, studied=studied), output, force=force)
-    return {**studies, **shown}
+    document = document_of(shown, title=title, studied=studied)
+    save_document(document, output, force=force)
+    return {**studies, **shown}, document
 
 
 def _loaded(traces: Any) -> dict[str, Any]:

@@ -50,6 +50,10 @@ def test_a_papers_scenario_names_what_its_paper_does_not_give(said):
     assert other.startswith("values not from rauf_2025: friction.coefficient, load.normal_force ('")
     solid = "--set stack.gap.material.conductivity=0"
     surface = '--set \'contact.surface={model="LinearSpring", stiffness="1 GPa/m", free_gap="10 um"}\''
+    rough = '--set contact.surface=\'{ model = "FittedSurface", modulus = "20 MPa", rms_height = "5 um", rms_slope = 0.3 }\''
+    assert 'force = { model = "Persson2018RoughGap", mean_gap = ' in said(
+        f"run bau_2010/sine --states --voltage '40 V' {rough}"
+    )
     states = said(f"run vezzoli_2014/fig6_gap --states {solid} {surface}")
     assert "stack.gap.thickness" in chosen(states)
 

@@ -54,6 +54,15 @@ def test_what_is_printed_and_written_is_what_the_functions_return(here, asked, s
     np.testing.assert_allclose([float(row["draw 2"]) for row in rows], predicted.forces[1])
 
 
+def test_the_prediction_is_the_force_law_of_a_run(here, asked, said):
+    """Of a constant voltage between those of the table, across film and gap."""
+    said(f"{asked} --seed 3 --set load.normal_force='0.2 N' --voltage '20 V,30 V,40 V' -o p.csv")
+    expected = fitted({"load.normal_force": 0.2}).predict(voltage=[20.0, 30.0, 40.0]).force
+    force = {"model": "TabulatedAttraction", "file": "p.csv"}
+    trace = ev.run(SINE, set={"force": force, "drive": {"model": "Step", "level": 30.0}})
+    assert trace.electrostatic_force.values[-1] == pytest.approx(expected[1], rel=1e-3)
+
+
 def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
     assert "typical factor" not in said(f"{asked} --seed 3 -o out.csv")
     rows = table(here / "out.csv")
@@ -125,3 +134,10 @@ def test_rows_without_a_number_are_told(here, asked, said):
     assert "rows without a number, which are omitted: 2\n" in said(asked)
     law = "fit-power-law c.csv --x 'load (N)' --y 'C (pF)'"
     assert "rows without a number, which are omitted: 2\n" in said(law)
+
+
+def test_a_figure_says_that_it_is_one_of_several(here, asked, said):
+    assert said(f"{asked} -o out.png").splitlines()[-1] == "written: out.png"
+    assert "written: out.svg, one of" in said(f"compare {SINE} -o out.svg")
+    assert "written: out.pdf, one of 3 figures; a folder has all of them" in said(f"run {SINE} -o out.pdf")
+    assert "written: r.pdf, one of" in said("report bau_2010/sine -o r.pdf")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.physics.topography import SelfAffine
+from electrovib.physics.topography import MeasuredHeights, SelfAffine
 
 PERIODS = (1e-3, 5e-4)
 GIVEN = {"rms": 5e-6, "hurst": 0.7, "longest": 1e-3, "roll_off": 2.5e-4, "shortest": 2e-5}
@@ -103,3 +103,62 @@ def test_waves_that_no_grid_resolves_are_refused_before_memory_is_asked_for():
             InputError, match=r"shortest = 1e-09: 1e\+06 waves stand in 0.001 m, and at most 2048"
         ):
             use()
+
+
+SPACING = 2e-6
+
+
+def waves(rows=24, columns=32, along=4, across=6, amplitude=1e-6):
+    """Return a product of cosines whose mirror images continue it, with neither mean nor tilt."""
+    y, x = ((np.arange(count) + 0.5) / count for count in (rows, columns))
+    return amplitude * np.cos(np.pi * across * y)[:, None] * np.cos(np.pi * along * x)[None, :]
+
+
+def test_a_measured_map_continues_in_its_mirror_images_without_its_tilt():
+    rows, columns = np.indices((25, 33))
+    tilted = 3e-4 + 2e-7 * rows - 5e-7 * columns
+    tilted[:24, :32] += waves()
+    found = MeasuredHeights(values=tilted, spacing=SPACING)
+    assert found.shape() == (48, 64)
+    assert found.periods == pytest.approx((48 * SPACING, 64 * SPACING))
+    assert found.shortest == 2 * SPACING
+    expected = waves(48, 64, 8, 12)
+    heights = found.heights(found.shape(), found.periods, seed=5)
+    assert heights == pytest.approx(expected, abs=1e-12)
+    assert heights[::-1, ::-1] == pytest.approx(heights, abs=1e-18)
+    slope = 1e-6 / 2 * np.pi * np.hypot(4 / (32 * SPACING), 6 / (24 * SPACING))
+    assert found.rms_slope(found.periods) == pytest.approx(slope, rel=1e-9)
+
+
+@pytest.mark.parametrize(("across", "left"), [(10, True), (12, True), (14, False)])
+def test_a_measured_map_loses_the_waves_of_its_shortest_octave(across, left):
+    """Of 24 points with a wave of 2 points at least, those below 4 points: more than 12 half waves."""
+    values = waves(along=0, across=across)
+    even = MeasuredHeights(values=values, spacing=SPACING).without_shortest_octave()
+    assert np.asarray(even.values) == pytest.approx(values if left else 0 * values, abs=1e-12)
+
+
+def test_the_slope_of_a_measured_map_is_that_of_all_its_waves():
+    values = 1e-6 * np.random.default_rng(0).normal(size=(8, 8))
+    found = MeasuredHeights(values=values, spacing=SPACING)
+    heights = found.heights(found.shape(), found.periods, seed=0)
+    q = 2 * np.pi * np.fft.fftfreq(16, SPACING)
+    power = np.abs(np.fft.fft2(heights) / heights.size) ** 2
+    expected = np.sqrt(np.sum((q[:, None] ** 2 + q[None, :] ** 2) * power))
+    assert found.rms_slope(found.periods) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"values": np.zeros(9)}, r"values of shape \(9,\)"),
+        ({"values": np.zeros((3, 9))}, "4 to 1024 points"),
+        ({"values": np.zeros((4, 1025))}, "every second point"),
+        ({"values": [[0.0, 1.0, np.nan, 0.0]] * 4}, "4 of 16 heights are missing"),
+        ({"spacing": 0.0}, "spacing = 0.0"),
+        ({"spacing": np.nan}, "spacing = nan"),
+    ],
+)
+def test_what_is_no_map_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        MeasuredHeights(**{"values": np.eye(4), "spacing": SPACING} | given)

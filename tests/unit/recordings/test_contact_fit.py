@@ -122,8 +122,10 @@ def test_a_typical_factor_and_both_slopes():
     assert "typical factor of 2;" in second
     assert f"power {steep:.3g} of the voltage, measured {seen:.3g}" in second
     rows = [each for each in predicted.content("prediction.csv").splitlines() if not each.startswith("#")]
-    assert rows[0] == "voltage,force,draw 1,measured"
-    np.testing.assert_allclose([float(each.split(",")[3]) for each in rows[1:]], own * [2.0, 0.5])
+    assert rows[0] == "voltage,force,attraction,draw 1,measured"
+    columns = np.array([each.split(",") for each in rows[1:]], dtype=float).T
+    np.testing.assert_allclose(columns[4], own * [2.0, 0.5])
+    np.testing.assert_allclose(columns[2], own / predicted.stack.area)
 
 
 def test_a_prediction_without_measured_forces_compares_nothing():
@@ -143,8 +145,9 @@ def test_films_are_judged_where_the_contact_is_closed():
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"voltage": [0.0, 10.0]}, "finite voltages other than 0"),
-        ({"voltage": [np.nan]}, "finite voltages other than 0"),
+        ({"voltage": [0.0, 10.0]}, "0 V attracts nothing"),
+        ({"voltage": [np.nan]}, r"at most 1e\+06 V"),
+        ({"voltage": [1e9]}, r"at most 1e\+06 V"),
         ({"voltage": [[1.0]]}, "in a row"),
         ({"voltage": [10.0], "measured": [1.0, 2.0]}, "for each of the 1 voltages"),
         ({"voltage": [10.0], "measured": [0.0]}, "a force above 0"),
@@ -247,3 +250,11 @@ def test_it_says_what_it_found_and_writes_it():
 def test_what_does_not_determine_it_is_refused(given, said):
     with pytest.raises(InputError, match=said):
         fitted(**given)
+
+
+def test_one_draw_has_no_range():
+    found = fitted().predict(voltage=[20.0, 40.0]).document
+    (curve,) = found.figures[0].curves
+    assert curve.label == "predicted"
+    assert "of one draw of the phases" in found.sentences[0]
+    assert " to " not in found.sentences[0]

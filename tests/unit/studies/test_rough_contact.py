@@ -10,6 +10,8 @@ import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
+from electrovib.physics.roughness import IdleSpots, LeakingSpots
+from electrovib.solve.rough_contact import Loaded, MaxwellStress
 
 PAPER = "bau_2010/sine"
 GIVEN = {"rms": 2e-6, "hurst": 0.8, "longest": 1e-3, "roll_off": 2.5e-4, "shortest": 1.25e-4}
@@ -148,6 +150,54 @@ def test_a_film_without_a_known_strength_has_no_share():
     )
 
 
+def test_spots_leak_or_are_idle_as_those_of_a_force_law(found):
+    """A resistivity without end pulls, one of 0 is idle; in between the high-pass of `LeakingSpots`."""
+    corner = 1 / (2 * np.pi * eps0 * 1e8)
+    volts, whole = [0.0, 20.0], found.attraction[2]
+    idle = solved(voltage=volts, spots=IdleSpots())
+    assert 0.3 * whole < idle.attraction[1] < 0.8 * whole
+    assert idle.contact_share[1] < found.contact_share[2]
+    assert idle.mean_gap[1] == pytest.approx(found.mean_gap[2], rel=1e-6)
+    assert idle.capacitance[1] == pytest.approx(found.capacitance[2], rel=1e-6)
+    for frequency, resistivity, expected in ((100.0, 1e18, whole), (0.0, 1e18, idle.attraction[1])):
+        spots = LeakingSpots(resistivity=resistivity)
+        leaking = solved(voltage=volts, spots=spots, frequency=frequency)
+        assert leaking.attraction[1] == pytest.approx(expected, rel=1e-5)
+    half = solved(voltage=volts, spots=LeakingSpots(resistivity=1e8), frequency=corner)
+    assert half.field_share == pytest.approx(np.sqrt(0.5), rel=1e-9)
+    assert idle.attraction[1] < half.attraction[1] < whole
+    assert half.coarser[1, 1] < 0.9 * solved(voltage=volts).coarser[1, 1]
+    assert "they have 70.7 % of the field of spots that insulate" in str(half)
+    assert "spots that insulate" not in str(found)
+
+
+def test_a_measured_surface_is_solved_with_its_mirror_images():
+    """Longer than it is wide: the contact of the four images, and beside it every second point and fewer waves."""
+    spectrum = ev.SelfAffine(**GIVEN)
+    values = spectrum.heights((64, 96), (1e-3, 1.5e-3), seed=4)
+    measured = ev.MeasuredHeights(values=values, spacing=1e-3 / 64)
+    body = ev.Elastic(modulus=1e7)
+    found = ev.rough_contact(PAPER, roughness=measured, body=body, voltage=[0.0, 20.0])
+    pull = MaxwellStress(voltage=20.0, electrical_thickness=REACH)
+    for roughness, step, seen in (
+        (measured, 1, (found.contact_share[1], found.attraction[1])),
+        (measured, 2, found.coarser[:, 1]),
+        (measured.without_shortest_octave(), 2, found.smoother[:, 1]),
+    ):
+        heights = roughness.heights((128, 192), measured.periods, seed=0)[::step, ::step]
+        loaded = Loaded(
+            heights=heights, periods=(2e-3, 3e-3), compliance=body.compliance, pressure=LOAD / AREA
+        )
+        rest = loaded.rest(pull)
+        assert seen == pytest.approx((rest.contact_share, rest.mean_attraction), rel=1e-3)
+    assert found.rests[1].gap.shape == (128, 192)
+    assert found.attraction[1] == pytest.approx(solved(voltage=20.0).attraction[0], rel=0.5)
+    left, right, bottom, top = ev.plot.contact_map(found).get_images()[0].get_extent()
+    assert (left, right, bottom, top) == pytest.approx((0, 3e-3, 0, 2e-3))
+    with pytest.raises(InputError, match="points = 64: a measured surface has its own points"):
+        ev.rough_contact(PAPER, roughness=measured, body=body, points=64)
+
+
 def test_steep_roughness_is_a_doubt():
     assert "rms slope" not in str(solved(voltage=0.0))
     assert "slopes are taken as small" in str(solved(voltage=0.0, roughness={"rms": 5e-5}))
@@ -210,6 +260,8 @@ def test_texts_with_units_are_read():
         ({"voltage": [[1.0, 2.0]]}, "in a row"),
         ({"voltage": np.nan}, r"voltage = \[nan\]"),
         ({"voltage": 1.1e6}, r"at most 1e\+06 V"),
+        ({"frequency": -1.0}, "frequency = -1.0"),
+        ({"frequency": np.inf}, "frequency = inf"),
         ({"points": 65}, "points = 65: an even number from 8 .* here 64, to 2048"),
         ({"points": 62}, "points = 62"),
         ({"points": 4096}, "points = 4096"),

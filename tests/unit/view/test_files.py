@@ -2,6 +2,7 @@
 
 import re
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.data.marks import Form
 from electrovib.view import journal
 from electrovib.view.documents import drawn
+from electrovib.view.files import written
 
 QUICK = {"time.samples": 21, "frequency.samples": 3}
 PULSE = ev.load("vezzoli_2014/fig6", changes=QUICK)
@@ -122,6 +124,17 @@ def test_a_folder_has_every_figure_and_a_name_the_first_file_of_its_suffix(tmp_p
     names = {path.name for path in ev.save(ev.simulate(PULSE), tmp_path / "run")}
     assert names == {"report.html", "trace.nc", "time.pdf", "frequency.pdf", "stack0.pdf"}
     assert ev.load(tmp_path / "run" / "trace.nc") == PULSE
+
+
+def test_a_file_with_one_of_several_figures_says_so():
+    document = Sketch().document
+    one, two = (
+        replace(document, figures=document.figures[:1]),
+        replace(document, figures=document.figures[:1] * 2),
+    )
+    assert written("x.png", lambda: one) == "written: x.png"
+    assert written("x.PNG", lambda: two) == "written: x.PNG, one of 2 figures; a folder has all of them"
+    assert written("x.csv", lambda: two) == "written: x.csv"
 
 
 def test_tables_as_latex_csv_and_text(tmp_path):

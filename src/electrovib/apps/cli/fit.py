@@ -231,9 +231,11 @@ def _recordings(
 
 def _end(found: "Answer", output: str | None, *, everything: bool, misfit: bool) -> None:
     """Print the result, and end with a code of its own where the model does not describe the data."""
+    from electrovib.view.files import written
+
     show_answer(found, everything=everything)
     if output:
-        say(f"written: {output}")
+        say(written(output, lambda: found.document))
     if misfit:
         raise typer.Exit(MISFIT)
 

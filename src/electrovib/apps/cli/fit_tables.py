@@ -70,6 +70,7 @@ def fit_material(
     electrovib fit-material z.csv --set area='1 cm2' --set thickness='200 um' -o my_skin.toml
     """
     from electrovib.apps.fit_material import SpectrumErrors, SpectrumRecipe, fit_material
+    from electrovib.view.files import written
 
     entries = recipe_of(recipe, set, columns, only=OF_SAMPLE, of="the fit of a material")
     asked = options.given(form=form, loss=loss, into=into, layer=layer, output=output, force=force)
@@ -86,9 +87,10 @@ def fit_material(
             raise InputError(f"--band {band}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
         asked["band"] = low, high
     errors = SpectrumErrors(**known)
-    show_answer(fit_material(files, SpectrumRecipe(**entries), errors=errors, **asked))
+    found = fit_material(files, SpectrumRecipe(**entries), errors=errors, **asked)
+    show_answer(found)
     if output:
-        say(f"written: {output}")
+        say(written(output, lambda: found.document))
 
 
 def fit_power_law(
@@ -203,7 +205,7 @@ def fit_contact(
     from electrovib.recordings.fit.contact import ContactFit, fit_contact
     from electrovib.recordings.fit.contact_prediction import ContactPrediction
     from electrovib.recordings.fit.power_law import read_points
-    from electrovib.view.files import check_answer, save_answer
+    from electrovib.view.files import check_answer, save_answer, written
 
     entries = recipe_of(recipe, None, None, only=READING, of="the fit of a contact")
     entries.pop("columns", None)
@@ -233,7 +235,7 @@ def fit_contact(
     say(*_omitted(omitted))
     if output is not None:
         save_answer(answers[-1], output, force=force)
-        say(f"written: {output}")
+        say(written(output, lambda: answers[-1].document))
 
 
 def _wanted(voltage: list[str] | None, measured: list[str] | None) -> dict[str, Any]:

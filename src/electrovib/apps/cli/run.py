@@ -13,6 +13,8 @@ from electrovib.apps.cli.terminal import chosen, say, show_answer
 if TYPE_CHECKING:
     import xarray
 
+    from electrovib.core.answer import Document
+
 
 _ROUNDING: Final = 1e-12
 """Share of the largest force below which the smallest one is printed as 0."""
@@ -116,13 +118,16 @@ def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
 def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None) -> None:
     from electrovib.apps.progress import tracked
     from electrovib.core.units import number_in
+    from electrovib.physics.roughness import PullingSpots
     from electrovib.scenario import read_scenario
     from electrovib.solve.equilibrium import equilibrium
 
     found = read_scenario(scenario, changes=changes)
     held = number_in("V", "--voltage", voltage) if voltage else None
     with tracked("finding equilibria"):
-        balance = equilibrium(found, voltage=held)
+        surface = found.contact.surface
+        rough = surface is not None and surface.is_rough
+        balance = equilibrium(found, voltage=held, spots=PullingSpots() if rough else None)
     show_answer(balance)
     say(*chosen(found, scenario))
 
@@ -158,7 +163,18 @@ def summary(
     if dropped := trace.attrs["dropped_samples"]:
         words = "1 sample of the drive was" if dropped == 1 else f"{dropped} samples of the drive were"
         lines.append(f"warning: {words} dropped")
-    return lines + [f"written: {path}" for path in (output, report) if path]
+    return lines + [_written(path, trace) for path in (output, report) if path]
+
+
+def _written(path: str, trace: Any) -> str:
+    from electrovib.view.files import written
+
+    def document() -> "Document":
+        from electrovib.view.report import document_of
+
+        return document_of({"": trace})
+
+    return written(path, document)
 
 
 def _range(trace: Any, name: str) -> str:

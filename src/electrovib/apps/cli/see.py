@@ -79,12 +79,13 @@ def report(
         Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'; repeatable.
     """
     from electrovib.apps.progress import tracked
+    from electrovib.view.files import written
     from electrovib.view.report import reported
 
     found = _imported(traces, recipe_of(recipe, set, columns, only=OF_TRACE, of="a Trace"))
     with tracked("drawing the report"):
-        shown = reported(found or traces, output, force=force)
-    say(*_answers(shown, output), *_without_parameters(traces), f"written: {output}")
+        shown, document = reported(found or traces, output, force=force)
+    say(*_answers(shown, output), *_without_parameters(traces), written(output, lambda: document))
 
 
 def _answers(shown: Mapping[str, "xarray.Dataset"], output: str) -> list[str]:

@@ -188,9 +188,10 @@ def answered(
 def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
     """Write an answer."""
     from electrovib.exports.save import save
+    from electrovib.view.files import written
 
     save(found, output, force=force)
-    return [f"written: {output}"]
+    return [written(output, lambda: found.document)]
 
 
 def is_map(trace: Any) -> bool:

@@ -19,3 +19,4 @@ from electrovib.physics.force.maxwell_stress import (
 )
 from electrovib.physics.force.maxwell_stress import StressOfField as StressOfField
 from electrovib.physics.force.maxwell_stress import equivalent_field as equivalent_field
+from electrovib.physics.force.tabulated import TabulatedAttraction as TabulatedAttraction

@@ -23,6 +23,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.marks import Form, csv_text
 from electrovib.physics.half_space import Elastic
+from electrovib.physics.limits import held_voltages
 from electrovib.physics.topography import SelfAffine
 from electrovib.recordings.fit.contact_prediction import ContactPrediction, FittedDraw
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
@@ -109,7 +110,7 @@ class ContactFit(Answer):
         Raises
         ------
         InputError
-            If a voltage is 0 or not finite, a measured force is not above 0, or the contacts are beyond the budget.
+            If a voltage is 0 or beyond 1 MV, a measured force is not above 0, or the contacts are beyond the budget.
         ElectrovibError
             If a contact does not come to rest, which the message explains.
 
@@ -121,7 +122,7 @@ class ContactFit(Answer):
         changes = {} if load is None else {"load.normal_force": load}
         known = self.scenario.replace(changes)
         stack = uniform_stack(known)
-        voltages = np.atleast_1d(np.asarray(voltage, dtype=float))
+        voltages = held_voltages(voltage)
         seen = None if measured is None else np.atleast_1d(np.asarray(measured, dtype=float))
         _check_prediction(stack, voltages, seen)
         count = self.roughness.points(self.points)
@@ -342,8 +343,10 @@ def _check_prediction(stack: BlockingStack, voltages: Real, measured: Real | Non
         raise InputError(
             "load.normal_force = 0: a rough contact rests under a load; give for instance load=0.5"
         )
-    if voltages.ndim != 1 or not (np.isfinite(voltages) & (voltages != 0)).all():
-        raise InputError(f"voltage = {voltages.tolist()}: expected finite voltages other than 0 in a row")
+    if not voltages.all():
+        raise InputError(
+            f"voltage = {voltages.tolist()}: 0 V attracts nothing; expected voltages other than 0"
+        )
     if measured is not None and (measured.shape != voltages.shape or not (measured > 0).all()):
         raise InputError(
             f"measured = {measured.tolist()}: expected a force above 0 for each of the {voltages.size} voltages; omit voltages"

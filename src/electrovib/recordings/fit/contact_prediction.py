@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -121,9 +121,9 @@ class ContactPrediction(Answer):
         )
 
     def content(self, name: str) -> str:
-        """Write voltages, predicted forces of each draw and measured ones as CSV, in SI."""
+        """Write voltages, attraction per area, predicted forces of each draw and measured ones as CSV, in SI."""
         del name
-        columns = {"voltage": self.voltage, "force": self.force}
+        columns = {"voltage": self.voltage, "force": self.force, "attraction": self.force / self.stack.area}
         columns |= {f"draw {number}": each for number, each in enumerate(self.forces, 1)}
         if self.measured is not None:
             columns["measured"] = self.measured
@@ -134,9 +134,15 @@ class ContactPrediction(Answer):
     def _at_most(self) -> str:
         at = int(np.argmax(np.abs(self.voltage)))
         ends = (_shown(end, "N") for end in (self.forces[:, at].min(), self.forces[:, at].max()))
+        count = len(self.forces)
+        over = (
+            f"{' to '.join(ends)} over {count} draws of the phases"
+            if count > 1
+            else "of one draw of the phases"
+        )
         return (
             f"at {_shown(self.voltage[at], 'V')} under a load of {_shown(self.stack.pressure, 'Pa')} the attraction is"
-            f" {_shown(self.force[at], 'N')}, {' to '.join(ends)} over {len(self.forces)} draws of the phases"
+            f" {_shown(self.force[at], 'N')}, {over}"
         )
 
     def _compared(self) -> list[str]:
@@ -150,17 +156,15 @@ class ContactPrediction(Answer):
 
     def _figure(self) -> Panel:
         low, high = self.forces.min(axis=0), self.forces.max(axis=0)
-        curves = [
-            Curve(label="draws", x=self.voltage, y=low, upper=high, kind="band", look=0),
-            Curve(
-                label="predicted, with the range of draws", x=self.voltage, y=self.force, kind="bold", look=0
-            ),
-        ]
+        curves = [Curve(label="predicted", x=self.voltage, y=self.force, kind="bold", look=0)]
+        if len(self.forces) > 1:
+            band = Curve(label="draws", x=self.voltage, y=low, upper=high, kind="band", look=0)
+            curves = [band, replace(curves[0], label="predicted, with the range of draws")]
         if self.measured is not None:
             curves.append(Curve(label="measured", x=self.voltage, y=self.measured, kind="points", look=1))
         return Panel(
             id="force", title="Force over voltage", x=("voltage", "V"), y=("force", "N"), curves=tuple(curves),
-            caption="Predicted from the capacitance over the load, with the range of the draws of the phases.",
+            caption="Predicted from the capacitance over the load, with each draw of the phases.",
         )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -69,6 +69,15 @@ class Rest:
     transforms: Transforms
     fell: bool
     steepness: float
+
+    def with_field_share(self, share: float) -> Rest:
+        """Return the same gaps where faces that are pressed together keep this share of the field [1] of an insulating spot.
+
+        No gap opens: a place that lets go has its whole field again, which pulls it back. So the rim of a spot stays in the gap 0
+        without pressure, and keeps of the attraction what balances the bodies; inside, the pressure falls with the attraction.
+        """
+        lost = np.minimum(self.pressure, (1 - share**2) * self.attraction)
+        return replace(self, pressure=self.pressure - lost, attraction=self.attraction - lost)
 
     @property
     def contact_share(self) -> float:

@@ -62,11 +62,11 @@ def contact_map(
     values = getattr(rest, quantity)
     every = -(-values.shape[0] // _COARSE)
     shown = np.ma.masked_where(rest.pressure > 0, values) if quantity == "gap" else values
-    period = found.roughness.longest
+    across, along = found.roughness.periods
     with drawing(ax, MAP_SIZE) as axes:
         axes.set_facecolor(COLOURS[1])
         image = axes.imshow(
-            shown[::every, ::every], origin="lower", extent=(0.0, period, 0.0, period), cmap="Blues", vmin=0.0
+            shown[::every, ::every], origin="lower", extent=(0.0, along, 0.0, across), cmap="Blues", vmin=0.0
         )
         axes.grid(visible=False)
         label_axis(axes.xaxis, "along the plate", "m")

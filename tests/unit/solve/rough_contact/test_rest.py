@@ -1,5 +1,7 @@
 """Any rough contact at rest obeys the conditions of contact, and what it says of itself is so."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.half_space import Coated, Elastic
 from electrovib.physics.topography import SelfAffine
-from electrovib.solve.rough_contact import Loaded, MaxwellStress, attracted, follow
+from electrovib.solve.rough_contact import Loaded, Local, MaxwellStress, attracted, follow
 
 SKIN = Coated(
     film=Elastic(modulus=5e6, poisson=0.45),
@@ -58,6 +60,38 @@ def test_places_touch_or_are_open_and_the_displacement_is_that_of_the_stress(vol
     assert rest.residual <= loaded.tolerance
 
 
+@pytest.mark.parametrize("share", [0.0, 0.6])
+def test_spots_with_a_share_of_the_field_are_the_limit_of_a_stress_that_falls_near_contact(share):
+    """(1 - (1 - share^2) exp(-g/reach)) times the Maxwell stress is solved as it is, over a reach far below the gaps."""
+    whole, reach = pull(200.0), 2e-10
+
+    def falling(gap):
+        local, rest = whole(gap), (1 - share**2) * np.exp(-gap / reach)
+        slope = local.slope * (1 - rest) + local.stress * rest / reach
+        return Local(local.energy + local.stress * rest * reach, local.stress * (1 - rest), slope)
+
+    insulating = rough().rest(whole)
+    found, expected = insulating.with_field_share(share), rough().rest(falling, start=insulating.gap)
+    assert found.mean_attraction == pytest.approx(expected.mean_attraction, rel=3e-3)
+    assert found.mean_attraction < 0.9 * insulating.mean_attraction
+    assert found.contact_share == pytest.approx(expected.contact_share, rel=1e-2)
+    assert found.gap == pytest.approx(expected.gap, abs=1e-2 * SPECTRUM.rms)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
+def test_what_spots_lose_of_the_field_is_theirs_alone(share):
+    insulating = rough().rest(pull(200.0))
+    found = insulating.with_field_share(share)
+    whole = pull(200.0)(np.zeros(1)).stress[0]
+    assert np.all(found.attraction[found.pressure > 0] == pytest.approx(share**2 * whole, rel=1e-12))
+    assert np.all(found.attraction[found.gap > 0] == insulating.attraction[found.gap > 0])
+    assert found.pressure.min() >= 0
+    assert found.pressure - found.attraction == pytest.approx(
+        insulating.pressure - insulating.attraction, abs=1e-9 * whole
+    )
+    assert np.all(found.gap == insulating.gap)
+
+
 def test_a_smaller_tolerance_is_met():
     coarse, fine = (rough(tolerance=tolerance).rest(pull(150.0)) for tolerance in (1e-3, 1e-9))
     assert fine.residual <= 1e-9
@@ -103,6 +137,13 @@ def test_what_is_followed_up_and_down_comes_back_along_another_path():
     assert down[0].mean_attraction == pytest.approx(up[0].mean_attraction, rel=1e-5)
     assert down[2].mean_attraction > 1.02 * up[2].mean_attraction
     assert down[2].contact_share > up[2].contact_share
+    assert down[0].energy == pytest.approx(up[0].energy, rel=1e-6)
+    course = [*zip(voltages, up, strict=True), *zip(voltages[::-1], down[::-1], strict=True)]
+    for (before, first), (after, second) in pairwise(course):
+        # what moves from the gaps of the former rest loses energy, by a fall or not
+        charge = np.mean(eps0 / (first.gap + thin(0.0).electrical_thickness))
+        held = first.energy - charge * (after**2 - before**2) / 2
+        assert second.energy <= held + 1e-9 * abs(held)
 
 
 def test_the_mean_of_the_heights_does_not_matter_and_scales_do_not():
