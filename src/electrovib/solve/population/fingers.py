@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,12 +14,23 @@ from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.one_by_one import KERNEL, ParametricScenario, over_which
-from electrovib.solve.population.arrays import asked_of, has_modes, over_time, refuse_beyond_arrays, some_of
+from electrovib.solve.population.arrays import (
+    OF_LAW,
+    asked_of,
+    has_modes,
+    of_factors,
+    over_time,
+    per_unit,
+    refuse_beyond_arrays,
+    responses,
+    some_of,
+)
 from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
 from electrovib.solve.population.drive import SharedDrive, piecewise_drive, shared_drive
 from electrovib.solve.population.kernels import kernel_name
-from electrovib.solve.stack.expand import modes_of, phasors
+from electrovib.solve.stack.expand import Surroundings, modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
+from electrovib.solve.stack.modes import is_there
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
@@ -26,7 +38,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
@@ -181,6 +193,9 @@ class Population:
         for fingers in _of_one_form(columns):
             for begin in range(0, len(fingers), STACKS):
                 left = fingers[begin : begin + STACKS]
+                _, stacks = self._stacks({path: values[left] for path, values in columns.items()})
+                if stacks is not None:  # those with one stack beside each other
+                    left = left[np.argsort(stacks, kind="stable")]
                 some = {path: values[left] for path, values in columns.items()}
                 try:
                     for rows, size in self._in_arrays(some, len(left)):
@@ -250,26 +265,76 @@ class Population:
         """Yield the signals of some fingers after the other, and how many these are."""
         columns = {path: np.ascontiguousarray(each, dtype=float)[:, None] for path, each in draws.items()}
         inner = {path: column for path, column in columns.items() if not path.startswith("drive.")}
-        asked = self.asked(with_columns(self.scenario, inner))
+        first_of, stacks = self._stacks(draws)
+        asked = self.asked(
+            with_columns(self.scenario, {path: each[first_of] for path, each in inner.items()})
+        )
         outputs = self.frequency if self.time is None else self.time
         assert outputs is not None
-        block = max(FEWEST, RESPONSES // len(outputs))
-        for first in range(0, count, block):
-            part = slice(first, min(first + block, count))
+        parts = self._linear(asked, columns, count, stacks, block=max(FEWEST, RESPONSES // len(outputs)))
+        for part, driven, known in parts:
             some = with_columns(self.scenario, {path: each[part] for path, each in inner.items()})
-            mine = {path: each[part] for path, each in columns.items()}
-            driven = self._driven(mine)
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 found = (
-                    self._over_frequency(some, mine)
+                    self._over_frequency(some, {path: each[part] for path, each in columns.items()})
                     if self.time is None
-                    else over_time(some, some_of(asked, part), driven, self.names)
+                    else over_time(some, known, driven, self.names)
                 )
-            size = part.stop - first
+            size = part.stop - part.start
             for name, each in found.items():
                 axes = len(SIGNALS[name].dims)
                 found[name] = np.broadcast_to(each, (size, *each.shape[each.ndim - axes :]))
             yield found, size
+
+    def _linear(
+        self,
+        asked: Mapping[Key, Transfer],
+        columns: Mapping[str, Real],
+        count: int,
+        stacks: Indices | None,
+        *,
+        block: int,
+    ) -> Iterator[tuple[slice, list[tuple[slice, list[Any]]], dict[Key, Real]]]:
+        """Yield ranges of fingers with their drive and linear quantities; those of a stack are computed once for all of it."""
+        if stacks is None or self.drive is None:
+            for part in _ranges(0, count, block):
+                driven = self._driven({path: each[part] for path, each in columns.items()})
+                with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                    known = responses(some_of(asked, part), driven) if driven else {}
+                yield part, driven, known
+            return
+        for own in _ranges(0, int(stacks[-1]) + 1, block):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                unit = per_unit(some_of(asked, own), list(self.drive.values()))
+            begin, end = np.searchsorted(stacks, (own.start, own.stop)).tolist()
+            for part in _ranges(begin, end, block):
+                driven = self._driven({path: each[part] for path, each in columns.items()})
+                factors = [factor for factor, _ in driven[0][1]]
+                yield part, driven, of_factors(unit, factors, stacks[part] - own.start)
+
+    def _stacks(self, draws: Mapping[str, Real]) -> tuple[Any, Indices | None]:
+        """Return a finger for each stack, and the stack of each finger, where several fingers have one."""
+        if self.time is None or self.drive is None:
+            return slice(None), None
+        outside: tuple[str, ...] = ("drive.", "friction.")
+        if self._is_per_area:
+            outside += ("contact.", "load.")
+        others = [values for path, values in draws.items() if not path.startswith(outside)]
+        rows = np.stack(others, axis=1) if others else np.zeros((len(next(iter(draws.values()))), 1))
+        _, first_of, stacks = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        return (slice(None), None) if len(first_of) == len(rows) else (first_of, stacks.reshape(-1))
+
+    @functools.cached_property
+    def _is_per_area(self) -> bool:
+        """Whether the signals need linear quantities that are the same for any area: nothing but layers is in series."""
+        around = Surroundings.of(self.scenario)
+        in_series = (around.second, around.element.elastance, around.element.resistance)
+        return (
+            OF_LAW.issuperset(self.names)
+            and self.scenario.drive.quantity == "voltage"
+            and not any(path.startswith("circuit.") for path in self.free)
+            and not any(map(is_there, in_series))
+        )
 
     def _driven(self, columns: Mapping[str, Real]) -> list[tuple[slice, list[Any]]]:
         """Return ranges of fingers, and the factors and drives that add up to the drive of each range."""
@@ -353,6 +418,11 @@ def _of_one_form(draws: Mapping[str, Real]) -> list[Any]:
     _, group = np.unique(zero, axis=1, return_inverse=True)
     group = group.reshape(-1)
     return [np.flatnonzero(group == each) for each in range(int(group.max()) + 1)]
+
+
+def _ranges(begin: int, end: int, size: int) -> list[slice]:
+    """Return ranges of at most some indices, one after the other."""
+    return [slice(first, min(first + size, end)) for first in range(begin, end, size)]
 
 
 def _range(fingers: Any) -> Any:
