@@ -58,6 +58,8 @@ FEWEST: Final = 64
 """Smallest number of fingers whose responses are computed together."""
 AGREE: Final = 1e-11
 """Largest difference over the peak of a signal; a formula that is no formula of one finger differs by more."""
+LATE: Final = 1e-8
+"""The same, at most, where the rounding of late times is a share of the least step, after which a fast mode differs by it."""
 OF_CURRENT: Final = 1e-9
 """The same of a current: rounding of the time decides what remains of the fastest mode after a corner, some 1e-10."""
 SCALED: Final = 1e-6
@@ -381,8 +383,11 @@ class Population:
                 f"a formula of the scenario does not run on arrays ({type(error).__name__})"
             ) from None
         is_scaled = any(each.is_scaled for each in self._reduced.values())
+        rounding = 0.0
+        if self.time is not None and len(self.time) > 1:
+            rounding = min(float(np.spacing(self.time[-1]) / np.min(np.diff(self.time))), LATE)
         for name, rows in expected.items():
-            limit = SCALED if is_scaled else OF_CURRENT if name == "current" else AGREE
+            limit = SCALED if is_scaled else OF_CURRENT if name == "current" else AGREE + rounding
             for mine, its in zip(found[name], rows, strict=True):
                 if not _agree(mine, its, limit):
                     raise NotInArraysError(f"{name} in arrays differs from that of one finger")
