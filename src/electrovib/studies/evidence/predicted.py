@@ -57,6 +57,15 @@ def candidates(measured: Measurement) -> dict[str, Any]:
     """Return the models that a measurement judges, by name, each as the content of its place in the scenario."""
     if measured.judges.rpartition(".")[2] == SKIN:
         return {name: skin.material for name, skin in offers(("skins",)).items() if skin.reproduces_force}
+    own = judged_model(measured)
+    found: dict[str, Any] = {}
+    for name in find_members(family_of(type(own))):
+        found[name] = own if name == type(own).__name__ else {"model": name}
+    return found
+
+
+def judged_model(measured: Measurement) -> Model:
+    """Return the model of the set-up in the place that is judged."""
     own: Any = measured.scenario
     try:
         for part in measured.judges.split("."):
@@ -67,10 +76,7 @@ def candidates(measured: Measurement) -> dict[str, Any]:
         raise InputError(
             f"judges = '{measured.judges}': the set-up has no model there, as at force, contact or friction"
         )
-    found: dict[str, Any] = {}
-    for name in find_members(family_of(type(own))):
-        found[name] = own if name == type(own).__name__ else {"model": name}
-    return found
+    return own
 
 
 def predict(
@@ -84,13 +90,18 @@ def predict(
             refused[name] = "it was made from these numbers"
             continue
         try:
-            found.append(_prediction(measured, name, content, n=n, seed=seed))
+            found.append(prediction(measured, name, content, n=n, seed=seed))
         except ElectrovibError as error:
-            refused[name] = "; ".join(each if each.path else each.reason for each in error.problems[:2])
+            refused[name] = reason_of(error)
     return found, refused
 
 
-def _prediction(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> ModelPrediction:
+def reason_of(error: ElectrovibError) -> str:
+    """Return in words why a model cannot predict."""
+    return "; ".join(each if each.path else each.reason for each in error.problems[:2])
+
+
+def prediction(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> ModelPrediction:
     """Compute the measured quantity for every draw and point (n, points), with ranges as stated and of other widths."""
     scenario, tables = set_up(measured, name, content)
     draws = read_space(scenario, {"space": tables}).draw(seed, 0, n) if tables else {}
