@@ -75,7 +75,7 @@ def evidence(
     else:
         words = [measured] if isinstance(measured, str) else measured or [""]
         chosen = {name: each for word in words for name, each in measurements(word).items()}
-    entered = None if submission is None else read_submission(submission, chosen)
+    entered = None if submission is None else read_submission(submission, measurements() | chosen)
     if entered:
         chosen = {name: each for name, each in chosen.items() if each.judges == entered.stated.judges}
     of, count = (

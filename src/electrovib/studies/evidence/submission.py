@@ -201,6 +201,5 @@ def _check_prior(path: str, table: Any, found: Submission, measured: Mapping[str
                 read_space(scenario, {"space": {path: table}})
                 return
     known = {path for each in measured.values() for path in each.unknown}
-    raise InputError(
-        f"no set-up leaves it open, and it is no parameter of {found.model}.{nearest(path, known)}", path=path
-    )
+    why = f"no set-up leaves it open, and it is no parameter of {found.model}.{nearest(path, known)}"
+    raise InputError(f"{found.model} replaces it wherever it is open" if path in known else why, path=path)
