@@ -297,7 +297,7 @@ class Population:
         *,
         block: int,
     ) -> Iterator[tuple[slice, list[tuple[slice, list[Any]]], dict[Key, Real]]]:
-        """Yield ranges of fingers with their drive and linear quantities; those of a stack are computed once for all of it."""
+        """Yield ranges of fingers, those of a stack beside each other, with their drive and linear quantities."""
         if stacks is None or self.drive is None:
             for part in _ranges(0, count, block):
                 driven = self._driven({path: each[part] for path, each in columns.items()})
@@ -315,16 +315,20 @@ class Population:
                 yield part, driven, of_factors(unit, factors, stacks[part] - own.start)
 
     def _stacks(self, draws: Mapping[str, Real]) -> tuple[Any, Indices | None]:
-        """Return a finger for each stack, and the stack of each finger, where several fingers have one."""
+        """Return a finger for each stack, as they appear, and the stack of each finger; None where nobody shares one.
+
+        With a factor of the drive it is one for each finger at least, so that the last bits do not depend on the others.
+        """
         if self.time is None or self.drive is None:
             return slice(None), None
-        outside: tuple[str, ...] = ("drive.", "friction.")
-        if self._is_per_area:
-            outside += ("contact.", "load.")
+        outside = ("drive.", "friction.", *(("contact.", "load.") if self._is_per_area else ()))
         others = [values for path, values in draws.items() if not path.startswith(outside)]
         rows = np.stack(others, axis=1) if others else np.zeros((len(next(iter(draws.values()))), 1))
         _, first_of, stacks = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-        return (slice(None), None) if len(first_of) == len(rows) else (first_of, stacks.reshape(-1))
+        if len(first_of) == len(rows) and not any(self.drive):
+            return slice(None), None
+        order = np.argsort(first_of)
+        return first_of[order], np.argsort(order)[stacks.reshape(-1)]
 
     @functools.cached_property
     def _is_per_area(self) -> bool:
@@ -433,7 +437,7 @@ def _ranges(begin: int, end: int, size: int) -> list[slice]:
 def _range(fingers: Any) -> Any:
     """Return indices as a range where they are one: it is written faster than a list."""
     first, stop = int(fingers[0]), int(fingers[-1]) + 1
-    return slice(first, stop) if stop - first == len(fingers) else fingers
+    return slice(first, stop) if np.array_equal(fingers, np.arange(first, stop)) else fingers
 
 
 def _agree(mine: Any, its: Any, limit: float) -> bool:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError, gathered, nearest, refuse
-from electrovib.core.mistakes import near_members, read_entries
+from electrovib.core.mistakes import near_members, read_entries, shown
 from electrovib.core.own_models import family_of
 from electrovib.core.parsing import read_toml_file
 from electrovib.scenario.space.reading import flattened, read_space
@@ -149,7 +149,7 @@ def _check_law(found: Submission, measured: Measurement) -> None:
         raise InputError(
             f"expected the name of a {family.__name__}{more}.{near_members(family, str(name))}",
             path="law.model",
-            value=name,
+            value=str(name or ""),
         )
 
 
@@ -189,7 +189,9 @@ def _check_prior(path: str, table: Any, found: Submission, measured: Mapping[str
         return
     if not isinstance(table, Mapping):
         raise InputError(
-            "expected a distribution, or false for a layer that the law replaces", path=path, value=table
+            "expected a distribution, or false for a layer that the law replaces",
+            path=path,
+            value=shown(table),
         )
     if not any(table.get(reason) for reason in REASONS):
         raise InputError("a prior states its source, or calls itself a choice", path=path)
