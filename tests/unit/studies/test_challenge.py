@@ -222,9 +222,7 @@ def test_another_file_is_named_as_what_it_is(tmp_path):
     path = publication_files()["vezzoli_2014"]
     with pytest.raises(InputError, match="is a measurement, not a submission"):
         read_submission(path, MEASURED)
-    with pytest.raises(
-        InputError, match="is a submission, not a measurement; 'electrovib evidence --submission"
-    ):
+    with pytest.raises(InputError, match="is a submission, not a measurement; 'electrovib evidence --laws"):
         ev.measurements(str(EXAMPLE))
     with pytest.raises(InputError, match="No such file"):
         read_submission(tmp_path / "none.toml", MEASURED)
@@ -237,8 +235,10 @@ def test_a_law_is_not_judged_by_the_groups_that_made_it_and_one_that_predicts_no
     assert submitted(own, CLUTCH, MEASURED[CLUTCH], n=2, seed=0) == (None, "it was made from these numbers")
     made = replace(MEASURED[NAME], made=(LAW,))
     assert submitted(own, NAME, made, n=2, seed=0)[1] == "it was made from these numbers"
+    with pytest.raises(InputError, match="laws: no measurement that is named judges force"):
+        ev.evidence("israr_2006", laws=tmp_path / "mine.toml", n=2)
     with pytest.raises(InputError, match="mine predicts no measurement: it was made from these numbers"):
-        ev.evidence(CLUTCH, submission=tmp_path / "mine.toml", n=2)
+        ev.evidence(CLUTCH, laws=tmp_path / "mine.toml", n=2)
 
 
 def test_a_wider_prediction_scores_less_and_so_does_a_wrong_narrow_one():
@@ -259,23 +259,22 @@ def test_the_example_is_shown_as_it_is_and_scored_on_both_sides():
     assert tomllib.loads(shown) == content_of(EXAMPLE)
     assert mistakes("submission", content_of(EXAMPLE)) == []
     words = ["vezzoli_2014", "zhang_a", "cacucciolo_2022"]
-    found = ev.evidence(words, submission=EXAMPLE, n=8)
-    assert (found.submission.name, found.calibrated) == ("one_gap", ())
+    found = ev.evidence(words, laws=EXAMPLE, n=8)
+    assert ([each.name for each in found.submissions], found.calibrated) == (["one_gap"], ())
     held_out, public = found.document.sentences[:2]
     assert held_out.startswith("one_gap on groups that are held out, 2 numbers of 1 groups: skill ")
     assert "no interval from one group" in held_out
     assert public.startswith("one_gap on groups that are public, ")
-    rows = found.document.numbers[0].rows
-    (standing,) = (each for each in found.sides[HELD_OUT][0].standings if each.model == "one_gap")
+    rows, sides = found.document.numbers[0].rows, found.sides(found.submissions[0])
+    (standing,) = (each for each in sides[HELD_OUT][0].standings if each.model == "one_gap")
     assert rows[0][3] == f"{standing.skill:.2f}"
     assert rows[0][6] == f"{standing.width:.2f}"
-    better = sum(each.skill > standing.skill for each in found.sides[HELD_OUT][0].standings)
-    assert rows[0][8] == f"{1 + better} of {len(found.sides[HELD_OUT][0].standings)}"
+    better = sum(each.skill > standing.skill for each in sides[HELD_OUT][0].standings)
+    assert rows[0][8] == f"{1 + better} of {len(sides[HELD_OUT][0].standings)}"
     assert {each.group for each in found.scores if each.model == "one_gap"} == {
         "Vezzoli, Amberg and Giraud (Lille)", "pads of others, one script",
     }  # fmt: skip
     assert found.refused["rauf_2025/zhang_a"]["one_gap"] == "it was made from these numbers"
-    assert ev.evidence(words[:1], n=2).sides == {}
 
 
 def test_the_table_has_a_row_for_each_common_set_and_says_where_there_is_none(entered):
@@ -296,7 +295,25 @@ def test_the_table_has_a_row_for_each_common_set_and_says_where_there_is_none(en
 
 
 def test_the_command_scores_a_submission(tmp_path):
-    done = CliRunner().invoke(app, ["evidence", NAME, "--submission", str(EXAMPLE), "-n", "4"])
+    done = CliRunner().invoke(app, ["evidence", NAME, "--laws", str(EXAMPLE), "-n", "4"])
     assert done.exit_code == 0, done.output
     assert done.output.startswith("one_gap on groups that are held out, 1 numbers of 1 groups: skill ")
     assert f"Challenge {split().version}: one_gap" in done.output
+
+
+def test_several_submissions_stand_beside_each_other_and_none_has_the_name_of_a_model(tmp_path):
+    for name in ("first", "second", LAW):
+        (tmp_path / f"{name}.toml").write_text(tomlkit.dumps(CONTENT), encoding="utf-8")
+    paths = [tmp_path / f"{name}.toml" for name in ("first", "second")]
+    found = ev.evidence(NAME, laws=paths, n=4)
+    assert [each.partition(" ")[0] for each in found.document.sentences[:4]] == [
+        "first",
+        "first",
+        "second",
+        "second",
+    ]
+    assert {"first", "second"} < {each.model for each in found.scores}
+    for wrong in ([*paths, paths[0]], [tmp_path / f"{LAW}.toml"]):
+        with pytest.raises(InputError, match="another law or file has this name") as caught:
+            ev.evidence(NAME, laws=wrong, n=4)
+        assert len(caught.value.problems) == 1

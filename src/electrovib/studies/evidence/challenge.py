@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from electrovib.core.answer import Table
-from electrovib.core.errors import ElectrovibError
+from electrovib.core.errors import ElectrovibError, refuse
 from electrovib.studies.evidence.predicted import ModelPrediction, prediction, reason_of
 from electrovib.studies.evidence.score import LEVEL
 from electrovib.studies.evidence.split import HELD_OUT, SIDES, split
@@ -33,6 +33,20 @@ def submitted(
     except ElectrovibError as error:
         return None, reason_of(error)
     return ModelPrediction(found.name, one.values, one.narrow, one.wide), ""
+
+
+def refuse_idle(
+    entered: Sequence[Submission], scores: Sequence[Score], refused: Mapping[str, Mapping[str, str]]
+) -> None:
+    """Refuse submissions that predict no measurement, with every reason once."""
+    known = {each.model for each in scores}
+    problems = {
+        f"{law.name} predicts no measurement: {why[law.name]}": None
+        for law in entered
+        for why in refused.values()
+        if law.name not in known and law.name in why
+    }
+    refuse([*problems])
 
 
 def sets_of(found: Submission, scores: Sequence[Score], nulls: Sequence[Score]) -> dict[str, list[CommonSet]]:

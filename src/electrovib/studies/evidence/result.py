@@ -51,7 +51,7 @@ class Evidence(Answer):
     - `warned`: measurement to what its set-up exceeds, so that no law of the package may hold there.
     - `calibrated`: each candidate on what declares a calibration, without and with it.
     - `n`, `seed`: draws of what was not printed.
-    - `submission`: what was entered in the challenge, which stands among the candidates under its name.
+    - `submissions`: what was entered in the challenge, each among the candidates under its name.
     """
 
     measured: Mapping[str, Measurement]
@@ -62,7 +62,7 @@ class Evidence(Answer):
     n: int
     seed: int
     calibrated: tuple[Calibrated, ...] = ()
-    submission: Submission | None = None
+    submissions: tuple[Submission, ...] = ()
 
     FILES: ClassVar = {
         "laws.csv": Form.TABLE,
@@ -74,7 +74,7 @@ class Evidence(Answer):
     @property
     def document(self) -> Document:
         """Failures, laws, measurements, and a figure for each."""
-        entered = [challenge.table(self.submission, self.sides)] if self.submission else []
+        entered = [challenge.table(each, self.sides(each)) for each in self.submissions]
         return Document(
             title=f"Evidence: {_several(len(self.measured), 'measurement')} of {_several(len(self._groups), 'group')}",
             sentences=self._sentences,
@@ -124,10 +124,9 @@ class Evidence(Answer):
             each for place in self._places for each in comparisons(place, self.judging(place), self.nulls)
         )
 
-    @functools.cached_property
-    def sides(self) -> dict[str, list[CommonSet]]:
-        """For each side of the split, the common sets on which the submission stands; empty without one."""
-        return challenge.sets_of(self.submission, self.scores, self.nulls) if self.submission else {}
+    def sides(self, entered: Submission) -> dict[str, list[CommonSet]]:
+        """Return, for each side of the split, the common sets on which a submission stands."""
+        return challenge.sets_of(entered, self.scores, self.nulls)
 
     @property
     def decides(self) -> list[str]:
@@ -170,7 +169,7 @@ class Evidence(Answer):
         missed = [each.measurement for each in self.failures]
         wholly = sum(all(not one.covered for one in self.of(name)) for name in missed)
         return [
-            *(challenge.sentences(self.submission, self.sides) if self.submission else []),
+            *(said for each in self.submissions for said in challenge.sentences(each, self.sides(each))),
             *unpredicted,
             f"A law or model can miss {len(self.can_be_missed)} of {_several(len(self.numbers), 'number')}: its 90 % interval"
             " spans less than a decade.",

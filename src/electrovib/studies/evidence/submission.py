@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -16,7 +16,7 @@ from electrovib.core.own_models import family_of
 from electrovib.core.parsing import read_toml_file
 from electrovib.scenario.space.reading import flattened, read_space
 from electrovib.scenario.toml import SCHEMA
-from electrovib.studies.evidence.predicted import judged_model, set_up
+from electrovib.studies.evidence.predicted import candidates, judged_model, set_up
 from electrovib.studies.evidence.split import split
 
 if TYPE_CHECKING:
@@ -92,6 +92,25 @@ def _is_meant(word: str, name: str, measured: Measurement) -> bool:
 def submission_schema() -> dict[str, Any]:
     """Return the JSON schema of the file of a submission, for editors that complete and check TOML."""
     return SubmissionFile.model_json_schema()
+
+
+def read_submissions(
+    paths: Sequence[str | Path], measured: Mapping[str, Measurement]
+) -> tuple[Submission, ...]:
+    """Read the files of several submissions, whose names are not those of models or of each other; mistakes of all at once."""
+    found: list[Submission] = []
+    problems: list[str] = []
+    for path in paths:
+        with gathered(problems):
+            one = read_submission(path, measured)
+            taken = {each.name for each in found}.union(*(candidates(each) for each in measured.values()))
+            if one.name in taken:
+                raise InputError(
+                    "another law or file has this name; call the file otherwise", path=Path(path)
+                )
+            found.append(one)
+    refuse(problems)
+    return tuple(found)
 
 
 def read_submission(path: str | Path, measured: Mapping[str, Measurement]) -> Submission:
