@@ -131,6 +131,7 @@ class Population:
         signals: Sequence[str] = ("electrostatic_force",),
         time: ArrayLike | None = None,
         band: Real | None = None,
+        compared: bool = False,
     ) -> None:
         self.free = (free,) if isinstance(free, str) else tuple(free)
         self.names = (signals,) if isinstance(signals, str) else tuple(signals)
@@ -150,6 +151,8 @@ class Population:
         self.drive: SharedDrive | None = None
         try:
             self._prepare()
+            if not compared:
+                self._compare()
         except NotInArraysError as reason:
             self.method, self.kernel = f"one by one: {reason}", KERNEL
 
@@ -261,7 +264,6 @@ class Population:
             raise NotInArraysError(
                 "the band over which materials are reduced follows from the drive of each finger"
             )
-        self._compare()
 
     def _in_arrays(self, draws: Mapping[str, Real], count: int) -> Iterator[tuple[dict[str, Any], int]]:
         """Yield the signals of some fingers after the other, and how many these are."""
