@@ -97,6 +97,8 @@ class Population:
         Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
     band : ndarray, shape (m,), optional
         Times over whose band materials are reduced to Debye terms [s]; by default the output times.
+    compared : bool
+        Whether arrays were found to agree with fingers one by one before, at other times.
 
     Attributes
     ----------

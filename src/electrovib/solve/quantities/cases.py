@@ -111,8 +111,9 @@ def population_on(
     With `compared` arrays were found to agree with fingers one by one on another mesh.
     """
     signals, band = tuple(dict.fromkeys(each.signal for each in names)), times_of_window(prepared.base)
-    given = {"free": prepared.free, "signals": signals, "time": mesh.times(), "band": band}
-    return Population(prepared.base, **given, compared=compared)
+    return Population(
+        prepared.base, free=prepared.free, signals=signals, time=mesh.times(), band=band, compared=compared
+    )
 
 
 def _mesh(
