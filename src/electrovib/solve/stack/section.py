@@ -233,9 +233,7 @@ def fields_in_gaps(section: Section, thickness: Real) -> list[Linear]:
 def _is_one_case(section: ModalSection) -> bool:
     """Return whether no number of a stack is a column of cases."""
     fields = [layer.field for layer in section.layers.values()]
-    return all(each.gains.ndim == 1 and np.ndim(each.direct) == 0 for each in fields) and not any(
-        np.ndim(layer.thickness) for layer in section.layers.values()
-    )
+    return all(each.gains.ndim == 1 and np.ndim(each.direct) == 0 for each in fields)
 
 
 def _gap_transfer(section: ModalSection, thickness: Column, conductivity: Column) -> Transfer:

@@ -195,7 +195,9 @@ def agreement(fingers, member, free, count, time, seed=1):
             ParametricScenario(member, free).of_many, names=fingers.OVER_TIME, time=time
         )
         for way in (alone, many.signals):
-            with pytest.raises(InputError, match=r"interface_field|has a mean|does not repeat|every layer conducts"):
+            with pytest.raises(
+                InputError, match=r"interface_field|has a mean|does not repeat|every layer conducts"
+            ):
                 way(many.columns(given_))
         return 0.0
 
@@ -459,7 +461,9 @@ def test_fingers_of_one_stack_share_its_response(fingers, scenario, free, monkey
     many, found, expected = shared(scenario, free, columns)
     stacks.clear()
     found = many.signals(columns)
-    shares = scenario != "rauf_2025/field_3"  # a second contact: its share of the voltage differs with the area
+    shares = (
+        scenario != "rauf_2025/field_3"
+    )  # a second contact: its share of the voltage differs with the area
     assert (max(stacks) <= 4) == shares
     for name, rows in found.items():
         peak = np.max(np.abs(expected[name]), axis=-1, keepdims=True)
@@ -476,7 +480,7 @@ def test_the_area_and_the_load_do_not_change_a_stack_with_nothing_in_series(fing
         (("lateral_force", "current"), {}, 40),
         (("lateral_force",), {"circuit.source_resistance": 1e5}, 40),
         (("lateral_force",), {"circuit.return_path": floating()["circuit.return_path"]}, 40),
-        (("lateral_force",), {"circuit.return_path": CONTACT}, 40),
+        (("lateral_force",), {"circuit.return_path": CONTACT | {"resistance": 0.0}}, 40),
     ):
         member = alone.replace(changes)
         many, found, expected = shared(member, free, columns, names)
