@@ -32,6 +32,7 @@ from electrovib.studies.evidence.standing import comparisons, over_groups, typic
 VOLTAGES = (50.0, 100.0, 200.0)
 GAP = {"model": "LogUniform", "low": 1e-6, "high": 4e-6, "choice": "a range of this test"}
 FORCE = "final electrostatic_force"
+OTHERS = tuple(name for name in find_members(ForceLaw) if name != "MaxwellStressInGap")
 
 
 def step(voltage=100.0):
@@ -124,6 +125,21 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
     (found,) = (each for each in predict(ratio, n=2)[0] if each.model == "MaxwellStressInGap")
     peak = float(ev.sweep(step(), {}, quantities=["peak electrostatic_force"])["peak electrostatic_force"])
     np.testing.assert_allclose(found.values, np.full((2, 1), 3.0 * alone / peak), rtol=1e-9)
+
+
+def test_a_function_is_called_once_for_each_set_of_values():
+    calls = []
+
+    def inverse(scenario):
+        calls.append(scenario.stack.layers["gap"].thickness)
+        return 1.0 / calls[-1]
+
+    listed = {"model": "Empirical", "values": [1e-6, 3e-6], "choice": "of this test"}
+    made = measured(quantity=inverse, unit="1/m", unknown={"stack.gap.thickness": listed}, made=OTHERS)
+    (found,) = predict(made, n=20)[0]
+    assert len(calls) == 2 * len(VOLTAGES)
+    gaps = ev.read_space(step(), {"space": {"stack.gap.thickness": listed}}).draw(0, 0, 20)
+    np.testing.assert_array_equal(found.values[:, 1], 1.0 / gaps["stack.gap.thickness"])
 
 
 def quotient(scenario):

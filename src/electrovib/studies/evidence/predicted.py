@@ -155,11 +155,13 @@ def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, R
     """Compute the measured quantity for each row of values of parameters, without its scale."""
     if callable(measured.quantity):
         made = ParametricScenario(scenario, list(columns))
-        rows = np.stack(list(columns.values()), axis=1).tolist()
-        together = _in_columns(measured, made, columns, rows)
+        table = np.stack(list(columns.values()), axis=1)
+        together = _in_columns(measured, made, columns, table.tolist())
         if together is not None:
             return together
-        return np.array([_of_function(measured, made.scenario(row)) for row in rows])
+        rows, places = np.unique(table, axis=0, return_inverse=True)  # a few listed values repeat
+        found = np.array([_of_function(measured, made.scenario(row)) for row in rows.tolist()])
+        return np.asarray(found[places.reshape(-1)])
     names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
 
     def numbers(scenario: Scenario, columns: Mapping[str, Real]) -> Real:
