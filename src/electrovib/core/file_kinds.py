@@ -8,6 +8,7 @@ from typing import Any, Final
 
 _OWN: Final = {
     "a bench file": ({"current_limiter", "generator", "oscilloscope"}, "bench run SCENARIO --bench {}"),
+    "a submission": ({"law", "priors", "made_from"}, "evidence --laws {}"),
     "a measurement": ({"values", "spread_of", "made", "measurements"}, "evidence {}"),
     "a scenario": ({"drive", "stack", "force"}, "run {}"),
     "a space": ({"space", "groups", "relations"}, "study SCENARIO --space {}"),

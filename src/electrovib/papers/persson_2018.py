@@ -84,15 +84,14 @@ class Persson2018RoughGap(ForceLaw):
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Return the field at each gap of the average times the root of its share of the area."""
-        from electrovib.solve.stack.section import field_in_gap
+        from electrovib.solve.stack.section import field_in_gap, fields_in_gaps
 
         _refuse_a_gap(section, self.replaces)
         layers = {name: section[name] for name in section.names}
         gaps, shares = self.gaps().rule(_near(layers), count=COUNT, reach=EXTENT)
         fields = {
-            f"gap_{index:02d}": field_in_gap(section, thickness=gaps[..., index])
-            * np.sqrt(shares[..., index])
-            for index in range(COUNT)
+            f"gap_{index:02d}": field * np.sqrt(shares[..., index])
+            for index, field in enumerate(fields_in_gaps(section, gaps))
         }
         phi, leak = self.gaps().contact_fraction, self.spots.leak
         if leak is not None and np.any(phi > 0):

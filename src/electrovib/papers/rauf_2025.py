@@ -14,6 +14,7 @@ clutches and pads of others that the authors' script quotes are declared here to
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
 from electrovib.papers import published
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity
+from electrovib.studies.evidence.quantities import ComputedQuantity, takes_columns
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -88,25 +89,26 @@ CHECKS = (
 )
 
 
-def capacitance(scenario: Scenario) -> float:
+@takes_columns
+def capacitance(scenario: Scenario) -> Any:
     """Compute the capacitance [F] between the electrodes of both polarities, with the gap that the surface has under the load.
 
-    `contact.area` is that of all electrodes; half of it is in series with the other half.
+    `contact.area` is that of all electrodes; half of it is in series with the other half. Numbers may be columns.
     """
     layer, area = scenario.stack.layers["insulator"], scenario.contact_area
-    frequency = scenario.drive.frequency  # type: ignore[attr-defined]
-    permittivity = float(layer.material.complex_permittivity(frequency).real)
+    frequency = np.atleast_1d(scenario.drive.frequency)  # type: ignore[attr-defined]
+    permittivity = layer.material.complex_permittivity(frequency).real
     surface = scenario.contact.surface
-    gap = float(surface.gap(np.asarray(scenario.load.normal_force / area)))  # type: ignore[union-attr]
-    return eps0 * area / (layer.thickness / permittivity + gap) / 4
+    gap = surface.gap(np.asarray(scenario.load.normal_force / area))  # type: ignore[union-attr]
+    return (eps0 * area / (layer.thickness / permittivity + gap) / 4)[..., 0]
 
 
 def electric_part(scenario: Scenario) -> float:
     """Compute the friction [N] that the attraction adds in the state of the largest stable gap."""
-    from electrovib.solve.equilibrium.of_scenario import equilibrium
+    from electrovib.solve.equilibrium.of_scenario import states_of
 
-    balance = equilibrium(scenario)
-    stable = [force for state, force in zip(balance.states, balance.force, strict=True) if state.stable]
+    states, areas = states_of(scenario)
+    stable = [state.attraction * area for state, area in zip(states, areas, strict=True) if state.stable]
     return float(scenario.friction.coefficient * stable[-1])  # type: ignore[attr-defined]
 
 

@@ -25,7 +25,7 @@ AREA = 1e-4
 def sliding_over_rest(scenario: Scenario) -> float:
     """Compute the impedance of a sliding finger over that of the same finger without a gap."""
     layers = {name: layer for name, layer in scenario.stack.layers.items() if name != "gap"}
-    return magnitude(scenario) / magnitude(scenario.replace({"stack": layers}))
+    return float(magnitude(scenario) / magnitude(scenario.replace({"stack": layers})))
 
 
 def quantities() -> dict[str, ComputedQuantity]:

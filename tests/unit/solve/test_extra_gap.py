@@ -8,7 +8,7 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
 from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.section import field_in_gap
+from electrovib.solve.stack.section import field_in_gap, fields_in_gaps
 
 FREQUENCY = np.geomspace(1.0, 1e6, 25)
 EXACT = 1e-10
@@ -64,3 +64,18 @@ def test_initial_charge_is_refused():
     section, _ = modes(finger(CONDUCTING).replace({"stack.insulator.initial_charge": 1e-6}))
     with pytest.raises(InputError, match=r"initial_charge .* force\.model = MaxwellStressInGap"):
         field_in_gap(section, thickness=1e-6)
+
+
+@pytest.mark.parametrize("material", [CONDUCTING, DEBYE], ids=["conducting", "dispersive"])
+@pytest.mark.parametrize("path", PATHS)
+def test_several_gaps_at_once_have_the_fields_of_each_alone(material, path):
+    section, _ = modes(finger(material, path))
+    thickness = np.array([1e-9, 1e-7, 3e-6, 1e-3])
+    for each, one in zip(fields_in_gaps(section, thickness), thickness, strict=True):
+        alone = field_in_gap(section, thickness=one)
+        assert (each.rates.shape, np.shape(each.direct)) == (alone.rates.shape, ())
+        np.testing.assert_allclose(each.rates, alone.rates, rtol=1e-12)
+        np.testing.assert_allclose(each.at(FREQUENCY), alone.at(FREQUENCY), rtol=1e-11)
+    exact = phasors(finger(material, path), FREQUENCY)
+    for each, one in zip(fields_in_gaps(exact, thickness), thickness, strict=True):
+        np.testing.assert_array_equal(each, field_in_gap(exact, thickness=one))

@@ -19,11 +19,12 @@ from electrovib.apps.cli import app
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
-from electrovib.studies.evidence import Measurement
+from electrovib.studies.evidence import Measurement, predicted
 from electrovib.studies.evidence.measurement import numbers_of
 from electrovib.studies.evidence.null import CONSTANT, RANGE, SQUARE, null_predictions
 from electrovib.studies.evidence.plan import ODDS, _values, _worst, plan_experiment
-from electrovib.studies.evidence.predicted import ModelPrediction, predict
+from electrovib.studies.evidence.predicted import ModelPrediction, candidates, predict, prediction
+from electrovib.studies.evidence.quantities import takes_columns
 from electrovib.studies.evidence.result import Evidence, _rounded
 from electrovib.studies.evidence.score import DECADE, SURPRISE, judge
 from electrovib.studies.evidence.standing import comparisons, over_groups, typical_factor
@@ -31,6 +32,7 @@ from electrovib.studies.evidence.standing import comparisons, over_groups, typic
 VOLTAGES = (50.0, 100.0, 200.0)
 GAP = {"model": "LogUniform", "low": 1e-6, "high": 4e-6, "choice": "a range of this test"}
 FORCE = "final electrostatic_force"
+OTHERS = tuple(name for name in find_members(ForceLaw) if name != "MaxwellStressInGap")
 
 
 def step(voltage=100.0):
@@ -123,6 +125,21 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
     (found,) = (each for each in predict(ratio, n=2)[0] if each.model == "MaxwellStressInGap")
     peak = float(ev.sweep(step(), {}, quantity=["peak electrostatic_force"])["peak electrostatic_force"])
     np.testing.assert_allclose(found.values, np.full((2, 1), 3.0 * alone / peak), rtol=1e-9)
+
+
+def test_a_function_is_called_once_for_each_set_of_values():
+    calls = []
+
+    def inverse(scenario):
+        calls.append(scenario.stack.layers["gap"].thickness)
+        return 1.0 / calls[-1]
+
+    listed = {"model": "Empirical", "values": [1e-6, 3e-6], "choice": "of this test"}
+    made = measured(quantity=inverse, unit="1/m", unknown={"stack.gap.thickness": listed}, made=OTHERS)
+    (found,) = predict(made, n=20)[0]
+    assert len(calls) == 2 * len(VOLTAGES)
+    gaps = ev.read_space(step(), {"space": {"stack.gap.thickness": listed}}).draw(0, 0, 20)
+    np.testing.assert_array_equal(found.values[:, 1], 1.0 / gaps["stack.gap.thickness"])
 
 
 def quotient(scenario):
@@ -728,3 +745,47 @@ def test_every_point_of_a_measurement_is_what_its_scenario_gives(over, at):
 @pytest.mark.parametrize(("value", "shown"), [(163.2, "160"), (0.0423, "0.042"), (26.0, "26"), (1.0, "1")])
 def test_ratios_are_written_without_powers_of_ten(value, shown):
     assert _rounded(value) == shown
+
+
+@pytest.mark.parametrize(
+    ("name", "model"),
+    [
+        ("plutchik_1963/phase", "palmar_1995/dry_men"),
+        ("rosell_1988/palm", "gabriel_1996/wet"),
+        ("rauf_2025/capacitance_2mm", "BearingArea"),
+        ("rauf_2025/capacitance_2mm", "PerssonSurface"),
+        ("rauf_2025/capacitance_2mm", "LinearSpring"),
+    ],
+)
+def test_a_function_of_columns_gives_what_it_gives_for_each_row_alone(name, model, monkeypatch):
+    measured = ev.measurements(name)[name]
+    content = candidates(measured)[model]
+    together = prediction(measured, model, content, n=6, seed=2)
+    calls = []
+    known = predicted._of_function
+    monkeypatch.setattr(predicted, "_of_function", lambda *given: calls.append(1) or known(*given))
+    prediction(measured, model, content, n=6, seed=2)
+    assert len(calls) == 2  # the first and the last row, which are compared
+    monkeypatch.setattr(predicted, "_in_columns", lambda *_: None)
+    alone = prediction(measured, model, content, n=6, seed=2)
+    for one, other in ((together.values, alone.values), (together.narrow, alone.narrow)):
+        np.testing.assert_allclose(one, other, rtol=1e-12)
+
+
+def test_a_function_that_is_wrong_on_columns_or_declares_none_is_called_row_by_row():
+    def gap(scenario):
+        return 1.0 / scenario.stack.layers["gap"].thickness
+
+    @takes_columns
+    def first(scenario):
+        return np.ravel(gap(scenario))[0]  # of all rows that of the first
+
+    @takes_columns
+    def fails(scenario):
+        return float(gap(scenario))
+
+    expected = predict(measured(quantity=gap, unit="1/m"), n=5)[0][0].values
+    assert len(np.unique(expected)) == 5
+    for function in (first, fails):
+        found = predict(measured(quantity=function, unit="1/m"), n=5)[0][0].values
+        np.testing.assert_array_equal(found, expected)

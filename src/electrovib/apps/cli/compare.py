@@ -76,6 +76,8 @@ def _print_static(context: typer.Context) -> None:
 def evidence(
     *,
     measured: Annotated[list[str] | None, typer.Argument()] = None,
+    laws: options.Texts = None,
+    _models: options.Models = None,
     all: options.Details = False,
     n: Annotated[int, options.number("-n", int)] = 64,
     seed: Annotated[int, options.number("--seed", int)] = 0,
@@ -92,6 +94,8 @@ def evidence(
     measured
         Part of the name, title or group of measurements, all if absent; or a file of a measurement of your own (.toml), which is
         judged alone unless others are named beside it.
+    laws : FILE.toml
+        A law and its priors, judged beside the others on the groups that are held out; repeatable.
     n : N
         Draws of what a publication does not print.
     seed : N
@@ -105,7 +109,7 @@ def evidence(
     from electrovib.studies.evidence.function import evidence
     from electrovib.studies.evidence.result import Evidence
 
-    asked = options.given(measured=measured, n=n, seed=seed, output=output, all=all, force=force)
+    asked = options.given(measured=measured, laws=laws, n=n, seed=seed, output=output, all=all, force=force)
     with items_shown("comparing with measurements"):
         answered(Evidence, evidence, "comparing with measurements", asked)
 

@@ -208,17 +208,8 @@ def equilibrium(
     surface, stack = _surface(known), blocking_stack(known)
     held = largest_voltage(known) if voltage is None else voltage
     pressure, area, filling = stack.pressure, stack.area, stack.filling
-
-    def attraction_on(area: float) -> Attraction:
-        """Return the attraction with the electrical thickness of the return path for an area [m2]."""
-        return attraction_at(held, filling * sum(_blocking(known, area).values()), surface, spots)
-
-    attraction = attraction_on(area)
-    if known.contact.grows:
-        states, areas = growing_states(known.contact, surface, attraction_on, load=known.load.normal_force)
-    else:
-        states = balance(surface, attraction, pressure=pressure)
-        areas = (area,) * len(states)
+    attraction = attraction_at(held, stack.electrical_thickness, surface, spots)
+    states, areas = states_of(known, voltage=held, spots=spots)
     low = attraction.smallest_gap
     beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
     if not states:
@@ -242,6 +233,23 @@ def equilibrium(
             *_diagnostics(known, states, areas, held=held, filling=filling),
         ),
     )
+
+
+def states_of(
+    scenario: Scenario, *, voltage: float | None = None, spots: ContactSpots | None = None
+) -> tuple[tuple[Equilibrium, ...], tuple[float, ...]]:
+    """Return the states of `equilibrium` and their areas [m2], without judging them."""
+    surface, stack = _surface(scenario), blocking_stack(scenario)
+    held = largest_voltage(scenario) if voltage is None else voltage
+
+    def attraction_on(area: float) -> Attraction:
+        """Return the attraction with the electrical thickness of the return path for an area [m2]."""
+        return attraction_at(held, stack.filling * sum(_blocking(scenario, area).values()), surface, spots)
+
+    if scenario.contact.grows:
+        return growing_states(scenario.contact, surface, attraction_on, load=scenario.load.normal_force)
+    states = balance(surface, attraction_on(stack.area), pressure=stack.pressure)
+    return states, (stack.area,) * len(states)
 
 
 def _reached_gaps(surface: Surface, states: Sequence[Equilibrium]) -> GaussianGaps | None:

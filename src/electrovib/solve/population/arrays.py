@@ -27,7 +27,7 @@ from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from electrovib.core.arrays import Complex, Real
+    from electrovib.core.arrays import Complex, Indices, Real
     from electrovib.physics.drive.parts import Linear
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.keys import Key
@@ -108,16 +108,26 @@ def _keys(member: Scenario, name: str) -> list[Key]:
     return [FieldOf(member.stack.gap_name or INTERFACE) if name == "interface_field" else name]
 
 
+def responses(
+    asked: Mapping[Key, Transfer], driven: list[tuple[slice, list[tuple[Any, PiecewiseDrive]]]]
+) -> dict[Key, Real]:
+    """Return the linear quantities of fingers over time; `driven` as in `over_time`."""
+    each = [respond(some_of(asked, some), terms) for some, terms in driven]
+    return {key: _below([row[key] for row in each]) for key in asked}
+
+
 def over_time(
     member: Scenario,
-    asked: Mapping[Key, Transfer],
+    known: Mapping[Key, Real],
     driven: list[tuple[slice, list[tuple[Any, PiecewiseDrive]]]],
     names: tuple[str, ...],
 ) -> dict[str, Any]:
-    """Return signals over time of fingers; `driven` are factors and drives, whose sum is the drive of a range of them."""
+    """Return signals over time of fingers from their linear quantities.
+
+    `driven` are factors and drives, whose sum is the drive of a range of them.
+    """
     time = driven[0][1][0][1].timing.outputs
-    each = [respond(some_of(asked, some), terms) for some, terms in driven]
-    rows: dict[Any, Any] = {key: _below([row[key] for row in each]) for key in asked}
+    rows: dict[Any, Any] = dict(known)
     if not member.force.causal:
         rows |= _of_one_sine(member, driven[0][1])
     found: dict[str, Any] = {}
@@ -184,6 +194,35 @@ def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Piecewis
         )
         found[key] = total + _left(transfer, terms[0][1]) if np.any(transfer.free) else total
     return found
+
+
+def per_unit(
+    transfers: Mapping[K, Transfer], drives: Sequence[PiecewiseDrive]
+) -> dict[K, tuple[Any, list[Real]]]:
+    """Return the response of linear quantities to charge alone, 0 without it, and to each of some drives."""
+    known: dict[Any, Real] = {}
+    return {
+        key: (
+            _left(each, drives[0]) if np.any(each.free) else 0.0,
+            [_driven(each, drive, known) for drive in drives],
+        )
+        for key, each in transfers.items()
+    }
+
+
+def of_factors(
+    unit: Mapping[K, tuple[Any, list[Real]]], factors: Sequence[Any], stacks: Indices
+) -> dict[K, Real]:
+    """Return the responses of fingers (fingers, n) to the sum of drives times factors, with the stack of each."""
+
+    def of_fingers(rows: Any) -> Any:
+        return rows[stacks] if np.ndim(rows) and len(rows) > 1 else rows
+
+    return {
+        key: of_fingers(left)
+        + total_of(factor * of_fingers(row) for factor, row in zip(factors, rows, strict=True))
+        for key, (left, rows) in unit.items()
+    }
 
 
 def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,12 +14,23 @@ from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.one_by_one import KERNEL, ParametricScenario, over_which
-from electrovib.solve.population.arrays import asked_of, has_modes, over_time, refuse_beyond_arrays, some_of
+from electrovib.solve.population.arrays import (
+    OF_LAW,
+    asked_of,
+    has_modes,
+    of_factors,
+    over_time,
+    per_unit,
+    refuse_beyond_arrays,
+    responses,
+    some_of,
+)
 from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
 from electrovib.solve.population.drive import SharedDrive, piecewise_drive, shared_drive
 from electrovib.solve.population.kernels import kernel_name
-from electrovib.solve.stack.expand import modes_of, phasors
+from electrovib.solve.stack.expand import Surroundings, modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
+from electrovib.solve.stack.modes import is_there
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
@@ -26,7 +38,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
@@ -46,6 +58,8 @@ FEWEST: Final = 64
 """Smallest number of fingers whose responses are computed together."""
 AGREE: Final = 1e-11
 """Largest difference over the peak of a signal; a formula that is no formula of one finger differs by more."""
+LATE: Final = 1e-8
+"""The same, at most, where the rounding of late times is a share of the least step, after which a fast mode differs by it."""
 OF_CURRENT: Final = 1e-9
 """The same of a current: rounding of the time decides what remains of the fastest mode after a corner, some 1e-10."""
 SCALED: Final = 1e-6
@@ -83,6 +97,8 @@ class Population:
         Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
     band : ndarray, shape (m,), optional
         Times over whose band materials are reduced to Debye terms [s]; by default the output times.
+    compared : bool
+        Whether arrays were found to agree with fingers one by one before, at other times.
 
     Attributes
     ----------
@@ -117,6 +133,7 @@ class Population:
         signals: Sequence[str] = ("electrostatic_force",),
         time: ArrayLike | None = None,
         band: Real | None = None,
+        compared: bool = False,
     ) -> None:
         self.free = (free,) if isinstance(free, str) else tuple(free)
         self.names = (signals,) if isinstance(signals, str) else tuple(signals)
@@ -136,6 +153,8 @@ class Population:
         self.drive: SharedDrive | None = None
         try:
             self._prepare()
+            if not compared:
+                self._compare()
         except NotInArraysError as reason:
             self.method, self.kernel = f"one by one: {reason}", KERNEL
 
@@ -181,6 +200,9 @@ class Population:
         for fingers in _of_one_form(columns):
             for begin in range(0, len(fingers), STACKS):
                 left = fingers[begin : begin + STACKS]
+                _, stacks = self._stacks({path: values[left] for path, values in columns.items()})
+                if stacks is not None:  # those with one stack beside each other
+                    left = left[np.argsort(stacks, kind="stable")]
                 some = {path: values[left] for path, values in columns.items()}
                 try:
                     for rows, size in self._in_arrays(some, len(left)):
@@ -244,32 +266,85 @@ class Population:
             raise NotInArraysError(
                 "the band over which materials are reduced follows from the drive of each finger"
             )
-        self._compare()
 
     def _in_arrays(self, draws: Mapping[str, Real], count: int) -> Iterator[tuple[dict[str, Any], int]]:
         """Yield the signals of some fingers after the other, and how many these are."""
         columns = {path: np.ascontiguousarray(each, dtype=float)[:, None] for path, each in draws.items()}
         inner = {path: column for path, column in columns.items() if not path.startswith("drive.")}
-        asked = self.asked(with_columns(self.scenario, inner))
+        first_of, stacks = self._stacks(draws)
+        asked = self.asked(
+            with_columns(self.scenario, {path: each[first_of] for path, each in inner.items()})
+        )
         outputs = self.frequency if self.time is None else self.time
         assert outputs is not None
-        block = max(FEWEST, RESPONSES // len(outputs))
-        for first in range(0, count, block):
-            part = slice(first, min(first + block, count))
+        parts = self._linear(asked, columns, count, stacks, block=max(FEWEST, RESPONSES // len(outputs)))
+        for part, driven, known in parts:
             some = with_columns(self.scenario, {path: each[part] for path, each in inner.items()})
-            mine = {path: each[part] for path, each in columns.items()}
-            driven = self._driven(mine)
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 found = (
-                    self._over_frequency(some, mine)
+                    self._over_frequency(some, {path: each[part] for path, each in columns.items()})
                     if self.time is None
-                    else over_time(some, some_of(asked, part), driven, self.names)
+                    else over_time(some, known, driven, self.names)
                 )
-            size = part.stop - first
+            size = part.stop - part.start
             for name, each in found.items():
                 axes = len(SIGNALS[name].dims)
                 found[name] = np.broadcast_to(each, (size, *each.shape[each.ndim - axes :]))
             yield found, size
+
+    def _linear(
+        self,
+        asked: Mapping[Key, Transfer],
+        columns: Mapping[str, Real],
+        count: int,
+        stacks: Indices | None,
+        *,
+        block: int,
+    ) -> Iterator[tuple[slice, list[tuple[slice, list[Any]]], dict[Key, Real]]]:
+        """Yield ranges of fingers, those of a stack beside each other, with their drive and linear quantities."""
+        if stacks is None or self.drive is None:
+            for part in _ranges(0, count, block):
+                driven = self._driven({path: each[part] for path, each in columns.items()})
+                with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                    known = responses(some_of(asked, part), driven) if driven else {}
+                yield part, driven, known
+            return
+        for own in _ranges(0, int(stacks[-1]) + 1, block):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                unit = per_unit(some_of(asked, own), list(self.drive.values()))
+            begin, end = np.searchsorted(stacks, (own.start, own.stop)).tolist()
+            for part in _ranges(begin, end, block):
+                driven = self._driven({path: each[part] for path, each in columns.items()})
+                factors = [factor for factor, _ in driven[0][1]]
+                yield part, driven, of_factors(unit, factors, stacks[part] - own.start)
+
+    def _stacks(self, draws: Mapping[str, Real]) -> tuple[Any, Indices | None]:
+        """Return a finger for each stack, as they appear, and the stack of each finger; None where nobody shares one.
+
+        With a factor of the drive it is one for each finger at least, so that the last bits do not depend on the others.
+        """
+        if self.time is None or self.drive is None:
+            return slice(None), None
+        outside = ("drive.", "friction.", *(("contact.", "load.") if self._is_per_area else ()))
+        others = [values for path, values in draws.items() if not path.startswith(outside)]
+        rows = np.stack(others, axis=1) if others else np.zeros((len(next(iter(draws.values()))), 1))
+        _, first_of, stacks = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        if len(first_of) == len(rows) and not any(self.drive):
+            return slice(None), None
+        order = np.argsort(first_of)
+        return first_of[order], np.argsort(order)[stacks.reshape(-1)]
+
+    @functools.cached_property
+    def _is_per_area(self) -> bool:
+        """Whether the signals need linear quantities that are the same for any area: nothing but layers is in series."""
+        around = Surroundings.of(self.scenario)
+        in_series = (around.second, around.element.elastance, around.element.resistance)
+        return (
+            OF_LAW.issuperset(self.names)
+            and self.scenario.drive.quantity == "voltage"
+            and not any(path.startswith("circuit.") for path in self.free)
+            and not any(map(is_there, in_series))
+        )
 
     def _driven(self, columns: Mapping[str, Real]) -> list[tuple[slice, list[Any]]]:
         """Return ranges of fingers, and the factors and drives that add up to the drive of each range."""
@@ -316,8 +391,11 @@ class Population:
                 f"a formula of the scenario does not run on arrays ({type(error).__name__})"
             ) from None
         is_scaled = any(each.is_scaled for each in self._reduced.values())
+        rounding = 0.0
+        if self.time is not None and len(self.time) > 1:
+            rounding = min(float(np.spacing(self.time[-1]) / np.min(np.diff(self.time))), LATE)
         for name, rows in expected.items():
-            limit = SCALED if is_scaled else OF_CURRENT if name == "current" else AGREE
+            limit = SCALED if is_scaled else OF_CURRENT if name == "current" else AGREE + rounding
             for mine, its in zip(found[name], rows, strict=True):
                 if not _agree(mine, its, limit):
                     raise NotInArraysError(f"{name} in arrays differs from that of one finger")
@@ -355,10 +433,15 @@ def _of_one_form(draws: Mapping[str, Real]) -> list[Any]:
     return [np.flatnonzero(group == each) for each in range(int(group.max()) + 1)]
 
 
+def _ranges(begin: int, end: int, size: int) -> list[slice]:
+    """Return ranges of at most some indices, one after the other."""
+    return [slice(first, min(first + size, end)) for first in range(begin, end, size)]
+
+
 def _range(fingers: Any) -> Any:
     """Return indices as a range where they are one: it is written faster than a list."""
     first, stop = int(fingers[0]), int(fingers[-1]) + 1
-    return slice(first, stop) if stop - first == len(fingers) else fingers
+    return slice(first, stop) if np.array_equal(fingers, np.arange(first, stop)) else fingers
 
 
 def _agree(mine: Any, its: Any, limit: float) -> bool:

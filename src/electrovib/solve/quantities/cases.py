@@ -103,10 +103,17 @@ def on_meshes(
     return left
 
 
-def population_on(prepared: ParametricScenario, names: Sequence[Named], mesh: Mesh) -> Population:
-    """Return the signals of points at the times of a mesh, whose materials are reduced as those of the scenario."""
-    signals, band = dict.fromkeys(each.signal for each in names), times_of_window(prepared.base)
-    return Population(prepared.base, free=prepared.free, signals=tuple(signals), time=mesh.times(), band=band)
+def population_on(
+    prepared: ParametricScenario, names: Sequence[Named], mesh: Mesh, *, compared: bool = False
+) -> Population:
+    """Return the signals of points at the times of a mesh, whose materials are reduced as those of the scenario.
+
+    With `compared` arrays were found to agree with fingers one by one on another mesh.
+    """
+    signals, band = tuple(dict.fromkeys(each.signal for each in names)), times_of_window(prepared.base)
+    return Population(
+        prepared.base, free=prepared.free, signals=signals, time=mesh.times(), band=band, compared=compared
+    )
 
 
 def _mesh(
@@ -120,7 +127,7 @@ def _mesh(
     runs = [solved(each, mechanics=False) for each in ends]
     mesh = first_mesh(max(runs, key=lambda run: float(np.max(run.section.modes.rates, initial=0.0))))
     for further in reversed(range(_ROUNDS)):
-        many = population_on(prepared, names, mesh)
+        many = population_on(prepared, names, mesh, compared=True)
         if many.method != TOGETHER:
             return None
         open_ = np.logical_not(_resolved(_series(mesh, many, names, draws)))

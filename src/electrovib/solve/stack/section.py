@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -216,6 +217,23 @@ def field_in_gap(section: Section, *, thickness: Column, conductivity: Column = 
     parts = [layer.thickness / layer.material.complex_permittivity(section.frequency) for layer in layers]
     leaking = 1 + conductivity / (2j * np.pi * section.frequency * eps0)
     return np.asarray(section.voltage / (thickness + total_of(parts) * leaking))
+
+
+def fields_in_gaps(section: Section, thickness: Real) -> list[Linear]:
+    """Return the field in each of several gaps, as `field_in_gap` does; their thicknesses are the last axis."""
+    if isinstance(section, ModalSection) and thickness.ndim == 1 and _is_one_case(section):
+        with contextlib.suppress(NotInArraysError):  # raised where some gaps have fewer modes
+            many: Any = field_in_gap(section, thickness=thickness[:, None])
+            own = np.broadcast_to(many.direct, (len(thickness), 1))[:, 0].tolist()
+            rates = np.broadcast_to(many.rates, many.gains.shape)
+            return [Transfer(rates=rates[i], gains=many.gains[i], direct=each) for i, each in enumerate(own)]
+    return [field_in_gap(section, thickness=each) for each in np.moveaxis(thickness, -1, 0)]
+
+
+def _is_one_case(section: ModalSection) -> bool:
+    """Return whether no number of a stack is a column of cases."""
+    fields = [layer.field for layer in section.layers.values()]
+    return all(each.gains.ndim == 1 and np.ndim(each.direct) == 0 for each in fields)
 
 
 def _gap_transfer(section: ModalSection, thickness: Column, conductivity: Column) -> Transfer:

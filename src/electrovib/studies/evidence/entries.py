@@ -184,6 +184,7 @@ class MeasurementFile(Entries):
     )
 
 
+_OF_FILE: Final = ("schema", "shared", "measurements")
 ENTRIES: Final = ("schema", *Entries.model_fields)
 """Names of what a measurement may state."""
 TABLES: Final = tuple(name for name, each in Entries.model_fields.items() if each.default == {})
@@ -205,4 +206,8 @@ def measurement_schema() -> dict[str, Any]:
     """Return the JSON schema of the file of a measurement or publication, for editors that complete and check TOML."""
     found = MeasurementFile.model_json_schema()
     one = found.pop("required")
-    return found | {"anyOf": [{"required": one}, {"required": ["measurements"]}]}
+    entries = {name: each for name, each in found["properties"].items() if name not in _OF_FILE}
+    part = {"type": "object", "properties": entries, "additionalProperties": False}
+    for name in ("shared", "measurements"):
+        found["properties"][name]["additionalProperties"] = {"$ref": "#/$defs/part"}
+    return found | {"$defs": {"part": part}, "anyOf": [{"required": one}, {"required": ["measurements"]}]}

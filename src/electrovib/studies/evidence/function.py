@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from electrovib.core.budget import each_item
@@ -11,19 +12,25 @@ from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.evidence.calibrated import calibrated_predictions
+from electrovib.studies.evidence.challenge import refuse_idle, submitted
 from electrovib.studies.evidence.files import measurements
 from electrovib.studies.evidence.measurement import Measurement
 from electrovib.studies.evidence.null import null_predictions
 from electrovib.studies.evidence.predicted import DRAWS, NUMBERS, WIDTHS, predict
 from electrovib.studies.evidence.result import Evidence, nobody
 from electrovib.studies.evidence.score import judge
+from electrovib.studies.evidence.submission import read_submissions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
 def evidence(
-    measured: str | Sequence[str] | Mapping[str, Measurement] = "", *, n: int = DRAWS, seed: int = 0
+    measured: str | Sequence[str] | Mapping[str, Measurement] = "",
+    *,
+    laws: str | Path | Sequence[str | Path] = (),
+    n: int = DRAWS,
+    seed: int = 0,
 ) -> Evidence:
     """Compare every law with what was measured: the distribution that it predicts, and the measured value in it.
 
@@ -32,6 +39,9 @@ def evidence(
     measured : str, sequence of str or mapping of str to Measurement
         Part of a name, a title or a group of the declared measurements, all by default; the file of a measurement of your
         own; several of these; or measurements by name.
+    laws : str, Path or sequence of these
+        Files (.toml), each with a law and its priors, which are judged beside the others on what is measured of their place;
+        calibrations are then left out.
     n : int
         Draws of what was not printed, for each measurement, >= 2.
     seed : int
@@ -45,7 +55,7 @@ def evidence(
     Raises
     ------
     InputError
-        If no measurement is called so, or no law or model can predict any of them.
+        If no measurement is called so, no law or model can predict any of them, or a file of a law cannot be read.
 
     Notes
     -----
@@ -65,6 +75,11 @@ def evidence(
     else:
         words = [measured] if isinstance(measured, str) else measured or [""]
         chosen = {name: each for word in words for name, each in measurements(word).items()}
+    entered = read_submissions([laws] if isinstance(laws, (str, Path)) else laws, measurements() | chosen)
+    if places := {each.stated.judges for each in entered}:
+        chosen = {name: each for name, each in chosen.items() if each.judges in places}
+        if not chosen:
+            raise InputError(f"laws: no measurement that is named judges {' or '.join(sorted(places))}")
     of, count = (
         f"{checked_draws(n):.6g} draws",
         len(WIDTHS) * n * sum(len(each.values) for each in chosen.values()),
@@ -75,11 +90,16 @@ def evidence(
     names = each_item(list(chosen))
     for name, (_, each) in zip(names, chosen.items(), strict=True):
         found, refused[name] = predict(each, n=n, seed=seed)
-        scores += [judge(name, each, one) for one in found]
-        if each.calibrated_by or each.calibrated_at:
+        for law in (law for law in entered if law.stated.judges == each.judges):
+            one, why = submitted(law, name, each, n=n, seed=seed)
+            found += [one] if one else []
+            refused[name] |= {law.name: why} if why else {}
+        if not entered and (each.calibrated_by or each.calibrated_at):
             predicted[name] = found
+        scores += [judge(name, each, one) for one in found]
     if not scores:
         raise InputError(f"{name}: {nobody(why)}" for name, why in refused.items())
+    refuse_idle(entered, scores, refused)
     judged = {
         name: [one for one in validity(each.scenario) if one.state == "warning"]
         for name, each in chosen.items()
@@ -95,4 +115,5 @@ def evidence(
         warned={name: told for name, told in judged.items() if told},
         n=n,
         seed=seed,
+        submissions=entered,
     )

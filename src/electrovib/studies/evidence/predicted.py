@@ -12,8 +12,10 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import Model
 from electrovib.core.own_models import family_of
 from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.tables import derived_at
 from electrovib.scenario.space.reading import read_space
 from electrovib.solve.one_by_one import ParametricScenario
+from electrovib.solve.population.columns import check_values, with_columns
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import prepare
 
@@ -31,6 +33,8 @@ WIDTHS: Final = (1.0, 0.5, 2.0)
 """Widths of the ranges of what was not printed, over the stated one, with which predictions are made."""
 NUMBERS: Final = 25.0
 """Numbers that are held for one draw at one point, about, while a law is computed."""
+SAME: Final = 1e-12
+"""Relative difference up to which a number computed among others is that of the same set-up alone."""
 SKIN: Final = "material"
 """Last part of a path whose candidates are the skins that papers offer; other paths have the members of their family."""
 
@@ -53,6 +57,15 @@ def candidates(measured: Measurement) -> dict[str, Any]:
     """Return the models that a measurement judges, by name, each as the content of its place in the scenario."""
     if measured.judges.rpartition(".")[2] == SKIN:
         return {name: skin.material for name, skin in offers(("skins",)).items() if skin.reproduces_force}
+    own = judged_model(measured)
+    found: dict[str, Any] = {}
+    for name in find_members(family_of(type(own))):
+        found[name] = own if name == type(own).__name__ else {"model": name}
+    return found
+
+
+def judged_model(measured: Measurement) -> Model:
+    """Return the model of the set-up in the place that is judged."""
     own: Any = measured.scenario
     try:
         for part in measured.judges.split("."):
@@ -63,10 +76,7 @@ def candidates(measured: Measurement) -> dict[str, Any]:
         raise InputError(
             f"judges = '{measured.judges}': the set-up has no model there, as at force, contact or friction"
         )
-    found: dict[str, Any] = {}
-    for name in find_members(family_of(type(own))):
-        found[name] = own if name == type(own).__name__ else {"model": name}
-    return found
+    return own
 
 
 def predict(
@@ -80,13 +90,18 @@ def predict(
             refused[name] = "it was made from these numbers"
             continue
         try:
-            found.append(_prediction(measured, name, content, n=n, seed=seed))
+            found.append(prediction(measured, name, content, n=n, seed=seed))
         except ElectrovibError as error:
-            refused[name] = "; ".join(each if each.path else each.reason for each in error.problems[:2])
+            refused[name] = reason_of(error)
     return found, refused
 
 
-def _prediction(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> ModelPrediction:
+def reason_of(error: ElectrovibError) -> str:
+    """Return in words why a model cannot predict."""
+    return "; ".join(each if each.path else each.reason for each in error.problems[:2])
+
+
+def prediction(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> ModelPrediction:
     """Compute the measured quantity for every draw and point (n, points), with ranges as stated and of other widths."""
     scenario, tables = set_up(measured, name, content)
     draws = read_space(scenario, {"space": tables}).draw(seed, 0, n) if tables else {}
@@ -140,8 +155,13 @@ def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, R
     """Compute the measured quantity for each row of values of parameters, without its scale."""
     if callable(measured.quantity):
         made = ParametricScenario(scenario, list(columns))
-        rows = np.stack(list(columns.values()), axis=1).tolist()
-        return np.array([_of_function(measured, made.scenario(row)) for row in rows])
+        table = np.stack(list(columns.values()), axis=1)
+        together = _in_columns(measured, made, columns, table.tolist())
+        if together is not None:
+            return together
+        rows, places = np.unique(table, axis=0, return_inverse=True)  # a few listed values repeat
+        found = np.array([_of_function(measured, made.scenario(row)) for row in rows.tolist()])
+        return np.asarray(found[places.reshape(-1)])
     names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
 
     def numbers(scenario: Scenario, columns: Mapping[str, Real]) -> Real:
@@ -160,6 +180,25 @@ def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, R
         return found
 
     return numbers(scenario, columns)
+
+
+def _in_columns(
+    measured: Measurement, made: ParametricScenario, columns: Mapping[str, Real], rows: list[list[float]]
+) -> Real | None:
+    """Call the function of a measurement once for all rows; None where it, a model or a parameter takes no columns."""
+    scenario, function = made.base, measured.quantity
+    alone = [path for path, value in made.begin.items() if not isinstance(value, float)]
+    alone += [path for path in columns if derived_at(scenario, path) is not None]
+    if alone or scenario.moisture is not None or not getattr(function, "takes_columns", False):
+        return None
+    try:
+        check_values(scenario, made.declared, columns)
+        many = with_columns(scenario, {path: column[:, None] for path, column in columns.items()})
+        found = np.broadcast_to(np.asarray(function(many), dtype=float), len(rows))  # type: ignore[operator]
+        ends = [_of_function(measured, made.scenario(rows[place])) for place in (0, -1)]
+    except (TypeError, ValueError, ElectrovibError):  # a row alone says what is wrong with it
+        return None
+    return found if np.allclose(found[[0, -1]], ends, rtol=SAME, atol=0) else None
 
 
 def _of_function(measured: Measurement, scenario: Scenario) -> float:

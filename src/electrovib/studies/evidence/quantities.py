@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction.base import SteadyFriction
 from electrovib.scenario import Scenario
+
+F = TypeVar("F", bound=Callable[[Scenario], Any])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,22 +25,30 @@ class ComputedQuantity:
     compute: Callable[[Scenario], float]
 
 
-def impedance(scenario: Scenario) -> complex:
-    """Compute the impedance [ohm] of stack and return path at the frequency of a sine."""
+def takes_columns(function: F) -> F:
+    """Declare that a function of a scenario takes numbers in it as columns, (cases, 1), and returns one for each case."""
+    function.takes_columns = True  # type: ignore[attr-defined]
+    return function
+
+
+def impedance(scenario: Scenario) -> Any:
+    """Compute the impedance [ohm] of stack and return path at the frequency of a sine, (cases,) where numbers are columns."""
     from electrovib.solve.stack.expand import phasors
 
-    section = phasors(scenario, np.array([scenario.drive.frequency]))  # type: ignore[attr-defined]
-    return complex(1 / (section.current_density[0] * scenario.contact_area))
+    section = phasors(scenario, np.atleast_1d(scenario.drive.frequency))  # type: ignore[attr-defined]
+    return (1 / (section.current_density * scenario.contact_area))[..., 0]
 
 
-def magnitude(scenario: Scenario) -> float:
-    """Compute the magnitude of the impedance [ohm]."""
-    return abs(impedance(scenario))
+@takes_columns
+def magnitude(scenario: Scenario) -> Any:
+    """Compute the magnitude of the impedance [ohm], (cases,) where numbers are columns."""
+    return np.abs(impedance(scenario))
 
 
-def lag(scenario: Scenario) -> float:
-    """Compute the angle by which the voltage lags behind the current [rad], positive for a capacitor."""
-    return -cmath.phase(impedance(scenario))
+@takes_columns
+def lag(scenario: Scenario) -> Any:
+    """Compute the angle [rad] by which the voltage lags behind the current, positive for a capacitor; (cases,) of columns."""
+    return -np.angle(impedance(scenario))
 
 
 def steady(scenario: Scenario) -> SteadyFriction:

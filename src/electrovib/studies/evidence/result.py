@@ -15,11 +15,13 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
 from electrovib.data.marks import Form, csv_text
+from electrovib.studies.evidence import challenge
 from electrovib.studies.evidence.calibrated import Calibrated, csv_of, sentence, table
 from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of
 from electrovib.studies.evidence.null import NULLS
 from electrovib.studies.evidence.score import LEVEL, Score
 from electrovib.studies.evidence.standing import NARROW, CommonSet, Standing, comparisons
+from electrovib.studies.evidence.submission import Submission
 
 WORST: Final = 5
 """Groups of people whose worst failure is stated."""
@@ -49,6 +51,7 @@ class Evidence(Answer):
     - `warned`: measurement to what its set-up exceeds, so that no law of the package may hold there.
     - `calibrated`: each candidate on what declares a calibration, without and with it.
     - `n`, `seed`: draws of what was not printed.
+    - `submissions`: what was entered in the challenge, each among the candidates under its name.
     """
 
     measured: Mapping[str, Measurement]
@@ -59,6 +62,7 @@ class Evidence(Answer):
     n: int
     seed: int
     calibrated: tuple[Calibrated, ...] = ()
+    submissions: tuple[Submission, ...] = ()
 
     FILES: ClassVar = {
         "laws.csv": Form.TABLE,
@@ -70,10 +74,11 @@ class Evidence(Answer):
     @property
     def document(self) -> Document:
         """Failures, laws, measurements, and a figure for each."""
+        entered = [challenge.table(each, self.sides(each)) for each in self.submissions]
         return Document(
             title=f"Evidence: {_several(len(self.measured), 'measurement')} of {_several(len(self._groups), 'group')}",
             sentences=self._sentences,
-            numbers=[_standings(each) for each in self.comparisons],
+            numbers=[*entered, *(_standings(each) for each in self.comparisons)],
             figures=[
                 self._overview,
                 *(
@@ -119,6 +124,10 @@ class Evidence(Answer):
             each for place in self._places for each in comparisons(place, self.judging(place), self.nulls)
         )
 
+    def sides(self, entered: Submission) -> dict[str, list[CommonSet]]:
+        """Return, for each side of the split, the common sets on which a submission stands."""
+        return challenge.sets_of(entered, self.scores, self.nulls)
+
     @property
     def decides(self) -> list[str]:
         """Measurements that a candidate covers with an interval below one decade, while another one misses."""
@@ -160,6 +169,7 @@ class Evidence(Answer):
         missed = [each.measurement for each in self.failures]
         wholly = sum(all(not one.covered for one in self.of(name)) for name in missed)
         return [
+            *(said for each in self.submissions for said in challenge.sentences(each, self.sides(each))),
             *unpredicted,
             f"A law or model can miss {len(self.can_be_missed)} of {_several(len(self.numbers), 'number')}: its 90 % interval"
             " spans less than a decade.",

@@ -421,3 +421,93 @@ def test_values_that_a_model_refuses_together_are_refused_for_the_finger_that_ha
     with pytest.raises(InputError, match=r"broadness \* skewness is 1.08.*finger 2 of the call"):
         check_values(member, paths, draws)
     check_values(member, paths, {path: values[:2] for path, values in draws.items()})
+
+
+def shared(scenario, free, columns, names=("lateral_force", "current")):
+    """Signals of fingers that have stacks in common, and of the same fingers one by one."""
+    member = ev.load(scenario)
+    many = population(member, free, names, member.time.times(member.drive)[::40])
+    assert many.method == computed.TOGETHER
+    expected = ParametricScenario(member, free).of_many(columns, names=names, time=many.time)
+    return many, many.signals(columns), expected
+
+
+@pytest.mark.parametrize(
+    ("scenario", "free"),
+    [
+        (GAP, f"{BETWEEN} drive.high friction.coefficient"),
+        ("kaczmarek_2006/biphasic", f"drive.drives.0.high {BETWEEN} drive.drives.1.high"),
+        ("nakamura_2017/charged", f"stack.gap.initial_charge drive.level {BETWEEN}"),
+        ("rauf_2025/field_3", f"contact.area {BETWEEN}"),
+        (GAP, "drive.high friction.coefficient"),
+    ],
+)
+def test_fingers_of_one_stack_share_its_response(fingers, scenario, free, monkeypatch):
+    """Stacks in turn, not beside each other, so that rows are put in order and back; one has two areas in series."""
+    free = free.split()
+    columns = fingers.draw(ev.load(scenario), free, 200)
+    for path in free:
+        if path.startswith(("stack.", "circuit.")):
+            columns[path] = np.tile(columns[path][:4], 50)
+    stacks = []
+    known = computed.Population.asked
+
+    def asked(self, member):
+        found = known(self, member)
+        stacks.extend(np.size(each.direct) for each in found.values())
+        return found
+
+    monkeypatch.setattr(computed.Population, "asked", asked)
+    many, found, expected = shared(scenario, free, columns)
+    stacks.clear()
+    found = many.signals(columns)
+    shares = (
+        scenario != "rauf_2025/field_3"
+    )  # a second contact: its share of the voltage differs with the area
+    assert (max(stacks) <= 4) == shares
+    for name, rows in found.items():
+        peak = np.max(np.abs(expected[name]), axis=-1, keepdims=True)
+        tolerance = computed.OF_CURRENT if name == "current" else EQUAL
+        assert np.all(np.abs(rows - expected[name]) <= tolerance * peak), name
+
+
+def test_the_area_and_the_load_do_not_change_a_stack_with_nothing_in_series(fingers):
+    alone = ev.load(GAP, changes=HELD)
+    free = ["contact.area", "load.normal_force"]
+    columns = fingers.draw(alone, free, 40)
+    for names, changes, count in (
+        (("lateral_force",), {}, 1),
+        (("lateral_force", "current"), {}, 40),
+        (("lateral_force",), {"circuit.source_resistance": 1e5}, 40),
+        (("lateral_force",), {"circuit.return_path": floating()["circuit.return_path"]}, 40),
+        (("lateral_force",), {"circuit.return_path": CONTACT | {"resistance": 0.0}}, 40),
+    ):
+        member = alone.replace(changes)
+        many, found, expected = shared(member, free, columns, names)
+        first_of, _ = many._stacks(columns)
+        assert len(np.arange(40)[first_of]) == count, changes
+        np.testing.assert_allclose(found["lateral_force"], expected["lateral_force"], rtol=1e-10)
+
+
+def test_a_finger_has_the_same_bits_alone_and_beside_others_of_its_stack(fingers):
+    free = [BETWEEN, "drive.high", "friction.coefficient"]
+    columns = fingers.draw(ev.load(GAP), free, 30)
+    columns[BETWEEN] = np.tile(columns[BETWEEN][:3], 10)
+    many, found, _ = shared(GAP, free, columns, ("lateral_force",))
+    for place in (0, 17):
+        alone = many.signals({path: values[place : place + 1] for path, values in columns.items()})
+        np.testing.assert_array_equal(alone["lateral_force"][0], found["lateral_force"][place])
+
+
+def test_a_fast_mode_after_a_late_corner_is_compared_up_to_the_rounding_of_the_times():
+    """After half a second that rounding is 1e-7 of a nanosecond, so that 1e-10 of the force differ there; means do not."""
+    slow = ev.measurements("rauf_2025/frequency_150V")["rauf_2025/frequency_150V"].scenario
+    slow = slow.replace({"drive.frequency": 1.0})
+    mean = "mean electrostatic_force"
+    prepared = ev.prepare(slow, free=[BETWEEN], quantities=[mean])
+    gaps = np.linspace(4e-6, 8e-6, 40)
+    found = prepared({BETWEEN: gaps})[mean]
+    assert prepared.method == computed.TOGETHER
+    for place in (0, 39):
+        alone = ev.prepare(slow, free=[BETWEEN], quantities=[mean])({BETWEEN: gaps[place]})
+        assert found[place] == pytest.approx(alone[mean], rel=1e-9)
