@@ -504,10 +504,10 @@ def test_a_fast_mode_after_a_late_corner_is_compared_up_to_the_rounding_of_the_t
     slow = ev.measurements("rauf_2025/frequency_150V")["rauf_2025/frequency_150V"].scenario
     slow = slow.replace({"drive.frequency": 1.0})
     mean = "mean electrostatic_force"
-    prepared = ev.prepare(slow, free=[BETWEEN], quantities=[mean])
+    prepared = ev.prepare(slow, free=[BETWEEN], quantity=[mean])
     gaps = np.linspace(4e-6, 8e-6, 40)
     found = prepared({BETWEEN: gaps})[mean]
     assert prepared.method == computed.TOGETHER
     for place in (0, 39):
-        alone = ev.prepare(slow, free=[BETWEEN], quantities=[mean])({BETWEEN: gaps[place]})
+        alone = ev.prepare(slow, free=[BETWEEN], quantity=[mean])({BETWEEN: gaps[place]})
         assert found[place] == pytest.approx(alone[mean], rel=1e-9)
