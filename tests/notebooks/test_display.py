@@ -248,5 +248,5 @@ def test_importing_in_ipython_imports_nothing_heavy():
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     loaded, names = json.loads(done.stdout.splitlines()[-1])
     view = "electrovib.view"
-    assert set(loaded) == {"electrovib", view, f"{view}.notebook", f"{view}.notebook.hooks"}
+    assert set(loaded) == {"electrovib", view, f"{view}.notebook"}
     assert {"Scenario", "Dataset"} <= set(names)

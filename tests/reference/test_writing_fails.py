@@ -21,8 +21,7 @@ import electrovib as ev
 from electrovib.core.answer import Curve, Panel
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.data.atomic import writing
-from electrovib.data.marks import Form, is_ours
+from electrovib.data.atomic import Form, is_ours, writing
 from electrovib.studies.reproduction import Reproduction
 from electrovib.view import pages, report, reproduce
 

@@ -13,7 +13,7 @@ from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.core.signals import is_trace
-from electrovib.data.marks import plain
+from electrovib.data.atomic import plain
 from electrovib.data.traces import open_if_trace
 from electrovib.physics.perception import (
     BEST_FREQUENCIES,

@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.answer import Drawing
 from electrovib.core.paths import words_at
 from electrovib.view import plots
-from electrovib.view.lines import has, scenario_or_none, shown_value, swept_paths, swept_units
-from electrovib.view.plots.draw import legends_collected
+from electrovib.view.lines import (
+    has,
+    legends_collected,
+    scenario_or_none,
+    shown_value,
+    swept_paths,
+    swept_units,
+)
 from electrovib.view.plots.layers import figure_height
 from electrovib.view.plots.over_time import has_layer_voltages
 from electrovib.view.summary import is_sweep, quantities_of

@@ -14,15 +14,16 @@ from electrovib.core.budget import each_item
 from electrovib.core.errors import InputError, gathered, refuse
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import (
+    Form,
     check_folder,
     check_writable,
+    is_ours,
     left_by_a_kill,
     make_folder,
     output_path,
     writing,
 )
-from electrovib.data.marks import Form, is_ours
-from electrovib.view.documents import drawn, html
+from electrovib.view.pages import drawn, html
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

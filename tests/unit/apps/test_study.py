@@ -15,7 +15,7 @@ from electrovib.apps.progress import items_shown, progress_words
 from electrovib.core.budget import computed, each_item, items_heard
 from electrovib.core.errors import InputError
 from electrovib.core.paths import words_at
-from electrovib.data.marks import Form
+from electrovib.data.atomic import Form
 from electrovib.view import reproduce as page
 
 pytestmark = pytest.mark.usefixtures("blank_pictures")

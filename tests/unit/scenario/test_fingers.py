@@ -15,7 +15,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.physics.moisture import Moisture
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
-from electrovib.studies.catalogue.populations import entries_of
+from electrovib.studies.catalogue.found import entries_of
 
 PAGE = Path(__file__).parents[3] / "docs" / "populations.md"
 CONDUCTIVITY = "stack.stratum_corneum.material.conductivity"

@@ -25,10 +25,14 @@ from electrovib.view.style import (
     OTHER_LAYERS,
     between,
     drawing,
+    label_axis,
     layer_colours,
+    prefix_for,
+    pretty_quantity,
+    pretty_unit,
     style,
+    typeset,
 )
-from electrovib.view.units import label_axis, prefix_for, pretty_quantity, pretty_unit, typeset
 
 
 def test_settings_of_matplotlib_come_back(trace):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+LOOPBACK: Final = ("127.0.0.1", "localhost", "[::1]")
+"""Names of this machine as a browser writes them."""
 MOST_CHANGES: Final = 60
 """Parameters that a link may change."""
 LONGEST_VALUE: Final = 300

@@ -14,8 +14,16 @@ import numpy as np
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.core.signals import SIGNALS
 from electrovib.studies.widths import TYPICAL_FACTORS
-from electrovib.view.style import COLOURS, FURTHER_COLOURS, MOST, NEUTRAL, layer_colours
-from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
+from electrovib.view.style import (
+    COLOURS,
+    FURTHER_COLOURS,
+    MOST,
+    NEUTRAL,
+    layer_colours,
+    prefix_for,
+    pretty_quantity,
+    pretty_unit,
+)
 
 if TYPE_CHECKING:
     import xarray

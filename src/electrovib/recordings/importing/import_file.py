@@ -15,19 +15,23 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import DataFileError, InputError, gathered, nearest, refuse
 from electrovib.core.files import note_input
 from electrovib.core.signals import SIGNALS, make_trace
-from electrovib.data.faults import check_file
+from electrovib.data.guarded import check_file
 from electrovib.data.recorded import column_of
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
-from electrovib.recordings.calibration import SensorCalibration, calibrate
-from electrovib.recordings.importing.account import about_file, account_of, not_read_words
 from electrovib.recordings.importing.choice import calibrated_column, check_names
-from electrovib.recordings.importing.clock import SampleTimes, sample_times
-from electrovib.recordings.importing.held import held
-from electrovib.recordings.importing.notices import about_parts, about_samples
-from electrovib.recordings.importing.parallel_part import phase_offset
+from electrovib.recordings.importing.clock import SampleTimes, held, sample_times
+from electrovib.recordings.importing.notices import (
+    about_file,
+    about_parts,
+    about_samples,
+    account_of,
+    not_read_words,
+)
+from electrovib.recordings.importing.own_material import phase_offset
 from electrovib.recordings.importing.reduction import ReductionSteps, reduced
+from electrovib.recordings.recording import SensorCalibration, calibrate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,7 +40,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.data.recorded import DataColumn, Recorded
-    from electrovib.recordings.calibration import SensorCalibration
+    from electrovib.recordings.recording import SensorCalibration
 
 
 _LONGEST_SETTINGS: Final = 4000

@@ -11,7 +11,13 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
-from electrovib.recordings.importing.account import MOST_COLUMNS, account_lines
+from electrovib.recordings.importing.choice import (
+    ProposedColumn,
+    may_be_voltage,
+    possible_times,
+    proposed_columns,
+    proposed_time,
+)
 from electrovib.recordings.importing.clock import (
     clock_words,
     clocks_of,
@@ -20,14 +26,7 @@ from electrovib.recordings.importing.clock import (
     overlap,
     sample_times,
 )
-from electrovib.recordings.importing.notices import about_sensors
-from electrovib.recordings.importing.proposal import (
-    ProposedColumn,
-    may_be_voltage,
-    possible_times,
-    proposed_columns,
-    proposed_time,
-)
+from electrovib.recordings.importing.notices import MOST_COLUMNS, about_sensors, account_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.calibration import SensorCalibration
+    from electrovib.recordings.recording import SensorCalibration
 
 
 Span: TypeAlias = "str | tuple[float, float]"

@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Document
 from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
-from electrovib.data.marks import Form
+from electrovib.data.atomic import Form
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
 from electrovib.recordings.interval import (
     Interval,

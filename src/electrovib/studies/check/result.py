@@ -15,7 +15,7 @@ from electrovib.core.errors import InputError, refuse
 from electrovib.core.model import read_model
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, csv_text, json_text
+from electrovib.data.atomic import Form, csv_text, json_text
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, Limits, unit_of_limit
 from electrovib.physics.safety import AIR, BARE_ELECTRODE, FILM, GAP_CLOSED
 from electrovib.scenario import Scenario

@@ -15,7 +15,7 @@ from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, json_text, plain, unsigned
+from electrovib.data.atomic import Form, json_text, plain, unsigned
 from electrovib.scenario.toml import to_toml
 from electrovib.studies.check.result import UNKNOWN, not_shown
 from electrovib.studies.widths import Width, sentences

@@ -7,8 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.apps.explorer import limits, reading
-from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.downloads import DOWNLOADS
+from electrovib.apps.explorer.computed import DOWNLOADS, compute
 from electrovib.apps.explorer.page.plots import paragraphs
 from electrovib.apps.explorer.reading import (
     MOST_FREE,

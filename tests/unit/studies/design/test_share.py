@@ -16,12 +16,12 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.studies.design.search import inside_band
 from electrovib.studies.design.share import function as share
-from electrovib.studies.design.share.fingers import (
+from electrovib.studies.design.share.result import (
     Covered,
     DrawnFingers,
     by_gain,
     by_solution,
-    needed,
+    needed_draws,
 )
 from electrovib.studies.design.wanted import read_wanted
 from electrovib.studies.widths import clopper_pearson, quantile_ranks
@@ -265,7 +265,7 @@ def test_clopper_pearson_and_the_number_of_draws_have_their_closed_forms():
     assert beta.cdf(low, 7, 14) == pytest.approx(0.025)
     assert 1 - beta.cdf(high, 8, 13) == pytest.approx(0.025)
     asked = ((0.9, 100), (0.9, 101), (0.001, 100), (0.3, 10))
-    assert [needed(share, count) for share, count in asked] == [90, 91, 1, 3]
+    assert [needed_draws(share, count) for share, count in asked] == [90, 91, 1, 3]
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.9, 100), (0.5, 30), (0.1, 200)])

@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.atomic import Form, csv_text
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.result import (
     PASS,
