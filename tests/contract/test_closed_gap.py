@@ -219,5 +219,5 @@ def test_a_plate_without_a_film_is_never_shown_to_be_safe():
     stack = {name: layer for name, layer in SCREEN["stack"].items() if name != "insulator"}
     found = ev.check({**SCREEN, "stack": stack})
     assert found.state == "unknown"
-    assert found.verdict == "not shown to be safe: field emission; bare electrode"
-    assert any("--series-resistor" in line for line in found.sentences)
+    assert found.headline == "not shown to be safe: field emission; bare electrode"
+    assert any("--series-resistor" in line for line in found.document.sentences)

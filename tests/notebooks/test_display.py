@@ -224,8 +224,8 @@ def test_every_design_shows_its_answer(shown, function, asked, begins):
 def test_a_designed_plate_shows_its_answer_and_tables(shown):
     found = ev.plan_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
     page, text, _ = shown(found)
-    assert text.startswith(found.sentences[0])
-    assert page.count("<table") == len(found.tables) == 2
+    assert text.startswith(found.document.sentences[0])
+    assert page.count("<table") == len(found.document.tables) == 2
 
 
 SCRIPT = """

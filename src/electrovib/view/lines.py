@@ -36,12 +36,12 @@ BINS: Final = 2_000
 
 
 def envelope(
-    x: NDArray[np.float64], y: NDArray[np.float64]
+    x: NDArray[np.float64], y: NDArray[np.float64], *, longest: int = LONG, stretches: int = BINS
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Keep the lowest and the highest point of each stretch of a long record; a stretch without a number stays a gap."""
-    if len(y) <= LONG:
+    """Keep ends, lowest and highest point of each stretch of a record above the longest; one without a number stays a gap."""
+    if len(y) <= longest:
         return x, y
-    size = -(-len(y) // BINS)
+    size = -(-len(y) // stretches)
     padded = np.concatenate([y, np.full(-len(y) % size, np.nan)]).reshape(-1, size)
     missing = np.isnan(padded)
     lowest = np.argmin(np.where(missing, np.inf, padded), axis=1)

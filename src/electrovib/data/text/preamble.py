@@ -277,7 +277,9 @@ def _seconds_of(channel: DataColumn) -> Real:
 
 def _key_of(cell: str) -> str:
     """Return the name of a setting without its unit and its signs, in small letters."""
-    bare = re.sub(r"[\[(].*?[\])]", "", cell)
+    bare = re.sub(
+        r"[\[(][^\])]{0,200}[\])]", "", cell
+    )  # unbounded, the time would be the square of the length
     return bare.strip().lstrip("#").rstrip(" :=").replace("_", " ").lower()
 
 

@@ -392,13 +392,13 @@ def recommended(coatings: Sequence[Coating]) -> list[str]:
     amplifier = best.check.scenario.circuit.amplifier
     more = " Limits are judged with the finger of the scenario."
     more += " The force is without the limits of the amplifier." if amplifier and amplifier.is_limited else ""
-    more += "" if safe else f" It is {best.check.verdict}."
+    more += "" if safe else f" It is {best.check.headline}."
     reason = (
         f"{best.name}, {'chosen' if safe else 'with the most force'}: 90 % of the people have at least {force} ({low} to {high},"
         f" 95 % interval for {DRAWS} drawn fingers). Limit over value: {margins}.{more}"
     )
     more_force = [
-        f"{each.name} gives {format_quantity(each.for_most[1], 'N', digits=3)}, but is {each.check.verdict}."
+        f"{each.name} gives {format_quantity(each.for_most[1], 'N', digits=3)}, but is {each.check.headline}."
         for each in coatings[: coatings.index(best)]
     ]
     law = type(best.check.scenario.force).__name__

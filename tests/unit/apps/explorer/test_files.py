@@ -7,7 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.apps.explorer import limits, reading
-from electrovib.apps.explorer.computed import DOWNLOADS, compute
+from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.page.plots import paragraphs
 from electrovib.apps.explorer.reading import (
     MOST_FREE,
@@ -17,6 +17,7 @@ from electrovib.apps.explorer.reading import (
     read_uploaded_scenario,
     shown_name,
 )
+from electrovib.apps.explorer.session import DOWNLOADS
 from electrovib.core.errors import ElectrovibError, InputError
 
 FIG6 = "vezzoli_2014/fig6"

@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Final
 from fastapi import Request
 from nicegui import app, events, ui
 
-from electrovib.apps.explorer.computed import DOWNLOADS, Download
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
 from electrovib.apps.explorer.page.recording import RecordingPanel
 from electrovib.apps.explorer.runner import Workers, end_work
-from electrovib.apps.explorer.session import Session
+from electrovib.apps.explorer.session import DOWNLOADS, Download, Session
 from electrovib.apps.explorer.state import STEPS, STORIES, PageState, StoryStep, presets, read_query
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.studies.catalogue import scenarios

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.answer import REFERENCE, Curve, Panel
+from electrovib.core.answer import REFERENCE, Curve, Document, Panel
 from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import words_at
@@ -335,23 +335,19 @@ class DesignedForShare(Designed):
         return not_in_rows(validity(judged))
 
     @property
-    def sentences(self) -> tuple[str, ...]:
-        """The answer, its uncertainty and the limits."""
-        return (_answer(self), *_uncertainty(self), *_limits(self))
-
-    @property
-    def details(self) -> tuple[str, ...]:
-        """The values for other shares, how the quantity of each draw was computed, and what of the space is unverified."""
+    def document(self) -> Document:
+        """The answer, its uncertainty and the limits; the values for other shares, and how they were found; the share."""
         known = {share: value for share, value in self.others.items() if math.isfinite(value)}
         others = ", ".join(f"{_percent(share)}: {_number(self, value)}" for share, value in known.items())
-        return (
+        remarks = (
             *([f"{self.wanted.free} at which a share of the draws has it: {others}."] if known else []),
             f"{self.n} draws, seed {self.seed}; the quantity of each: {self.method}.",
             *self.space.remarks,
         )
+        said = (_answer(self), *_uncertainty(self), *_limits(self))
+        return self._document(said, remarks=remarks, figures=[self._figure()])
 
-    @property
-    def figures(self) -> tuple[Panel, ...]:
+    def _figure(self) -> Panel:
         """The share of the draws over the free parameter, with the wanted one and the value."""
         free, (x, y) = self.wanted.free, self.shares
         at = np.array([] if self.top is None else [(self.top.value, self.top.share)]).reshape(-1, 2).T
@@ -363,10 +359,8 @@ class DesignedForShare(Designed):
         title = f"Share of the fingers with {wish(self)}"
         log = len(x) > 0 and x[0] > 0 and x[-1] > 30 * x[0]
         x_axis, said = (words_at(self.base, free), self.wanted.declared.unit), f"{self.n} draws."
-        return (
-            Panel(
-                id="share", title=title, caption=said, x=x_axis, y=("share", "1"), curves=curves, log_x=log
-            ),
+        return Panel(
+            id="share", title=title, caption=said, x=x_axis, y=("share", "1"), curves=curves, log_x=log
         )
 
     def numbers(self) -> dict[str, Any]:
