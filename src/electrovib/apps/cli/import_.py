@@ -75,7 +75,7 @@ def import_(
     """
     from electrovib.data.registry import format_lines
     from electrovib.recordings.importing import list_columns
-    from electrovib.recordings.importing.listing import list_account
+    from electrovib.recordings.importing.import_file import list_account
 
     if not file:
         return say(*format_lines())
