@@ -28,6 +28,9 @@ USE: Final = (
 )
 HEADINGS: Final = ("parameter", "group", "distribution", "status", "confidence", "source")
 _OF_ALL: Final = "all"
+SHARE: Final = "share"
+_MOST_SHOWN: Final = 12
+"""Numbers of a list that are written out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +53,7 @@ class PopulationEntry(Listed):
     def row(self) -> tuple[str, ...]:
         """Cells of the table of a population."""
         words = "; ".join(filter(None, (self.source, f"a choice: {self.choice}" if self.choice else "")))
-        status = status_text(self.status) if self.status else "a choice"
+        status = status_text(self.status) if self.status else "a choice" if self.choice else "not stated"
         return self.name, self.group, self.meaning, status, self.confidence, words
 
 
@@ -110,17 +113,21 @@ def caption_of(entries: list[PopulationEntry]) -> str:
 
 
 def entries_of(name: str) -> Iterator[PopulationEntry]:
-    """Yield the distributions of a population as declared: of all fingers, then of each group after its share."""
+    """Yield the distributions of a population that the package ships, as declared."""
     from electrovib.scenario.space.shipped import read_shipped
 
-    tables = read_shipped(name)
-    for path, table in tables["space"].items():
+    return distributions_in(read_shipped(name))
+
+
+def distributions_in(tables: Mapping[str, Any]) -> Iterator[PopulationEntry]:
+    """Yield the distributions of the tables of a space: of all fingers, then of each group after its share."""
+    for path, table in tables.get("space", {}).items():
         yield _entry(path, _OF_ALL, table)
     for division, groups in tables.get("groups", {}).items():
         for label, group in groups.items():
             where = f"{division}: {label}"
-            yield _entry("share", where, group, f"{group['share']:g} of all fingers")
-            for path, table in group["space"].items():
+            yield _entry(SHARE, where, group, f"{group['share']:g} of all fingers")
+            for path, table in group.get("space", {}).items():
                 yield _entry(path, where, table)
 
 
@@ -153,7 +160,9 @@ def _entry(parameter: str, group: str, table: Mapping[str, Any], distribution: s
 
 
 def _shown(value: object) -> str:
-    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) if len(value) <= _MOST_SHOWN else f"{len(value)} values"
+    return str(value)
 
 
 @functools.cache

@@ -13,6 +13,7 @@ from electrovib.core.citation import UNVERIFIED, is_reference, status_text
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.signals import is_study_result
 from electrovib.data.atomic import Form
+from electrovib.studies.catalogue.found import HEADINGS, SHARE, distributions_in
 from electrovib.studies.population.result import (
     NOT_JUDGED,
     bands_csv,
@@ -23,11 +24,10 @@ from electrovib.studies.population.result import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    pass
 
 _SIZE: Final = (9.4, 3.8)
 """Width and height of a figure of the page [inch]."""
-_ABOUT: Final = ("title", "source", "status", "confidence", "choice", "optional", "model")
 """Keys of the table of a distribution that are not its numbers."""
 
 
@@ -92,56 +92,25 @@ def _drawing(
 
 def _caption(found: xarray.Dataset) -> str:
     """State how many fingers, and which parameters differ; those with unverified values are marked."""
-    rows = list(_entries(found))
-    names = dict.fromkeys(path for path, _, _ in rows)
-    doubtful = {path for path, _, content in rows if content.get("status") == UNVERIFIED}
+    rows = [each for each in distributions_in(_space(found)) if each.name != SHARE]
+    names = dict.fromkeys(each.name for each in rows)
+    doubtful = {each.name for each in rows if each.status == UNVERIFIED}
     listed = ", ".join(f"{path} ({status_text(UNVERIFIED)})" if path in doubtful else path for path in names)
     return f"{found.attrs['fingers']} fingers, seed {found.attrs['seed']}. Parameters that differ between them: {listed}."
 
 
-def _entries(found: xarray.Dataset) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield path, group and table of every distribution of the space."""
-    space = tomllib.loads(str(found.attrs["space_toml"]))
-    yield from ((path, "", content) for path, content in space.get("space", {}).items())
-    for name, groups in space.get("groups", {}).items():
-        for label, group in groups.items():
-            where = f"{name}: {label}, {100 * float(group['share']):g} % of the fingers"
-            yield from ((path, where, content) for path, content in group.get("space", {}).items())
+def _space(found: xarray.Dataset) -> dict[str, Any]:
+    return tomllib.loads(str(found.attrs["space_toml"]))
 
 
 def _parameters(found: xarray.Dataset) -> Table:
-    rows = []
-    for path, group, content in _entries(found):
-        numbers = ", ".join(
-            f"{name} {_value(value)}" for name, value in content.items() if name not in _ABOUT
-        )
-        status = status_text(content["status"]) if content.get("status") else "not stated"
-        confidence = f", {content['confidence']} confidence" if content.get("confidence") else ""
-        source = "; ".join(
-            part
-            for part in (
-                content.get("source", ""),
-                f"a choice: {content['choice']}" if content.get("choice") else "",
-            )
-            if part
-        )
-        rows.append(
-            (path, group, f"{content['model']}: {numbers}", f"{status}{confidence}", source or "not stated")
-        )
-    space = tomllib.loads(str(found.attrs["space_toml"]))
+    space = _space(found)
     relations = [f"{each}." for each in space.get("relations", [])]
     relations += [
         f"correlation of {pair}: {value:g}." for pair, value in space.get("correlation", {}).items()
     ]
-    headings = ("Parameter", "Group", "Distribution", "Source status", "Source")
-    title = "Parameters that differ between fingers"
-    return Table(title, headings, tuple(rows), caption=" ".join(relations))
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, list):
-        return f"{len(value)} values"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    rows = tuple(each.row for each in distributions_in(space))
+    return Table("Parameters that differ between fingers", HEADINGS, rows, caption=" ".join(relations))
 
 
 def _origin(found: xarray.Dataset) -> Table:
@@ -151,7 +120,7 @@ def _origin(found: xarray.Dataset) -> Table:
 
 
 def _sources(found: xarray.Dataset) -> list[str]:
-    listed = (str(content["source"]) for _, _, content in _entries(found) if content.get("source"))
+    listed = (each.source for each in distributions_in(_space(found)) if each.source)
     return list(dict.fromkeys(each for each in listed if is_reference(each)))
 
 
