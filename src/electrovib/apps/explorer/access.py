@@ -14,7 +14,7 @@ from typing import Any, Final
 import orjson
 from socketio.exceptions import SocketIOError  # type: ignore[import-untyped]
 
-from electrovib.apps.explorer.limits import LARGEST_REQUEST, LONGEST_NAME, LOOPBACK
+from electrovib.apps.explorer.runner import LARGEST_REQUEST, LONGEST_NAME, LOOPBACK
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]

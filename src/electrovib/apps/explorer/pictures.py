@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.limits import SHOWN_SAMPLES
+from electrovib.apps.explorer.runner import SHOWN_SAMPLES
 from electrovib.core.signals import SIGNALS
 from electrovib.studies.widths import TYPICAL_FACTORS
 from electrovib.view.lines import envelope

@@ -14,8 +14,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Final
 
-from electrovib.apps.explorer.limits import LARGEST_MESSAGE, LOOPBACK
-from electrovib.apps.explorer.runner import SERVER_ENDS
+from electrovib.apps.explorer.runner import LARGEST_MESSAGE, LOOPBACK, SERVER_ENDS
 from electrovib.core.errors import InputError
 from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
 
@@ -58,7 +57,7 @@ def explore(
     Notes
     -----
     The function returns when the page is ended, by Ctrl-C. The page is served on 127.0.0.1, which no other machine reaches; no
-    request reads or writes a file of this machine, and what can be asked for is limited (`electrovib.apps.explorer.limits`).
+    request reads or writes a file of this machine, and what can be asked for is limited (`electrovib.apps.explorer.runner`).
     """
     try:
         from nicegui import app, ui

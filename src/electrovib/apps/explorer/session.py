@@ -12,7 +12,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from electrovib.apps.explorer import limits
+from electrovib.apps.explorer import runner
 from electrovib.apps.explorer.computed import Computed, Further, Slice, compute, slices, with_answers
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Presence, Workers, apart
 from electrovib.apps.explorer.state import PageState, scenario_of
@@ -144,7 +144,7 @@ class Session:
 
     def _limited(self, work: Callable[[], R], is_in_vain: Callable[[], bool] = bool) -> R:
         """Do work in a thread, within the budget of a visitor."""
-        within = budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN)
+        within = budget(time=runner.LONGEST_RUN, memory=runner.LARGEST_RUN)
         with within, self._presence.working(is_in_vain):
             return work()
 
@@ -197,12 +197,12 @@ class Session:
 
         def is_in_vain() -> bool:
             # a shorter run is shown in any case, so that the curves follow a slider while it moves
-            return self._updates.is_stale and monotonic() - begun > limits.LONGEST_QUICK_RUN
+            return self._updates.is_stale and monotonic() - begun > runner.LONGEST_QUICK_RUN
 
         try:
-            found = await apart(self.workers.quick, lambda: run(limits.LONGEST_SHORT_RUN))
+            found = await apart(self.workers.quick, lambda: run(runner.LONGEST_SHORT_RUN))
         except BudgetError:
-            found = await apart(self.workers.patient, lambda: run(limits.LONGEST_RUN, is_in_vain))
+            found = await apart(self.workers.patient, lambda: run(runner.LONGEST_RUN, is_in_vain))
         self._display(state, found)
 
     def _display(self, state: PageState, found: Computed) -> None:

@@ -24,7 +24,6 @@ from electrovib.apps.explorer.computed import (
 )
 from electrovib.apps.explorer.felt_picture import detection, felt
 from electrovib.apps.explorer.key_figures import drawing
-from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
 from electrovib.apps.explorer.pictures import (
@@ -37,6 +36,7 @@ from electrovib.apps.explorer.pictures import (
     recorded,
     thinned,
 )
+from electrovib.apps.explorer.runner import SHOWN_SAMPLES
 from electrovib.apps.explorer.session import Earlier
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.constants import eps0

@@ -12,10 +12,10 @@ import numpy as np
 from nicegui import events, ui
 
 from electrovib.apps.explorer import reading
-from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.plots import fit_content
 from electrovib.apps.explorer.pictures import EXAMPLE
 from electrovib.apps.explorer.reading import fittable, read_upload
+from electrovib.apps.explorer.runner import LARGEST_UPLOAD
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import value_at
 from electrovib.core.signals import SIGNALS
