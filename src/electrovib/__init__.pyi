@@ -69,7 +69,7 @@ from electrovib.studies.sweep import sweep as sweep
 from electrovib.studies.texture import texture_drive as texture_drive
 from electrovib.studies.texture import texture_stream as texture_stream
 from electrovib.view import plots as plot
+from electrovib.view.pages import reproduce as reproduce
 from electrovib.view.report import report as report
-from electrovib.view.reproduce import reproduce as reproduce
 
 __version__: str

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.units import KINDS, PREFIXES, SHOWN_PREFIXES, format_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -359,21 +359,25 @@ def _broken(text: str, width: float) -> str:
     return "\n".join(textwrap.wrap(held, max(int(width / _LETTER), 8))).replace("\0", " ")
 
 
+def legends_taken(axes: Sequence[Axes]) -> tuple[dict[str, Any], str]:
+    """Remove the legends of Axes, and return their entries, each once, and the title of the first that has one."""
+    legends = [legend for ax in axes if (legend := ax.get_legend()) is not None]
+    entries: dict[str, Any] = {}
+    for legend in legends:
+        for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
+            entries.setdefault(text.get_text(), handle)
+        legend.remove()
+    return entries, next((words for legend in legends if (words := legend.get_title().get_text())), "")
+
+
 def _legend_below(figure: Figure) -> None:
     """Put the legends of the Axes into one below them, where it covers nothing; each entry stands once."""
-    legends = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
-    entries: dict[str, Any] = {
-        _broken(text.get_text(), WIDTH - _KEY): handle
-        for legend in legends
-        for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)
-    }
-    title = next((words for legend in legends if (words := legend.get_title().get_text())), None)
-    for legend in legends:
-        legend.remove()
+    found, title = legends_taken(figure.axes)
+    entries = {_broken(text, WIDTH - _KEY): handle for text, handle in found.items()}
     if entries:
         longest = max(len(line) for words in entries for line in words.split("\n"))
         figure.legend(
-            list(entries.values()), list(entries), title=title, loc="outside lower left", alignment="left",
+            list(entries.values()), list(entries), title=title or None, loc="outside lower left", alignment="left",
             fontsize=TEXT, title_fontsize=TEXT, ncols=max(1, int(WIDTH / (_KEY + _LETTER * longest))),
         )  # fmt: skip
     for legend in figure.legends:
