@@ -1,5 +1,6 @@
 """What each tab shows: the numbers of the Trace in the unit of the axis, or a sentence, for every shipped scenario."""
 
+import html
 import json
 import math
 import re
@@ -345,6 +346,8 @@ def test_a_calibrated_perception_is_stated_with_its_level():
         percept, felt_tab = ev.perceive(scenario), of_tab(FELT, compute(scenario))
         above = felt_tab.above + felt_tab.below
         assert f">felt, {percept.felt_by} channel: {percept.sensation:+.1f} dB (" in above
+        assert percept.title
+        assert html.escape(percept.title) not in felt_tab.above  # the page has it in its bar
         assert ("assumed from publications" in above) == bool(assumed)
         assert not assumed or f"assumed from publications: {assumed}; " in above
     weak = scenario.replace({"perception.threshold": "1 mm"})

@@ -72,8 +72,8 @@ def test_the_page_states_bands_sources_and_validity(found, tmp_path):
     for words in (
         *("Study of 1100 fingers", "95th percentile", "A. Author 2099", "full text", "seed 1", "stand-in"),
         f"{PATH} (unverified, cited from memory)",
-        "unverified, cited from memory, low confidence",
-        "LogNormal: median 200 µm, factor 1.5",
+        *("unverified, cited from memory</td>", ">low</td>"),
+        "LogNormal, median 200 µm, factor 1.5",
         "the drawn fingers are not judged one by one",
         "exact order statistics",
     ):
