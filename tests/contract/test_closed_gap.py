@@ -149,8 +149,10 @@ def test_the_page_says_exceeded(screen):
     figure = answers(further)[LIMIT]
     assert (figure.value, figure.state) == ("exceeded", "fail")
     assert CLOSED in figure.note
-    assert "ev-warning" in "".join(answer_words(further.check.document, further.check.state))
-    assert CLOSED in "".join(answer_words(further.check.document, further.check.state))
+    said, below = answer_words(further.check.document, further.check.state)
+    assert said.startswith('<p class="ev-warning">exceeded: ')
+    assert CLOSED in said
+    assert CLOSED in below
     rough = {"model": "PerssonSurface", "modulus": 2e7, "rms_slope": 1.0, "rms_gap": 1e-5}
     factors = {"pressure_factor": 0.1, "decay_factor": 0.46}
     check = ev.check(screen, set={"contact.surface": rough | factors})
