@@ -220,6 +220,8 @@ def test_a_level_of_perception_can_be_wanted():
 def test_signals_at_one_time_of_one_layer_and_under_a_current_can_be_wanted():
     want = "electrostatic_force at 20 ms = 1 mN"
     found = design(want, "drive.high", "vezzoli_2014/fig6", between="0:2 kV")
+    assert found.diagnostics
+    assert found.document.diagnostics == found.diagnostics
     prepared = ev.prepare("vezzoli_2014/fig6", free=["drive.high"])
     forces = prepared.signals([found.value], time=np.linspace(0, 0.1, 6))["electrostatic_force"]
     assert forces[1] == pytest.approx(1e-3, rel=1e-6)
