@@ -188,7 +188,7 @@ def shown_results(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str
 
 def as_html(value: Any) -> str:
     """Return what a notebook shows for a Scenario, a Trace, a sweep or a table."""
-    from electrovib.view.notebook import scenario_html, trace_html
+    from electrovib.view.notebook.shown import scenario_html, trace_html
 
     if isinstance(value, Scenario):
         return scenario_html(value)
