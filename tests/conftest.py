@@ -56,7 +56,7 @@ def blank_pictures(monkeypatch):
         figure.add_subplot().set_axis_off()
         return figure
 
-    for module in ("documents", "files"):
+    for module in ("pages", "files"):
         monkeypatch.setattr(f"electrovib.view.{module}.drawn", blank)
 
 

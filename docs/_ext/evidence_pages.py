@@ -8,8 +8,7 @@ from rst import folded, hidden_contents, items, joined, plain, shown, title
 
 import electrovib as ev
 from electrovib.core.answer import Shown
-from electrovib.view.documents import drawn
-from electrovib.view.pages import to_svg
+from electrovib.view.pages import drawn, to_svg
 
 ALL: Final = "evidence_measurements"
 INTRODUCTION: Final = (

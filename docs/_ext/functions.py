@@ -26,7 +26,7 @@ PARTS: Final = {
     "core": "Budget",
 }
 """Folders of the package, in the order in which their functions are listed; another folder comes last under its name."""
-CALLABLE_PACKAGES: Final = {"export": "electrovib.exports.scenario", "study": "electrovib.studies.population"}
+CALLABLE_PACKAGES: Final = {"export": "electrovib.exports.save", "study": "electrovib.studies.population"}
 """A package that has the name of its main function and can be called as it, and the module of the function."""
 
 

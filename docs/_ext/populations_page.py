@@ -8,7 +8,7 @@ from rst import markdown
 
 from electrovib.core.citation import STATUSES_EXPLAINED
 from electrovib.scenario.space.shipped import shipped_names
-from electrovib.studies.catalogue.populations import HEADINGS, caption_of, entries_of, title_of
+from electrovib.studies.catalogue.found import HEADINGS, caption_of, entries_of, title_of
 
 EXAMPLE: Final = """schema = 1
 title = "fingers of our laboratory"

@@ -14,8 +14,8 @@ from electrovib.bench.run import plan_bench as plan_bench
 from electrovib.bench.run import run_bench as run_bench
 from electrovib.core.budget import budget as budget
 from electrovib.data.traces import open_trace as open_trace
+from electrovib.exports.save import export as export
 from electrovib.exports.save import save as save
-from electrovib.exports.scenario import export as export
 from electrovib.exports.waveform import export_waveform as export_waveform
 from electrovib.physics.half_space import Coated as Coated
 from electrovib.physics.half_space import Elastic as Elastic
@@ -46,7 +46,7 @@ from electrovib.solve.prepare import prepare as prepare
 from electrovib.solve.simulate import simulate as simulate
 from electrovib.studies.catalogue import models as models
 from electrovib.studies.catalogue import scenarios as scenarios
-from electrovib.studies.catalogue.populations import spaces as spaces
+from electrovib.studies.catalogue.found import spaces as spaces
 from electrovib.studies.check import check as check
 from electrovib.studies.check.series import series_resistor as series_resistor
 from electrovib.studies.compare import compare as compare
@@ -70,7 +70,7 @@ from electrovib.studies.sweep import sweep as sweep
 from electrovib.studies.texture import texture_drive as texture_drive
 from electrovib.studies.texture import texture_stream as texture_stream
 from electrovib.view import plots as plot
+from electrovib.view.pages import reproduce as reproduce
 from electrovib.view.report import report as report
-from electrovib.view.reproduce import reproduce as reproduce
 
 __version__: str

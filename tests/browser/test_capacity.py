@@ -11,7 +11,7 @@ import aiohttp
 from tests.browser.conftest import started
 from tests.browser.visitor import Visitor
 
-from electrovib.apps.explorer.limits import LARGEST_MESSAGE
+from electrovib.apps.explorer.runner import LARGEST_MESSAGE
 
 pytestmark = pytest.mark.slow
 

@@ -9,8 +9,7 @@ from tests.browser.test_page import FRAMEWORK, keep, peak, shown
 from tests.browser.test_use import type_into
 
 import electrovib as ev
-from electrovib.apps.explorer.state import PageState
-from electrovib.apps.explorer.stories import STEPS, STORIES
+from electrovib.apps.explorer.state import STEPS, STORIES, PageState
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ from tests.browser.test_page import drop, keep, peak, shown
 
 import electrovib as ev
 from electrovib.apps.explorer.computed import TABS
-from electrovib.apps.explorer.finding import MOST_IMPORTANT
+from electrovib.apps.explorer.page.knobs import MOST_IMPORTANT
 from electrovib.physics.perception import ElasticSkin
 
 pytestmark = pytest.mark.slow

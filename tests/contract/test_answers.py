@@ -20,15 +20,15 @@ from electrovib.core.diagnostics import warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.core.unchangeable import FrozenDict
-from electrovib.data.marks import Form, is_ours
+from electrovib.data.atomic import Form, is_ours
 from electrovib.physics.contact import LinearSpring
 from electrovib.physics.material import Debye
 from electrovib.recordings.importing.own_material import SampleSpectrum
 from electrovib.recordings.spectra.fitted import fit_samples
 from electrovib.solve.equilibrium import equilibrium
 from electrovib.studies.reproduction import Reproduction, Row
-from electrovib.view.documents import parts
 from electrovib.view.files import check_answer
+from electrovib.view.pages import parts
 
 SINE = "bau_2010/sine"
 MEAN = "mean electrostatic_force"

@@ -11,10 +11,10 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.apps.explorer.computed import Further, compute, with_answers
 from electrovib.apps.explorer.key_figures import LIMIT, answers
-from electrovib.apps.explorer.page.plots import safety_words
+from electrovib.apps.explorer.page.plots import answer_words
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
-from electrovib.exports.scenario import export_netlist
+from electrovib.exports.save import export_netlist
 
 FILM, CLOSED = "film strength, insulator", "film strength, insulator, gap closed"
 STRENGTH, THICKNESS, GAP, VOLTS = 200e6, 1e-6, 3e-6, 300.0
@@ -149,15 +149,19 @@ def test_the_page_says_exceeded(screen):
     figure = answers(further)[LIMIT]
     assert (figure.value, figure.state) == ("exceeded", "fail")
     assert CLOSED in figure.note
-    assert "ev-warning" in safety_words(further.check)
-    assert CLOSED in safety_words(further.check)
+    said, below = answer_words(further.check.document, further.check.state)
+    assert said.startswith('<p class="ev-warning">exceeded: ')
+    assert CLOSED in said
+    assert CLOSED in below
     rough = {"model": "PerssonSurface", "modulus": 2e7, "rms_slope": 1.0, "rms_gap": 1e-5}
     factors = {"pressure_factor": 0.1, "decay_factor": 0.46}
     check = ev.check(screen, set={"contact.surface": rough | factors})
     share = f"(on {100 * row(check.rows, CLOSED).area:.3g} % of the area)"
     assert share in answers(with_answers(Further(check=check), found))[LIMIT].note
-    assert share in safety_words(check)
-    assert "% of the contact area by PerssonSurface, not corrected" in safety_words(check)
+    assert share in "".join(answer_words(check.document, check.state))
+    assert "% of the contact area by PerssonSurface, not corrected" in "".join(
+        answer_words(check.document, check.state)
+    )
 
 
 def test_states_of_a_growing_contact_are_judged_with_the_gap_closed():
@@ -217,5 +221,5 @@ def test_a_plate_without_a_film_is_never_shown_to_be_safe():
     stack = {name: layer for name, layer in SCREEN["stack"].items() if name != "insulator"}
     found = ev.check({**SCREEN, "stack": stack})
     assert found.state == "unknown"
-    assert found.verdict == "not shown to be safe: field emission; bare electrode"
-    assert any("--series-resistor" in line for line in found.sentences)
+    assert found.headline == "not shown to be safe: field emission; bare electrode"
+    assert any("--series-resistor" in line for line in found.document.sentences)

@@ -13,7 +13,7 @@ import electrovib as ev
 from electrovib.core.answer import REFERENCE, Panel
 from electrovib.core.discovery import offers, papers
 from electrovib.core.paths import words_at
-from electrovib.view.documents import drawn, few_curves
+from electrovib.view.pages import drawn, few_curves
 from electrovib.view.report import document_of
 from electrovib.view.style import MOST, PALETTE
 

@@ -95,7 +95,7 @@ def test_a_part_of_a_drive_is_no_pass(part):
     found = ev.check(SCREEN, set=changes)
     assert (found.state, found.failed) == ("unknown", ())
     assert row(found.rows, REST).value == pytest.approx(largest, rel=1e-4)
-    assert f"{REST}" in found.verdict
+    assert f"{REST}" in found.headline
     assert "set time.duration to" in str(found)
     whole = ev.check(SCREEN, set={**changes, "time.duration": 1.0 if part == "a beat" else 0.1})
     assert CLOSED in {each.quantity for each in whole.failed}

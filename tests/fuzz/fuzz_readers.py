@@ -56,7 +56,7 @@ def read_in_this_process(reader, path, *, limits=None, **arguments):
     """Call the function of a guarded reader here, with the messages of the guarded process."""
     from electrovib.core.errors import DataFileError
     from electrovib.data import guarded
-    from electrovib.data.faults import damaged
+    from electrovib.data.guarded import damaged
 
     module, _, name = reader.function.partition(":")
     function = getattr(importlib.import_module(module), name)

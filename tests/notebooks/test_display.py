@@ -224,8 +224,8 @@ def test_every_design_shows_its_answer(shown, function, asked, begins):
 def test_a_designed_plate_shows_its_answer_and_tables(shown):
     found = ev.plan_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
     page, text, _ = shown(found)
-    assert text.startswith(found.sentences[0])
-    assert page.count("<table") == len(found.tables) == 2
+    assert text.startswith(found.document.sentences[0])
+    assert page.count("<table") == len(found.document.tables) == 2
 
 
 SCRIPT = """
@@ -248,5 +248,5 @@ def test_importing_in_ipython_imports_nothing_heavy():
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     loaded, names = json.loads(done.stdout.splitlines()[-1])
     view = "electrovib.view"
-    assert set(loaded) == {"electrovib", view, f"{view}.notebook", f"{view}.notebook.hooks"}
+    assert set(loaded) == {"electrovib", view, f"{view}.notebook"}
     assert {"Scenario", "Dataset"} <= set(names)

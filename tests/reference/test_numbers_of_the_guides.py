@@ -15,8 +15,8 @@ from scipy.signal import lsim
 import electrovib as ev
 from electrovib.apps.cli.run import summary
 from electrovib.core.constants import eps0
-from electrovib.view.documents import html
 from electrovib.view.notebook.shown import trace_text
+from electrovib.view.pages import html
 from electrovib.view.report import document_of
 from electrovib.view.summary import key_numbers
 

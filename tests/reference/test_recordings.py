@@ -14,7 +14,7 @@ from electrovib.core.model import read_model
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import read_recording
-from electrovib.recordings.swipe import parts, reduce_swipe, reduce_swipes
+from electrovib.recordings.swipe import reduce_swipe, reduce_swipes, result
 from electrovib.recordings.transitions.ring import measure_ring
 from electrovib.recordings.transitions.times import measure_times
 
@@ -63,7 +63,7 @@ def test_the_swipe_has_the_expected_forces(recording):
 def test_the_choice_of_the_window_matters_less_than_the_baseline(recording, monkeypatch):
     values = []
     for trim in (0.02, 0.05, 0.1, 0.2):
-        monkeypatch.setattr(parts, "TRIM", trim)
+        monkeypatch.setattr(result, "TRIM", trim)
         values.append(reduce_swipe(recording).friction.value)
     monkeypatch.undo()
     low, high = reduce_swipe(recording).friction.choice_ends

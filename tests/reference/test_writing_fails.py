@@ -21,10 +21,9 @@ import electrovib as ev
 from electrovib.core.answer import Curve, Panel
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.data.atomic import writing
-from electrovib.data.marks import Form, is_ours
+from electrovib.data.atomic import Form, is_ours, writing
 from electrovib.studies.reproduction import Reproduction
-from electrovib.view import pages, report, reproduce
+from electrovib.view import pages, report
 
 NAMES = ("a.nc", "a.csv", "a.mat", "a.html", "a.cir", "a.toml", "out")
 """One output of each kind; the last is the folder of a reproduced paper."""
@@ -46,7 +45,7 @@ def reproduction(size: int, seed: int) -> Reproduction:
 def write(name: str, size: int, seed: int) -> None:
     """Write one version of an output; each seed makes another."""
     if name == "out":
-        reproduce._write(reproduction(size, seed), Path("out"))
+        pages._write(reproduction(size, seed), Path("out"))
     elif name == "a.html":
         ev.report(trace(5, seed), name, title=str(seed) * size)
     elif name == "a.cir":
@@ -64,7 +63,7 @@ def here(monkeypatch, tmp_path):
     monkeypatch.setattr(report, "figures", lambda *_: [])
     monkeypatch.setattr(pages, "to_png", lambda *_, **__: b"PNG" * 2000)
     monkeypatch.setattr(pages, "to_svg", lambda *_, **__: f"<svg>{'line' * 2000}</svg>")
-    monkeypatch.setattr(reproduce, "drawn", MagicMock())
+    monkeypatch.setattr(pages, "drawn", MagicMock())
 
 
 def visible() -> dict[str, bytes]:

@@ -9,8 +9,7 @@ import warnings
 from pathlib import Path
 
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.data.faults import DAMAGE, damaged
-from electrovib.data.guarded import ReaderLimits
+from electrovib.data.guarded import DAMAGE, ReaderLimits, damaged
 
 
 def read_forked(reader, path, *, limits=None, **arguments):

@@ -31,7 +31,7 @@ def quarters(monkeypatch):
     def shown(found, **_):
         return Document(title=str(found.attrs), sentences=[])
 
-    monkeypatch.setattr("electrovib.studies.population.document.study_document", shown)
+    monkeypatch.setattr("electrovib.studies.population.answer.study_document", shown)
     monkeypatch.setattr("electrovib.solve.population.population", stand_in)
     monkeypatch.setattr("electrovib.studies.population.tiles.TileSizes.measured", in_quarters)
 

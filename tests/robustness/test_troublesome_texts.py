@@ -31,7 +31,7 @@ def marked(mark, rows):
 
 def listed(path):
     """What a user sees of a file."""
-    from electrovib.recordings.importing.listing import list_columns
+    from electrovib.recordings.importing.import_file import list_columns
 
     return "\n".join(list_columns(path))
 

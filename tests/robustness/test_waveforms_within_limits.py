@@ -11,13 +11,13 @@ from waveform_files import read_back
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.exports.waveform_formats import FORMATS
+from electrovib.exports.waveform_formats import WAVEFORM_FORMATS
 from electrovib.physics.drive.sampled import Held
 from electrovib.studies.check import sampled
 from electrovib.studies.check.function import checked_values
 
 EDGE = 5e-6
-JOINED = {suffix: {} if suffix == ".pwl" else {"edge": "line"} for suffix in FORMATS}
+JOINED = {suffix: {} if suffix == ".pwl" else {"edge": "line"} for suffix in WAVEFORM_FORMATS}
 FORMS = list(JOINED.items())
 FORMS.append((".csv", {"instrument": "hp_33120a", "gain": 100.0, "edge": EDGE}))
 SCALES = (0.5, 0.999, math.nan, 1.001, 2.0)
@@ -93,7 +93,7 @@ def test_what_is_written_is_within_every_limit_and_the_rest_is_not_written(seed,
 RAMP = {"model": "Trapezium", "high": 100, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", WAVEFORM_FORMATS)
 @pytest.mark.parametrize("limit", [100.0, np.nextafter(100.0, 0)])
 def test_a_voltage_at_exactly_its_limit_is_written_and_above_it_refused(suffix, limit, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

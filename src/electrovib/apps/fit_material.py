@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from electrovib.core.errors import InputError, gathered, nearest, refuse
 from electrovib.core.units import number_in
-from electrovib.data.marks import Form
+from electrovib.data.atomic import Form
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.importing.own_material import read_sample

@@ -52,8 +52,7 @@ def init(
     added = "# Parts that can be added; 'electrovib list NAME' lists what each needs:"
     text = "\n".join([found.to_toml(), _NAMES, added, *lines, ""])
     if output is not None:
-        from electrovib.data.atomic import check_writable, output_path, write_text
-        from electrovib.data.marks import Form, unsigned
+        from electrovib.data.atomic import Form, check_writable, output_path, unsigned, write_text
 
         place = output_path(output)
         if place.suffix.lower() != ".toml":

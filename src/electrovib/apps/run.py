@@ -17,7 +17,7 @@ from electrovib.core.files import inputs_noted
 from electrovib.core.paths import value_at
 from electrovib.core.signals import is_trace
 from electrovib.core.tables import stored_changes
-from electrovib.data.marks import VERIFIED
+from electrovib.data.atomic import VERIFIED
 from electrovib.data.traces import open_if_trace
 from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
 from electrovib.solve.simulate import simulate

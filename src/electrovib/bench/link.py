@@ -1,18 +1,56 @@
-"""Messages between the program and one instrument, by VISA or a socket: commands, replies, IEEE 488.2 binary blocks."""
+"""Messages between the program and one instrument, by VISA or a socket, IEEE 488.2 blocks included; and the clock of a bench."""
 
 from __future__ import annotations
 
 import functools
 import re
 import socket
+import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol, TypeVar
 
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, printable, shortened
-from electrovib.data.block import block_at
+from electrovib.data.readers.isf import block_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping
+
+
+class BenchClock(Protocol):
+    """A clock that can be read and waited for."""
+
+    def now(self) -> float:
+        """Return the time [s] since any fixed instant."""
+
+    def sleep(self, duration: float) -> None:
+        """Wait for a duration [s]."""
+
+
+class SystemClock:
+    """The clock of the system."""
+
+    def now(self) -> float:
+        """Return the time [s] since any fixed instant."""
+        return time.monotonic()
+
+    def sleep(self, duration: float) -> None:
+        """Wait for a duration [s]."""
+        time.sleep(duration)
+
+
+class SimulatedClock:
+    """A clock that advances only in `sleep`."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+
+    def now(self) -> float:
+        """Return the time [s] since its beginning."""
+        return self._now
+
+    def sleep(self, duration: float) -> None:
+        """Advance by a duration [s]."""
+        self._now += max(duration, 0.0)
 
 
 class BenchError(ElectrovibError):

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.bench.instruments import GENERATORS, check_drivers
-from electrovib.bench.settings import ForceInput, VoltageMonitor
+from electrovib.bench.settings import GENERATORS, ForceInput, VoltageMonitor, check_drivers
 from electrovib.core.answer import Answer, Curve, Document, Panel
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError

@@ -11,9 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.bench.clock import SystemClock
-from electrovib.bench.instruments import Instruments
-from electrovib.bench.link import BenchError, BenchStopped, connect
+from electrovib.bench.link import BenchError, BenchStopped, SystemClock, connect
 from electrovib.bench.plan import BenchPlan, make_plan
 from electrovib.bench.sequence import (
     BurstSequence,
@@ -24,7 +22,7 @@ from electrovib.bench.sequence import (
     saved,
     tell,
 )
-from electrovib.bench.settings import BenchSettings, read_settings
+from electrovib.bench.settings import BenchSettings, Instruments, read_settings
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.files import inputs_noted
@@ -40,8 +38,7 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from electrovib.bench.clock import BenchClock
-    from electrovib.bench.link import Connection
+    from electrovib.bench.link import BenchClock, Connection
 
 
 def plan_bench(

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
-    from electrovib.bench.clock import BenchClock
-    from electrovib.bench.instruments import Instruments
+    from electrovib.bench.link import BenchClock
     from electrovib.bench.plan import BenchPlan
+    from electrovib.bench.settings import Instruments
 
 
 _LONGEST_NUMBER: Final = 26

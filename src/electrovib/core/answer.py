@@ -203,7 +203,7 @@ class Answer(Unchangeable, ABC):
 
     __slots__ = ()
     FILES: ClassVar[Mapping[str, str | None]] = {}
-    """Names of the files that hold its numbers, and their forms as in `electrovib.data.marks`."""
+    """Names of the files that hold its numbers, and their forms as in `electrovib.data.atomic`."""
 
     @property
     def files(self) -> Mapping[str, str | None]:

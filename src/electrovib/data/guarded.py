@@ -1,4 +1,4 @@
-"""Readers of HDF5 and MATLAB files, run in a separate process with limits on time and memory.
+"""Faults of files, one sentence each; readers of HDF5 and MATLAB files in a separate process with limits on time and memory.
 
 Of the libraries that read files these two do not survive damage: HDF5 does not return from some damaged files, and SciPy ends the
 interpreter at some of MATLAB's version 5. The process receives a request as JSON on standard input. It returns on standard
@@ -13,22 +13,81 @@ import json
 import math
 import os
 import signal
+import struct
 import subprocess
 import sys
 import threading
+import tokenize
+import warnings
+import zlib
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 import numpy as np
 
 from electrovib.core.budget import ONE_THREAD, content_allowed, megabytes, memory_allowed
-from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
-from electrovib.data.faults import check_file, damaged, packed
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem, closest_file
+from electrovib.core.file_kinds import foreign, is_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
+
+T = TypeVar("T")
+DAMAGE: Final = (
+    OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError,
+    ArithmeticError, SyntaxError, AssertionError, struct.error, tokenize.TokenError, zlib.error,
+)  # fmt: skip
+"""Exceptions that the NumPy, SciPy and HDF5 libraries raise for damaged files."""
+
+
+def check_file(path: Path) -> None:
+    """Refuse anything but an ordinary file that is not empty."""
+    try:
+        if path.is_dir():
+            raise DataFileError("is a folder; give the name of a file in it.", path=path)
+        if is_address(path):
+            raise DataFileError(f"{foreign(path)}.", path=path)
+        if not path.exists():
+            siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+            raise DataFileError(f"there is no such file.{closest_file(path.name, siblings)}", path=path)
+        if not path.is_file():
+            raise DataFileError("is not an ordinary file.", path=path)
+        with path.open("rb") as file:
+            if not file.read(1):
+                raise DataFileError("the file is empty.", path=path)
+    except (OSError, ValueError) as error:
+        raise DataFileError(f"cannot be read: {error}.", path=path) from None
+
+
+def packed(
+    path: Path, what: str, advice: str = "If it is whole, save it without compression."
+) -> DataFileError:
+    """Return the error for a file that states, or unfolds to, more than one of its size may hold."""
+    return DataFileError(f"is damaged, or packed too tightly: {what}. {advice}".rstrip(), path=path)
+
+
+def damaged(path: Path, what: str, error: BaseException) -> DataFileError:
+    """Return the error for a damaged file, with the first line of the message of the library."""
+    said = (str(error).splitlines() or [""])[0][:160] or type(error).__name__
+    return DataFileError(f"is damaged or not {what} ({said}).", path=path)
+
+
+def read_by_library(read: Callable[[], T], path: Path, what: str) -> T:
+    """Return what a library reads from a file; whatever it raises is a fault of the file."""
+    check_file(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return read()
+    except InputError:
+        raise
+    except MemoryError:
+        raise packed(path, "its content does not fit into memory") from None
+    except Exception as error:  # noqa: BLE001  # packages have many kinds, of which none derives from a common one
+        raise damaged(path, what, error) from None
+
 
 _START: Final = (
     "import json, sys; request = json.load(sys.stdin.buffer); sys.path[:] = request['search'];"

@@ -16,7 +16,7 @@ import numpy as np
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError, InputError, NoColumnError, suggestion
 from electrovib.core.units import KINDS
-from electrovib.data.faults import packed
+from electrovib.data.guarded import packed
 from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit, name_and_unit
 
 if TYPE_CHECKING:

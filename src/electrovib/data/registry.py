@@ -1,17 +1,21 @@
-"""Files of instruments as a whole or by columns in SI: the reader is found from the first bytes, else from the suffix."""
+"""Files of instruments, whole or by columns in SI: the reader is found from the first bytes, else the suffix; pictures."""
 
 from __future__ import annotations
 
 import functools
 import importlib.util
 import pkgutil
+import warnings
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
+from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError, nearest
 from electrovib.core.file_kinds import foreign
 from electrovib.core.parsing import truth
 from electrovib.data import readers
-from electrovib.data.faults import check_file
+from electrovib.data.guarded import check_file, read_by_library
 from electrovib.data.recorded import (
     CanRead,
     DataColumn,
@@ -25,8 +29,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
-    from electrovib.core.arrays import Real
+    from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
 
 _EXTRA: Final = "formats"
 """Name of the optional dependencies that the readers of foreign formats need."""
@@ -121,3 +126,58 @@ def _of_recorded(
     channels = read(path).channels
     names = [channel.name for channel in channels]
     return {column: channels[choose(path, names, column, len(names))] for column in asked}
+
+
+MOST_BYTES: Final = 20_000_000
+"""Largest file of a picture [bytes]; a choice."""
+_HOW: Final = "Save it as 8-bit greyscale PNG without transparency."
+
+
+def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
+    """Read a greyscale picture, checked before it is unpacked, as values 0 to 255, (rows, columns), the upper row first."""
+    check_file(path)
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise DataFileError(
+            f"has {megabytes(size)}, and a picture may have {megabytes(MOST_BYTES)}. Reduce its resolution.",
+            path=path,
+        )
+    return read_by_library(lambda: _unpacked(path, most_pixels), path, "a PNG picture")
+
+
+def _unpacked(path: Path, most_pixels: int) -> NDArray[np.uint8]:
+    """Return the grey values of a picture."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            picture = Image.open(path, formats=("PNG",))
+    except Image.DecompressionBombError:
+        raise DataFileError(f"declares more than {most_pixels} pixels.", path=path) from None
+    except UnidentifiedImageError:
+        raise DataFileError(f"is damaged or not a PNG picture. {_HOW}", path=path) from None
+    with picture:
+        columns, rows = picture.size
+        if columns * rows > most_pixels:
+            raise DataFileError(
+                f"has {columns} x {rows} pixels, and {most_pixels} are allowed. Reduce its resolution.",
+                path=path,
+            )
+        if getattr(picture, "n_frames", 1) > 1:
+            raise DataFileError(f"is an animation. {_HOW}", path=path)
+        if picture.mode in {"LA", "RGBA", "PA"} or "transparency" in picture.info:
+            raise DataFileError(f"has transparent pixels or an alpha channel. {_HOW}", path=path)
+        if picture.mode not in {"1", "L", "P", "RGB"}:
+            raise DataFileError(
+                f"has pixels of the kind '{picture.mode}', and 8-bit grey is needed. {_HOW}", path=path
+            )
+        return _grey(path, np.asarray(picture.convert("L" if picture.mode in "1L" else "RGB")))
+
+
+def _grey(path: Path, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    if values.ndim == 2:
+        return values
+    if np.any(values != values[..., :1]):
+        raise DataFileError(f"is a colour picture. {_HOW}", path=path)
+    return np.ascontiguousarray(values[..., 0])

@@ -18,9 +18,8 @@ from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of, note_input
 from electrovib.core.signals import FORMAT, stamp
 from electrovib.core.units import unit_in_files, unit_of_files
-from electrovib.data.atomic import writing
-from electrovib.data.faults import DAMAGE, check_file, damaged
-from electrovib.data.marks import WRITTEN_BY, Form, has_checksum, not_verified, unsigned
+from electrovib.data.atomic import WRITTEN_BY, Form, has_checksum, not_verified, unsigned, writing
+from electrovib.data.guarded import DAMAGE, check_file, damaged
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping

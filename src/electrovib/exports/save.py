@@ -1,22 +1,99 @@
-"""Write a Trace, the result of a study or any answer as its numbers, a page, a figure or a table, by the suffix of the name."""
+"""Write a Trace, a study or any answer as its numbers, a page, a figure or a table of one column a signal, by the suffix."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.answer import Answer
+from electrovib.core.diagnostics import Diagnostic, diagnostics_of, warning_lines
 from electrovib.core.errors import InputError, suggestion
+from electrovib.core.files import inputs_noted
 from electrovib.core.signals import is_study_result, is_trace
-from electrovib.data.atomic import check_writable, output_path
-from electrovib.data.marks import Form
-from electrovib.data.traces import nc_content, save_mat, save_nc
-from electrovib.exports.table import rows_of_table, save_csv
+from electrovib.data.atomic import Form, check_writable, csv_head, output_path, write_text, writing
+from electrovib.data.traces import nc_content, prepared, save_mat, save_nc
+from electrovib.exports.spice.netlist import netlist
+from electrovib.exports.waveform import check_waveform_file, export_waveform
+from electrovib.exports.waveform_formats import WAVEFORM_FORMATS
+from electrovib.physics.limits import broken
+from electrovib.scenario import Source, read_scenario
+from electrovib.solve.effort import refuse_large
+from electrovib.solve.simulate import simulate
+from electrovib.studies.design.drive import DesignedDrive
+from electrovib.studies.design.result import Designed
+from electrovib.studies.texture.drive import TextureDrive
+from electrovib.view.files import check_document, save_answer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator
 
     import xarray
+    from numpy.typing import NDArray
+
+_TABLES: Final = ("time", "frequency")
+"""Dimensions over which a table may run; of a Trace with both it is the first."""
+
+
+def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
+    """Write a Trace as a table over time, or over frequency if it has no time; of a sweep, a row for each case.
+
+    A layer has a column, a complex number two; a heading has the unit, and a number all its digits. Comments in
+    the first lines, which begin with ``#``, state the diagnostics, and what is not in the table.
+    """
+    import pandas as pd
+
+    stored = prepared(trace, path)
+    rows = rows_of_table(stored.sizes, path)
+    others = [name for name in _TABLES if name in stored.sizes and name not in rows]
+    kept = stored.drop_dims(others)
+    left = ", ".join(str(name) for name in stored.variables if name not in kept.variables)
+    table = pd.DataFrame(dict(_columns(kept, {name: stored.sizes[name] for name in rows})))
+    remarks = [stored.attrs.get("title", ""), left and f"not in this table, but in .nc and .mat: {left}"]
+    with (
+        writing({path: Form.TABLE}, force=force) as temporaries,
+        temporaries[path].open("w", encoding="utf-8", newline="") as out,
+    ):
+        out.write(csv_head(remarks, diagnostics_of(stored)))
+        table.to_csv(out, index=False, lineterminator="\n")
+    return [path]
+
+
+def rows_of_table(sizes: Mapping[Any, int], path: Path) -> list[str]:
+    """Return the dimensions of a Trace of these sizes over which its table has rows; refuse records of a sweep."""
+    tables = [name for name in _TABLES if name in sizes]
+    sweeps = [str(name) for name in sizes if name not in (*_TABLES, "layer")]
+    if not tables and not {"layer", "sample"} & set(sizes):
+        return sweeps
+    if sweeps or not tables:
+        also = f"also runs over {', '.join(sweeps)}" if sweeps else "has neither time nor frequency"
+        raise InputError(
+            f"a CSV file holds one dimension, but this Trace {also}; save as .nc or .mat.", path=path
+        )
+    return tables[:1]
+
+
+def _columns(trace: xarray.Dataset, rows: Mapping[str, int]) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Iterate over headings and columns, those of the rows first: ``field[gap] [V/m]``, ``impedance.real [ohm]``."""
+    layers = (
+        trace["layer"].to_numpy().tolist() if "layer" in trace.coords else range(trace.sizes.get("layer", 0))
+    )
+    for name in dict.fromkeys((*rows, *trace.coords, *trace.data_vars)):
+        if name not in trace.variables or name == "layer":
+            continue
+        variable = trace[name].variable
+        has_layers = "layer" in variable.dims
+        whole = variable.set_dims(dict(rows) | ({"layer": len(layers)} if has_layers else {})).to_numpy()
+        columns = whole.reshape(math.prod(rows.values()), len(layers) if has_layers else 1).T
+        unit = f" [{variable.attrs['units']}]" if "units" in variable.attrs else ""
+        for label, column in zip(
+            [f"[{each}]" for each in layers] if has_layers else [""], columns, strict=True
+        ):
+            parts = {".real": column.real, ".imag": column.imag} if column.dtype.kind == "c" else {"": column}
+            yield from ((f"{name}{label}{part}{unit}", values) for part, values in parts.items())
+
 
 FORMATS: Final[dict[str, Callable[..., list[Path]]]] = {".nc": save_nc, ".csv": save_csv, ".mat": save_mat}
 """Suffix to writer of a Trace."""
@@ -121,3 +198,129 @@ def _writer(path: Path, *, shown: bool = True) -> Callable[..., list[Path]]:
         why = f"a Trace is saved as {', '.join([*FORMATS, *(SUFFIXES if shown else ())])}, not as '{path.suffix}'.{near}"
         raise InputError(why, path=path)
     return writer
+
+
+WRITERS: Final[dict[str, Callable[..., str]]] = {".cir": netlist}
+"""Suffix to writer, which takes the scenario and the `name` of the file."""
+
+
+def export(
+    scenario: Source,
+    path: str | Path,
+    *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    force: bool = False,
+    **options: Any,
+) -> Path:
+    """Write a scenario as a netlist for a circuit simulator, or its drive as a waveform.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    path : str or Path
+        The output: ``.cir``, a netlist that ``ngspice -b`` runs as it is, or a waveform: ``.csv``, ``.npy``, ``.mat``,
+        ``.wav`` or ``.pwl``.
+    set : mapping of str to value, optional
+        Dotted path to value: ``{"drive.high": "150 V"}``.
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+    **options
+        Of a waveform, as for `electrovib.export_waveform`: ``limits``, ``rate``, ``largest_error`` and others.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown, the file cannot be written or would replace an input or a file not written by
+        electrovib, a part of the scenario has no exact form in a netlist, `simulate` refuses the scenario, or a result
+        exceeds one of its declared `limits`.
+    NotCausalError
+        If the force law has no time-domain form.
+
+    Examples
+    --------
+    >>> ev.export("vezzoli_2014/fig6", "fig6.cir").read_text().splitlines()[0]
+    '* Vezzoli 2014, figure 6: 0 to 1000 V trapezoidal pulse on a plastic film'
+    """
+    place = output_path(path)
+    if options or place.suffix.lower() in WAVEFORM_FORMATS:
+        return export_waveform(scenario, place, set=set, force=force, **options).path
+    return export_netlist(scenario, place, changes=set, force=force).path
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenNetlist:
+    """A netlist that was written, with the diagnostics of its scenario, which the file states too."""
+
+    path: Path
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def export_netlist(
+    scenario: Source, place: Path, *, changes: Mapping[str, Any] | None = None, force: bool = False
+) -> WrittenNetlist:
+    """Write a scenario as a netlist, as `export` does."""
+    writer = WRITERS.get(place.suffix.lower())
+    if writer is None:
+        allowed = ", ".join(WRITERS)
+        waves = ", ".join(WAVEFORM_FORMATS)
+        why = f"a scenario is exported as {allowed}, and its drive as {waves}, not as '{place.suffix}'."
+        raise InputError(why, path=place)
+    with inputs_noted() as inputs:
+        found = read_scenario(scenario, changes=changes)
+    check_writable({place: Form.NETLIST}, inputs=inputs, force=force)
+    refuse_large(found)
+    text = writer(found, name=place.stem)
+    diagnostics = tuple(diagnostics_of(simulate(found)))
+    if problems := [f"{each.text}. Nothing was written" for each in broken(diagnostics)]:
+        raise InputError(problems)
+    stated = "".join(f"* {line}\n" for line in warning_lines(diagnostics))
+    head, newline, rest = text.partition("\n")
+    write_text(place, f"{head}{newline}{stated}{rest}", Form.NETLIST, force=force)
+    return WrittenNetlist(path=place, diagnostics=diagnostics)
+
+
+def check_design_file(
+    kind: type[Designed],
+    path: str | Path,
+    *,
+    edge: float | str | None = None,
+    inputs: Iterable[Path] = (),
+    force: bool = False,
+) -> None:
+    """Check before a computation that its result can be written."""
+    place = output_path(path)
+    if place.suffix.lower() in WAVEFORM_FORMATS:
+        check_waveform_file(place, edge=edge, inputs=inputs, force=force)
+    else:
+        waveforms = {f"drive{suffix}": None for suffix in WAVEFORM_FORMATS if place.suffix}
+        check_document(place, {**kind.FILES, **waveforms}, inputs=inputs, force=force)
+
+
+def write_design(
+    found: Designed, path: str | Path, *, edge: float | str | None = None, force: bool = False
+) -> list[str]:
+    """Write the drive of a design as a waveform, or the design as any other answer."""
+    place = output_path(path)
+    check_design_file(type(found), place, edge=edge, force=force)
+    suffix = place.suffix.lower()
+    if suffix not in {".toml", *WAVEFORM_FORMATS}:
+        save_answer(found, place, force=force)
+        return [written(place, lambda: found.document)]
+    if found.scenario is None:
+        raise InputError(
+            "there is no result within the limits that could be written; nothing was written. All numbers are written as .json",
+            path=place,
+        )
+    if suffix == ".toml":
+        return [f"written: {path}" for path in save_answer(found, place, force=force)]
+    rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive | TextureDrive) else (None, ())
+    waveform = export_waveform(
+        found.scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes, edge=edge,
+    )  # fmt: skip
+    return [*(each for each in waveform.document.sentences if each not in notes), f"written: {waveform.path}"]

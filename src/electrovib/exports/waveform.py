@@ -16,7 +16,13 @@ from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, output_path, writing
-from electrovib.exports.waveform_formats import FORMATS, INSTRUMENTS, Encoded, Scaling, WaveformFormat
+from electrovib.exports.waveform_formats import (
+    INSTRUMENTS,
+    WAVEFORM_FORMATS,
+    Encoded,
+    Scaling,
+    WaveformFormat,
+)
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.studies import check as checks
 from electrovib.studies.check.result import shown
@@ -244,11 +250,11 @@ def _rounded(scenario: Scenario, wave: Waveform, encoded: Encoded, ramp: float |
 def _format(path: Path, instrument: str) -> WaveformFormat:
     suffix = path.suffix.lower()
     if not instrument:
-        if suffix not in FORMATS:
-            near = suggestion(suffix, FORMATS) if suffix else ""
-            why = f"a waveform is written as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}"
+        if suffix not in WAVEFORM_FORMATS:
+            near = suggestion(suffix, WAVEFORM_FORMATS) if suffix else ""
+            why = f"a waveform is written as {', '.join(WAVEFORM_FORMATS)}, not as '{path.suffix}'.{near}"
             raise InputError(why, path=path)
-        return FORMATS[suffix]
+        return WAVEFORM_FORMATS[suffix]
     if instrument not in INSTRUMENTS:
         why = f"no such instrument.{nearest(instrument, INSTRUMENTS)}"
         raise InputError(Problem(why, path="--instrument", value=instrument))

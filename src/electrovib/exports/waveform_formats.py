@@ -13,7 +13,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.atomic import Form, unsigned
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -239,7 +239,7 @@ class WaveformFormat:
 
 RATES: Final = (44_100.0, 48_000.0, 96_000.0, 192_000.0)
 """Rates of audio outputs [Hz]."""
-FORMATS: Final = {
+WAVEFORM_FORMATS: Final = {
     ".csv": WaveformFormat(name="CSV", content=_as_csv),
     ".npy": WaveformFormat(name="NumPy array", content=_as_npy, form=None),
     ".mat": WaveformFormat(name="MATLAB file", content=_as_mat),

@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.answer import Table
 from electrovib.core.units import KINDS, digits_of_interval, format_quantity
-from electrovib.data.marks import csv_text
+from electrovib.data.atomic import csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

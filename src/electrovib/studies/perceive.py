@@ -13,7 +13,7 @@ from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.core.signals import is_trace
-from electrovib.data.marks import plain
+from electrovib.data.atomic import plain
 from electrovib.data.traces import open_if_trace
 from electrovib.physics.perception import (
     BEST_FREQUENCIES,
@@ -311,6 +311,8 @@ class Percept(Answer):
     diagnostics: tuple[Diagnostic, ...]
     widths: tuple[Width, ...] = ()
     answer = former_attribute("answer", "headline", lambda self: self.headline)
+    sentences = former_attribute("sentences", "document.sentences", lambda self: self._sentences)
+    details = former_attribute("details", "document.remarks", lambda self: self._details)
 
     @property
     def headline(self) -> str:
@@ -344,7 +346,7 @@ class Percept(Answer):
         return f"assumed from publications: {named}; {rest}"
 
     @property
-    def sentences(self) -> list[str]:
+    def _sentences(self) -> list[str]:
         """Whether the drive is felt, by which channel and by how much, and what limits this answer."""
         texts = [self.title, self.headline, self.to_measure, *widths.sentences(self.widths[1:])]
         if abs(self.numerical_error) > SETTLED:
@@ -352,7 +354,7 @@ class Percept(Answer):
         return [each for each in texts if each]
 
     @property
-    def details(self) -> list[str]:
+    def _details(self) -> list[str]:
         """What was evaluated, the level of every channel, other assumptions, and their sources."""
         lines = []
         if self.loudest:
@@ -378,9 +380,9 @@ class Percept(Answer):
         """The sentences, and what they assume."""
         return Document(
             title=f"What is felt: {self.title or 'a scenario'}",
-            sentences=self.sentences,
+            sentences=self._sentences,
             diagnostics=self.diagnostics,
-            remarks=self.details,
+            remarks=self._details,
             brief=True,
         )
 

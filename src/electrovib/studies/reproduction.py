@@ -16,7 +16,7 @@ from typing import Any, Final
 from electrovib.core.answer import Answer, Curve, Document, Drawing, Page, Panel, Shown, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import KINDS
-from electrovib.data.marks import csv_text
+from electrovib.data.atomic import csv_text
 
 VERDICTS: Final = ("reproduced", "consistent", "disagrees", "open", "ours", "check")
 """In the order in which rows are shown. The first four compare a row with the paper; ``ours`` is a quantity of which the paper

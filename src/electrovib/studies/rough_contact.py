@@ -15,7 +15,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.atomic import Form, csv_text
 from electrovib.physics.half_space import Coated, Elastic
 from electrovib.physics.limits import held_voltages
 from electrovib.physics.roughness import ContactSpots, PullingSpots, local_pull

@@ -15,7 +15,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, csv_text, unsigned
+from electrovib.data.atomic import Form, csv_text, unsigned
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_seed

@@ -11,10 +11,18 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.answer import Answer, as_latex
 from electrovib.core.errors import InputError
 from electrovib.core.files import kind_of
-from electrovib.data.atomic import check_folder, check_writable, output_path, write_folder, writing
-from electrovib.data.marks import Form, csv_text, unsigned
-from electrovib.view.documents import drawn, html, parts
-from electrovib.view.journal import one_column
+from electrovib.data.atomic import (
+    Form,
+    check_folder,
+    check_writable,
+    csv_text,
+    output_path,
+    unsigned,
+    write_folder,
+    writing,
+)
+from electrovib.view.pages import drawn, html, parts
+from electrovib.view.style import one_column
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping

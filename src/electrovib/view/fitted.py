@@ -13,14 +13,13 @@ from electrovib.core.diagnostics import warning_lines
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.core.versions import versions
-from electrovib.data.marks import WRITTEN_BY, Form, csv_text, unsigned
+from electrovib.data.atomic import WRITTEN_BY, Form, csv_text, unsigned
 from electrovib.recordings.fit.misfit import LEVEL
 from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
 from electrovib.recordings.fit.weighing import PRIOR
 from electrovib.recordings.interval import MISFIT, UNCLEAR
-from electrovib.view.style import MOST
-from electrovib.view.tables import references
-from electrovib.view.units import pretty_quantity
+from electrovib.view.style import MOST, pretty_quantity
+from electrovib.view.summary import references
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -12,11 +12,11 @@ import numpy as np
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.core.paths import quantity_at, words_at
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, csv_text, unsigned
+from electrovib.data.atomic import Form, csv_text, unsigned
 from electrovib.recordings.fit.sessions import FAILED
 from electrovib.recordings.interval import MISFIT
 from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, row_sentence
-from electrovib.view.tables import references
+from electrovib.view.summary import references
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -1,10 +1,11 @@
-"""The report of one run or several, as one HTML file."""
+"""The report of one run or several, with measured signals beside predictions of them, as one HTML file."""
 
 from __future__ import annotations
 
 import functools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -14,25 +15,96 @@ from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError, gathered, refuse
 from electrovib.core.files import inputs_noted, kind_of
-from electrovib.core.signals import is_study_result, is_trace, signal
+from electrovib.core.signals import SIGNALS, is_study_result, is_trace, signal
 from electrovib.data.atomic import output_path
-from electrovib.recordings.residuals import compare, rms
-from electrovib.view import summary, tables
+from electrovib.view import summary
 from electrovib.view.files import check_document, save_document
-from electrovib.view.lines import Line, scenario_or_none
-from electrovib.view.plots.draw import draw, finish
+from electrovib.view.lines import Line, draw, finish, scenario_or_none
 from electrovib.view.report_figures import figures
-from electrovib.view.style import COLOURS, NEUTRAL
-from electrovib.view.units import pretty_quantity
+from electrovib.view.style import COLOURS, NEUTRAL, pretty_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator
 
     import xarray
     from matplotlib.figure import Figure
 
-    from electrovib.recordings.residuals import Compared
+    from electrovib.core.arrays import Complex, Real
     from electrovib.scenario import Scenario
+
+_IMPORTED: Final = "file_sha256"
+"""Attribute of a Trace that was imported from a file of an instrument."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """One signal of a measurement and of a prediction, whose labels are given, at the times or frequencies of the measurement."""
+
+    measurement: str
+    prediction: str
+    name: str
+    predicted_name: str
+    along: str
+    axis: Real
+    measured: Real | Complex
+    predicted: Real | Complex
+
+    @property
+    def residual(self) -> Real | Complex:
+        """Measured less predicted, shape (n,), in the SI unit of the signal."""
+        return np.asarray(np.subtract(self.measured, self.predicted))
+
+    @property
+    def signal(self) -> str:
+        """Name of the signal, and of what was predicted where that is another one."""
+        words, other = (name.replace("_", " ") for name in (self.name, self.predicted_name))
+        return words if other == words else f"{words} (predicted: {other})"
+
+    @property
+    def mean(self) -> float:
+        """Mean of the residual, in the SI unit of the signal; of an impedance the mean of its real part."""
+        return float(np.mean(self.residual).real)
+
+
+def rms(values: Real | Complex) -> float:
+    """Return a root mean square, in the unit of the values [1]."""
+    return float(np.sqrt(np.mean(np.abs(values) ** 2)))
+
+
+def compare(traces: Mapping[str, xarray.Dataset]) -> list[Compared]:
+    """Compare every measurement with every prediction, by label, for each signal that they share."""
+    return [
+        each
+        for measurement, recorded in traces.items()
+        for prediction, computed in traces.items()
+        if _IMPORTED in recorded.attrs and _IMPORTED not in computed.attrs
+        for each in _shared(measurement, recorded, prediction, computed)
+    ]
+
+
+def _shared(
+    measurement: str, recorded: xarray.Dataset, prediction: str, computed: xarray.Dataset
+) -> Iterator[Compared]:
+    """Iterate over the signals of both whose axes overlap in two samples.
+
+    A measured force is compared with the force as the tribometer reads it, or with the force itself where
+    none is modelled.
+    """
+    for name in map(str, recorded.data_vars):
+        plain = name.removesuffix("_measured")
+        other = name if name in computed else plain if plain in SIGNALS else name
+        along = str(recorded[name].dims[-1])
+        if other not in computed or {recorded[name].dims, computed[other].dims} != {(along,)}:
+            continue
+        axis, grid = np.asarray(recorded[along].values), np.asarray(computed[along].values)
+        own, values = np.asarray(recorded[name].values), np.interp(axis, grid, computed[other].values)
+        known = (axis >= grid[0]) & (axis <= grid[-1]) & np.isfinite(values) & np.isfinite(own)
+        if np.count_nonzero(known) > 1:
+            yield Compared(
+                measurement=measurement, prediction=prediction, name=name, predicted_name=other, along=along,
+                axis=axis[known], measured=own[known], predicted=values[known],
+            )  # fmt: skip
+
 
 Source: TypeAlias = "xarray.Dataset | Scenario | str | Path"
 
@@ -173,7 +245,7 @@ def document_of(
     studied: xarray.Dataset | None = None,
 ) -> Document:
     """Say what runs, sweeps and recordings show, side by side, and the bands of a study under them."""
-    from electrovib.studies.population import document as of_study
+    from electrovib.studies.population import answer as of_study
 
     if studied is not None and not traces:
         return of_study.study_document(studied, title=title)
@@ -196,8 +268,8 @@ def document_of(
         figures=drawn,
         alone=next((each.id for each in drawn if each.plot != "stack"), ""),
         pages=[
-            *tables.parameter_tables(scenarios, swept),
-            *(tables.model_table(each, label) for label, each in _different(scenarios).items()),
+            *summary.parameter_tables(scenarios, swept),
+            *(summary.model_table(each, label) for label, each in _different(scenarios).items()),
             *_side_by_side(
                 "Provenance", {label: summary.provenance(each) for label, each in traces.items()}, "hash"
             ),
@@ -206,7 +278,7 @@ def document_of(
                 for label, each in scenarios.items()
             ),
         ],
-        references=[f"{reference} ({used})" for reference, used in tables.references(scenarios)],
+        references=[f"{reference} ({used})" for reference, used in summary.references(scenarios)],
     )
 
 
@@ -244,7 +316,7 @@ def _different(scenarios: Mapping[str, Scenario]) -> dict[str, Scenario]:
     """Return one scenario of each set of models, under the labels of all that share it; a single one without a label."""
     groups: dict[str, list[str]] = {}
     for label, scenario in scenarios.items():
-        groups.setdefault(str(tables.model_rows(scenario)), []).append(label)
+        groups.setdefault(str(summary.model_rows(scenario)), []).append(label)
     named = len(groups) > 1
     return {", ".join(labels) if named else "": scenarios[labels[0]] for labels in groups.values()}
 

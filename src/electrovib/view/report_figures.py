@@ -9,10 +9,17 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.answer import Drawing
 from electrovib.core.paths import words_at
 from electrovib.view import plots
-from electrovib.view.lines import has, scenario_or_none, shown_value, swept_paths, swept_units
-from electrovib.view.plots.draw import legends_collected
+from electrovib.view.lines import (
+    has,
+    legends_collected,
+    scenario_or_none,
+    shown_value,
+    swept_paths,
+    swept_units,
+)
 from electrovib.view.plots.layers import figure_height
 from electrovib.view.plots.over_time import has_layer_voltages
+from electrovib.view.style import legends_taken
 from electrovib.view.summary import is_sweep, quantities_of
 
 if TYPE_CHECKING:
@@ -213,14 +220,9 @@ def _draw_multiples(
 
 def _share_legend(figure: Figure, axes: Sequence[Axes]) -> None:
     """Collect the legends of several plots into one above them, each entry once."""
-    legends = [legend for ax in axes if (legend := ax.get_legend()) is not None]
-    entries: dict[str, Any] = {}
-    for legend in legends:
-        for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
-            entries.setdefault(text.get_text(), handle)
+    entries, title = legends_taken(axes)
     if not entries:
         return
-    title = next((words for legend in legends if (words := legend.get_title().get_text())), "")
     columns = max(1, int(_WIDTH / (0.5 + _LETTER * max(len(text) for text in entries))))
     figure.legend(
         list(entries.values()),
@@ -231,5 +233,3 @@ def _share_legend(figure: Figure, axes: Sequence[Axes]) -> None:
         alignment="left",
     )
     figure.set_figheight(figure.get_figheight() + 0.17 * (-(-len(entries) // columns) + bool(title)))
-    for legend in legends:
-        legend.remove()

@@ -85,7 +85,7 @@ def test_what_is_largest_in_a_plate_is_a_wish(said):
     out = said(f"plan-plate bau_2010/sine --over {grid} {wishes}")
     asked = {"maximise": [largest], "minimise": [smallest]}
     found = ev.plan_plate("bau_2010/sine", [grid], **asked)
-    assert out.splitlines()[: len(found.sentences)] == list(found.sentences)
+    assert out.splitlines()[: len(found.document.sentences)] == list(found.document.sentences)
 
 
 GRATING = '{ model = "Grating", period = "1 mm", amplitude = "0.5 mN" }'

@@ -7,8 +7,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.signals import make_trace
-from electrovib.recordings.calibration import CalibrationError
 from electrovib.recordings.fit import MeasuredTrace
+from electrovib.recordings.recording import CalibrationError
 from electrovib.scenario.toml import to_toml
 
 pytestmark = pytest.mark.usefixtures("blank_pictures")

@@ -7,9 +7,8 @@ import xarray
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.data.atomic import write_text
-from electrovib.data.marks import Form, is_ours
-from electrovib.exports.scenario import write_design
+from electrovib.data.atomic import Form, is_ours, write_text
+from electrovib.exports.save import write_design
 from electrovib.studies.evidence.files import import_measurement
 from electrovib.studies.population.files import write_group
 from electrovib.view import report

@@ -15,8 +15,8 @@ from electrovib.apps.progress import items_shown, progress_words
 from electrovib.core.budget import computed, each_item, items_heard
 from electrovib.core.errors import InputError
 from electrovib.core.paths import words_at
-from electrovib.data.marks import Form
-from electrovib.view import reproduce as page
+from electrovib.data.atomic import Form
+from electrovib.view import pages as page
 
 pytestmark = pytest.mark.usefixtures("blank_pictures")
 
@@ -201,7 +201,7 @@ def test_the_line_is_removed_after_an_error(monkeypatch):
 
 def test_the_figures_of_a_reproduction_are_items(monkeypatch):
     heard, found = [], SimpleNamespace(panels=[SimpleNamespace(id="decay"), SimpleNamespace(id="thresholds")])
-    monkeypatch.setattr("electrovib.view.reproduce.drawn", lambda panel: pytest.fail(panel.id))
+    monkeypatch.setattr("electrovib.view.pages.drawn", lambda panel: pytest.fail(panel.id))
     with items_heard(lambda *item: heard.append(item)), pytest.raises(pytest.fail.Exception):
         page.contents_of(found)
     assert heard == [("drawing of decay", 1, 2)]

@@ -11,9 +11,9 @@ import sys
 import threading
 from typing import TYPE_CHECKING, BinaryIO, Final
 
-from electrovib.bench.clock import SystemClock
+from electrovib.bench.link import SystemClock
 from electrovib.bench.settings import read_settings
-from electrovib.bench.twin.commands import TwinInstrument
+from electrovib.bench.twin.generator import TwinInstrument
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.scenario import read_scenario
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.bench.instruments import Instruments
 from electrovib.bench.link import BenchError, BenchStopped
 from electrovib.bench.sequence import STEPS, RunRecord, compare, refuse_beyond
+from electrovib.bench.settings import Instruments
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.physics.limits import Limits
 

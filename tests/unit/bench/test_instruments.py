@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.bench.clock import SimulatedClock
 from electrovib.bench.drivers.hp_33120a import Hp33120a, mismatches
 from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b, time_scale, volt_scale
-from electrovib.bench.link import BenchError, Link, connect
+from electrovib.bench.link import BenchError, Link, SimulatedClock, connect
 from electrovib.bench.run import one_process
 from electrovib.bench.settings import read_settings
-from electrovib.bench.twin.commands import matches
-from electrovib.bench.twin.generator import TwinGenerator
+from electrovib.bench.twin.generator import TwinGenerator, matches
 from electrovib.bench.twin.simulated import TwinOscilloscope
 from electrovib.core.errors import InputError
 

@@ -15,10 +15,10 @@ import pytest
 
 import electrovib as ev
 from electrovib.bench import run, sequence
-from electrovib.bench.instruments import Instruments
 from electrovib.bench.link import BenchError, BenchStopped, Link
 from electrovib.bench.sequence import STEPS
-from electrovib.bench.twin.commands import TwinInstrument
+from electrovib.bench.settings import Instruments
+from electrovib.bench.twin.generator import TwinInstrument
 
 SCENARIO = "vezzoli_2014/fig6"
 SIGNALS = {"SIGINT": KeyboardInterrupt, "SIGTERM": BenchStopped, "SIGHUP": BenchStopped}

@@ -11,7 +11,7 @@ import xarray
 from electrovib.core.errors import DataFileError
 from electrovib.data.array_columns import table_of_arrays
 from electrovib.data.registry import read_columns, read_recorded
-from electrovib.recordings.importing.listing import list_columns
+from electrovib.recordings.importing.import_file import list_columns
 
 N = 500
 FORCE = 0.3 + 0.1 * np.sin(np.arange(N) / 20)

@@ -15,9 +15,8 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.data import atomic
-from electrovib.data.atomic import HeldError, check_writable, held, write_text
+from electrovib.data.atomic import Form, HeldError, check_writable, held, is_ours, sign, unsigned, write_text
 from electrovib.data.atomic import writing as writing_all
-from electrovib.data.marks import Form, is_ours, sign, unsigned
 
 
 @contextmanager

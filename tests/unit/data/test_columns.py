@@ -1,6 +1,7 @@
 """Measured files as SI columns, and every fault that they may have."""
 
 import os
+import time
 import tracemalloc
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.registry import read_columns
+from electrovib.data.registry import read_columns, read_recorded
 
 ROOT = Path(__file__).parents[3]
 WANTED = {"time": ("time", "s"), "volts": ("voltage", "V")}
@@ -139,6 +140,13 @@ MANY = ",".join(f"heading {i}" + "x" * 500 for i in range(50)) + "\n"
 def test_tables_that_are_none_take_no_time(tmp_path, content, column, words):
     with pytest.raises(DataFileError, match=words):
         read_columns(written(tmp_path, content), {"x": (column, "V")})
+
+
+def test_brackets_that_are_never_closed_take_no_time_in_a_whole_file(tmp_path):
+    """The time of a setting's name grew with the square of its length: half a minute for a third of this one."""
+    begun = time.process_time()
+    assert read_recorded(written(tmp_path, "(" * 100_000 + "\n1\n2\n")).size == 2
+    assert time.process_time() - begun < 5
 
 
 @given(st.lists(st.integers(-(10**9), 10**9), min_size=2, max_size=5))

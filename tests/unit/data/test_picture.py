@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 from electrovib.core.errors import DataFileError
-from electrovib.data import picture as module
-from electrovib.data.picture import _unpacked, read_picture
+from electrovib.data import registry as module
+from electrovib.data.registry import _unpacked, read_picture
 
 GREY = np.array([[0, 255, 7], [128, 1, 254]], dtype=np.uint8)
 

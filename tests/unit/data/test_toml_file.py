@@ -87,12 +87,12 @@ def test_no_other_module_reads_a_file_as_toml():
     assert reading == {
         "core/parsing.py",
         "apps/explorer/reading.py",
-        "apps/explorer/stories.py",
+        "apps/explorer/state.py",
         "bench/settings.py",
         "papers/__init__.py",
         "physics/body_current.py",
         "physics/material/library/__init__.py",
-        "studies/catalogue/words.py",
+        "studies/catalogue/found.py",
         "scenario/space/shipped/__init__.py",
     }
 

@@ -11,7 +11,7 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
-from electrovib.data.marks import VERIFIED
+from electrovib.data.atomic import VERIFIED
 
 FLIPS = int(os.environ.get("ELECTROVIB_FLIPS", "60"))
 """Flipped bits of each file."""

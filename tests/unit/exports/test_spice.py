@@ -21,9 +21,8 @@ from electrovib.apps.cli import main
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError, NotCausalError
 from electrovib.core.model import read_model
-from electrovib.exports.spice.formula import Formula, Names, continued, number, remark
 from electrovib.exports.spice.netlist import netlist
-from electrovib.exports.spice.section import MeterReading, written
+from electrovib.exports.spice.section import Formula, MeterReading, Names, continued, number, remark, written
 from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.force import MaxwellStressInGap
 from electrovib.scenario import Scenario

@@ -13,7 +13,7 @@ import electrovib as ev
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.signals import FORMAT, make_trace
 from electrovib.data.registry import read_columns
-from electrovib.exports.table import save_csv
+from electrovib.exports.save import save_csv
 
 TIME, LAYERS = np.arange(5) * 0.1, ["insulator", "gap"]
 

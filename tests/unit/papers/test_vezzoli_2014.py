@@ -26,9 +26,9 @@ from electrovib.papers.vezzoli_2014 import compute, drawings, measured, values
 from electrovib.papers.vezzoli_2014.figures import MEANINGS, MOIST
 from electrovib.studies.evidence.predicted import predict
 from electrovib.studies.reproduction import INPUTS, Row, to_csv
-from electrovib.view import documents
+from electrovib.view import pages
 from electrovib.view.plots.of_answers import PALETTE
-from electrovib.view.units import typeset
+from electrovib.view.style import typeset
 
 
 @pytest.fixture(scope="module")
@@ -348,7 +348,7 @@ def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
     empty = Figure()
     empty.subplots()
     pictures = {panel.id: empty for panel in reproduction.panels}
-    page = documents.html(reproduction.document, pictures=pictures)
+    page = pages.html(reproduction.document, pictures=pictures)
     before, _, after = page.partition("<details>")
     assert 500 < len(visible(before).split()) <= 900
     order = [
@@ -498,7 +498,7 @@ def test_the_charge_of_figure_5_goes_from_the_finger_to_the_film():
 @pytest.mark.parametrize("number", [1, 3, 5])
 def test_a_drawing_shows_words_that_do_not_leave_it(number):
     """Charges are counted by their signs: ten on the plate in the end."""
-    figure = documents.drawn(drawings.panels()[number])
+    figure = pages.drawn(drawings.panels()[number])
     words = [text for axes in figure.axes for text in axes.texts]
     figure.draw_without_rendering()
     width, height = figure.bbox.width, figure.bbox.height

@@ -5,8 +5,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.recordings.calibration import CalibrationError
 from electrovib.recordings.fit import MeasuredTrace
+from electrovib.recordings.recording import CalibrationError
 
 
 def test_a_line_has_the_covariance_of_linear_regression():

@@ -5,7 +5,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.recordings.importing.clock_of_stamps import even_times
+from electrovib.recordings.importing.clock import even_times
 
 
 def cut_off(times, at=1.0):

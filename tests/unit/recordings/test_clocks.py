@@ -3,6 +3,7 @@
 import json
 import re
 import shlex
+import sys
 
 import numpy as np
 import pytest
@@ -13,9 +14,8 @@ from electrovib.core.samples import Samples
 from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded, recorded_of
 from electrovib.data.registry import read_recorded
 from electrovib.physics.drive.sampled import Sampled
-from electrovib.recordings.importing import listing
 from electrovib.recordings.importing.clock import sample_times
-from electrovib.recordings.importing.listing import list_columns
+from electrovib.recordings.importing.import_file import list_columns
 
 N = 200
 A, B = 0.05 * np.arange(N), 25.0 * np.arange(N)
@@ -255,7 +255,9 @@ def test_only_changes_of_few_levels_are_held(table, time, values, is_held):
 def test_a_listing_of_constructed_clocks_does_not_mix_them(monkeypatch, tmp_path):
     (tmp_path / "a.csv").write_text("1,2\n3,4\n")
     monkeypatch.setattr(
-        listing, "read_recorded", lambda *_, **__: two_clocks(not_read=(NotRead(name="x", why="y"),))
+        sys.modules[list_columns.__module__],
+        "read_recorded",
+        lambda *_, **__: two_clocks(not_read=(NotRead(name="x", why="y"),)),
     )
     lines = list_columns(tmp_path / "a.csv")
     assert "  not read: x: y" in lines

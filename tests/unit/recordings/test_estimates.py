@@ -14,9 +14,8 @@ from electrovib.core.errors import InputError
 from electrovib.recordings.fit.identifiability import identifiability
 from electrovib.recordings.fit.least_squares import FreeParameter, aicc, bic, least_squares
 from electrovib.recordings.fit.of_scenario import curvature_bias
-from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
 from electrovib.recordings.interval import profile_interval
-from electrovib.recordings.transitions.modes import ONE, fit_modes
+from electrovib.recordings.transitions.modes import ONE, Separable, Whitening, fit_modes, resonance_parameters
 from electrovib.recordings.transitions.relaxation import EXPONENTIAL, Sensor
 
 X = np.linspace(0.1, 2.0, 20)

@@ -5,7 +5,7 @@ import pytest
 from scipy.fft import dct
 from twins import correlated
 
-from electrovib.recordings.fit.spectrum import spectrum_of
+from electrovib.recordings.fit.components import spectrum_of
 
 COUNT = 2000
 

@@ -9,7 +9,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.recordings.importing.parallel_part import phase_offset
+from electrovib.recordings.importing.own_material import phase_offset
 from electrovib.recordings.spectra import fit_parallel_part
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"

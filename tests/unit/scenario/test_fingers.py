@@ -15,7 +15,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.physics.moisture import Moisture
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
-from electrovib.studies.catalogue.populations import entries_of
+from electrovib.studies.catalogue.found import distributions_in, entries_of
 
 PAGE = Path(__file__).parents[3] / "docs" / "populations.md"
 CONDUCTIVITY = "stack.stratum_corneum.material.conductivity"
@@ -31,6 +31,14 @@ def test_every_distribution_has_a_source_a_status_and_a_confidence():
             else:
                 assert len(entry.source) > 20
                 assert entry.status in STATUSES
+
+
+def test_a_distribution_of_ones_own_says_what_its_author_stated():
+    half = {"model": "Uniform", "low": 1, "high": 2}
+    space = {"a": half, "b": half | {"choice": "ends"}, "c": {"model": "Sampled", "values": list(range(40))}}
+    rows = {each.name: each.row for each in distributions_in({"space": space})}
+    assert [rows[name][3] for name in "abc"] == ["not stated", "a choice", "not stated"]
+    assert (rows["a"][2], rows["c"][2]) == ("Uniform, low 1, high 2", "Sampled, values 40 values")
 
 
 @pytest.mark.parametrize("name", ["vezzoli_2014/fig6", FILM, "vezzoli_2014/fig7", "bau_2010/sine"])

@@ -38,7 +38,7 @@ def test_gaps_that_the_law_declares():
     found, judged = closed(force, BARE)
     assert judged.area == pytest.approx(NormalDist(3e-6, 2e-6).cdf(reach()), rel=1e-6)
     assert "Persson2018RoughGap, whose gaps are declared" in judged.text
-    assert f"gap closed (on {100 * judged.area:.3g} % of the area)" in found.verdict
+    assert f"gap closed (on {100 * judged.area:.3g} % of the area)" in found.headline
     force["force"]["power"] = 4 / 3
     _, judged = closed(force, BARE)
     assert judged.area == pytest.approx(NormalDist(1.5, 1).cdf((reach() / 2e-6) ** 0.75), rel=1e-6)
@@ -101,14 +101,14 @@ def test_it_loosens_no_limit(tmp_path):
         free="drive.amplitude = 10 V:1 kV",
     )
     assert found.obtainable.value == pytest.approx(LARGEST, rel=1e-6)
-    assert "% of the contact area by PerssonSurface" in " ".join(found.sentences)
+    assert "% of the contact area by PerssonSurface" in " ".join(found.document.sentences)
 
 
 def test_it_is_stated_only_where_the_closed_gap_is_above_the_strength_and_a_roughness_is_declared():
     assert closed({})[1].area is None
     assert closed(PERSSON | {"drive.amplitude": LARGEST})[1].area is None
     assert closed(PERSSON | {"load.normal_force": 0.0})[1].area is None
-    assert "area" not in closed({})[0].verdict
+    assert "area" not in closed({})[0].headline
     found, judged = closed(PERSSON)
     assert found.to_dict()["limits"][found.rows.index(judged)]["area"] == judged.area
 

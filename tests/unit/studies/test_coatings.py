@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.studies.compare import coatings
-from electrovib.studies.compare.coatings import recommended
-from electrovib.studies.compare.materials import with_material
+from electrovib.studies.compare import materials
+from electrovib.studies.compare.materials import recommended, with_material
 
 PULSE = ev.load(
     "vezzoli_2014/fig6_gap",
@@ -25,7 +24,7 @@ STRENGTH = 115e6
 @pytest.fixture(scope="module")
 def found():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(coatings, "DRAWS", 30)
+        patch.setattr(materials, "DRAWS", 30)
         return ev.compare_materials(PULSE, materials=NAMES)
 
 
@@ -53,7 +52,7 @@ def test_force_and_margins_are_those_of_single_runs(found):
 
 
 def test_a_gap_that_is_open_takes_a_part_of_the_voltage(monkeypatch):
-    monkeypatch.setattr(coatings, "DRAWS", 20)
+    monkeypatch.setattr(materials, "DRAWS", 20)
     (sine,) = ev.compare_materials("bau_2010/sine", materials=["pet"]).coatings
     open_gap, closed_gap, amplifier = sine.margins
     assert closed_gap == pytest.approx(STRENGTH * 1e-6 / 100.0)  # all of 100 V across 1 um
@@ -73,7 +72,7 @@ def test_the_page_says_first_what_to_take_and_why(found, tmp_path):
     assert other.startswith("silica gives ")
     assert "but is not shown to be safe: film strength" in other
     assert "by a factor of 11 typically" in law
-    page = ev.save(found, tmp_path / "coatings.html")[0].read_text()
+    page = ev.save(found, tmp_path / "materials.html")[0].read_text()
     assert page.index("Take pet") < page.index("gap closed") < page.index("<svg") < page.index("<details>")
     assert page.count("<svg") == 2
     assert page.index("<svg") < page.index("Materials of the layer")
@@ -89,7 +88,7 @@ def test_the_page_says_first_what_to_take_and_why(found, tmp_path):
     ],
 )
 def test_nothing_is_recommended_that_is_not_shown_to_be_safe(changes, words, monkeypatch):
-    monkeypatch.setattr(coatings, "DRAWS", 20)
+    monkeypatch.setattr(materials, "DRAWS", 20)
     head, reason, *_ = recommended(ev.compare_materials(PULSE.replace(changes), materials=NAMES).coatings)
     assert head == words
     assert "silica, with the most force" in reason
@@ -97,11 +96,11 @@ def test_nothing_is_recommended_that_is_not_shown_to_be_safe(changes, words, mon
 
 
 def test_where_a_force_is_not_known_there_is_no_number_for_people(monkeypatch):
-    monkeypatch.setattr(coatings.Prepared, "__call__", lambda *_: {coatings.FORCE: np.array([1.0, np.nan])})
+    monkeypatch.setattr(materials.Prepared, "__call__", lambda *_: {materials.FORCE: np.array([1.0, np.nan])})
     compared = ev.compare_materials(PULSE, materials=NAMES)
     assert not compared.coatings
-    assert "silica: the force is not known of 1 of 200 fingers" in compared.left_out[coatings.OF_PEOPLE]
-    assert coatings.OF_PEOPLE in str(compared.tables[-1].rows)
+    assert "silica: the force is not known of 1 of 200 fingers" in compared.left_out[materials.OF_PEOPLE]
+    assert materials.OF_PEOPLE in str(compared.tables[-1].rows)
 
 
 def test_where_people_do_not_differ_the_table_says_so():
@@ -109,7 +108,7 @@ def test_where_people_do_not_differ_the_table_says_so():
     scenario = PULSE.replace({"stack": film, "force": {"model": "MaxwellStressInInsulator"}})
     compared = ev.compare_materials(scenario, materials=NAMES)
     assert (len(compared.entries), compared.coatings) == (3, ())
-    assert "has no layer 'stratum_corneum'" in compared.left_out[coatings.OF_PEOPLE]
+    assert "has no layer 'stratum_corneum'" in compared.left_out[materials.OF_PEOPLE]
 
 
 def test_the_whole_library_is_a_table(found):

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.data.marks import Form, is_ours, sign
+from electrovib.data.atomic import Form, is_ours, sign
 from electrovib.studies.evidence.entries import ENTRIES as SCHEMA_ENTRIES
 from electrovib.studies.evidence.entries import MeasurementFile, measurement_schema
 from electrovib.studies.evidence.files import import_measurement

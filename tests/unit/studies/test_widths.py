@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.apps.explorer.computed import FREQUENCY, Further, compute, slices
-from electrovib.apps.explorer.page.plots import law_words, verdict_words
+from electrovib.apps.explorer.page.plots import answer_words, law_words
 from electrovib.studies import widths
-from electrovib.studies.population.document import study_document
+from electrovib.studies.population.answer import study_document
 from electrovib.studies.widths import Width
 
 SINE, VOLTS = "bau_2010/sine", "drive.amplitude"
@@ -193,7 +193,7 @@ def test_the_page_names_the_widths_beside_the_band_the_laws_and_what_is_felt():
     assert "Width by force law, 1/11 to 11 times the force" in known.drawn
     assert "Not included: thresholds of perception" in known.drawn
     assert "11 times" in law_words(run, Further())
-    said = " ".join(verdict_words(ev.perceive(SINE)))
+    said = " ".join(answer_words(ev.perceive(SINE).document))
     assert "Width by force law" in said
     assert "Not included: differences of the threshold between people" in said
 

@@ -15,8 +15,8 @@ from electrovib.core.errors import InputError
 from electrovib.core.search import ALIAS, NAME, search
 from electrovib.scenario import Scenario
 from electrovib.studies.catalogue import items
+from electrovib.studies.catalogue.found import meanings
 from electrovib.studies.catalogue.items import everything
-from electrovib.studies.catalogue.words import meanings
 
 ENTRIES = tuple(everything())
 TABLE = [(kind, each) for kind, found in meanings().items() for each in found]

@@ -10,8 +10,7 @@ import numpy as np
 from electrovib.core.answer import Curve, Document, Drawing, Page, Panel, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.view import plots
-from electrovib.view.documents import drawn, html, on_page
-from electrovib.view.pages import inline, to_png, to_svg
+from electrovib.view.pages import drawn, html, inline, on_page, to_png, to_svg
 
 LINE = Curve(label="force", x=np.array([0.0, 1.0]), y=np.array([1.0, 2.0]))
 AXES = {"x": ("time", "s"), "y": ("force", "N")}

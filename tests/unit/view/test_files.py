@@ -10,10 +10,10 @@ import pytest
 import electrovib as ev
 from electrovib.core.answer import Answer, Curve, Document, Drawing, Panel, Table
 from electrovib.core.errors import InputError
-from electrovib.data.marks import Form
-from electrovib.view import journal
-from electrovib.view.documents import drawn
+from electrovib.data.atomic import Form
+from electrovib.view import style as figures
 from electrovib.view.files import written
+from electrovib.view.pages import drawn
 
 QUICK = {"time.samples": 21, "frequency.samples": 3}
 PULSE = ev.load("vezzoli_2014/fig6", changes=QUICK)
@@ -81,14 +81,14 @@ def test_a_figure_of_a_journal_is_85_mm_wide_with_letters_of_8_points_in_it(name
 @pytest.mark.parametrize("shown", [*Sketch().document.figures, Drawing(id="s", title="", plot=sketched)])
 def test_nothing_of_it_is_cut_or_covered(shown):
     figure = drawn(shown)
-    journal.one_column(figure)
+    figures.one_column(figure)
     figure.draw_without_rendering()
     figure.draw_without_rendering()
     assert figure.get_figwidth() == pytest.approx(85 / 25.4)
     box = figure.get_tightbbox()
     assert -0.03 < box.x0 < box.x1 < figure.get_figwidth() + 0.03
     assert -0.03 < box.y0 < box.y1 < figure.get_figheight() + 0.03
-    assert {text.get_fontsize() for text in figure.findobj(journal._is_text)} <= {8.0, 7.0}
+    assert {text.get_fontsize() for text in figure.findobj(figures._is_text)} <= {8.0, 7.0}
     places = {tuple(np.round(ax.get_position().bounds, 3)) for ax in figure.axes}
     assert len({place[0] for place in places}) == 1  # below each other
     whole = [ax.get_window_extent() for ax in figure.axes]

@@ -19,7 +19,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.studies.reproduction import GroupOfRows, Part, Reproduction, Row, group, shown
 from electrovib.view import plots
-from electrovib.view.reproduce import _write, reproduce
+from electrovib.view.pages import _write, reproduce
 
 X = np.linspace(0, 1, 20)
 AXES = {"x": ("time", "s"), "y": ("force", "N")}
@@ -225,7 +225,7 @@ def test_what_fails_or_is_interrupted_leaves_nothing_half_done(tmp_path, monkeyp
             raise KeyboardInterrupt
         return whole(self, content)
 
-    monkeypatch.setattr("pathlib.Path.write_bytes" if at else "electrovib.view.reproduce.drawn", interrupted)
+    monkeypatch.setattr("pathlib.Path.write_bytes" if at else "electrovib.view.pages.drawn", interrupted)
     with pytest.raises(KeyboardInterrupt):
         _write(found, folder, force=True)
     assert folder.exists() == bool(older)

@@ -25,10 +25,28 @@ from electrovib.view.style import (
     OTHER_LAYERS,
     between,
     drawing,
+    label_axis,
     layer_colours,
+    legends_taken,
+    prefix_for,
+    pretty_quantity,
+    pretty_unit,
     style,
+    typeset,
 )
-from electrovib.view.units import label_axis, prefix_for, pretty_quantity, pretty_unit, typeset
+
+
+def test_legends_are_taken_from_their_axes_with_each_entry_once():
+    from matplotlib.figure import Figure
+
+    first, second, third = Figure().subplots(1, 3)
+    for axes, names, title in ((first, "ab", ""), (second, "bc", "layers")):
+        for name in names:
+            axes.plot([0, 1], label=name)
+        axes.legend(title=title)
+    entries, title = legends_taken([first, second, third])
+    assert (list(entries), title) == (["a", "b", "c"], "layers")
+    assert [each.get_legend() for each in (first, second)] == [None, None]
 
 
 def test_settings_of_matplotlib_come_back(trace):

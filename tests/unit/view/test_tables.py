@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from electrovib.core.discovery import papers
 from electrovib.scenario import load
-from electrovib.view.tables import (
+from electrovib.view.summary import (
     DEFAULT,
     NOT_GIVEN,
     model_rows,

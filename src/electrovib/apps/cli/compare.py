@@ -135,7 +135,7 @@ def reproduce(
         Table of your own skin: frequency, permittivity, resistivity (.csv).
     """
     from electrovib.apps.progress import items_shown
-    from electrovib.view.reproduce import reproduce
+    from electrovib.view.pages import reproduce
 
     with items_shown(f"reproducing {paper}"):
         found = reproduce(paper, output, skin=skin, force=force)

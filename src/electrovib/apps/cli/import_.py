@@ -75,7 +75,7 @@ def import_(
     """
     from electrovib.data.registry import format_lines
     from electrovib.recordings.importing import list_columns
-    from electrovib.recordings.importing.listing import list_account
+    from electrovib.recordings.importing.import_file import list_account
 
     if not file:
         return say(*format_lines())
@@ -123,8 +123,7 @@ def _into_toml(
     kind: str, file: str, output: str | None, read: Callable[..., dict[str, Any]], layer: str, *, force: bool
 ) -> None:
     """Import a material or a measurement, print what is known of it, and write it."""
-    from electrovib.data.atomic import check_writable, write_text
-    from electrovib.data.marks import Form
+    from electrovib.data.atomic import Form, check_writable, write_text
     from electrovib.recordings.importing import import_material
     from electrovib.studies.evidence.entries import ENTRIES, TABLES
     from electrovib.studies.evidence.files import import_measurement

@@ -282,7 +282,7 @@ def _designed(
     kind: "type[Designed]", compute: "Callable[..., Designed]", words: str, asked: dict[str, Any]
 ) -> None:
     """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
-    from electrovib.exports.scenario import check_design_file, write_design
+    from electrovib.exports.save import check_design_file, write_design
 
     asked["set"], edge = read_changes(asked.get("set")), edge_of(asked.pop("edge", None))
     check, write = functools.partial(check_design_file, **edge), functools.partial(write_design, **edge)
@@ -387,15 +387,15 @@ def export(
         The amplifier of the scenario stands before the plate: its bandwidth and limits count.
     """
     from electrovib.apps.progress import tracked
-    from electrovib.exports.scenario import WRITERS, export_netlist
+    from electrovib.exports.save import WRITERS, export_netlist
     from electrovib.exports.waveform import export_waveform
-    from electrovib.exports.waveform_formats import FORMATS
+    from electrovib.exports.waveform_formats import WAVEFORM_FORMATS
 
     if bool(place) == bool(output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
     path = str(place or output)
     suffix, changes = Path(path).suffix.lower(), read_changes(set)
-    if suffix not in FORMATS and not instrument:
+    if suffix not in WAVEFORM_FORMATS and not instrument:
         if suffix in WRITERS and (
             used := options.surplus(context, "scenario place output set _models force")
         ):

@@ -112,7 +112,8 @@ def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
     if not everything:
         return [f"{found.headline} (--all lists assumptions)"]
     # title and warnings are those of the run
-    return [*found.sentences[1 if found.title else 0 :], *found.details]
+    said = found.document
+    return [*said.sentences[1 if found.title else 0 :], *said.remarks]
 
 
 def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None) -> None:

@@ -178,7 +178,7 @@ def list_(
     elif kind == "scenarios":
         show(str(catalogue.scenarios(after)))
     elif kind == "spaces" or (words and _is_space(words)):
-        from electrovib.studies.catalogue.populations import spaces
+        from electrovib.studies.catalogue.found import spaces
 
         show(str(spaces(words if kind != "spaces" else after)))
     elif words in ("", "models") and not all:

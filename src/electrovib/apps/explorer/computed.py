@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.apps.explorer import key_figures
-from electrovib.apps.explorer.limits import FINGERS, LARGEST_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
+from electrovib.apps.explorer.runner import FINGERS, LARGEST_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
 from electrovib.core.budget import BudgetError, budget
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError
@@ -21,8 +21,8 @@ from electrovib.solve.expanded import Expanded
 from electrovib.solve.meter import measured
 from electrovib.solve.simulate import Simulated, provenance
 from electrovib.studies.widths import factor_of
+from electrovib.view.style import pretty_quantity
 from electrovib.view.summary import quantities_of_scenario
-from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     import xarray

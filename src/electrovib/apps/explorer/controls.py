@@ -21,7 +21,7 @@ from electrovib.physics.material import Material
 from electrovib.physics.material.library import materials
 from electrovib.physics.perception import Perception, SkinCompliance
 from electrovib.scenario.files import skins, sources_of_offer
-from electrovib.view.units import pretty_quantity
+from electrovib.view.style import pretty_quantity
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model

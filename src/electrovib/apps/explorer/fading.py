@@ -13,8 +13,7 @@ from electrovib.apps.explorer.fading_words import answer, sentences
 from electrovib.apps.explorer.pictures import rounded
 from electrovib.physics.material import Constant
 from electrovib.view.plots.layers import drawn_heights
-from electrovib.view.style import layer_colours
-from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
+from electrovib.view.style import layer_colours, prefix_for, pretty_quantity, pretty_unit
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed

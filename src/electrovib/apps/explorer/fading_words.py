@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.view.units import pretty_quantity
+from electrovib.view.style import pretty_quantity
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.fading import Pulse

@@ -10,8 +10,7 @@ import numpy as np
 from electrovib.apps.explorer.pictures import FREQUENCY, Axis, PlottedCurve, figure, hover
 from electrovib.physics.perception import Perception
 from electrovib.studies.felt_spectrum import Stimulus, just_felt
-from electrovib.view.style import COLOURS
-from electrovib.view.units import prefix_for, pretty_unit
+from electrovib.view.style import COLOURS, prefix_for, pretty_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,11 +11,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.limits import SHOWN_SAMPLES
+from electrovib.apps.explorer.runner import SHOWN_SAMPLES
 from electrovib.core.signals import SIGNALS
 from electrovib.studies.widths import TYPICAL_FACTORS
-from electrovib.view.style import COLOURS, FURTHER_COLOURS, MOST, NEUTRAL, layer_colours
-from electrovib.view.units import prefix_for, pretty_quantity, pretty_unit
+from electrovib.view.lines import envelope
+from electrovib.view.style import (
+    COLOURS,
+    FURTHER_COLOURS,
+    MOST,
+    NEUTRAL,
+    layer_colours,
+    prefix_for,
+    pretty_quantity,
+    pretty_unit,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -113,15 +122,7 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict
 
 def thinned(x: NDArray[Any], y: NDArray[Any], most: int = SHOWN_SAMPLES) -> tuple[NDArray[Any], NDArray[Any]]:
     """Keep the lowest and the highest point of each stretch of a curve, some points at most, and both ends."""
-    if len(x) <= most:
-        return x, y
-    size = -(-len(y) // (most // 2 - 1))
-    rows = np.concatenate([y, np.full(-len(y) % size, y[-1])]).reshape(-1, size)
-    start = np.arange(len(rows)) * size
-    ends = np.sort([start + np.argmin(rows, axis=1), start + np.argmax(rows, axis=1)], axis=0)
-    places = np.minimum(np.concatenate([[0], ends.T.ravel(), [len(x) - 1]]), len(x) - 1)
-    places = places[np.append(True, places[1:] > places[:-1])]
-    return x[places], y[places]
+    return envelope(x, y, longest=most, stretches=most // 2 - 1)
 
 
 def _lines(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from electrovib.apps.explorer import limits
+from electrovib.apps.explorer import runner
 from electrovib.apps.explorer.runner import SERVER_ENDS, InterruptedWorkError, closed_at_end, interruptible
 from electrovib.apps.explorer.state import refuse_files, refuse_many_samples
 from electrovib.core.budget import budget
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 LIMITS: Final = ReaderLimits(
-    memory=600_000_000, content=16 * limits.MOST_VALUES + 4_000_000, processor_time=10.0, waiting_time=60.0
+    memory=600_000_000, content=16 * runner.MOST_VALUES + 4_000_000, processor_time=10.0, waiting_time=60.0
 )
 """Of the process that reads a file; the processes of native formats that it starts have no higher ones."""
 _READER: Final = Reader(
@@ -74,7 +74,7 @@ def read_upload(
     """
     name = shown_name(name)
     found = _through_a_file(
-        name, content, limits.LARGEST_UPLOAD, lambda path: read_apart(path, columns, title=name, **options)
+        name, content, runner.LARGEST_UPLOAD, lambda path: read_apart(path, columns, title=name, **options)
     )
     return Uploaded(name, found) if isinstance(found, Recorded) else Uploaded(name, trace=found)
 
@@ -82,12 +82,12 @@ def read_upload(
 def read_uploaded_scenario(name: str, content: bytes) -> Scenario:
     """Read a scenario from the bytes of a TOML file, in which no file may be named."""
     name = shown_name(name)
-    tables: Any = _through_a_file(name, content, limits.LARGEST_SCENARIO, read_tables_apart)
+    tables: Any = _through_a_file(name, content, runner.LARGEST_SCENARIO, read_tables_apart)
     refuse_files(tables)
     scenario = refuse_many_samples(read_scenario(tables))
-    if (count := len(list(scenario.parameters()))) > limits.MOST_PARAMETERS:
+    if (count := len(list(scenario.parameters()))) > runner.MOST_PARAMETERS:
         raise InputError(
-            f"{name}: {count} parameters; a page shows scenarios of at most {limits.MOST_PARAMETERS}."
+            f"{name}: {count} parameters; a page shows scenarios of at most {runner.MOST_PARAMETERS}."
         )
     return scenario
 
@@ -112,7 +112,7 @@ def _through_a_file(name: str, content: bytes, most: int, read: Callable[[Path],
 
 def shown_name(name: str) -> str:
     """Return the name of a file as it is shown: a line of at most `LONGEST_NAME` letters, with its suffix."""
-    plain, most = printable(name.replace("\\", "/").rpartition("/")[2]) or "the file", limits.LONGEST_NAME
+    plain, most = printable(name.replace("\\", "/").rpartition("/")[2]) or "the file", runner.LONGEST_NAME
     return plain if len(plain) <= most else f"{plain[: most - 20]}...{plain[-17:]}"
 
 
@@ -207,9 +207,9 @@ def _refuse_long_lines(path: Path) -> None:
     if format_of(path).name != "text":
         return
     ends = np.flatnonzero(np.frombuffer(path.read_bytes() + b"\n", np.uint8) == ord("\n"))
-    if (longest := int(np.diff(ends, prepend=-1).max())) > limits.LONGEST_LINE:
+    if (longest := int(np.diff(ends, prepend=-1).max())) > runner.LONGEST_LINE:
         raise InputError(
-            f"This file has a line of {longest} letters; a recording has a row of at most {limits.LONGEST_LINE} per sample."
+            f"This file has a line of {longest} letters; a recording has a row of at most {runner.LONGEST_LINE} per sample."
         )
 
 
@@ -217,7 +217,7 @@ def _checked_trace(trace: xarray.Dataset) -> xarray.Dataset:
     """Refuse a Trace that is no single recording over time or frequency."""
     if any(str(name) not in _DIMENSIONS for name in trace.dims):
         raise InputError("This is a sweep or a study; drop one recording.")
-    if sum(int(each.size) for each in trace.variables.values()) > limits.MOST_VALUES:
+    if sum(int(each.size) for each in trace.variables.values()) > runner.MOST_VALUES:
         raise InputError("This recording has more numbers than a page reads.")
     return trace
 
@@ -225,15 +225,15 @@ def _checked_trace(trace: xarray.Dataset) -> xarray.Dataset:
 def _checked_columns(recorded: Recorded) -> Recorded:
     """Refuse columns that are more, or have longer names, than a page offers."""
     count = len(recorded.channels)
-    if recorded.size * count > limits.MOST_VALUES or count > limits.MOST_COLUMNS:
+    if recorded.size * count > runner.MOST_VALUES or count > runner.MOST_COLUMNS:
         raise InputError(
             f"This file has {recorded.size} samples of {count} columns, which are more than a page reads: at most"
-            f" {limits.MOST_COLUMNS} columns and {limits.MOST_VALUES} numbers."
+            f" {runner.MOST_COLUMNS} columns and {runner.MOST_VALUES} numbers."
         )
     for each in recorded.channels:
-        if max(len(each.name), len(each.unit)) > limits.LONGEST_NAME:
+        if max(len(each.name), len(each.unit)) > runner.LONGEST_NAME:
             raise InputError(
-                f"The heading '{each.name[:40]}...' has {len(each.name)} letters; at most {limits.LONGEST_NAME} are read."
+                f"The heading '{each.name[:40]}...' has {len(each.name)} letters; at most {runner.LONGEST_NAME} are read."
             )
     return recorded
 
@@ -343,7 +343,7 @@ class RunningFit:
             return is_over()
 
         try:
-            with budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN), interruptible(is_over):
+            with budget(time=runner.LONGEST_RUN, memory=runner.LARGEST_RUN), interruptible(is_over):
                 return fit(self.scenario, self.measured, free=self.free, progress=progress)
         except (ElectrovibError, InterruptedWorkError):
             if not is_over():

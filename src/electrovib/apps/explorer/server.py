@@ -9,19 +9,14 @@ import signal
 import socket
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from electrovib.apps.explorer.access import LOOPBACK, AccessControl, refuse
-from electrovib.apps.explorer.limits import LARGEST_MESSAGE, LARGEST_REQUEST
-from electrovib.apps.explorer.runner import SERVER_ENDS
+from electrovib.apps.explorer.runner import LARGEST_MESSAGE, LOOPBACK, SERVER_ENDS
 from electrovib.core.errors import InputError
 from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
-
-if TYPE_CHECKING:
-    from electrovib.apps.explorer.access import App, Receive, Scope, Send
 
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
@@ -62,7 +57,7 @@ def explore(
     Notes
     -----
     The function returns when the page is ended, by Ctrl-C. The page is served on 127.0.0.1, which no other machine reaches; no
-    request reads or writes a file of this machine, and what can be asked for is limited (`electrovib.apps.explorer.limits`).
+    request reads or writes a file of this machine, and what can be asked for is limited (`electrovib.apps.explorer.runner`).
     """
     try:
         from nicegui import app, ui
@@ -118,7 +113,7 @@ def _guard(app: Any, port: int) -> None:
     """Put the checks in front of everything else that the framework puts in front of its pages."""
     from nicegui import core
 
-    from electrovib.apps.explorer.frames import Frames, check_events, is_kept
+    from electrovib.apps.explorer.access import AccessControl, Frames, RequestLimits, check_events, is_kept
 
     handlers = core.sio.handlers["/"]
     check_events(handlers)
@@ -201,70 +196,3 @@ def served_on(listener: socket.socket) -> Iterator[None]:
     finally:
         Server.run = run  # type: ignore[method-assign]
         listener.close()
-
-
-class RequestLimits:
-    """Limit of the bytes of a request, in front of an ASGI application.
-
-    The browser refuses a large file itself, but not every sender is a browser: the bytes are counted as they
-    arrive, and those beyond the limit are not read. A connection that ends in the middle of a request is no
-    error of the server.
-    """
-
-    def __init__(self, app: App) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Hand a request to the application, unless it is too large."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        counted = _Counted(scope, receive, send)
-        if counted.declares_too_much:
-            await counted.refuse()
-            return
-        try:
-            await self._app(scope, counted.receive, counted.send)
-        except Exception:
-            if not counted.has_ended:
-                raise
-        if counted.is_too_large:
-            await counted.refuse()
-
-
-class _Counted:
-    """A request whose bytes are counted."""
-
-    def __init__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        self._scope, self._receive, self._send = scope, receive, send
-        self._bytes, self._has_answered, self._has_left = 0, False, False
-        declared = [value for name, value in scope["headers"] if name.lower() == b"content-length"]
-        self.declares_too_much = any(not each.isdigit() or int(each) > LARGEST_REQUEST for each in declared)
-        self.is_too_large = False
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether no more of the request arrives: its sender has left, or it is too large."""
-        return self._has_left or self.is_too_large
-
-    async def receive(self) -> MutableMapping[str, Any]:
-        """Receive the next part; a request that is too large ends as if its sender had left."""
-        if self.is_too_large:
-            return {"type": "http.disconnect"}
-        message = await self._receive()
-        self._bytes += len(message.get("body", b""))
-        self.is_too_large = self._bytes > LARGEST_REQUEST
-        self._has_left = self._has_left or message["type"] == "http.disconnect"
-        return {"type": "http.disconnect"} if self.is_too_large else message
-
-    async def send(self, message: MutableMapping[str, Any]) -> None:
-        """Send a part of the answer; nothing of the application's once the request has ended early."""
-        if not self.is_too_large:
-            self._has_answered = True
-            await self._send(message)
-
-    async def refuse(self) -> None:
-        """Answer with a sentence, unless an answer has begun."""
-        if not self._has_answered:
-            too_large = f"This request is too large; a page takes {LARGEST_REQUEST / 1e6:g} MB at most."
-            await refuse(self._scope, self._receive, self._send, too_large, 413)

@@ -1,16 +1,18 @@
-"""One visitor of the page: what is shown, what it is compared with, and its computation."""
+"""One visitor of the page: what is shown, what it is compared with, its computation, and what can be taken away."""
 
 from __future__ import annotations
 
 import asyncio
 import functools
 import logging
+import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from electrovib.apps.explorer import limits
+from electrovib.apps.explorer import runner
 from electrovib.apps.explorer.computed import Computed, Further, Slice, compute, slices, with_answers
 from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Presence, Workers, apart
 from electrovib.apps.explorer.state import PageState, scenario_of
@@ -142,7 +144,7 @@ class Session:
 
     def _limited(self, work: Callable[[], R], is_in_vain: Callable[[], bool] = bool) -> R:
         """Do work in a thread, within the budget of a visitor."""
-        within = budget(time=limits.LONGEST_RUN, memory=limits.LARGEST_RUN)
+        within = budget(time=runner.LONGEST_RUN, memory=runner.LARGEST_RUN)
         with within, self._presence.working(is_in_vain):
             return work()
 
@@ -195,12 +197,12 @@ class Session:
 
         def is_in_vain() -> bool:
             # a shorter run is shown in any case, so that the curves follow a slider while it moves
-            return self._updates.is_stale and monotonic() - begun > limits.LONGEST_QUICK_RUN
+            return self._updates.is_stale and monotonic() - begun > runner.LONGEST_QUICK_RUN
 
         try:
-            found = await apart(self.workers.quick, lambda: run(limits.LONGEST_SHORT_RUN))
+            found = await apart(self.workers.quick, lambda: run(runner.LONGEST_SHORT_RUN))
         except BudgetError:
-            found = await apart(self.workers.patient, lambda: run(limits.LONGEST_RUN, is_in_vain))
+            found = await apart(self.workers.patient, lambda: run(runner.LONGEST_RUN, is_in_vain))
         self._display(state, found)
 
     def _display(self, state: PageState, found: Computed) -> None:
@@ -239,3 +241,58 @@ def _mistake_of_ours(error: Exception) -> str:
         f"The program failed ({type(error).__name__}: {error}). This is a mistake of electrovib; please report it with the"
         " address of this page."
     )
+
+
+@dataclass(frozen=True)
+class Download:
+    """One kind of file; `make` takes a `Computed` and returns the bytes."""
+
+    label: str
+    name: str
+    media_type: str
+    make: Callable[[Computed], bytes]
+
+
+def _saved(shown: Computed, name: str) -> bytes:
+    """Return the file as which a Trace is saved under this name."""
+    from electrovib.exports.save import save
+
+    with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
+        (path,) = save(shown.trace, Path(folder) / name)
+        return path.read_bytes()
+
+
+def _bibliography(shown: Computed) -> bytes:
+    """Write the papers whose models and values the scenario has, as BibTeX, and the other sources as comments."""
+    from electrovib.core.discovery import paper_of, papers
+    from electrovib.studies.catalogue import bibtex
+    from electrovib.view.summary import references, walk_models
+
+    known = papers()
+    models = {paper_of(type(model)) for _, model in walk_models(shown.scenario)}
+    named = {name for name in known if any(name in text for text in shown.scenario.sources.values())}
+    entries = [bibtex(module, name) for name, module in known.items() if name in models | named]
+    remarks = [f"% {reference} ({what})" for reference, what in references({"": shown.scenario})]
+    return "\n\n".join([*entries, "\n".join(remarks)]).encode() + b"\n"
+
+
+DOWNLOADS: Final = (
+    Download(
+        "Scenario (TOML)",
+        "scenario.toml",
+        "application/toml",
+        lambda shown: shown.scenario.to_toml().encode(),
+    ),
+    *(
+        Download(label, name, kind, functools.partial(_saved, name=name))
+        for label, name, kind in (
+            ("Numbers over time (CSV)", "trace.csv", "text/csv"),
+            ("Trace (netCDF)", "trace.nc", "application/x-netcdf"),
+            ("Figures (PNG)", "figures.png", "image/png"),
+            ("Figures (SVG)", "figures.svg", "image/svg+xml"),
+            ("Figures (PDF)", "figures.pdf", "application/pdf"),
+            ("Report (HTML)", "report.html", "text/html"),
+        )
+    ),
+    Download("References (BibTeX)", "references.bib", "application/x-bibtex", _bibliography),
+)

@@ -1,20 +1,63 @@
-"""What a page shows: a scenario by name, what was changed in it, the open tab, and their form in an address."""
+"""What a page shows, by name: a scenario, its changes, the open tab, a step of a story; and their form in an address."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Final
 from urllib.parse import parse_qsl, urlencode
 
 from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer.computed import TABS
-from electrovib.apps.explorer.limits import LONGEST_LINK, LONGEST_VALUE, MOST_CHANGES, MOST_SAMPLES
-from electrovib.apps.explorer.stories import STEPS, StoryStep
+from electrovib.apps.explorer.runner import LONGEST_LINK, LONGEST_VALUE, MOST_CHANGES, MOST_SAMPLES
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.parsing import read_toml
 from electrovib.scenario import Scenario, read_scenario
 from electrovib.studies.catalogue import scenarios
+
+
+@dataclass(frozen=True)
+class StoryStep:
+    """One state of the page; `name` is that of its story with its number, as in an address.
+
+    `asks` is the dotted path of the parameter that a visitor may change to see what the sentence is about.
+    """
+
+    name: str
+    preset: str
+    tab: str
+    sentence: str
+    asks: str
+    changes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Story:
+    """Steps for one kind of visitor."""
+
+    reader: str
+    title: str
+    steps: tuple[StoryStep, ...]
+
+
+def _read_stories() -> tuple[Story, ...]:
+    tables = read_toml((Path(__file__).parent / "stories.toml").read_text(encoding="utf-8"))
+    return tuple(
+        Story(
+            each["reader"],
+            each["title"],
+            tuple(StoryStep(f"{name}.{number}", **step) for number, step in enumerate(each["steps"], 1)),
+        )
+        for name, each in tables.items()
+    )
+
+
+STORIES: Final = _read_stories()
+STEPS: Final = {step.name: step for story in STORIES for step in story.steps}
+"""All steps by name, a story after the other."""
+
 
 FILES: Final = frozenset({"file"})
 """Keys of tables that name a file; a page never reads one."""

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.bench.clock import SimulatedClock
 from electrovib.bench.drivers.tektronix_tds3014b import DIVISIONS, LEVELS
-from electrovib.bench.twin.commands import TwinInstrument, is_on
-from electrovib.bench.twin.generator import TwinGenerator, TwinPlant
+from electrovib.bench.link import SimulatedClock
+from electrovib.bench.twin.generator import TwinGenerator, TwinInstrument, TwinPlant, is_on
 
 if TYPE_CHECKING:
-    from electrovib.bench.clock import BenchClock
+    from electrovib.bench.link import BenchClock
     from electrovib.bench.settings import BenchSettings, EnableLine
     from electrovib.scenario import Scenario
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.data.faults import read_by_library
+from electrovib.data.guarded import read_by_library
 from electrovib.data.recorded import CanRead, FileFormat, recorded_of
 
 if TYPE_CHECKING:

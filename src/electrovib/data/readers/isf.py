@@ -1,4 +1,4 @@
-"""Tektronix internal format (.isf): a preamble of keys, as the oscilloscopes also send it, and one curve."""
+"""Tektronix internal format (.isf): a preamble of keys and one curve, a binary block of IEEE 488.2."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.block import block_at
 from electrovib.data.recorded import FileFormat, NotRead, begins, recorded_of
 
 if TYPE_CHECKING:
@@ -17,6 +16,18 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.data.recorded import Recorded
+
+_BEGIN: Final = re.compile(rb"#([1-9])(\d+)")
+
+
+def block_at(raw: bytes, begin: int = 0) -> tuple[int, int] | None:
+    """Return where the data of a block of definite length begin, and the length that it states; None of anything else."""
+    found = _BEGIN.match(raw, begin, begin + 11)
+    count = int(found[1]) if found else 0
+    if found is None or len(found[2]) < count:
+        return None
+    return begin + 2 + count, int(found[2][:count])
+
 
 _SHORT: Final = {
     "byt_n": "byt_nr", "bit_n": "bit_nr", "enc": "encdg", "bn_f": "bn_fmt", "byt_o": "byt_or", "nr_p": "nr_pt",

@@ -18,8 +18,7 @@ import numpy as np
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.array_columns import chosen_columns, table_of_arrays
-from electrovib.data.faults import check_file, packed, read_by_library
-from electrovib.data.guarded import Reader, read_guarded
+from electrovib.data.guarded import Reader, check_file, packed, read_by_library, read_guarded
 from electrovib.data.recorded import CanRead, FileFormat
 
 if TYPE_CHECKING:

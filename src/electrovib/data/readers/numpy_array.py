@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.array_columns import chosen_columns, table_of_arrays
-from electrovib.data.faults import DAMAGE, damaged, packed
+from electrovib.data.guarded import DAMAGE, damaged, packed
 from electrovib.data.recorded import MOST_COLUMNS, CanRead, FileFormat
 from electrovib.data.unit_words import name_and_unit
 

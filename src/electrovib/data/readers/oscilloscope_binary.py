@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.faults import read_by_library
+from electrovib.data.guarded import read_by_library
 from electrovib.data.recorded import CanRead, FileFormat, NotRead, check_declared, recorded_of, text_of
 
 if TYPE_CHECKING:

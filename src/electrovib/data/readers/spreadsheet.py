@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.faults import DAMAGE, damaged, packed, read_by_library
+from electrovib.data.guarded import DAMAGE, damaged, packed, read_by_library
 from electrovib.data.readers.text import read_laboratory_bytes
 from electrovib.data.recorded import OTHER_PART, FileFormat, NotRead, begins
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.data.faults import read_by_library
+from electrovib.data.guarded import read_by_library
 from electrovib.data.recorded import (
     ChannelClock,
     FileFormat,

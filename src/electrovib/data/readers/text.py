@@ -10,14 +10,13 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
-from electrovib.data.text.body import Body, body_of
-from electrovib.data.text.cells import Cells, Notation, numbers_of
+from electrovib.data.text.body import Body, body_of, read_columns
 from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, inspected
 from electrovib.data.text.parts import one_segment, one_table, repeated_table
 from electrovib.data.text.preamble import named_by_preamble, settings_of, with_clocks
 from electrovib.data.text.stamps import stamp_columns, with_stamps
-from electrovib.data.text.table import read_columns
+from electrovib.data.unit_words import Cells, Notation, numbers_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Final
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.text.cells import ALIKE, THOUSANDS, Notation
 from electrovib.data.text.layout import (
     DELIMITERS,
     WIDE,
@@ -19,6 +18,7 @@ from electrovib.data.text.layout import (
     split,
     with_headings,
 )
+from electrovib.data.unit_words import ALIKE, THOUSANDS, Notation
 
 _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""

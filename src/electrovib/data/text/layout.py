@@ -13,8 +13,15 @@ from typing import Final
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import MOST_COLUMNS
-from electrovib.data.text.cells import MISSING, Notation
-from electrovib.data.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit, unit_of_force
+from electrovib.data.unit_words import (
+    MISSING,
+    UNIT_NAMES,
+    UNITS,
+    Notation,
+    as_unit,
+    name_and_unit,
+    unit_of_force,
+)
 
 WIDE: Final = "  "
 DELIMITERS: Final = ("\t", ";", ",", "|", "", WIDE)

@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.recorded import NotRead, Recorded
-from electrovib.data.text.cells import Notation
+from electrovib.data.unit_words import Notation
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence

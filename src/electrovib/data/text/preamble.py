@@ -11,10 +11,9 @@ import numpy as np
 
 from electrovib.core.units import parse_quantity
 from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded, is_unit_of_time
-from electrovib.data.text.cells import Notation
 from electrovib.data.text.layout import Layout
 from electrovib.data.text.parts import segments_of
-from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_unit
+from electrovib.data.unit_words import Notation, as_unit, kind_and_factor, name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -278,7 +277,9 @@ def _seconds_of(channel: DataColumn) -> Real:
 
 def _key_of(cell: str) -> str:
     """Return the name of a setting without its unit and its signs, in small letters."""
-    bare = re.sub(r"[\[(].*?[\])]", "", cell)
+    bare = re.sub(
+        r"[\[(][^\])]{0,200}[\])]", "", cell
+    )  # unbounded, the time would be the square of the length
     return bare.strip().lstrip("#").rstrip(" :=").replace("_", " ").lower()
 
 

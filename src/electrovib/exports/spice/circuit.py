@@ -12,8 +12,7 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.units import format_quantity
-from electrovib.exports.spice.formula import Formula, Names, continued, number, remark
-from electrovib.exports.spice.section import LayerElements, initial
+from electrovib.exports.spice.section import Formula, LayerElements, Names, continued, initial, number, remark
 from electrovib.physics.drive.parts import Linear, Smooth, Tones
 from electrovib.physics.stack import interface_place
 from electrovib.scenario import PeriodicState, Scenario

@@ -10,10 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError, NotCausalError, refuse
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.atomic import Form, unsigned
 from electrovib.exports.spice.circuit import BuiltCircuit, Timing
-from electrovib.exports.spice.formula import Formula, Names, continued, number, remark
-from electrovib.exports.spice.section import CAPACITANCE, MeterReading, ReadSection, written
+from electrovib.exports.spice.section import (
+    CAPACITANCE,
+    Formula,
+    MeterReading,
+    Names,
+    ReadSection,
+    continued,
+    number,
+    remark,
+    written,
+)
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.atomic import Form, csv_text
 from electrovib.physics.half_space import Elastic
 from electrovib.physics.topography import SelfAffine
 from electrovib.solve.equilibrium.of_scenario import BlockingStack

@@ -13,9 +13,9 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
-from electrovib.recordings.calibration import CalibrationError
 from electrovib.recordings.fit.rounding import resolution_of
 from electrovib.recordings.interval import rough_noise
+from electrovib.recordings.recording import CalibrationError
 
 if TYPE_CHECKING:
     import xarray

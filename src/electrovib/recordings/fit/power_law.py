@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.units import KINDS
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.atomic import Form, csv_text
 from electrovib.data.recorded import column_of
 from electrovib.data.registry import read_recorded
 from electrovib.data.unit_words import kind_and_factor

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.calibration import CalibrationError
+    from electrovib.recordings.recording import CalibrationError
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Times of the samples of a file: of the clock that the chosen columns share, increasing, with what is missing between them."""
+"""Times of the samples of a file: of the clock that the chosen columns share, of repeated stamps, of records of changes."""
 
 from __future__ import annotations
 
@@ -15,9 +15,7 @@ from electrovib.core.units import format_quantity
 from electrovib.data.recorded import ChannelClock, column_of
 from electrovib.data.text.parts import segments_of
 from electrovib.data.unit_words import kind_and_factor
-from electrovib.recordings.importing.clock_of_stamps import even_times
-from electrovib.recordings.importing.held import is_held
-from electrovib.recordings.importing.proposal import proposed_time
+from electrovib.recordings.importing.choice import proposed_time
 from electrovib.recordings.importing.reduction import seconds
 
 if TYPE_CHECKING:
@@ -25,6 +23,51 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.data.recorded import DataColumn, Recorded
+
+_FEWEST: Final = 4
+_MOST_LEVELS: Final = 16
+_SHARE: Final = 2 / 3
+"""Largest number of levels, in units of the number of rows; readings hardly repeat."""
+_INSPECTED: Final = 1000
+"""Rows in which more levels than a record of changes has are looked for first."""
+_ALIKE: Final = 0.1
+"""Deviation from the median interval, relative to it, within which an interval is a usual one."""
+_EVEN: Final = 0.6
+"""Share of usual intervals from which on a record is one of samples, some of which may be missing."""
+_EDGE: Final = 1e-6
+"""Time between two levels, in units of the shortest interval."""
+
+
+def is_held(time: Real, recorded: Recorded, clock: str) -> bool:
+    """Return whether each row differs from the one before, at uneven times, and no column has more than a few levels.
+
+    Times do not matter where each column has two levels: samples of such a signal would repeat.
+    """
+    times = {recorded.time, clock, *(each.time for each in recorded.clocks.values())}
+    columns = [
+        each.values for each in recorded.channels if each.name not in times and each.values.size == time.size
+    ]
+    if len(columns) < 1 or time.size < _FEWEST:
+        return False
+    if any(np.unique(each[:_INSPECTED]).size > _MOST_LEVELS for each in columns):
+        return False
+    rows = np.nan_to_num(np.array(columns), nan=np.inf)
+    levels = max(np.unique(each).size for each in rows)
+    changes = (np.diff(rows, axis=1) != 0).any(axis=0)
+    if (
+        levels > min(_MOST_LEVELS, _SHARE * time.size) or not changes[:-1].all()
+    ):  # the last row may be the end alone
+        return False
+    change = np.diff(time)
+    usual = np.abs(change - np.median(change)) <= _ALIKE * np.median(change)
+    return levels == 2 or float(np.mean(usual)) < _EVEN
+
+
+def held(time: Real, signals: dict[str, Real]) -> tuple[Real, dict[str, Real]]:
+    """Return signals that keep each value until just before the next row, so that lines between their samples are levels."""
+    before = np.minimum(time[1:] - _EDGE * np.diff(time).min(), np.nextafter(time[1:], -np.inf))
+    found = np.append(np.stack([time[:-1], before], axis=1).ravel(), time[-1])
+    return found, {name: np.append(np.repeat(values[:-1], 2), values[-1]) for name, values in signals.items()}
 
 
 _GAP: Final = 1.5
@@ -316,3 +359,75 @@ def _gaps(time: Real) -> tuple[Diagnostic, ...]:
             f" after {where}", lost, 0.0, "1",
         ),
     )  # fmt: skip
+
+
+_STATE: Final = "state the step (--set step='10 us')"
+_UNEVEN: Final = 1.5
+"""Largest interval of stamps over the smallest one up to which both are one step, rounded."""
+_ROUNDING: Final = 1e-6
+"""Error of a stamp, in units of the step of the stamps, that is its rounding."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvenTimes:
+    """Times of samples [s], the sentence that says how they were found, and what may be wrong with them."""
+
+    time: Real
+    words: str
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def even_times(stamps: Real) -> EvenTimes:
+    """Return even times that explain stamps which repeat: each is its time, cut off at the step of the stamps.
+
+    A first or a last stamp with fewer rows than the others does not change the step. Stamps that no even
+    step explains are refused.
+    """
+    change = np.diff(stamps)
+    first = np.flatnonzero(np.concatenate([[True], change > 0]))
+    last = np.concatenate([first[1:] - 1, [stamps.size - 1]])
+    values, rows = stamps[first], np.diff(np.append(first, stamps.size))
+    if rows.size < 3:
+        raise InputError(f"time: all samples have {rows.size} time stamps, too few for a time step; {_STATE}")
+    least, most = float(change[change > 0].min()), float(change.max())
+    resolution = 2 * most - least if most < _UNEVEN * least else least
+    words = format_quantity(least, "s", digits=3)
+
+    def room(step: float) -> float:
+        """Return by how much the time of the first sample is free if the samples have this step, below 0 if none fits."""
+        return float(np.min(values + resolution - step * last) - np.max(values - step * first))
+
+    allowed = -_ROUNDING * resolution
+    inner = rows[1:-1]
+    step = least / round(float(np.median(inner)))
+    if most > least * (1 + _ROUNDING) or room(step) <= allowed:
+        from scipy.optimize import minimize_scalar
+
+        about = float(values[-1] - values[1]) / float(first[-1] - first[1])
+        near = 2 * resolution / stamps.size
+        found = minimize_scalar(
+            lambda each: -room(each),
+            bounds=(about - near, about + near),
+            method="bounded",
+            options={"xatol": 1e-9 * about},
+        )
+        step = float(found.x)
+    if room(step) <= allowed:
+        apart = format_quantity(most, "s", digits=3)
+        raise InputError(
+            f"time: the stamps are cut off at {words} and repeat, with {rows.min()} to {rows.max()} rows each and up to {apart}"
+            " between them: no even step explains them, samples are missing or were not taken evenly; cut the file where it"
+            f" pauses, or {_STATE}"
+        )
+    start = float(np.max(values - step * first))
+    often = " to ".join(str(each) for each in sorted({inner.min(), inner.max()}))
+    text = (
+        f"time: the stamps are cut off at {words} and repeat, {often} times each; replaced by"
+        f" {stamps.size} even times in steps of {format_quantity(step, 's')}"
+    )
+    time = np.asarray(start + step * np.arange(stamps.size), dtype=float)
+    if inner.min() == inner.max():
+        return EvenTimes(time=time, words=text)
+    why = f"the number of rows for each time stamp varies from {often}: a sample may be missing"
+    doubt = Diagnostic("rows of a time stamp", "unknown", why)
+    return EvenTimes(time=time, words=text, diagnostics=(doubt,))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.calibration import SensorCalibration
+    from electrovib.recordings.recording import SensorCalibration
 
 
 Span: TypeAlias = "str | tuple[float, float]"
@@ -204,22 +204,16 @@ def resampled(time: Real, values: Real, grid: Real) -> Real:
         return np.where(number[last + 1] > number[first], np.nan, found)
     if not means:
         return np.interp(grid, time, values)
-    whole = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
+    from scipy.interpolate import make_interp_spline
+
+    whole = make_interp_spline(time, values, k=1).antiderivative()
     low, high = (np.clip(grid + side * step / 2, time[0], time[-1]) for side in (-1, 1))
-    return (_integral(time, values, whole, high) - _integral(time, values, whole, low)) / (high - low)
+    return np.asarray((whole(high) - whole(low)) / (high - low))
 
 
 def _is_coarser(step: float, time: Real) -> bool:
     """Return whether the step of a grid exceeds the median interval of samples."""
     return bool(step > np.median(np.diff(time)) * (1 + 1e-9))
-
-
-def _integral(time: Real, values: Real, whole: Real, at: Real) -> Real:
-    """Return the integral of the linear interpolation from the first time to each time."""
-    place = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
-    ahead = at - time[place]
-    slope = (values[place + 1] - values[place]) / (time[place + 1] - time[place])
-    return np.asarray(whole[place] + ahead * (values[place] + slope * ahead / 2))
 
 
 _LOW, _HIGH = 0.3, 0.7

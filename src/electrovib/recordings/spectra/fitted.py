@@ -15,7 +15,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest, refuse
 from electrovib.core.units import format_quantity
-from electrovib.recordings.importing.parallel_part import CERTAIN, fit_parallel_part
+from electrovib.recordings.importing.own_material import CERTAIN, fit_parallel_part
 from electrovib.recordings.interval import EstimatedParameter
 from electrovib.recordings.spectra.fitted_material import FittedMaterial
 from electrovib.recordings.spectra.material import (

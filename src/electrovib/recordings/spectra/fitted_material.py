@@ -12,7 +12,7 @@ from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.atomic import Form, unsigned
 from electrovib.recordings.importing.own_material import layer_toml
 from electrovib.recordings.interval import NORMAL, EstimatedParameter
 from electrovib.scenario.toml import model_table

@@ -14,15 +14,17 @@ from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.recordings.interval import Interval, stuck
 from electrovib.recordings.recording import at_extreme, omitted_rows, recording_of
-from electrovib.recordings.swipe.parts import (
+from electrovib.recordings.swipe.result import (
     SHORTEST,
+    SwipeResult,
+    Swipes,
     find_contacts,
     find_slides,
     middle,
+    plain,
     sliding_speed,
     travel,
 )
-from electrovib.recordings.swipe.result import SwipeResult, Swipes, plain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.recordings.recording import Channels, Recorded, Recording, Span
-    from electrovib.recordings.swipe.parts import Touch
+    from electrovib.recordings.swipe.result import Touch
 
 _MOST = 0.5
 """Largest fraction of a window at the end of the range with which a force is still computed."""

@@ -11,10 +11,10 @@ from typing import Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.separable import above_lowest, chosen_form
 from electrovib.recordings.interval import NORMAL, Interval, from_noise, mean_of, more_than
 from electrovib.recordings.transitions.crossings import passages
 from electrovib.recordings.transitions.edges import EdgeRecord
+from electrovib.recordings.transitions.modes import above_lowest, chosen_form
 from electrovib.recordings.transitions.relaxation import (
     EXPONENTIAL,
     INSTANTANEOUS,

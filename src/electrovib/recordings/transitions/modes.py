@@ -1,22 +1,228 @@
-"""Damped oscillations of one or two modes, or of a mode whose frequency drifts, fitted to a section of a record."""
+"""Least squares of a model that is linear in its amplitudes, and damped oscillations fitted by it to a section of a record."""
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from electrovib.recordings.fit.least_squares import FreeParameter
-from electrovib.recordings.fit.separable import Separable, Whitening
-from electrovib.recordings.interval import Interval
+from electrovib.core.errors import InputError
+from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
+from electrovib.recordings.interval import Interval, autocovariance, covariance
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
+
+_STEP: Final = 1e-5
+"""Step of a derivative, relative to a logarithmic parameter, or to the range of another one."""
+_CONVERGED: Final = 1e-10
+_MOST: Final = 300
+_FEWEST: Final = 50
+"""Samples of noise from which its correlation is determined."""
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """A filter that makes noise of a second-order autoregression independent.
+
+    `coefficients` are a1, a2 of e_k = y_k + a1 y_(k-1) + a2 y_(k-2); zeros leave independent noise as it is, less the
+    two samples that every filter takes, so that both kinds of fits have the same samples.
+    """
+
+    coefficients: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, noise: Real) -> Whitening:
+        """Determine the filter from noise without signal; fewer than 50 samples give one without effect."""
+        if len(noise) < _FEWEST:
+            return cls()
+        lags = autocovariance(noise - np.mean(noise), fitted=1)[:3]
+        if not lags[0] > 0:
+            return cls()
+        matrix = np.array([[lags[0], lags[1]], [lags[1], lags[0]]])
+        found = np.linalg.lstsq(matrix, -lags[1:3], rcond=None)[0]
+        return cls((float(found[0]), float(found[1])))
+
+    def __call__(self, values: Real) -> Real:
+        """Apply the filter along the first axis, shape (n, ...) to (n - 2, ...)."""
+        first, second = self.coefficients
+        return np.asarray(values[2:] + first * values[1:-1] + second * values[:-2])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Separable:
+    """A model y = sum of amplitudes times columns that depend on nonlinear parameters.
+
+    `columns` maps these parameters to shape (n, k); `names` are those of the k amplitudes; `ranges` is the
+    step scale of a parameter that is not logarithmic.
+    """
+
+    columns: Callable[[Mapping[str, float]], Real]
+    data: Real
+    free: Mapping[str, FreeParameter]
+    names: Sequence[str]
+    ranges: Mapping[str, float]
+
+    def holding(self, **held: float) -> Separable:
+        """Return the problem with some nonlinear parameters held at values, in their units."""
+        free = {name: each for name, each in self.free.items() if name not in held}
+        return dataclasses.replace(self, columns=lambda at: self.columns({**at, **held}), free=free)
+
+    def best_starts(self, grid: Sequence[Mapping[str, float]], count: int) -> list[Mapping[str, float]]:
+        """Return those of many starts, moved between the bounds, that have the least sums of squares over the amplitudes."""
+        inside: list[Mapping[str, float]] = [
+            {name: each.starting_at(start[name]).start for name, each in self.free.items()} for start in grid
+        ]
+        left = [self._solved(start, None)[2] for start in inside]
+        return [inside[at] for at in np.argsort([float(each @ each) for each in left])[:count]]
+
+    def minimum(
+        self, starts: Sequence[Mapping[str, float]], *, whitening: Whitening | None = None
+    ) -> LeastSquaresEstimate:
+        """Search the nonlinear parameters from several starts, and return the best values of all parameters."""
+        found = [self._minimum(start, whitening) for start in starts]
+        best = min(found, key=lambda each: each.sum_of_squares)
+        _, amplitudes, _ = self._solved(best.values, whitening)
+        values = {**best.values, **dict(zip(self.names, map(float, amplitudes), strict=True))}
+        return dataclasses.replace(best, values=values)
+
+    def solve(
+        self, starts: Sequence[Mapping[str, float]], *, whitening: Whitening | None = None
+    ) -> LeastSquaresEstimate:
+        """Return the same with the covariance, which contains the correlation of the residuals."""
+        best = self.minimum(starts, whitening=whitening)
+        left = _filtered(self.predicted(best.values) - self.data, whitening)
+        slopes = self.jacobian(best.values, whitening)
+        estimate = best.judged(left, slopes, self.free)
+        return dataclasses.replace(estimate, covariance=_with_correlation(estimate, slopes, left))
+
+    def _minimum(self, start: Mapping[str, float], whitening: Whitening | None) -> LeastSquaresEstimate:
+        """Search from one start; the derivatives are those of Kaufman 1975, projected beside the columns."""
+        solved = functools.lru_cache(maxsize=1)(lambda *at: self._solved(dict(at), whitening))
+
+        def sloped(values: Mapping[str, float]) -> Real:
+            phi, amplitudes, _ = solved(*values.items())
+            slopes = self._slopes(values, amplitudes, whitening)
+            basis = np.linalg.qr(phi)[0]
+            return np.asarray(slopes - basis @ (basis.T @ slopes))
+
+        return least_squares(
+            lambda values: solved(*values.items())[2],
+            {name: each.starting_at(start[name]) for name, each in self.free.items()},
+            derivatives=sloped,
+            noise_is_known=False,
+            converged=_CONVERGED,
+            most_evaluations=_MOST,
+            judged=False,
+        )
+
+    def _solved(self, values: Mapping[str, float], whitening: Whitening | None) -> tuple[Real, Real, Real]:
+        """Return the columns, the best amplitudes and the residual at values of the nonlinear parameters."""
+        phi, data = _filtered(self.columns(values), whitening), _filtered(self.data, whitening)
+        amplitudes = np.asarray(np.linalg.lstsq(phi, data, rcond=None)[0], dtype=float)
+        return phi, amplitudes, phi @ amplitudes - data
+
+    def jacobian(self, values: Mapping[str, float], whitening: Whitening | None = None) -> Real:
+        """Differentiate the model after the nonlinear parameters, then the amplitudes, shape (n, parameters)."""
+        amplitudes = np.array([values[name] for name in self.names])
+        slopes = self._slopes(values, amplitudes, whitening)
+        return np.column_stack([slopes, _filtered(self.columns(values), whitening)])
+
+    def inflation(
+        self, values: Mapping[str, float], name: str, alike: Real, without: Collection[str] = ()
+    ) -> float:
+        """Return by how much noise of an autocovariance increases the variance of a parameter, at least 1.
+
+        Parameters `without` uncertainty, such as those on a bound, are taken as known.
+        """
+        kept = [each for each in (*self.free, *self.names) if each not in without]
+        if name not in kept:
+            return 1.0
+        rows = [at for at, each in enumerate((*self.free, *self.names)) if each in kept]
+        slopes, own = self.jacobian(values)[:, rows], kept.index(name)
+        whole, alone = (covariance(jacobian=slopes, autocovariance=of)[own, own] for of in (alike, alike[:1]))
+        return max(float(whole / alone), 1.0) if math.isfinite(whole) and alone > 0 else 1.0
+
+    def predicted(self, values: Mapping[str, float]) -> Real:
+        """Return the model, shape (n,), at all parameters."""
+        return np.asarray(self.columns(values) @ [values[name] for name in self.names])
+
+    def _slopes(self, values: Mapping[str, float], amplitudes: Real, whitening: Whitening | None) -> Real:
+        """Return the derivatives of the filtered model after the nonlinear parameters, shape (n, parameters)."""
+        steps = {
+            name: _STEP * (values[name] if each.logarithmic else self.ranges[name])
+            for name, each in self.free.items()
+        }
+        found = central_differences(lambda at: self.columns(at) @ amplitudes, values, steps)
+        return _filtered(np.column_stack([np.zeros((len(self.data), 0)), *found.values()]), whitening)
+
+
+def central_differences(
+    function: Callable[[Mapping[str, float]], Any], values: Mapping[str, float], steps: Mapping[str, float]
+) -> dict[str, Any]:
+    """Differentiate what a function gives after those of its values that have a step."""
+
+    def at(name: str, shift: float) -> Any:
+        return function({**values, name: values[name] + shift})
+
+    return {name: (at(name, step) - at(name, -step)) / (2 * step) for name, step in steps.items()}
+
+
+def resonance_parameters(window: float, step: float) -> dict[str, FreeParameter]:
+    """Natural frequency and quality factor of a resonance that samples `step` apart within a `window` resolve."""
+    slow, fast = 0.5 / window, 1 / (6 * step)
+    if fast <= slow:
+        raise InputError(
+            f"samples {step:g} s apart are too few to resolve an oscillation within {window:g} s"
+        )
+    return {
+        "frequency": FreeParameter(start=math.sqrt(slow * fast), lower=slow, upper=fast, logarithmic=True),
+        "quality": FreeParameter(start=2.0, lower=0.6, upper=100.0, logarithmic=True),
+    }
+
+
+def _filtered(values: Real, whitening: Whitening | None) -> Real:
+    return values if whitening is None else whitening(values)
+
+
+def _with_correlation(found: LeastSquaresEstimate, slopes: Real, left: Real) -> Real | None:
+    """Return the covariance for residuals that are correlated, by the noise or because the model is not exact."""
+    if found.covariance is None:
+        return None
+    inside = [at for at, name in enumerate(found.values) if name not in found.on_bound]
+    alike = covariance(jacobian=slopes[:, inside], autocovariance=autocovariance(left, fitted=len(inside)))
+    if not np.isfinite(alike).all():
+        return found.covariance
+    whole = np.zeros_like(found.covariance)
+    whole[np.ix_(inside, inside)] = alike
+    return whole
+
+
+Name = TypeVar("Name")
+
+SUPPORTED: Final = 2.0
+"""Difference of the criterion up to which a form has substantial support (Burnham and Anderson 2002)."""
+
+
+def chosen_form(criterion: Mapping[Name, float]) -> Name:
+    """Choose the first form, from the simplest on, whose criterion is at most 2 above the lowest."""
+    lowest = min(criterion.values())
+    return next(
+        name for name, value in criterion.items() if value <= lowest + SUPPORTED or not math.isfinite(lowest)
+    )
+
+
+def above_lowest(criterion: Mapping[str, float]) -> dict[str, float]:
+    """Return the differences of a criterion from the lowest, dimensionless."""
+    lowest = min(criterion.values())
+    return {name: value - lowest if math.isfinite(lowest) else 0.0 for name, value in criterion.items()}
+
 
 ONE: Final = "one mode"
 DRIFTING: Final = "one drifting mode"

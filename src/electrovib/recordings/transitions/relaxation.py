@@ -20,13 +20,13 @@ from electrovib.physics.relaxation import (
     time_of_progress,
 )
 from electrovib.recordings.fit.least_squares import FreeParameter
-from electrovib.recordings.fit.separable import (
+from electrovib.recordings.interval import Interval, autocovariance, profile_interval, student
+from electrovib.recordings.transitions.modes import (
     Separable,
     Whitening,
     central_differences,
     resonance_parameters,
 )
-from electrovib.recordings.interval import Interval, autocovariance, profile_interval, student
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

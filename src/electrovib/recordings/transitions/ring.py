@@ -12,8 +12,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Document
 from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
-from electrovib.data.marks import Form
-from electrovib.recordings.fit.separable import above_lowest, chosen_form
+from electrovib.data.atomic import Form
 from electrovib.recordings.interval import (
     Interval,
     NumberRow,
@@ -43,6 +42,8 @@ from electrovib.recordings.transitions.modes import (
     TWO,
     FittedModes,
     RingSection,
+    above_lowest,
+    chosen_form,
     fit_modes,
 )
 

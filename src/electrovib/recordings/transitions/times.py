@@ -13,7 +13,7 @@ from electrovib.core.answer import Answer, Document
 from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form
+from electrovib.data.atomic import Form
 from electrovib.recordings.interval import (
     Interval,
     NumberRow,

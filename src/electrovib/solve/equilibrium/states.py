@@ -18,7 +18,7 @@ from electrovib.core import answer
 from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.atomic import Form, csv_text
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.roughness import ContactSpots

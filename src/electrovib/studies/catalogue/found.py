@@ -2,22 +2,198 @@
 
 from __future__ import annotations
 
+import functools
+import re
 import textwrap
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from types import ModuleType
-from typing import Final
+from typing import Any, Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
 from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
+from electrovib.core.parsing import read_toml
 from electrovib.core.search import ALIAS, NAME, SPELLING, WORDS, Match, as_question, search, suggestions
 from electrovib.studies.catalogue import items
 from electrovib.studies.catalogue.items import Listed, Listing
 from electrovib.studies.catalogue.pages import labelled, page
-from electrovib.studies.catalogue.words import meaning, missing
+
+USE: Final = (
+    "'electrovib list NAME' shows its distributions with their sources; a study, a sensitivity analysis and"
+    " ev.read_space(SCENARIO, NAME) take it by its name."
+)
+HEADINGS: Final = ("parameter", "group", "distribution", "status", "confidence", "source")
+_OF_ALL: Final = "all"
+SHARE: Final = "share"
+_MOST_SHOWN: Final = 12
+"""Numbers of a list that are written out."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PopulationEntry(Listed):
+    """One distribution of a population, or the share of a group, as texts.
+
+    - `name`: dotted path; ``share`` for the share of a group; `meaning`: its model with the numbers as declared.
+    - `group`: division and group, ``moisture: dry``; ``all`` for every finger.
+    - `confidence`: how far the numbers are those of fingertips, as the author of the population judges.
+    - `source`: where the numbers are from; `choice`: what no source gives.
+    - `optional`: whether scenarios without the parameter can be used.
+    """
+
+    confidence: str
+    source: str
+    choice: str
+    optional: bool
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Cells of the table of a population."""
+        words = "; ".join(filter(None, (self.source, f"a choice: {self.choice}" if self.choice else "")))
+        status = status_text(self.status) if self.status else "a choice" if self.choice else "not stated"
+        return self.name, self.group, self.meaning, status, self.confidence, words
+
+
+def spaces(name: str = "") -> Listing:
+    """List the populations of fingers that the package ships, or the distributions of one.
+
+    Parameters
+    ----------
+    name : str
+        Name of a population; all of them if empty.
+
+    Returns
+    -------
+    Listing
+        One record for each population, or for each distribution of the one that is named. Printed, it is what
+        ``electrovib list spaces`` prints; in a notebook a table.
+
+    Raises
+    ------
+    InputError
+        If there is no population of this name.
+
+    Examples
+    --------
+    >>> [each.name for each in ev.spaces()]
+    ['fingers']
+    """
+    from electrovib.scenario.space.shipped import shipped_names
+
+    if not name:
+        records = [Listed(name=each, kind="population", meaning=title_of(each)) for each in shipped_names()]
+        rows = tuple((each.name, each.meaning) for each in records)
+        table = Table("", ("population", "what it is"), rows, caption=USE)
+        return Listing(records, text=lambda: laid_out(table), table=lambda: table)
+    if name not in shipped_names():
+        raise InputError(f"'{name}': no population has this name.{nearest(name, shipped_names())}")
+    found = list(entries_of(name))
+    whole = Table(
+        f"{name}: {title_of(name)}", HEADINGS, tuple(each.row for each in found), caption=caption_of(found)
+    )
+    return Listing(found, text=lambda: _with_sources(whole), table=lambda: whole)
+
+
+def title_of(name: str) -> str:
+    """Return the title of a population."""
+    from electrovib.scenario.space.shipped import read_shipped
+
+    return str(read_shipped(name)["title"])
+
+
+def caption_of(entries: list[PopulationEntry]) -> str:
+    """State which distributions are unverified and which a scenario may lack."""
+    unverified = [each.name for each in entries if each.status == UNVERIFIED]
+    needed = [each.name for each in entries if not each.optional and each.group == _OF_ALL]
+    text = f"A scenario needs {', '.join(needed)}; other parameters that it lacks are omitted, and the omission is reported."
+    return text + (f" {status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}." if unverified else "")
+
+
+def entries_of(name: str) -> Iterator[PopulationEntry]:
+    """Yield the distributions of a population that the package ships, as declared."""
+    from electrovib.scenario.space.shipped import read_shipped
+
+    return distributions_in(read_shipped(name))
+
+
+def distributions_in(tables: Mapping[str, Any]) -> Iterator[PopulationEntry]:
+    """Yield the distributions of the tables of a space: of all fingers, then of each group after its share."""
+    for path, table in tables.get("space", {}).items():
+        yield _entry(path, _OF_ALL, table)
+    for division, groups in tables.get("groups", {}).items():
+        for label, group in groups.items():
+            where = f"{division}: {label}"
+            yield _entry(SHARE, where, group, f"{group['share']:g} of all fingers")
+            for path, table in group.get("space", {}).items():
+                yield _entry(path, where, table)
+
+
+def _with_sources(table: Table) -> str:
+    """Write the distributions one below the other, each with its source in the lines after it."""
+    room, lines = terminal_width(), [table.title, "-" * len(table.title)]
+    for parameter, group, distribution, status, confidence, source in table.rows:
+        where = "" if group == _OF_ALL else f" ({group})"
+        lines += textwrap.wrap(f"{parameter}{where}: {distribution}", room)
+        text = f"{status}, {confidence} confidence: {source.removeprefix('a choice: ')}"
+        lines += textwrap.wrap(text, room, initial_indent="    ", subsequent_indent="    ")
+    return "\n".join([*lines, "", *textwrap.wrap(table.caption, room)]) + "\n"
+
+
+def _entry(parameter: str, group: str, table: Mapping[str, Any], distribution: str = "") -> PopulationEntry:
+    from electrovib.scenario.space.writing import KEYS
+
+    numbers = [f"{key} {_shown(value)}" for key, value in table.items() if key not in {"model", *KEYS}]
+    texts: dict[str, Any] = {
+        key: str(table.get(key, "")) for key in ("status", "confidence", "source", "choice")
+    }
+    return PopulationEntry(
+        name=parameter,
+        kind="distribution",
+        group=group,
+        meaning=distribution or f"{table['model']}, {', '.join(numbers)}",
+        optional=bool(table.get("optional")),
+        **texts,
+    )
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) if len(value) <= _MOST_SHOWN else f"{len(value)} values"
+    return str(value)
+
+
+@functools.cache
+def meanings() -> dict[str, list[dict[str, Any]]]:
+    """Read the table: ``here`` and ``missing``, each with its words, a sentence, and the names that belong to it."""
+    return read_toml(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+
+
+def missing() -> str:
+    """Name what is not modelled."""
+    return ", ".join(each["words"][0] for each in meanings()["missing"])
+
+
+def meaning(query: str, *, within: bool = False) -> tuple[str, list[str]]:
+    """Say what a query means that has exactly the words of an entry, or with `within` some; empty if nothing has them.
+
+    Beside the sentence are the names that belong to it.
+    """
+    asked = _words(query)
+    for label, kind in (("", "here"), ("not modelled: ", "missing")):
+        for each in meanings()[kind]:
+            known = set(map(_words, each["words"]))
+            if asked in known or (within and any(words <= asked for words in known)):
+                return f"{query}: {label}{each['says']}.", each["see"]
+    return "", []
+
+
+def _words(text: str) -> frozenset[str]:
+    """Split a text into words in small letters, without the s of a plural."""
+    return frozenset(word.removesuffix("s") for word in re.findall(r"[^\W_]+", text.casefold()))
+
 
 MOST: Final = 15
 """Entries shown of a search; the number of the others is stated."""

@@ -10,12 +10,13 @@ from typing import Any, ClassVar, Final, Self, TypeAlias
 
 from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.citation import UNVERIFIED
+from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.model import read_model
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, csv_text, json_text
+from electrovib.data.atomic import Form, csv_text, json_text
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, Limits, unit_of_limit
 from electrovib.physics.safety import AIR, BARE_ELECTRODE, FILM, GAP_CLOSED
 from electrovib.scenario import Scenario
@@ -232,6 +233,9 @@ class CheckResult(Answer):
     numbers: tuple[CheckNumber, ...]
     notes: tuple[str, ...]
     scenario: Scenario
+    verdict = former_attribute("verdict", "headline", lambda self: self.headline)
+    sentences = former_attribute("sentences", "document.sentences", lambda self: self._sentences)
+    tables = former_attribute("tables", "document.tables", lambda self: self.document.tables)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -254,7 +258,7 @@ class CheckResult(Answer):
         return tuple(row for row in self.rows if row.forbids)
 
     @property
-    def verdict(self) -> str:
+    def headline(self) -> str:
         """One sentence with the outcome."""
         outcome = OUTCOMES[self.state]
         if self.failed:
@@ -264,9 +268,9 @@ class CheckResult(Answer):
         return f"{outcome}: {names}" if names else outcome
 
     @property
-    def sentences(self) -> list[str]:
-        """The verdict, the closest limit, what is not shown to be safe, and what was not compared."""
-        lines = [f"{self.verdict} ({self.title})"]
+    def _sentences(self) -> list[str]:
+        """The headline, the closest limit, what is not shown to be safe, and what was not compared."""
+        lines = [f"{self.headline} ({self.title})"]
         if row := nearest_limit(self.rows):
             doubt = f", {UNCERTAIN}" if row.state == UNKNOWN else ""
             lines.append(
@@ -287,10 +291,10 @@ class CheckResult(Answer):
         return [*lines, f"asked of {of}: {', '.join(asked)} (rms voltage times rms current)"]
 
     @property
-    def tables(self) -> list[Table]:
-        """Limits, comparisons and numbers in words."""
+    def document(self) -> Document:
+        """The sentences; limits, comparisons and numbers in tables; the notes."""
         numbers = tuple((each.quantity, shown(each.value, each.unit)) for each in self.numbers)
-        return [
+        tables = [
             limits_table(self.title, self.rows),
             limits_table(
                 "Comparison with published currents, which decides nothing",
@@ -299,16 +303,12 @@ class CheckResult(Answer):
             ),
             Table("Values without a limit", ("quantity", "value"), numbers),
         ]
-
-    @property
-    def document(self) -> Document:
-        """The sentences, the tables and the notes."""
         return Document(
             title=f"Check of {self.title}",
-            sentences=[*self.sentences, HARDWARE],
+            sentences=[*self._sentences, HARDWARE],
             diagnostics=self.diagnostics,
             figures=[Drawing(id="limits", title="Every value over its limit", plot="limits", of=self)],
-            tables=self.tables,
+            tables=tables,
             remarks=self.notes,
             brief=True,
         )

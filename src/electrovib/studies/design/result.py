@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Shown, Table
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.core.deprecation import former_attribute
-from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import Form, json_text, plain, unsigned
+from electrovib.data.atomic import Form, json_text, plain, unsigned
 from electrovib.scenario.toml import to_toml
 from electrovib.studies.check.result import UNKNOWN, not_shown
 from electrovib.studies.widths import Width, sentences
@@ -41,11 +41,15 @@ class Designed(Answer):
     widths: tuple[Width, ...] = ()
     form: ClassVar[str]
     """What was sought, as a file of all numbers names it."""
-    answer = former_attribute("answer", "document.sentences", lambda self: " ".join(self.sentences))
+    answer = former_attribute("answer", "document.sentences", lambda self: " ".join(self.document.sentences))
     verdict = former_attribute(
-        "verdict", "document.text", lambda self: (*self.sentences, *self.document.warnings)
+        "verdict", "document.text", lambda self: (*self.document.sentences, *self.document.warnings)
     )
     lines = former_attribute("lines", "document", lambda self: self._lines)
+    sentences = former_attribute("sentences", "document.sentences", lambda self: self.document.sentences)
+    details = former_attribute("details", "document.remarks", lambda self: self.document.remarks)
+    tables = former_attribute("tables", "document.tables", lambda self: self.document.tables)
+    figures = former_attribute("figures", "document.figures", lambda self: self.document.figures)
 
     @property
     @abstractmethod
@@ -62,46 +66,20 @@ class Designed(Answer):
     def diagnostics(self) -> Sequence[Diagnostic]:
         """Diagnostics of that scenario beyond those that the comparison with the limits states."""
 
-    @property
-    @abstractmethod
-    def sentences(self) -> Sequence[str]:
-        """The sentences that are needed first: the answer, what else there is, and what the limits allow."""
-
     @abstractmethod
     def numbers(self) -> dict[str, Any]:
         """Return all numbers as nested tables, in SI."""
 
     @property
-    def details(self) -> Sequence[str]:
-        """Sentences on how the result was found and what it depends on."""
-        return ()
-
-    @property
-    def tables(self) -> Sequence[Table]:
-        """Numbers of the result in words, named and with units."""
-        return ()
-
-    @property
-    def figures(self) -> Sequence[Shown]:
-        """Figures of the result."""
-        return ()
-
-    @property
     def _lines(self) -> list[str]:
-        return [*self.sentences, *warning_lines(self.diagnostics, brief=True), *self.details]
+        said = self.document
+        return [*said.sentences, *said.warnings, *said.remarks]
 
-    @property
-    def document(self) -> Document:
-        """The sentences, the figures, the tables, and the details."""
-        scenario = self.scenario
+    def _document(self, sentences: Sequence[str], **parts: Any) -> Document:
+        """Return the document of a design: sentences that are needed first, and its other parts."""
+        titled = (self.scenario and self.scenario.titled()) or self.form
         return Document(
-            title=f"Design: {(scenario.titled() if scenario is not None else '') or self.form}",
-            sentences=self.sentences,
-            diagnostics=self.diagnostics,
-            figures=self.figures,
-            tables=self.tables,
-            remarks=self.details,
-            brief=True,
+            title=f"Design: {titled}", sentences=sentences, diagnostics=self.diagnostics, brief=True, **parts
         )
 
     @property
@@ -270,22 +248,17 @@ class DesignedParameter(Designed):
         return self.best is not None
 
     @property
-    def sentences(self) -> tuple[str, ...]:
-        """The answer, other solutions, the limits and the widths."""
-        return (*_answer(self), *_others(self), *_limits(self), *sentences(self.widths))
+    def document(self) -> Document:
+        """The answer, other solutions, limits and widths; the quantity over the parameter; what the value depends on."""
+        said = (*_answer(self), *_others(self), *_limits(self), *sentences(self.widths))
+        return self._document(
+            said,
+            remarks=(*_influences(self), *_how(self)),
+            figures=[self._figure()],
+            tables=[table for table in _tables(self) if table.rows],
+        )
 
-    @property
-    def details(self) -> tuple[str, ...]:
-        """What the value depends on, and where the quantity was computed."""
-        return (*_influences(self), *_how(self))
-
-    @property
-    def tables(self) -> tuple[Table, ...]:
-        """Solutions and elasticities as tables of words."""
-        return tuple(table for table in _tables(self) if table.rows)
-
-    @property
-    def figures(self) -> tuple[Panel, ...]:
+    def _figure(self) -> Panel:
         """The quantity over the free parameter, with the wanted value and the values that give it."""
         wanted, points = self.wanted, self.explored.points
         solved = np.array([(each.value, each.root.reached) for each in self.solutions]).reshape(-1, 2).T
@@ -297,11 +270,10 @@ class DesignedParameter(Designed):
             Curve(label="wanted", x=x, y=np.full_like(y, wanted.value), kind="dashed", look=REFERENCE),
             Curve(label="solutions", x=solved[0], y=solved[1], kind="points", look=1),
         )
-        panel = Panel(
+        return Panel(
             id="quantity", title=f"{name[0].upper()}{name[1:]} over the {free}", x=(free, wanted.declared.unit),
             y=(name, wanted.unit), curves=curves, caption=f"Computed at {len(points)} values of {wanted.free}.",
         )  # fmt: skip
-        return (panel,)
 
     def numbers(self) -> dict[str, Any]:
         """Return all numbers as nested tables."""

@@ -19,10 +19,9 @@ from electrovib.solve.meter import Meter, measured
 from electrovib.studies.check import LimitsSource, checked
 from electrovib.studies.check.result import not_in_rows
 from electrovib.studies.design import search
-from electrovib.studies.design.limits import Limited, obtainable, several_limits
+from electrovib.studies.design.limits import Limited, Sampled, obtainable, several_limits, widths_of
 from electrovib.studies.design.result import DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.wanted import Evaluation, FreeSource, Wanted, WantSource, read_wanted
-from electrovib.studies.design.widths import Sampled, widths_of
 from electrovib.studies.sensitivity import Elasticity, slope
 from electrovib.studies.widths import LEVEL, ONE_FINGER, Width
 

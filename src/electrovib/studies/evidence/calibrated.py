@@ -15,7 +15,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
-from electrovib.data.marks import csv_text
+from electrovib.data.atomic import csv_text
 from electrovib.scenario.space.reading import read_space
 from electrovib.studies.evidence.measurement import Measurement, numbers_of
 from electrovib.studies.evidence.predicted import ModelPrediction, candidates, set_up, values_of

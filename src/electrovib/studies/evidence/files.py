@@ -18,7 +18,7 @@ from electrovib.core.errors import InputError, Problem, gathered, located, neare
 from electrovib.core.parsing import read_toml_file
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.atomic import Form, unsigned
 from electrovib.data.recorded import DataColumn, column_of
 from electrovib.data.registry import read_recorded
 from electrovib.scenario import Scenario, read_scenario

@@ -16,7 +16,7 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, refuse
 from electrovib.core.mistakes import near_members
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.atomic import Form, csv_text
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space.reading import read_space

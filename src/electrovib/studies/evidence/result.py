@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, Panel, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.atomic import Form, csv_text
 from electrovib.studies.evidence import challenge
 from electrovib.studies.evidence.calibrated import Calibrated, csv_of, sentence, table
 from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of

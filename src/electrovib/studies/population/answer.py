@@ -1,21 +1,128 @@
-"""The result of a study as an answer that is a Dataset too."""
+"""The result of a study as an answer: bands, exceedance probabilities, and the parameters that differ with their sources."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Final
+import tomllib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import xarray
 
-from electrovib.core.answer import Answer
+from electrovib.core.answer import Answer, Document, Drawing, Page, Table
+from electrovib.core.citation import UNVERIFIED, is_reference, status_text
+from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.signals import is_study_result
-from electrovib.data.marks import Form
-from electrovib.studies.population.document import study_document
-from electrovib.studies.population.result import bands_csv
+from electrovib.data.atomic import Form
+from electrovib.studies.catalogue.found import HEADINGS, SHARE, distributions_in
+from electrovib.studies.population.result import (
+    NOT_JUDGED,
+    bands_csv,
+    method_words,
+    nominal_words,
+    signal_words,
+    width_words,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    pass
 
-    from electrovib.core.answer import Document
+_SIZE: Final = (9.4, 3.8)
+"""Width and height of a figure of the page [inch]."""
+"""Keys of the table of a distribution that are not its numbers."""
+
+
+def study_document(found: xarray.Dataset, *, title: str | None = None) -> Document:
+    """Say what a study has found."""
+    names = [str(each) for each in found.attrs["signals"]]
+    words = [line for name in names for line in signal_words(found, name)]
+    words += width_words(found) + nominal_words(found)
+    of = [f"Scenario: {found.attrs['title']}"] if found.attrs["title"] else []
+    return Document(
+        title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
+        sentences=[f"{line[0].upper()}{line[1:]}." for line in words],
+        diagnostics=diagnostics_of(found),
+        note="Of the scenario with its own values; the drawn fingers are not judged one by one.",
+        figures=[each for name in names for each in _figures(found, name)],
+        remarks=[
+            *of,
+            *method_words(found),
+            NOT_JUDGED,
+            *(f"note: {each}" for each in found.attrs["space_remarks"]),
+        ],
+        pages=[
+            _parameters(found),
+            _origin(found),
+            Page("Scenario", (str(found.attrs["scenario_toml"]),), listing=True),
+        ],
+        references=_sources(found),
+    )
+
+
+def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[Drawing]:
+    """Draw the bands of each signal of a study with the runs and recordings of a report over them."""
+    lines = [*width_words(found), *nominal_words(found), *warning_lines(diagnostics_of(found))]
+    caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
+    return [
+        _drawing(found, str(name), "bands", caption=caption, beside=beside) for name in found.attrs["signals"]
+    ]
+
+
+def _figures(found: xarray.Dataset, name: str) -> list[Drawing]:
+    drawn = [_drawing(found, name, "bands", caption=_caption(found))]
+    if f"{name}_exceedance" in found:
+        drawn.append(_drawing(found, name, "exceedance", more=": exceedance probability"))
+    return drawn
+
+
+def _drawing(
+    found: xarray.Dataset, name: str, plot: str, *, more: str = "", caption: str = "", **options: Any
+) -> Drawing:
+    words = name.replace("_", " ")
+    title = f"{words[0].upper()}{words[1:]} over the fingers{more}"
+    return Drawing(
+        id="-".join(title.lower().split()),
+        title=title,
+        caption=caption,
+        plot=plot,
+        of=found,
+        options={"signal": name} | options,
+        size=_SIZE,
+    )
+
+
+def _caption(found: xarray.Dataset) -> str:
+    """State how many fingers, and which parameters differ; those with unverified values are marked."""
+    rows = [each for each in distributions_in(_space(found)) if each.name != SHARE]
+    names = dict.fromkeys(each.name for each in rows)
+    doubtful = {each.name for each in rows if each.status == UNVERIFIED}
+    listed = ", ".join(f"{path} ({status_text(UNVERIFIED)})" if path in doubtful else path for path in names)
+    return f"{found.attrs['fingers']} fingers, seed {found.attrs['seed']}. Parameters that differ between them: {listed}."
+
+
+def _space(found: xarray.Dataset) -> dict[str, Any]:
+    return tomllib.loads(str(found.attrs["space_toml"]))
+
+
+def _parameters(found: xarray.Dataset) -> Table:
+    space = _space(found)
+    relations = [f"{each}." for each in space.get("relations", [])]
+    relations += [
+        f"correlation of {pair}: {value:g}." for pair, value in space.get("correlation", {}).items()
+    ]
+    rows = tuple(each.row for each in distributions_in(space))
+    return Table("Parameters that differ between fingers", HEADINGS, rows, caption=" ".join(relations))
+
+
+def _origin(found: xarray.Dataset) -> Table:
+    versions = ", ".join(f"{name} {each}" for name, each in found.attrs["versions"].items())
+    caption = "Variance of the population, estimated over n - 1."
+    return Table("Computation", ("", ""), (("Versions", versions),), caption=caption)
+
+
+def _sources(found: xarray.Dataset) -> list[str]:
+    listed = (each.source for each in distributions_in(_space(found)) if each.source)
+    return list(dict.fromkeys(each for each in listed if is_reference(each)))
+
 
 _OF_SIGNAL: Final = ("mean", "variance")
 """Arrays over time or frequency that each signal of a study has."""

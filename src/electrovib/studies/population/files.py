@@ -16,8 +16,7 @@ import numpy as np
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.parsing import read_json
 from electrovib.core.units import unit_in_files
-from electrovib.data.atomic import write_text, writing
-from electrovib.data.marks import WRITTEN_BY, Form, is_ours, unsigned
+from electrovib.data.atomic import WRITTEN_BY, Form, is_ours, unsigned, write_text, writing
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

@@ -17,7 +17,7 @@ from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity, unit_of_files
 from electrovib.core.versions import versions
-from electrovib.data.marks import csv_text, plain
+from electrovib.data.atomic import csv_text, plain
 from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
 from electrovib.solve.population.kernels import quantiles

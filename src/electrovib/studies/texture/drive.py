@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.answer import Panel
+from electrovib.core.answer import Document
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
@@ -94,7 +94,7 @@ class TextureDrive(Designed):
         return tuple(diagnostics_of(self.trace))
 
     @property
-    def sentences(self) -> list[str]:
+    def document(self) -> Document:
         """What the drive reaches."""
 
         def shown(number: float, unit: str, digits: int = 4) -> str:
@@ -104,7 +104,7 @@ class TextureDrive(Designed):
         span = "the friction is not determined: the finger rests"
         if len(known):
             span = f"friction {shown(known.min(), 'N', 5)} to {shown(known.max(), 'N', 5)}"
-        return [
+        said = [
             *self.notes,
             f"wanted attraction up to {shown(np.max(self.wanted_force), 'N')}, predicted up to"
             f" {shown(np.max(self.predicted_force), 'N')}; {span}",
@@ -113,16 +113,14 @@ class TextureDrive(Designed):
             " from 0 V to 0 V",
             *not_shown(self.check.rows),
         ]
+        return self._document(
+            said, figures=[force_panel(self.times, self.wanted_force, self.predicted_force)]
+        )
 
     @property
     def is_achieved(self) -> bool:
         """Whether no limit is exceeded, without which there is no drive."""
         return not self.check.forbidding
-
-    @property
-    def figures(self) -> tuple[Panel, ...]:
-        """The attraction over time."""
-        return (force_panel(self.times, self.wanted_force, self.predicted_force),)
 
     def numbers(self) -> dict[str, Any]:
         """Return what the drive reaches, in SI."""

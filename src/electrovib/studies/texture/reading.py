@@ -13,7 +13,7 @@ from electrovib.core.model import Model
 from electrovib.core.parsing import read_toml, read_toml_file
 from electrovib.core.samples import Samples
 from electrovib.core.units import parse_quantity
-from electrovib.data.picture import read_picture
+from electrovib.data.registry import read_picture
 from electrovib.physics.texture.base import Texture
 from electrovib.physics.texture.path import FingerPath
 from electrovib.physics.texture.profile import MOST_PIXELS, GreyscalePicture

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.citation import UNVERIFIED
 from electrovib.core.diagnostics import STATES, diagnostics_of
 from electrovib.core.signals import FORMAT, SIGNALS
-from electrovib.view import plots, summary, tables
+from electrovib.view import plots, summary
 from electrovib.view.pages import filled, to_png
 from electrovib.view.plots.layers import return_path
 from electrovib.view.plots.layers import values as values_of
-from electrovib.view.style import layer_colours, new_figure, style
+from electrovib.view.style import layer_colours, new_figure, pretty_quantity, pretty_unit, style
 from electrovib.view.summary import is_sweep, quantities_of, swept_texts
-from electrovib.view.units import pretty_quantity, pretty_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -42,9 +41,9 @@ class ShownLayer:
 
 def scenario_html(scenario: Scenario) -> str:
     """Write a scenario as HTML for a notebook."""
-    parameters = [row for row in tables.parameter_rows({"": scenario}, {}) if row.values != ("–",)]
-    given = [row for row in parameters if not row.sources[0].startswith(tables.DEFAULT)]
-    models = tables.model_rows(scenario)
+    parameters = [row for row in summary.parameter_rows({"": scenario}, {}) if row.values != ("–",)]
+    given = [row for row in parameters if not row.sources[0].startswith(summary.DEFAULT)]
+    models = summary.model_rows(scenario)
     return filled(
         "notebook_scenario.html.jinja",
         title=f"Scenario: {scenario.titled() or 'without a title'}",

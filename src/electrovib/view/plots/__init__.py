@@ -3,18 +3,25 @@
 from collections.abc import Callable
 from typing import Any
 
-from electrovib.view.plots.layers import stack
-from electrovib.view.plots.maps import MAP_SIZE, contact_map
-from electrovib.view.plots.of_answers import SIZE, indices, limits, panel, size_of, trade_off
-from electrovib.view.plots.over_fingers import bands, exceedance
-from electrovib.view.plots.over_frequency import (
+from electrovib.view.plots.layers import MAP_SIZE, contact_map, stack
+from electrovib.view.plots.of_answers import (
+    SIZE,
+    bands,
+    exceedance,
+    indices,
+    limits,
+    panel,
+    size_of,
+    trade_off,
+)
+from electrovib.view.plots.over_parameters import (
     frequency_response,
     gain,
     gain_phase,
     impedance,
     impedance_phase,
+    quantity,
 )
-from electrovib.view.plots.over_parameters import quantity
 from electrovib.view.plots.over_time import (
     current,
     drive,

@@ -10,11 +10,19 @@ from electrovib.core.errors import InputError
 from electrovib.core.signals import signal
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import scenario_of
-from electrovib.view.lines import Line, Traces, labelled, left_out, lines, lines_of, scenario_or_none
-from electrovib.view.plots.draw import draw, finish
-from electrovib.view.style import NEUTRAL, drawing
+from electrovib.view.lines import (
+    Line,
+    Traces,
+    draw,
+    finish,
+    labelled,
+    left_out,
+    lines,
+    lines_of,
+    scenario_or_none,
+)
+from electrovib.view.style import NEUTRAL, drawing, pretty_quantity
 from electrovib.view.summary import not_known
-from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

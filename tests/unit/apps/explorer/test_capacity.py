@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from electrovib.apps.explorer.limits import LARGEST_REQUEST, LARGEST_UPLOAD
-from electrovib.apps.explorer.server import RequestLimits
+from electrovib.apps.explorer.access import RequestLimits
+from electrovib.apps.explorer.runner import LARGEST_REQUEST, LARGEST_UPLOAD
 
 START = {"type": "http.response.start", "status": 200, "headers": []}
 

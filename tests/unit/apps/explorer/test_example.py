@@ -6,7 +6,7 @@ import pytest
 import electrovib as ev
 from electrovib.apps.explorer import reading
 from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.example import FACTOR, NOISE, example
+from electrovib.apps.explorer.page.recording import FACTOR, NOISE, example
 from electrovib.apps.explorer.pictures import recorded
 from electrovib.apps.explorer.reading import RunningFit, fittable
 from electrovib.apps.explorer.state import presets

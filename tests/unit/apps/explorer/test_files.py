@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.apps.explorer import limits, reading
+from electrovib.apps.explorer import reading, runner
 from electrovib.apps.explorer.computed import compute
-from electrovib.apps.explorer.downloads import DOWNLOADS
 from electrovib.apps.explorer.page.plots import paragraphs
 from electrovib.apps.explorer.reading import (
     MOST_FREE,
@@ -18,6 +17,7 @@ from electrovib.apps.explorer.reading import (
     read_uploaded_scenario,
     shown_name,
 )
+from electrovib.apps.explorer.session import DOWNLOADS
 from electrovib.core.errors import ElectrovibError, InputError
 
 FIG6 = "vezzoli_2014/fig6"
@@ -138,7 +138,7 @@ def test_names_of_uploads_are_shown_as_one_short_line():
         assert shown_name(name) == expected
     assert "\n" not in shown_name("a\nb\x00\u202e.csv")
     long = shown_name("x" * 300 + ".csv")
-    assert (len(long), long[-4:]) == (limits.LONGEST_NAME, ".csv")
+    assert (len(long), long[-4:]) == (runner.LONGEST_NAME, ".csv")
 
 
 SINE = {"model": "Sine", "amplitude": 1, "frequency": 100}
@@ -158,7 +158,7 @@ SINE = {"model": "Sine", "amplitude": 1, "frequency": 100}
         (b'drive = "os.system"', "."),
         (b"schema = 1979-05-27", "schema"),
         (b"a = " + b"9" * 5000, "."),
-        (b"#" * (limits.LARGEST_SCENARIO + 1), r"at most 0\.5 MB"),
+        (b"#" * (runner.LARGEST_SCENARIO + 1), r"at most 0\.5 MB"),
     ],
     ids=lambda each: str(each)[:30],
 )
@@ -168,22 +168,22 @@ def test_malformed_and_large_scenarios_give_a_sentence(content, words, here):
 
 
 def test_large_files_wide_tables_and_long_drives_are_refused(monkeypatch, here):
-    wide = b"\n".join(b",".join(b"%d" % n for n in range(limits.MOST_COLUMNS + 1)) for _ in range(3))
+    wide = b"\n".join(b",".join(b"%d" % n for n in range(runner.MOST_COLUMNS + 1)) for _ in range(3))
     for content, words in (
-        (bytes(limits.LARGEST_UPLOAD + 1), "at most 20 MB"),
+        (bytes(runner.LARGEST_UPLOAD + 1), "at most 20 MB"),
         (wide, "at most 200 columns"),
         (b"time,force\n" + b"1," * 20_000 + b"\n1,2\n", "a line of 40001 letters"),
-        (b"t," + b"a" * (limits.LONGEST_NAME + 1) + b"\n1,2\n2,3\n", "has 121 letters"),
+        (b"t," + b"a" * (runner.LONGEST_NAME + 1) + b"\n1,2\n2,3\n", "has 121 letters"),
     ):
         with pytest.raises(InputError, match=words):
             read_upload("a.csv", content)
-    assert len(read_upload("a.csv", wide.replace(b"0,1,", b"1,")).recorded.channels) == limits.MOST_COLUMNS
-    drives = [SINE] * (limits.MOST_PARAMETERS // 4)
+    assert len(read_upload("a.csv", wide.replace(b"0,1,", b"1,")).recorded.channels) == runner.MOST_COLUMNS
+    drives = [SINE] * (runner.MOST_PARAMETERS // 4)
     many = ev.load(FIG6).replace({"drive": {"model": "Sum", "drives": drives}})
     with pytest.raises(InputError, match="scenarios of at most 400"):
         read_uploaded_scenario("a.toml", many.to_toml().encode())
-    assert limits.MOST_VALUES >= 1_000_000
-    monkeypatch.setattr(limits, "MOST_VALUES", 60)
+    assert runner.MOST_VALUES >= 1_000_000
+    monkeypatch.setattr(runner, "MOST_VALUES", 60)
     with pytest.raises(InputError, match="more than a page reads"):
         read_upload("a.csv", TABLE)
 

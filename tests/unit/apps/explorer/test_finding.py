@@ -6,7 +6,7 @@ import pytest
 import electrovib as ev
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.controls import controls
-from electrovib.apps.explorer.finding import (
+from electrovib.apps.explorer.page.knobs import (
     MOST_IMPORTANT,
     important,
     is_found,

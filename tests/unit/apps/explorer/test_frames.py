@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("nicegui")
 from socketio.exceptions import ConnectionRefusedError as Refused
 
-from electrovib.apps.explorer import frames
-from electrovib.apps.explorer.frames import MOST_LINES, Frames, check_events, is_kept
+from electrovib.apps.explorer import access
+from electrovib.apps.explorer.access import MOST_LINES, Frames, check_events, is_kept
 
 EVENTS = ("connect", "disconnect", "event", "ack")
 GOOD = ["1", "3", "40", "40{}", "41", '42["event",{}]', '4217["ack",{"a":[1]}]', '42["event",{"a":"\\n"}]']
@@ -43,8 +43,8 @@ bAAAA
 @pytest.fixture
 def lines(monkeypatch):
     found = []
-    monkeypatch.setattr(frames, "_LINES", itertools.count(1))
-    monkeypatch.setattr(frames.LOG, "warning", lambda text, *parts: found.append(text % parts))
+    monkeypatch.setattr(access, "_LINES", itertools.count(1))
+    monkeypatch.setattr(access.LOG, "warning", lambda text, *parts: found.append(text % parts))
     return found
 
 
@@ -137,7 +137,7 @@ def test_a_report_of_a_browser_is_one_line_and_the_number_of_lines_is_limited(li
     assert [each.split("): ")[1][:7] for each in lines] == ["warning", "error\\n"]
     assert max(map(len, lines)) < 250
     for number in range(MOST_LINES + 50):
-        frames.log(f"line {number}.")
+        access.log(f"line {number}.")
     assert len(lines) == MOST_LINES + 1
     assert f"line {MOST_LINES - 3}." in lines[-2]
     assert "not written" in lines[-1]

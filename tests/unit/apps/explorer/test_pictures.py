@@ -1,5 +1,6 @@
 """What each tab shows: the numbers of the Trace in the unit of the axis, or a sentence, for every shipped scenario."""
 
+import html
 import json
 import math
 import re
@@ -22,9 +23,8 @@ from electrovib.apps.explorer.computed import (
     compute,
     slices,
 )
-from electrovib.apps.explorer.drawing import drawing
 from electrovib.apps.explorer.felt_picture import detection, felt
-from electrovib.apps.explorer.limits import SHOWN_SAMPLES
+from electrovib.apps.explorer.key_figures import drawing
 from electrovib.apps.explorer.page import plots as words
 from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
 from electrovib.apps.explorer.pictures import (
@@ -37,6 +37,7 @@ from electrovib.apps.explorer.pictures import (
     recorded,
     thinned,
 )
+from electrovib.apps.explorer.runner import SHOWN_SAMPLES
 from electrovib.apps.explorer.session import Earlier
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.constants import eps0
@@ -138,7 +139,7 @@ def test_a_recording_stands_beside_the_prediction_and_a_tab_states_what_cannot_b
     assert "No signal of this recording" in content(RECORDING, shown, Further(), measured=fields).above
     constant = of_tab(FELT, compute(shown.scenario.replace({"drive": {"model": "Step", "level": 0}})))
     assert constant.figures == []
-    assert "does not vary" in constant.above
+    assert "nothing moves the skin" in constant.above
     rests = of_tab(TIME, compute(ev.load("shultz_2018/at_rest")))
     assert "lateral force is not shown: it has no value in this scenario" in rests.above
     titles = [title(plot) for plot in rests.figures]
@@ -316,17 +317,18 @@ def test_the_laws_beside_that_of_the_page_are_those_that_miss_measured_forces_th
 
 def test_felt_and_safety(shown):
     percept = known_further(FELT, shown).percept
-    verdict, more = words.verdict_words(percept)
-    assert percept.headline.partition(",")[2] in verdict
-    assert percept.widths[-1].text in more
-    assert f"{percept.channels[0].level:.1f}".replace("-", "−") in words.felt_words(percept)
+    said, below = words.answer_words(percept.document)
+    assert percept.headline.partition(",")[2] in said
+    assert percept.widths[-1].text in said
+    assert f"{percept.channels[0].level:+.1f} dB" in below
     (plot,) = felt(percept, shown.scenario)
     largest = percept.spectrum.amplitude[percept.spectrum.frequency >= 1].max()
     assert max(plot["data"][0]["y"]) == pytest.approx(largest * 1e3, rel=1e-6)
     low, high = plot["layout"]["yaxis"]["range"]
     assert 10**low < max(plot["data"][0]["y"]) < 10**high
-    text = words.safety_words(known_further(SAFETY, shown).check)
-    assert "hardware has to limit the current" in text
+    check = known_further(SAFETY, shown).check
+    text = "".join(words.answer_words(check.document, check.state))
+    assert "only hardware that limits the current protects" in text
     assert "250 µA" in text
 
 
@@ -343,11 +345,13 @@ def test_a_calibrated_perception_is_stated_with_its_level():
         scenario = ev.load("bau_2010/sine").replace(changes)
         percept, felt_tab = ev.perceive(scenario), of_tab(FELT, compute(scenario))
         above = felt_tab.above + felt_tab.below
-        assert f"<b>felt</b>, {percept.felt_by} channel: {percept.sensation:+.1f} dB (" in above
+        assert f">felt, {percept.felt_by} channel: {percept.sensation:+.1f} dB (" in above
+        assert percept.title
+        assert html.escape(percept.title) not in felt_tab.above  # the page has it in its bar
         assert ("assumed from publications" in above) == bool(assumed)
         assert not assumed or f"assumed from publications: {assumed}; " in above
     weak = scenario.replace({"perception.threshold": "1 mm"})
-    told = f"<b>not felt</b>, Pacinian channel: {ev.perceive(weak).sensation:+.1f} dB ("
+    told = f">not felt, Pacinian channel: {ev.perceive(weak).sensation:+.1f} dB ("
     assert told in of_tab(FELT, compute(weak)).above
 
 

@@ -13,9 +13,17 @@ from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer import computed, reading, runner
 from electrovib.apps.explorer import session as sessions
 from electrovib.apps.explorer.computed import LAWS, SAFETY, Further, compute
-from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN, LONGEST_SHORT_RUN
 from electrovib.apps.explorer.reading import RunningFit
-from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, closed_at_end, end_work
+from electrovib.apps.explorer.runner import (
+    LARGEST_RUN,
+    LONGEST_QUICK_RUN,
+    LONGEST_RUN,
+    LONGEST_SHORT_RUN,
+    InterruptedWorkError,
+    LatestOnly,
+    closed_at_end,
+    end_work,
+)
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
 from electrovib.core.budget import BudgetError, allowed

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import electrovib as ev
-from electrovib.apps.explorer.limits import LONGEST_LINK, MOST_CHANGES, MOST_SAMPLES
+from electrovib.apps.explorer.runner import LONGEST_LINK, MOST_CHANGES, MOST_SAMPLES
 from electrovib.apps.explorer.server import listening
 from electrovib.apps.explorer.state import PageState, presets, read_query, refuse_files, scenario_of
 from electrovib.core.errors import ElectrovibError, InputError

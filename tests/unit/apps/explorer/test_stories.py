@@ -9,10 +9,9 @@ import pytest
 
 from electrovib.apps.explorer.computed import FADING, FREQUENCY, LAWS, Further, compute, slices
 from electrovib.apps.explorer.controls import controls
-from electrovib.apps.explorer.limits import FINGERS, LONGEST_SHORT_RUN
 from electrovib.apps.explorer.page.plots import content
-from electrovib.apps.explorer.state import PageState, read_query, scenario_of
-from electrovib.apps.explorer.stories import STEPS, STORIES
+from electrovib.apps.explorer.runner import FINGERS, LONGEST_SHORT_RUN
+from electrovib.apps.explorer.state import STEPS, STORIES, PageState, read_query, scenario_of
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.studies.check import check

@@ -15,7 +15,7 @@ from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import left_by_a_kill
 from electrovib.data.readers.wave_audio import read_wave
-from electrovib.exports.waveform_formats import FORMATS
+from electrovib.exports.waveform_formats import WAVEFORM_FORMATS
 from electrovib.studies.check import read_drive
 from electrovib.studies.waveform import sampling_error, waveform
 
@@ -24,7 +24,7 @@ LIMITS = {"voltage": "1 kV", "current": "250 uA"}
 PULSE = ev.load(FIG6, changes={"limits": LIMITS})
 SINE = {"model": "Sine", "amplitude": "100 V", "frequency": "1 kHz"}
 BURST = ev.load(FIG6, changes={"drive": SINE, "limits": LIMITS, "time.duration": "5 ms"})
-SUFFIXES = tuple(FORMATS)
+SUFFIXES = tuple(WAVEFORM_FORMATS)
 GENERATOR = {"instrument": "hp_33120a", "gain": 20}
 EDGE = {"edge": 1e-6}
 

@@ -41,7 +41,7 @@ def test_a_source_of_100_ua_before_10_nf_is_asked_for_a_thousand_times_more():
     assert slew.state == "fail"
     assert result.value("peak current") == pytest.approx(100e-6), "what flows is what the amplifier has"
     assert result.state == "fail"
-    assert "asked peak current" in result.verdict
+    assert "asked peak current" in result.headline
 
 
 def test_root_mean_square_and_apparent_power_of_what_is_asked():
@@ -109,7 +109,7 @@ def test_a_bandwidth_stays_and_makes_a_step_finite():
 def test_a_drive_without_an_amplifier_asks_for_one():
     result = ev.check(FIG6)
     assert not [each for each in result.rows if each.quantity.startswith("asked")]
-    (line,) = [each for each in result.sentences if each.startswith("asked of")]
+    (line,) = [each for each in result.document.sentences if each.startswith("asked of")]
     assert line.startswith(
         "asked of an amplifier, without stray capacitance: peak voltage 1 kV, peak current "
     )

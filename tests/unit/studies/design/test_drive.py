@@ -62,7 +62,7 @@ def test_carrier_tracks_a_tenth_of_its_frequency_to_1_percent_and_without_correc
     assert designed.misfit == pytest.approx(misfit(simulated_means(designed), designed.wanted), rel=1e-2)
     assert 1e-3 < designed.misfit < 0.05
     assert designed.harmonics[1] == pytest.approx(1, abs=0.05)
-    assert any("at 2 to 4 times that frequency" in line for line in designed.sentences)
+    assert any("at 2 to 4 times that frequency" in line for line in designed.document.sentences)
 
 
 def test_square_root_modulation_squares_to_the_target_and_twice_the_carrier():

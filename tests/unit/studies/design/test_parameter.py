@@ -45,7 +45,9 @@ def test_amplitude_and_area_of_the_square_law_and_a_range_without_them():
     assert found.value == pytest.approx(100 * math.sqrt(0.05 / force()), rel=1e-10)
     assert (found.values, found.is_achieved) == ((found.value,), True)
     assert force(found.scenario) == pytest.approx(0.05, rel=1e-10)
-    assert found.sentences[0] == "drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN."
+    assert (
+        found.document.sentences[0] == "drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN."
+    )
     found = design({MEAN: 0.05}, "contact.area", IDEAL)
     assert found.value == pytest.approx(1e-4 * 0.05 / force(IDEAL), rel=1e-9)
     found = design(f"{WANT}", f"{FREE} = 60 V:0.1 kV")
@@ -66,7 +68,7 @@ def test_the_offset_has_two_signs_and_its_minimum_is_one_solution():
     found = design({MEAN: force(at={"drive.offset": 0.0})}, "drive.offset")
     assert len(found.solutions) == 1
     assert found.value == pytest.approx(0, abs=0.01)
-    assert "an extreme value" in found.sentences[0]
+    assert "an extreme value" in found.document.sentences[0]
 
 
 def test_two_frequencies_where_the_force_has_a_maximum_and_the_nearest_beyond_it():
@@ -79,14 +81,14 @@ def test_two_frequencies_where_the_force_has_a_maximum_and_the_nearest_beyond_it
     for value, near in zip(sorted(found.values), crossed, strict=True):
         assert near <= value <= near * (dense[1] / dense[0])
         assert force(LEAKY, at={"drive.frequency": value}) == pytest.approx(wanted, rel=1e-9)
-    assert found.sentences[1].startswith("Other solutions: ")
+    assert found.document.sentences[1].startswith("Other solutions: ")
     found = design(f"{MEAN} = 1 N", "drive.frequency", LEAKY)
     at, highest = max(found.explored.points, key=itemgetter(1))
     assert (found.is_achieved, found.scenario) == (False, None)
     assert math.isnan(found.value)
     assert np.max(values) <= highest == pytest.approx(np.max(values), rel=1e-2)
-    assert found.sentences[0].startswith("No value of drive.frequency from 1 mHz to 100 MHz gives")
-    assert found.sentences[1].startswith("Nearest: ")
+    assert found.document.sentences[0].startswith("No value of drive.frequency from 1 mHz to 100 MHz gives")
+    assert found.document.sentences[1].startswith("Nearest: ")
     assert force(LEAKY, at={"drive.frequency": at}) == pytest.approx(highest, rel=1e-12)
 
 
@@ -103,25 +105,27 @@ def test_a_limit_that_forbids_is_named_with_what_it_leaves(limit):
     assert found.obtainable.value == pytest.approx(70, rel=1e-6)
     assert found.obtainable.value <= 70
     assert found.obtainable.reached == pytest.approx(0.49 * force(), rel=1e-6)
-    assert f"limits.{limit} of limits" in found.sentences[1]
-    assert "Within the limits mean electrostatic_force is at most" in found.sentences[2]
+    assert f"limits.{limit} of limits" in found.document.sentences[1]
+    assert "Within the limits mean electrostatic_force is at most" in found.document.sentences[2]
     assert ev.check(SINE.replace({FREE: found.obtainable.value}), limits={limit: bound}).state != "fail"
 
 
 def test_what_is_obtained_under_the_strictest_limit_under_breakdown_of_the_film_and_under_none():
     found = design(f"{MEAN} = 1 N", limits={"voltage": 100.0})
     assert (found.obtainable.value, found.obtainable.reached) == (pytest.approx(100), pytest.approx(force()))
-    assert "where the voltage of the plate reaches 100 V, within 100 V" in found.sentences[2]
+    assert "where the voltage of the plate reaches 100 V, within 100 V" in found.document.sentences[2]
     found = design(set={"limits.voltage": "45 V"}, limits=[{"voltage": 30.0}, {"voltage": 40.0}])
     assert found.obtainable.value == pytest.approx(30, rel=1e-9)
     found = design(free="contact.area", limits={"voltage": "1 V"})
     assert (found.is_achieved, found.obtainable) == (False, None)
-    assert "Every value that could be computed exceeds a limit." in found.sentences
+    assert "Every value that could be computed exceeds a limit." in found.document.sentences
     found = design(set={"stack.insulator.breakdown_field": "2 MV/m"})
     assert not found.is_achieved
     film = ev.load(SINE).stack.layers["insulator"].thickness
     assert found.obtainable.value == pytest.approx(2e6 * film, rel=1e-6), "with the gap closed"
-    assert any("the field in 'insulator', with the gap closed" in line for line in found.sentences[:3])
+    assert any(
+        "the field in 'insulator', with the gap closed" in line for line in found.document.sentences[:3]
+    )
 
 
 @pytest.mark.slow
@@ -138,7 +142,7 @@ def test_more_solutions_than_are_listed_are_counted_where_they_are_listed():
     want = "electrostatic_force at 20 ms = 0.1 mN"
     found = design(want, "drive.frequency", between="100 Hz:600 Hz", set=grounded)
     assert len(found.solutions) + found.explored.beyond == 40
-    (line,) = [each for each in found.sentences if each.startswith("Other solutions")]
+    (line,) = [each for each in found.document.sentences if each.startswith("Other solutions")]
     counted = "Other solutions (30 with the first, of 40; a narrower range finds the others): "
     assert line.startswith(counted)
 
@@ -152,7 +156,7 @@ def test_a_forbidden_solution_does_not_hide_an_allowed_one():
     found = design(wanted, "drive.frequency", LEAKY, limits=limits)
     assert found.values == (min(free.values),)
     assert [each.is_allowed for each in found.solutions] == [True, False]
-    assert "(forbidden: the current into the contact" in found.sentences[1]
+    assert "(forbidden: the current into the contact" in found.document.sentences[1]
     asked = {"set": {"limits.current": "10 A"}, "limits": {"voltage": "1.9 kV"}, "between": "-3 kV:3 kV"}
     found = design(f"{MEAN} = 5 mN", scenario="vezzoli_2014/fig6", **asked)
     assert [each.is_allowed for each in found.solutions] == [True, False]
@@ -183,7 +187,8 @@ def test_the_values_for_shares_of_the_draws_of_a_power_law():
     assert found.others == pytest.approx({share: values[place] for share, place in places.items()}, rel=1e-7)
     assert found.value == found.others[0.5]
     assert any(
-        line.startswith(f"{FREE} at which a share of the draws has it: 5 %: ") for line in found.details
+        line.startswith(f"{FREE} at which a share of the draws has it: 5 %: ")
+        for line in found.document.remarks
     )
 
 
@@ -215,6 +220,8 @@ def test_a_level_of_perception_can_be_wanted():
 def test_signals_at_one_time_of_one_layer_and_under_a_current_can_be_wanted():
     want = "electrostatic_force at 20 ms = 1 mN"
     found = design(want, "drive.high", "vezzoli_2014/fig6", between="0:2 kV")
+    assert found.diagnostics
+    assert found.document.diagnostics == found.diagnostics
     prepared = ev.prepare("vezzoli_2014/fig6", free=["drive.high"])
     forces = prepared.signals([found.value], time=np.linspace(0, 0.1, 6))["electrostatic_force"]
     assert forces[1] == pytest.approx(1e-3, rel=1e-6)

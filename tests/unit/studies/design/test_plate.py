@@ -18,10 +18,10 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.exports.scenario import write_design
+from electrovib.exports.save import write_design
 from electrovib.studies.design.plate import pareto_set
 from electrovib.studies.design.plate.function import PERCEIVED
-from electrovib.view.documents import drawn, html
+from electrovib.view.pages import drawn, html
 
 PERMITTIVITY, GAP, AREA, STRENGTH = 3.0, 20e-6, 1e-4, 20e6
 FORCE, FILM = "mean electrostatic_force", "film strength, insulator"
@@ -100,7 +100,7 @@ def test_every_combination_is_a_candidate_with_its_closed_forms_margins_and_limi
     assert design.check.state != "fail"
     assert design.check.value("peak voltage") == design.best.values["peak voltage"]
     assert not design.best.doubts
-    assert "film strength" not in " ".join(each for each in design.sentences if "Not shown" in each)
+    assert "film strength" not in " ".join(each for each in design.document.sentences if "Not shown" in each)
 
 
 def test_current_and_energy_of_a_candidate():
@@ -181,9 +181,10 @@ def test_what_binds_is_the_limit_without_which_more_is_reached(design):
     without = [each for each in design.candidates if set(each.forbidden_by) <= {first.limits[0]}]
     most = max(each.values[FORCE] for each in without)
     assert first.without.values[FORCE] == most > design.best.values[FORCE]
-    assert f"{first.limits[0][0].upper()}{first.limits[0][1:]} binds" in " ".join(design.sentences)
+    assert f"{first.limits[0][0].upper()}{first.limits[0][1:]} binds" in " ".join(design.document.sentences)
     assert any(
-        words in " ".join(design.sentences) for words in ("relaxed by 10 %", "relaxing this limit by 10 %")
+        words in " ".join(design.document.sentences)
+        for words in ("relaxed by 10 %", "relaxing this limit by 10 %")
     )
 
 
@@ -192,47 +193,49 @@ def test_limits_that_bind_only_together_are_named_together_and_the_largest_gain_
     found = plate(STRONG, volts(100, 200), limits={"voltage": 150.0, "charge": "6 nC"})
     assert found.best.at[VOLTS] == 100
     assert {gain.limits for gain in found.gains} == {("peak voltage", "charge")}
-    assert "Peak voltage and charge bind together" in " ".join(found.sentences)
+    assert "Peak voltage and charge bind together" in " ".join(found.document.sentences)
     over = {"contact.area": [0.5e-4, 1.5e-4]} | volts(200, 300)  # 200 V on 1.5 cm2 have more force
     found = plate(STRONG, over, limits={"voltage": 250.0, "charge": 8e-9})
     assert [each.forbidden_by for each in found.candidates[:3]] == [(), ("peak voltage",), ("charge",)]
     assert [gain.limits for gain in found.gains] == [("charge",), ("peak voltage",)]
-    assert " ".join(found.sentences).count("Charge binds") == 1
+    assert " ".join(found.document.sentences).count("Charge binds") == 1
 
 
 def test_without_a_binding_limit_the_ranges_decide_and_limits_that_are_not_declared_are_named():
     found = plate(STRONG, volts(100, 200), limits=FAR)
-    assert "No limit binds: drive.amplitude has the largest of its values" in " ".join(found.sentences)
+    assert "No limit binds: drive.amplitude has the largest of its values" in " ".join(
+        found.document.sentences
+    )
     inside = plate(STATIC, volts(100, 200), maximise=[], minimise=[VOLTS], limits=FAR)
     assert inside.best.at[VOLTS] == 100
     undeclared = (
         "Not shown to be safe: the voltage of the plate reaches 200 V; limits.voltage is not declared"
     )
     found = plate("bau_2010/sine", volts(100, 200), materials=["silica", "parylene C"])
-    first, *rest = " ".join(found.sentences).split(". ")
+    first, *rest = " ".join(found.document.sentences).split(". ")
     assert "at an end of the ranges: " in first
     assert [each for each in rest if each.startswith(undeclared)]
     peak = row(found.best, "peak voltage")
     assert (peak.limit, peak.state, peak.value) == (None, "unknown", 200)
-    both = " ".join(plate("bau_2010/sine", volts(1, 2) | {THICKNESS: [1e-6, 2e-6]}).sentences)
+    both = " ".join(plate("bau_2010/sine", volts(1, 2) | {THICKNESS: [1e-6, 2e-6]}).document.sentences)
     assert f"at a corner of the ranges: {THICKNESS} = 1 um" in both.replace("drive.amplitude = 2 V, ", "")
     within = plate(STATIC, volts(100, 200), limits={"voltage": 150.0, "current": 1.0})
-    assert "end of the ranges" not in " ".join(within.sentences)
-    assert "not declared" not in " ".join(within.sentences)
+    assert "end of the ranges" not in " ".join(within.document.sentences)
+    assert "not declared" not in " ".join(within.document.sentences)
 
 
 def test_the_closest_limit_is_that_with_the_smallest_ratio_in_the_table():
     """In a gap of 3 um field emission at 75 MV/m is nearer than the strength of the film, although it decides nothing."""
     found = plate("bau_2010/sine", volts(100, 200), set={"limits.voltage": "1 kV"})
-    rows = next(table for table in found.tables if table.title.startswith("Limits at")).rows
+    rows = next(table for table in found.document.tables if table.title.startswith("Limits at")).rows
     ratios = {each[1]: float(each[4]) for each in rows if each[4]}
     least = min(ratios, key=ratios.get)
     assert least == "field emission"
     assert ratios[least] < 2 < ratios[FILM]
     assert f"Closest limit: field emission, {ratios[least]:.3g} (of uncertain standing) (59" in " ".join(
-        found.sentences
+        found.document.sentences
     )
-    pareto = next(table for table in found.tables if table.title.startswith("Pareto"))
+    pareto = next(table for table in found.document.tables if table.title.startswith("Pareto"))
     column = pareto.headings.index("closest limit")
     assert all(row[column].startswith("field emission, ") for row in pareto.rows)
 
@@ -242,9 +245,9 @@ def test_nothing_within_the_limits_names_the_limit_and_the_nearest_candidate():
     assert (found.best, found.check, found.scenario, found.is_achieved) == (None, None, None, False)
     assert not found.pareto
     assert "None of the 2 candidates is within the limits; peak voltage forbids 2 of them" in " ".join(
-        found.sentences
+        found.document.sentences
     )
-    assert "drive.amplitude = 100 V: peak voltage 100 V (limit 50 V)" in " ".join(found.sentences)
+    assert "drive.amplitude = 100 V: peak voltage 100 V (limit 50 V)" in " ".join(found.document.sentences)
 
 
 def brute(costs):
@@ -284,7 +287,7 @@ def test_materials_take_their_own_strength_and_field_emission_forbids_nothing():
     assert any(own in note for note in found.notes)
     assert (
         "Not shown to be safe: the field in 'insulator', with the gap closed by a ridge or by sweat,"
-        in " ".join(found.sentences)
+        in " ".join(found.document.sentences)
     )
     thin = STATIC.replace({THICKNESS: "100 nm", "stack.gap.thickness": "1 nm"})
     film = row(plate(thin, volts(1, 100), materials=["parylene C"]).candidates[1], FILM)
@@ -376,7 +379,7 @@ def test_table_page_and_figure_have_every_candidate_with_every_limit(design):
         assert (cells["within the limits"] == "yes") == each.is_allowed
         assert (cells["best"] == "yes") == (each is design.best)
     assert sum(cells["Pareto set"] == "yes" for cells in rows) == len(design.pareto)
-    assert " ".join(design.sentences) in text
+    assert " ".join(design.document.sentences) in text
     for words in ("within all limits is", "<svg", "Pareto set"):
         assert words in page
     (axes,) = drawn(design.document.figures[0]).axes
@@ -409,7 +412,7 @@ def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
 def test_the_plate_is_a_result_like_that_of_every_design(design, tmp_path):
     assert design.is_achieved
     assert (design.scenario.drive.amplitude, design.base.drive.amplitude) == (design.best.at[VOLTS], 100)
-    assert design.details == design.notes
+    assert design.document.remarks == design.notes
     write_design(design, tmp_path / "plate.json")
     table = json.loads((tmp_path / "plate.json").read_text(encoding="utf-8"))
     assert table["form"] == "plate"

@@ -16,12 +16,12 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.studies.design.search import inside_band
 from electrovib.studies.design.share import function as share
-from electrovib.studies.design.share.fingers import (
+from electrovib.studies.design.share.result import (
     Covered,
     DrawnFingers,
     by_gain,
     by_solution,
-    needed,
+    needed_draws,
 )
 from electrovib.studies.design.wanted import read_wanted
 from electrovib.studies.widths import clopper_pearson, quantile_ranks
@@ -117,7 +117,7 @@ def test_a_share_that_is_not_reached_states_the_largest_one():
     assert (found.found, found.scenario, found.is_achieved) == (None, None, False)
     assert math.isnan(found.value)
     assert 0.6 < found.top.share < 0.8
-    assert "is not reached for 90 % of the population: the largest share is" in found.sentences[0]
+    assert "is not reached for 90 % of the population: the largest share is" in found.document.sentences[0]
     exact = voltage(WANT, quantile(0.5))
     found = at_least(0.9, free={VOLTS: (10.0, exact)}, n=500)
     assert found.found is None
@@ -125,7 +125,7 @@ def test_a_share_that_is_not_reached_states_the_largest_one():
     assert found.top.share == pytest.approx(0.5, abs=0.07)
     found = at_least(0.5, free=f"{VOLTS}=1 V:10 V", n=50)
     assert (found.found, found.top, found.check) == (None, None, None)
-    assert found.sentences[0].startswith(
+    assert found.document.sentences[0].startswith(
         "No draw has a mean electrostatic force of at least 5 mN for drive.amplitude"
     )
 
@@ -134,13 +134,13 @@ def test_an_open_end_and_an_end_of_the_search_are_not_given_as_an_end_of_the_ans
     """At least a force is reached by every larger voltage: the upper end is that of the range that was searched."""
     found = at_least(0.99, n=50)
     assert math.isinf(found.value_interval[1])
-    assert "no bound (too few draws)" in found.sentences[1]
-    reached = at_least(n=50).sentences[1].partition("The share is reached from ")[2]
+    assert "no bound (too few draws)" in found.document.sentences[1]
+    reached = at_least(n=50).document.sentences[1].partition("The share is reached from ")[2]
     assert reached.endswith(" V to the end of the searched range, 100 kV.")
-    inside = within("5 mN:50 mN", 0.5, n=50).sentences[1]
+    inside = within("5 mN:50 mN", 0.5, n=50).document.sentences[1]
     assert "reached from" in inside
     assert "end of the searched" not in inside
-    least = at_least(n=50, free={VOLTS: ("1 kV", "2 kV")}).sentences[1]
+    least = at_least(n=50, free={VOLTS: ("1 kV", "2 kV")}).document.sentences[1]
     assert "reached from the beginning of the searched range, 1 kV to the end" in least
 
 
@@ -190,7 +190,7 @@ def test_a_parameter_that_is_not_quadratic_is_solved_in_general():
     expected = 100 * math.sqrt(eps0 * AREA / (4 * 0.5e-3)) - thickness / PERMITTIVITY
     assert found.value == pytest.approx(expected, rel=1e-6)
     assert found.ranges[0] == (pytest.approx(10e-6), pytest.approx(expected, rel=1e-6))
-    assert "Brent" in found.details[-1]
+    assert "Brent" in found.document.remarks[-1]
 
 
 def test_limits_are_compared_and_the_share_within_them_is_stated():
@@ -227,7 +227,7 @@ def test_limits_hold_for_the_draws_with_the_largest_quantity_and_where_not_compa
     monkeypatch.setattr(share, "checked", refused)
     found = at_least(0.5, n=20)
     assert found.check is None
-    assert "The limits could not be compared: drive: cannot be checked" in found.sentences
+    assert "The limits could not be compared: drive: cannot be checked" in found.document.sentences
     assert found.to_dict()["limits"] is None
 
 
@@ -265,7 +265,7 @@ def test_clopper_pearson_and_the_number_of_draws_have_their_closed_forms():
     assert beta.cdf(low, 7, 14) == pytest.approx(0.025)
     assert 1 - beta.cdf(high, 8, 13) == pytest.approx(0.025)
     asked = ((0.9, 100), (0.9, 101), (0.001, 100), (0.3, 10))
-    assert [needed(share, count) for share, count in asked] == [90, 91, 1, 3]
+    assert [needed_draws(share, count) for share, count in asked] == [90, 91, 1, 3]
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.9, 100), (0.5, 30), (0.1, 200)])

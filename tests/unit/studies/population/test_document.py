@@ -17,10 +17,9 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.studies.population.answer import StudyResult
-from electrovib.studies.population.document import study_document
+from electrovib.studies.population.answer import StudyResult, study_document
 from electrovib.studies.population.result import nominal_words
-from electrovib.view.notebook import hooks
+from electrovib.view import notebook
 
 UNIFORM = {"model": "Uniform", "low": 0.2, "high": 0.9, "source": "B. Author 2098", "status": "full text"}
 SPACE_WITH_SOURCES = {
@@ -73,8 +72,8 @@ def test_the_page_states_bands_sources_and_validity(found, tmp_path):
     for words in (
         *("Study of 1100 fingers", "95th percentile", "A. Author 2099", "full text", "seed 1", "stand-in"),
         f"{PATH} (unverified, cited from memory)",
-        "unverified, cited from memory, low confidence",
-        "LogNormal: median 200 µm, factor 1.5",
+        *("unverified, cited from memory</td>", ">low</td>"),
+        "LogNormal, median 200 µm, factor 1.5",
         "the drawn fingers are not judged one by one",
         "exact order statistics",
     ):
@@ -90,12 +89,12 @@ def test_terminal_page_and_notebook_show_one_document(found, tmp_path):
     page = " ".join(html.unescape(page).replace("µ", "u").split())
     for sentence in said.sentences:
         assert sentence in said.text
-        assert html.escape(sentence) in hooks._dataset(found)
+        assert html.escape(sentence) in notebook._dataset(found)
         assert sentence in page
     printed = []
-    hooks._dataset_as_text(found, SimpleNamespace(text=printed.append), cycle=False)
+    notebook._dataset_as_text(found, SimpleNamespace(text=printed.append), cycle=False)
     assert printed == [said.text] == [repr(found)]
-    assert found._repr_html_() == hooks._dataset(found) == said.html
+    assert found._repr_html_() == notebook._dataset(found) == said.html
 
 
 def test_the_result_is_a_dataset_in_all_that_xarray_does_with_it(found):

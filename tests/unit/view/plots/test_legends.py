@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from electrovib.view import plots
-from electrovib.view.plots.draw import finish
+from electrovib.view.lines import finish
 from electrovib.view.style import drawing
 
 X = np.linspace(0.0, 1.0, 401)

@@ -12,9 +12,9 @@ from matplotlib.colors import to_hex
 
 from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.view import plots
-from electrovib.view.documents import drawn, few_curves
 from electrovib.view.fitted import fit_panels
 from electrovib.view.lines import BINS, LONG, envelope
+from electrovib.view.pages import drawn, few_curves
 from electrovib.view.plots.of_answers import PALETTE
 from electrovib.view.style import NEUTRAL, PALE
 

@@ -9,8 +9,16 @@ from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.studies.sweep import sweep
 from electrovib.view import plots
-from electrovib.view.lines import BINS, MOST_LINES, labelled, left_out, lines, scenario_or_none, swept_units
-from electrovib.view.plots.draw import shared_words
+from electrovib.view.lines import (
+    BINS,
+    MOST_LINES,
+    labelled,
+    left_out,
+    lines,
+    scenario_or_none,
+    shared_words,
+    swept_units,
+)
 from electrovib.view.style import COLOURS, LAYER_COLOURS
 
 LAYERS = ["insulator", "gap", "stratum corneum"]

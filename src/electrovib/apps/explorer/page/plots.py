@@ -22,17 +22,13 @@ from electrovib.apps.explorer.computed import (
     TIME,
     Further,
 )
-from electrovib.apps.explorer.drawing import drawing
 from electrovib.apps.explorer.fading import animation, why_not
 from electrovib.apps.explorer.felt_picture import felt
-from electrovib.apps.explorer.key_figures import KeyFigure, answers
-from electrovib.apps.explorer.page.pulse_player import PulsePlayer
+from electrovib.apps.explorer.key_figures import KeyFigure, answers, drawing
 from electrovib.core.diagnostics import STATES, Diagnostic
-from electrovib.studies.check.result import not_shown
-from electrovib.studies.widths import missed_by, sentences
-from electrovib.view.style import MOST
+from electrovib.studies.widths import missed_by
+from electrovib.view.style import MOST, pretty_quantity, typeset
 from electrovib.view.summary import quantities_of_scenario
-from electrovib.view.units import pretty_quantity, typeset
 
 if TYPE_CHECKING:
     import xarray
@@ -41,8 +37,23 @@ if TYPE_CHECKING:
     from electrovib.apps.explorer.page.build import VisitorPage
     from electrovib.apps.explorer.session import Earlier
     from electrovib.core.answer import Document, Table
-    from electrovib.studies.check.result import CheckResult
-    from electrovib.studies.perceive import Percept
+
+
+class PulsePlayer(ui.element, component="pulse_player.js"):
+    """Layers with their charges beside the force, with a button that plays and a slider of the time."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._props["pulse"] = {}
+        self.set_visibility(False)
+
+    def show(self, pulse: Mapping[str, Any]) -> None:
+        """Show what `electrovib.apps.explorer.fading.animation` returns, at the present place of the slider; nothing if empty."""
+        if pulse and self._props["pulse"] != pulse:
+            self._props["pulse"] = dict(pulse)
+            self.update()
+        self.set_visibility(bool(pulse))
+
 
 _FEW_PLOTS: Final = 2
 """Plots that are higher than where there are more."""
@@ -246,10 +257,11 @@ def content(
         figures = pictures.laws(found, further.laws, further.measured)
         shown = Content(figures, above, law_words(found, further))
     elif tab == FELT and (percept := further.percept) is not None:
-        verdict, more = verdict_words(percept)
-        shown = Content(felt(percept, found.scenario), above + verdict, more + felt_words(percept))
+        said, below = answer_words(percept.document, skipped=bool(percept.title))
+        shown = Content(felt(percept, found.scenario), above + said, below)
     elif tab == SAFETY and further.check is not None:
-        shown = Content([], above, safety_words(further.check))
+        said, below = answer_words(further.check.document, further.check.state)
+        shown = Content([], above + said, below)
     elif tab == RECORDING and measured is not None:
         figures = pictures.recorded(found, measured)
         lacking = [] if figures else ["No signal of this recording is over time or over frequency."]
@@ -318,31 +330,12 @@ def law_words(found: Computed, further: Further) -> str:
     return paragraphs(more) + _table(headings, rows)
 
 
-def verdict_words(percept: Percept) -> tuple[str, str]:
-    """State whether it is felt and where nothing varies; and what that rests on."""
-    head, comma, rest = percept.headline.partition(",")
-    still = "The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show."
-    verdict = f"<p><b>{escape(head)}</b>{escape(comma + rest)}</p>"
-    more = filter(None, (percept.to_measure, *sentences(percept.widths[1:])))
-    return verdict + paragraphs([] if percept.loudest else [still]), paragraphs(more)
-
-
-def felt_words(percept: Percept) -> str:
-    """Tabulate the level of each channel, and list what the levels are based on."""
-    rows = [
-        (each.channel, _decibels(each.level, f" re 1 {percept.unit}"), _decibels(each.relative), each.status)
-        for each in percept.channels
-    ]
-    relative = "relative to a sine of equal force at the best frequency"
-    return _table(("channel", "level", relative, "source status"), rows) + _notes(percept.calibrated_on)
-
-
-def safety_words(check: CheckResult) -> str:
-    """Tabulate limits and breakdown, and state what was assumed."""
-    warning = "A comparison with limits protects nobody: hardware has to limit the current."
-    outcome = f'<p class="{CLASSES[check.state]}">{escape(typeset(check.verdict))}</p>'
-    doubts = paragraphs([warning, *not_shown(check.rows)])
-    return outcome + doubts + "".join(map(_of_answer, check.tables)) + _notes(check.notes)
+def answer_words(document: Document, outcome: str = "unknown", *, skipped: int = 0) -> tuple[str, str]:
+    """Write the sentences of an answer, the first that is not skipped in the colour of its outcome; its tables and remarks."""
+    first, *others = document.sentences[skipped:]
+    said = f'<p class="{CLASSES[outcome]}">{escape(typeset(first))}</p>{paragraphs(others)}'
+    tables = "".join(map(_of_answer, (*document.numbers, *document.tables)))
+    return said, tables + _list(escape(typeset(each)) for each in document.remarks)
 
 
 def _peak(found: Computed) -> float:
@@ -354,11 +347,6 @@ def _peak(found: Computed) -> float:
     return quantities_of_scenario(found.scenario, (name,), quick=True).get(name, largest)
 
 
-def _decibels(value: float, unit: str = "") -> str:
-    """Write a level; minus infinity, the level of nothing, as a dash."""
-    return f"{value:.1f} dB{unit}".replace("-", "\N{MINUS SIGN}") if np.isfinite(value) else "–"
-
-
 def _plain(name: str) -> str:
     """Write a name of the program in words."""
     return name.replace("_", " ")
@@ -366,10 +354,6 @@ def _plain(name: str) -> str:
 
 def _state(state: str) -> str:
     return f'<span class="{CLASSES[state]}">{escape(state)}</span>'
-
-
-def _notes(texts: Iterable[str]) -> str:
-    return _list(escape(typeset(text)) for text in texts)
 
 
 def _list(rows: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.answer import Panel
+from electrovib.core.answer import Document
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.current import CurrentSine
@@ -212,19 +212,15 @@ class DesignedDrive(Designed, FoundDrive):
         return self.check.diagnostics
 
     @property
-    def sentences(self) -> tuple[str, ...]:
-        """What the drive is, its misfit, what bounds it, and what makes it doubtful."""
-        return (*self.notes, *_doubts(self))
+    def document(self) -> Document:
+        """The target, the drive, its misfit, the limits that shaped it, and what is in doubt; wanted and predicted force."""
+        panel = force_panel((self.edges[:-1] + self.edges[1:]) / 2, self.wanted, self.predicted)
+        return self._document((*self.notes, *_doubts(self)), figures=[panel])
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What the drive is, its misfit and what bounds it, as a file of the drive states it."""
         return (f"target: {self.target.text}", _drive(self), *_misfit(self), *_limits(self))
-
-    @property
-    def figures(self) -> tuple[Panel, ...]:
-        """The force over time."""
-        return (force_panel((self.edges[:-1] + self.edges[1:]) / 2, self.wanted, self.predicted),)
 
     def numbers(self) -> dict[str, Any]:
         """Return all numbers as nested tables."""

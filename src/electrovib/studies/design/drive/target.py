@@ -126,11 +126,9 @@ class SampledTarget(Target):
         return np.asarray(np.interp(time, self.times, self.forces))
 
     def _integral_inside(self, time: Real) -> Real:
-        steps = np.diff(self.times)
-        done = np.append(0.0, np.cumsum(steps * (self.forces[1:] + self.forces[:-1]) / 2))
-        place = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(steps) - 1)
-        since = time - self.times[place]
-        return np.asarray(done[place] + since * (self.forces[place] + self.force(time)) / 2)
+        from scipy.interpolate import make_interp_spline
+
+        return np.asarray(make_interp_spline(self.times, self.forces, k=1).antiderivative()(time))
 
 
 def read_target(source: TargetSource) -> Target:

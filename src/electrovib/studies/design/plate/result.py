@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS
-from electrovib.data.marks import Form, csv_text
+from electrovib.data.atomic import Form, csv_text
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.result import (
     PASS,
@@ -124,42 +124,24 @@ class PlateDesign(Designed):
         return not_in_rows(validity(self.base)) if self.best is None else self.best.diagnostics
 
     @property
-    def sentences(self) -> tuple[str, ...]:
-        """Which candidate is the best, what binds there, and what a less strict limit would gain."""
-        return tuple(_none(self) if self.best is None else _answer(self, self.best))
-
-    @property
-    def details(self) -> tuple[str, ...]:
-        """What was assumed, and what was not compared."""
-        return self.notes
-
-    @property
-    def tables(self) -> tuple[Table, ...]:
-        """Limits at the best candidate, the Pareto set, and how many candidates each limit forbids."""
-        found = (
-            []
-            if self.best is None
-            else [limits_table(f"Limits at {place_of(self, self.best)}", self.best.rows)]
-        )
-        found += [_pareto_table(self)] if self.pareto else []
-        return tuple(found + ([_forbidden_table(self)] if len(self.allowed) < len(self.candidates) else []))
-
-    @property
-    def figures(self) -> tuple[Drawing, ...]:
-        """All candidates."""
+    def document(self) -> Document:
+        """What is best and what binds, the limits there, the Pareto set, and the check of the best plate."""
+        best = self.best
+        said = _none(self) if best is None else _answer(self, best)
+        tables = [] if best is None else [limits_table(f"Limits at {place_of(self, best)}", best.rows)]
+        tables += [_pareto_table(self)] if self.pareto else []
+        tables += [_forbidden_table(self)] if len(self.allowed) < len(self.candidates) else []
         caption = (
             "Every sign is one candidate. No candidate on the line can be improved in one objective without loss in the other;"
             " the star is the best one in the first objective."
         )
-        title = "Candidates and Pareto set"
-        return (Drawing(id="pareto", title=title, caption=caption, plot="trade_off", of=self),)
-
-    @property
-    def document(self) -> Document:
-        """The document of a design, with the notes on the check of the best plate."""
+        figure = Drawing(
+            id="pareto", title="Candidates and Pareto set", caption=caption, plot="trade_off", of=self
+        )
         pages = [] if self.check is None else [Page("Check of the best plate", self.check.notes)]
+        found = self._document(said, remarks=self.notes, tables=tables, figures=[figure], pages=pages)
         title = f"Design of the plate: {self.base.titled() or 'a scenario'}"
-        return replace(super().document, title=title, pages=pages, brief=False)
+        return replace(found, title=title, brief=False)
 
     def content(self, name: str) -> str:
         """Write a row for each candidate, with every objective and every limit, or all numbers as JSON."""
@@ -191,7 +173,10 @@ class PlateDesign(Designed):
                 ]
             )
         return csv_text(
-            headings, cells, remarks=[" ".join(self.sentences), *self.notes], diagnostics=self.diagnostics
+            headings,
+            cells,
+            remarks=[" ".join(self.document.sentences), *self.notes],
+            diagnostics=self.diagnostics,
         )
 
     def numbers(self) -> dict[str, Any]:

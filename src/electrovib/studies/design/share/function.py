@@ -16,13 +16,19 @@ from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.studies.check import CheckResult, LimitsSource, checked
-from electrovib.studies.design.limits import Limited, obtainable, several_limits
+from electrovib.studies.design.limits import Limited, Sampled, obtainable, several_limits, widths_of
 from electrovib.studies.design.search import Function, explore, first_values
-from electrovib.studies.design.share import fingers
-from electrovib.studies.design.share.fingers import Covered, DrawnFingers
-from electrovib.studies.design.share.result import DesignedForShare, ShareAt
+from electrovib.studies.design.share.result import (
+    MOST_VALUES,
+    Covered,
+    DesignedForShare,
+    DrawnFingers,
+    ShareAt,
+    by_gain,
+    by_solution,
+    needed_draws,
+)
 from electrovib.studies.design.wanted import FreeSource, Wanted, WantSource, read_wanted
-from electrovib.studies.design.widths import Sampled, widths_of
 from electrovib.studies.widths import SAMPLING, Width, clopper_pearson, quantile_ranks
 
 RESAMPLED: Final = 400
@@ -99,9 +105,7 @@ def value_for_share(
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")
     drawn = DrawnFingers(base, wanted, over.draw(seed, 0, n))
     quadratic = drawn.is_quadratic()
-    cover = functools.partial(
-        fingers.by_gain if quadratic else fingers.by_solution, progress=meter.reporting(progress)
-    )
+    cover = functools.partial(by_gain if quadratic else by_solution, progress=meter.reporting(progress))
     fresh = replace(drawn, draws=over.draw(seed, n, 2 * n))
     ends = wanted.value, wanted.upper
     sampled = _Sampled(drawn, fresh, cover(drawn, *ends), ends, share, seed)
@@ -115,13 +119,13 @@ def value_for_share(
         seed=seed,
         found=found,
         widths=() if top is None else _widths(sampled, cover, top.value, over.paths),
-        ranges=tuple(sampled.covered.where(fingers.needed(share, n))),
+        ranges=tuple(sampled.covered.where(needed_draws(share, n))),
         others=sampled.others(),
         top=top,
         shares=sampled.covered.shares(),
         method="proportional to the square of the parameter, one solution each"
         if quadratic
-        else f"solved at up to {fingers.MOST_VALUES} values of the parameter, and between them by Brent's method",
+        else f"solved at up to {MOST_VALUES} values of the parameter, and between them by Brent's method",
         limits=given,
     )
     return result if result.top is None else _compared(result, result.top, sampled)
@@ -210,7 +214,7 @@ class _Sampled:
 
     def value(self) -> float:
         """Return the value for the wanted share; NaN if it is not reached."""
-        least = fingers.needed(self.share, self.covered.count)
+        least = needed_draws(self.share, self.covered.count)
         value, most = self.covered.best()
         if most < least:
             return math.nan
@@ -220,7 +224,7 @@ class _Sampled:
         """Return the values at which the shares of `PERCENTAGES` are just reached; none of a band, whose shares rise and fall."""
         count, begin = self.covered.count, self.fingers.wanted.begin
         several = () if self.is_banded else PERCENTAGES
-        found = {each / 100: self.value_with(fingers.needed(each / 100, count), begin) for each in several}
+        found = {each / 100: self.value_with(needed_draws(each / 100, count), begin) for each in several}
         return {share: value if math.isfinite(value) else math.nan for share, value in found.items()}
 
     def estimate(self) -> Sampled:

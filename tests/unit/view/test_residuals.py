@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.signals import make_trace
-from electrovib.recordings.residuals import compare, rms
+from electrovib.view.report import compare, rms
 
 TIME = np.linspace(0, 1, 101)
 
