@@ -25,7 +25,7 @@ from electrovib.solve.simulate import simulate
 from electrovib.studies.design.drive import DesignedDrive
 from electrovib.studies.design.result import Designed
 from electrovib.studies.texture.drive import TextureDrive
-from electrovib.view.files import check_document, save_answer
+from electrovib.view.files import check_document, save_answer, written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
