@@ -156,11 +156,11 @@ def test_files_scenarios_and_labels(tmp_path, scenario, measured):
     file = tmp_path / "film.toml"
     file.write_text(to_toml(scenario), encoding="utf-8")
     page = tmp_path / "page.html"
-    found = reported([str(file), file, measured, scenario], page)
+    found, _ = reported([str(file), file, measured, scenario], page)
     assert list(found) == ["film", "film (2)", "tribometer", "Glass & <film>"]
     assert "electrostatic_force" in found["film"]
-    assert list(reported({"mine": measured}, page)) == ["mine"]
-    assert list(reported(measured, page)) == ["tribometer"]
+    assert list(reported({"mine": measured}, page)[0]) == ["mine"]
+    assert list(reported(measured, page)[0]) == ["tribometer"]
 
 
 def test_what_cannot_be_loaded_or_written_is_refused_before_the_work(tmp_path, monkeypatch, trace):
