@@ -1,7 +1,5 @@
 """Every kind of answer: its sentences, warnings, tables and files are the same in text, notebook, page and folder."""
 
-from __future__ import annotations
-
 import copy
 import html
 import importlib

@@ -1,7 +1,5 @@
 """What `view/style.py` says of every figure, of every answer, paper, report and plot: points, colours, axes, captions."""
 
-from __future__ import annotations
-
 import functools
 import re
 

@@ -1,7 +1,5 @@
 """Ways round a limit that were open once: what was not judged is no pass, and nothing states less than was met."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -200,34 +200,6 @@ def test_an_answer_is_shown_and_not_its_arrays(shown, verb):
         assert len(lines) < 11
 
 
-WISH = {"want": "mean electrostatic_force = 50 mN", "free": "drive.amplitude"}
-SHARE = {"want": "mean electrostatic_force = 5 mN", "space": "fingers", "share": 0.5, "seed": 1, "n": 20}
-TARGET = {"target": "constant 1 mN for 2 ms", "method": "carrier", "carrier": 3e3}
-DESIGNS = [
-    (ev.find_value, WISH, "drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN."),
-    (ev.value_for_share, WISH | SHARE, "drive.amplitude = "),
-    (ev.drive_for_force, TARGET, "target: a constant force of 1 mN"),
-]
-
-
-@pytest.mark.parametrize(("function", "asked", "begins"), DESIGNS)
-def test_every_design_shows_its_answer(shown, function, asked, begins):
-    found = function("bau_2010/sine", **asked)
-    page, text, plain = shown(found)
-    assert plain == found.document.text
-    assert text.startswith(begins)
-    if asked is WISH:
-        assert page.count("<table") == 2
-        assert "contact.area 1 cm2 -0.5" in text
-
-
-def test_a_designed_plate_shows_its_answer_and_tables(shown):
-    found = ev.plan_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
-    page, text, _ = shown(found)
-    assert text.startswith(found.sentences[0])
-    assert page.count("<table") == len(found.tables) == 2
-
-
 SCRIPT = """
 import json, sys
 import IPython

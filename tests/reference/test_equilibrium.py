@@ -1,7 +1,5 @@
 """Every equilibrium is found: against polynomial roots, dense scans, the closed forms of a spring, and simulate."""
 
-from __future__ import annotations
-
 import functools
 from collections import Counter
 from itertools import pairwise

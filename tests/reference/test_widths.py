@@ -4,8 +4,6 @@ The stack is an insulator and a gap. Under a sine of amplitude V the force is ep
 electrical thickness K, so that the friction has one line, at twice the frequency of the drive.
 """
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """What a reader makes of a written table: equal in every column, refused, named as not read, or wrong."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections import Counter
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Files as programs and instruments write them, of known arrays, that were once read wrongly: right now, or refused by name."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -5,8 +5,6 @@ layer; a body that floats, the plate behind its amplifier, and a gap that yields
 package's solvers is used but the Debye terms of a material.
 """
 
-from __future__ import annotations
-
 import cmath
 import itertools
 import math

@@ -1,7 +1,5 @@
 """What is found and by which words: models and papers, here and in other packages, the search, citations."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

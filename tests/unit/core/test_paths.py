@@ -1,7 +1,5 @@
 """Dotted paths: reading, changing, what one that is not there may mean; and the sentences that a user reads."""
 
-from __future__ import annotations
-
 import pytest
 
 from electrovib.core.errors import (

@@ -1,7 +1,5 @@
 """Currents and spectra of drives: integrators and repeating drives against closed forms, phasors and the FFT."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.special import fresnel

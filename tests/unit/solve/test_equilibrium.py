@@ -1,7 +1,5 @@
 """Crossings of curves, states of a scenario, a gap that closes altogether, and areas that grow with what presses."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """Every run says what may break down or exceeds a declared limit, whatever output times were asked for."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,17 +1,13 @@
 """Widths of answers about people at every door: which are named, which are not included and why, and where they are recorded."""
 
-from __future__ import annotations
-
 import functools
 import json
 import math
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import electrovib as ev
-from electrovib.apps.cli import app
 from electrovib.apps.explorer.computed import FREQUENCY, Further, compute, slices
 from electrovib.apps.explorer.page.plots import law_words, verdict_words
 from electrovib.studies import widths
@@ -128,6 +124,9 @@ def test_a_share_that_is_not_reached_says_at_which_threshold_it_would_be():
     low, high = by_name(found)[widths.THRESHOLDS].interval
     assert low < 2.0
     assert math.isnan(high)
+    for name in (widths.SAMPLING, widths.THRESHOLDS, widths.LAW, widths.TOGETHER):
+        assert by_name(found)[name].sentence in found.document.sentences
+    assert any(line.startswith("Not included:") for line in found.document.sentences)
 
 
 def test_a_study_states_its_widths_in_words_record_and_table(tmp_path):
@@ -196,34 +195,6 @@ def test_the_page_names_the_widths_beside_the_band_the_laws_and_what_is_felt():
     said = " ".join(verdict_words(ev.perceive(SINE)))
     assert "Width by force law" in said
     assert "Not included: differences of the threshold between people" in said
-
-
-def test_the_terminal_prints_the_widths_below_the_number():
-    asked = [
-        "value-for-share",
-        SINE,
-        "--want",
-        LEVEL,
-        "--free",
-        VOLTS,
-        "--space",
-        "fingers",
-        "--share",
-        "0.9",
-        "--seed",
-        "1",
-        "-n",
-        "20",
-    ]
-    lines = CliRunner().invoke(app, asked).output
-    for word in (
-        "Width by sampling,",
-        "Width by thresholds of perception,",
-        "Width by force law,",
-        "Together,",
-        "Not included:",
-    ):
-        assert word in lines
 
 
 def test_a_law_that_was_never_compared_is_not_given_a_factor():

@@ -1,7 +1,5 @@
 """A drive compared with limits: every row states value, limit and source, and nothing unlimited is cleared."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Design of a plate: candidates against closed forms, the Pareto set against brute force, and what binds."""
 
-from __future__ import annotations
-
 import csv
 import functools
 import io

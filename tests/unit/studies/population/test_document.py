@@ -1,7 +1,5 @@
 """The page, the plots and the CSV of a study."""
 
-from __future__ import annotations
-
 import csv
 import html
 import pickle
