@@ -231,9 +231,8 @@ def test_what_installs_and_tests_is_run_as_written_before_a_change_lands():
     assert [name for name, _ in marked] == ["install", "test", "docs"]
     assert [shown for _, shown in marked] == MARKED
     assert all(re.search(rf"readme_(command|text) {name}\b", script) for name, _ in marked)
-    assert script.index("ruff format --check") < script.index(
-        "${test_command##* && }"
-    )  # a matter of seconds first
+    # a matter of seconds first
+    assert script.index("ruff format --check") < script.index("${test_command##* && }")
 
 
 @pytest.mark.slow

@@ -74,11 +74,7 @@ PARTS = {
     ),
     "samples cut short": (
         {
-            "drive": {
-                "model": "Sampled",
-                "time_samples": [0, 0.05, 0.1],
-                "voltage_samples": [0, 10, 300],
-            },
+            "drive": {"model": "Sampled", "time_samples": [0, 0.05, 0.1], "voltage_samples": [0, 10, 300]},
             "time.duration": 0.05,
         },
         300.0,

@@ -71,9 +71,8 @@ def test_a_scenario_shows_stack_and_parameters(shown, scenario):
     assert "contact.length" not in text  # optional, and absent
     assert "&lt;b&gt;own&lt;/b&gt;" in page
     assert "<b>own" not in page
-    assert (
-        "evaluated here" not in text
-    )  # the law of figure 6 has no such layer; the stress in the insulator has
+    # the law of figure 6 has no such layer; the stress in the insulator has
+    assert "evaluated here" not in text
     other = shown(scenario.replace({"force.model": "MaxwellStressInInsulator"}))[1]
     assert in_order(other, "insulator", "evaluated here", "plate electrode")
 

@@ -12,12 +12,7 @@ from scenario_parts import EPS0
 from scipy.optimize import brentq, minimize_scalar
 
 from electrovib.papers.ciavarella_2020 import BearingArea
-from electrovib.physics.contact import (
-    LinearSpring,
-    PerssonSurface,
-    PlateAttraction,
-    RoughAttraction,
-)
+from electrovib.physics.contact import LinearSpring, PerssonSurface, PlateAttraction, RoughAttraction
 from electrovib.physics.roughness import IdleSpots, PullingSpots
 from electrovib.solve.equilibrium import hysteresis
 from electrovib.solve.equilibrium.states import NOISE, balance, follow

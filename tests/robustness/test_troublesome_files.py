@@ -20,10 +20,7 @@ def lines(*columns, separator=","):
     )
 
 
-@pytest.mark.parametrize(
-    ("options", "reference"),
-    [("R 75 RI S hz", 75), ("RI hz S", 50)],
-)
+@pytest.mark.parametrize(("options", "reference"), [("R 75 RI S hz", 75), ("RI hz S", 50)])
 def test_the_order_of_the_options_of_touchstone_is_free(tmp_path, options, reference):
     path = tmp_path / "skin.s1p"
     reflection = (IMPEDANCE - reference) / (IMPEDANCE + reference)

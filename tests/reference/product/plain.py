@@ -210,9 +210,8 @@ class Plain:
             return plate, slope, flows / area
         slope = wanted
         for limit, side in ((self.lowest, -1), (self.highest, 1)):
-            if (
-                side * (flows - limit) >= 0
-            ):  # the plate cannot leave the stack behind faster than the current allows
+            # the plate cannot leave the stack behind faster than the current allows
+            if side * (flows - limit) >= 0:
                 along = limit / area * inverse - loss - AT_ONCE * resistance * (flows - limit) * 1e-2
                 slope = side * min(side * wanted, side * along)
         return plate, slope, min(max(flows, self.lowest), self.highest) / area

@@ -136,11 +136,7 @@ def test_columns_may_be_stated(tmp_path):
             (EPS.real, -EPS.imag, 2 * SIGMA),
             r"loss factor' differ from .*sigma' by 0\.5",
         ),
-        (
-            "f,eps',sigma,rho",
-            (EPS.real, SIGMA, 1.05 / SIGMA),
-            r"sigma' differ from .*rho' by 0\.04",
-        ),
+        ("f,eps',sigma,rho", (EPS.real, SIGMA, 1.05 / SIGMA), r"sigma' differ from .*rho' by 0\.04"),
         (
             "f,eps',loss factor,loss tangent",
             (EPS.real, -EPS.imag, -EPS.imag),
@@ -180,10 +176,7 @@ def test_a_factor_for_a_meaning_and_a_minus_that_is_stated(tmp_path):
         InputError, match=r"columns.phase = '-Phase': the heading states a minus; state .* minus_phase"
     ):
         ev.import_file(tmp_path / "a.csv", columns)
-    for scale, words in (
-        ({"phase": -1}, "the spectrum has f"),
-        ({"minus_phase": 0}, "other than 0"),
-    ):
+    for scale, words in (({"phase": -1}, "the spectrum has f"), ({"minus_phase": 0}, "other than 0")):
         with pytest.raises(InputError, match=words):
             ev.import_file(tmp_path / "a.csv", scale=scale)
     with pytest.raises(InputError, match=r"'minus_modulus' is not among .*minus_phase"):

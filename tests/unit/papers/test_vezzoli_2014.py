@@ -253,9 +253,8 @@ def test_the_time_constants_of_published_skins_end_where_the_closed_form_says(ro
         assert compute.time_constants(frequency)[1] == pytest.approx(tau(frequency, alpha, 2e-6), rel=1e-3)
     note = rows["tau_giraud"].note
     assert "end at 2.04 ms at 100 Hz, 5.26 ms at 10 Hz, 10.4 ms at 1 Hz" in note
-    through = np.tan(0.85 * np.pi / 2) / (
-        200 * np.pi
-    )  # constant phase 0.85, which no publication has measured
+    # constant phase 0.85, which no publication has measured
+    through = np.tan(0.85 * np.pi / 2) / (200 * np.pi)
     assert f"constructed through the paper's own point reach {1e3 * through:.3g} ms" in note
     assert all("vezzoli_2014" not in key for key in compute.published_skins())
     most = tau(100.0, 0.8025, 2e-6) / tau(1e4, 0.8025, 2e-6)
@@ -378,11 +377,7 @@ def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
         assert len(row.brief) < len(row.note) or not row.note, row.id
         assert sum(name in row.note for name in compute.force_skins()) <= 1, row.id
         assert np.all(np.isfinite(np.atleast_1d(json.loads(json.dumps(row.to_dict()))["ours"])))
-    for name in (
-        "numbers.json",
-        "skins.csv",
-        "falling_edge_candidates.csv",
-    ):
+    for name in ("numbers.json", "skins.csv", "falling_edge_candidates.csv"):
         assert name in page, name
     (explained,) = reproduction.pages
     text = " ".join(explained.paragraphs)
@@ -438,10 +433,8 @@ def test_figures_have_five_curves_whose_colours_stand_for_one_thing_and_files_ha
     # nothing is drawn below the floor of a figure, but its curves, which are written as a table, go on
     assert (panels["fig6_over_decades"].floor, panels["falling_edge"].floor) == (1e-7, 1e-3)
     assert min(np.min(np.abs(curve.y)) for curve in panels["fig6_over_decades"].curves) < 1e-8
-    for name in (
-        "fig6_over_decades",
-        "fig6_ramps",
-    ):  # where attraction is drawn, the measured band is attraction
+    # where attraction is drawn, the measured band is attraction
+    for name in ("fig6_over_decades", "fig6_ramps"):
         (band,) = [curve for curve in panels[name].curves if curve.kind == "band"]
         assert band.y == pytest.approx(2e-3 / 0.6)
         assert band.upper == pytest.approx(5e-3 / 0.3)
@@ -554,9 +547,8 @@ def test_a_verdict_that_a_row_bears():
             replace(said, ours=beyond)
     assert Row("x", "x", 6.9, 6.95, "1", "reproduced", "").here == "6.95"
     assert Row("x", "x", (2.0, 5.0), (0.1, 1.99), "1", "disagrees", "").verdict == "disagrees"
-    for inputs in INPUTS[
-        1:
-    ]:  # a number that does not follow from the paper alone neither reproduces nor contradicts it
+    # a number that does not follow from the paper alone neither reproduces nor contradicts it
+    for inputs in INPUTS[1:]:
         for verdict, ours in (("disagrees", 1.0), ("reproduced", 2.0)):
             with pytest.raises(ValueError, match=f"what {inputs} inputs give"):
                 Row("x", "x", 2.0, ours, "1", verdict, "", inputs=inputs)

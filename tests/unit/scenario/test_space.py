@@ -71,9 +71,8 @@ def test_low_and_high_truncate_any_distribution():
     found = space(table).distributions
     assert found[SKIN] == LogNormal(median=2e-4, factor=1.3).truncated(1.5e-4, 2.5e-4)
     assert found[MU] == Empirical(values=(0.5, 0.9))
-    positive = space(
-        {SKIN: {"model": "Normal", "mean": 1e-4, "deviation": 1e-4, "low": 0.0}}
-    )  # as a fit has it
+    # as a fit has it
+    positive = space({SKIN: {"model": "Normal", "mean": 1e-4, "deviation": 1e-4, "low": 0.0}})
     assert positive.distributions[SKIN].low == 1e-10
 
 

@@ -95,11 +95,8 @@ def test_many_stamps_are_the_times_themselves_and_gaps_between_them_are_filled()
     [
         (SINE | {"frequency": 1e3}, 1.0, 8001),
         (SINE | {"frequency": 2.5e3}, 1.0, 20_001),
-        (
-            SINE | {"frequency": 2.6e3},
-            1.0,
-            FORMULA_SAMPLES,
-        ),  # more than are taken unasked; a diagnostic says so
+        # more than are taken unasked; a diagnostic says so
+        (SINE | {"frequency": 2.6e3}, 1.0, FORMULA_SAMPLES),
         ({"model": "PulseTrain", "high": 1, "width": 1e-4, "frequency": 10}, 0.5, 8001),
     ],
 )

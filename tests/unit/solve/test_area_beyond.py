@@ -121,9 +121,8 @@ def test_the_share_of_narrow_gaps_is_the_sum_of_the_density(model):
     places = (edges[1:] + edges[:-1]) / 2
     between = float(np.sum(gaps.density(places) * np.diff(edges)))
     share = float(gaps.share_up_to(width))
-    assert share == pytest.approx(
-        float(gaps.contact_fraction) + between, rel=1e-4
-    )  # midpoint rule beside gap 0
+    # midpoint rule beside gap 0
+    assert share == pytest.approx(float(gaps.contact_fraction) + between, rel=1e-4)
     assert share == pytest.approx(NormalDist().cdf(1 - float(gaps.mean) / width), rel=1e-9)
     assert math.isclose(float(gaps.contact_fraction), float(model.real_share(np.asarray(1e4))), rel_tol=1e-9)
 

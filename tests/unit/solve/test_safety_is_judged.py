@@ -464,9 +464,8 @@ def test_two_films_with_the_gap_closed_never_exceed_their_bound(thin, conductivi
     films = [(thin, 8.0, conductivities[0]), (1e-6, 3.0, conductivities[1])]
     shares = np.array([thin / 8.0, 1e-6 / 3.0])
     shares /= shares.sum()
-    slow = np.array(
-        [1.0, 1.0]
-    )  # the shares after a long time, those of resistances: a film that insulates has everything
+    # the shares after a long time, those of resistances: a film that insulates has everything
+    slow = np.array([1.0, 1.0])
     if all(conductivities):
         slow = np.array([thin / conductivities[0], 1e-6 / conductivities[1]])
     elif any(conductivities):

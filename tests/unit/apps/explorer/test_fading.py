@@ -123,9 +123,8 @@ def test_what_is_sent_is_short_and_shows_every_extreme(name):
 
 def test_a_short_event_has_as_many_moments_as_a_long_one():
     time = np.array(animation(compute(ev.load(FIG6)))["time"])
-    fading = np.count_nonzero(
-        (time > 0.036) & (time < 0.056)
-    )  # a tenth of the time, in which half of the fading is
+    # a tenth of the time, in which half of the fading is
+    fading = np.count_nonzero((time > 0.036) & (time < 0.056))
     assert fading > len(time) / 8
 
 
