@@ -329,9 +329,7 @@ def test_a_sensor_that_sits_at_its_rail_is_refused():
     assert not any("rail" in word for word in swiped(columns, normal=1.0).remarks)
     clipped = np.minimum(columns["normal"], 2.0)
     for sign in (1.0, -1.0):  # the other end, and a sensor turned around
-        with pytest.raises(
-            InputError, match=r"normal force is at its rail.*for 100% of the time from 3\.\d\d"
-        ):
+        with pytest.raises(InputError, match=r"normal force is at its rail.*100% of the time from 3\.\d\d"):
             swiped(columns | {"normal": sign * clipped}, normal=sign)
 
 

@@ -287,7 +287,5 @@ def test_a_space_reads_back_equal_from_toml(ours):
     ],
 )
 def test_a_number_whose_square_is_infinite_is_refused(table):
-    with pytest.raises(
-        InputError, match=r"load.normal_force\.\w+ = .*: expected a number .* at most 1e\+100"
-    ):
+    with pytest.raises(InputError, match=r"normal_force\.\w+ = .*expected a number .* at most 1e\+100"):
         ev.read_space("vezzoli_2014/fig6", {"load.normal_force": table})

@@ -133,15 +133,12 @@ def test_a_study_states_its_widths_in_words_record_and_table(tmp_path):
     found = ev.study(SINE, "fingers", n=100, seed=1, output=tmp_path / "s.zarr", exceed="500 mN")
     assert found["electrostatic_force_percentile_interval"].dims == ("percentile", "end", "time")
     lines = study_document(found).text.splitlines()
-    assert (
-        sum(
-            line.startswith("Width by sampling, 95 % intervals for 100 fingers: 5th percentile")
-            for line in lines
-        )
-        == 1
-    )
-    assert sum(line.startswith("Width by force law, 1/11 to 11 times the force") for line in lines) == 1
-    assert sum(line.startswith("Not included: thresholds of perception") for line in lines) == 1
+    for words in (
+        "Width by sampling, 95 % intervals for 100 fingers: 5th percentile",
+        "Width by force law, 1/11 to 11 times the force",
+        "Not included: thresholds of perception",
+    ):
+        assert sum(line.startswith(words) for line in lines) == 1, words
     share = float(found["electrostatic_force_exceedance_anywhere"][0])
     low, high = widths.clopper_pearson(round(100 * share), 100)
     assert any(
