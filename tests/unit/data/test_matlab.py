@@ -137,7 +137,7 @@ def damaged(path, whole, number):
 
 
 @pytest.mark.usefixtures("forked")
-@pytest.mark.parametrize("number", [100, pytest.param(500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [40, pytest.param(500, marks=pytest.mark.slow)])
 @BOTH
 def test_no_damage_is_more_than_an_input_error(tmp_path, packed, number):
     path = saved(tmp_path, {"record": TABLE, "rate": 1e4}, do_compression=packed)
