@@ -1,5 +1,7 @@
 """Random scenarios made of the declarations alone: any model of a family, any value in its range."""
 
+from __future__ import annotations
+
 import math
 import types
 from typing import TYPE_CHECKING, Any, Union, get_args, get_origin

@@ -3,6 +3,8 @@
 `test_killed` runs this file.
 """
 
+from __future__ import annotations
+
 import argparse
 import socket
 import sys
