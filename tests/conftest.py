@@ -1,7 +1,5 @@
 """What all tests share: the same examples in every run, and no window system."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """What README, guides and paper conclude from the evidence holds in every set of draws."""
 
-from __future__ import annotations
-
 import functools
 import re
 from pathlib import Path

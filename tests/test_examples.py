@@ -1,7 +1,5 @@
 """Every example runs and one number of it is asserted."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 from types import ModuleType
@@ -123,6 +121,7 @@ def test_every_example_is_tested():
     assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested
 
 
+@pytest.mark.slow
 def test_stick_slip(drawn):
     module = example("stick_slip")
     traces = module.main()

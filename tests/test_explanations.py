@@ -1,7 +1,5 @@
 """The numbers in the explanations of the documentation are those that the toolkit computes."""
 
-from __future__ import annotations
-
 import importlib
 import re
 from pathlib import Path

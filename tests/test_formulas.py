@@ -1,7 +1,5 @@
 """Declared equations as they are drawn on the pages of the models."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import inspect

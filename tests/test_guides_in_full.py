@@ -1,7 +1,5 @@
 """Commands of the pages on single parts in full run one after the other, on files made here in the place of a reader's own."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import subprocess

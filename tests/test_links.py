@@ -1,7 +1,5 @@
 """Every link and picture of the texts leads somewhere: in the repository, where a code host shows it, and on the site."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import re

@@ -4,8 +4,6 @@ Film, skin and body of the examples are a capacitor C_i, a leaky capacitor C_s w
 ground. Under straight pieces of voltage the voltage of the skin follows in closed form, piece by piece.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every command, snippet and file of README and of the pages of the documentation that show commands runs as it is shown."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import re
@@ -181,7 +179,14 @@ def test_a_command_with_a_placeholder_is_not_run():
     assert commands("<!-- install -->\n```sh\nelectrovib run b\n```") == []
 
 
-@pytest.mark.parametrize("page", sorted(page for page, found in SNIPPETS.items() if found))
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.slow if page == "docs/evidence.md" else ())
+        for page in sorted(SNIPPETS)
+        if SNIPPETS[page]
+    ],
+)
 def test_the_python_blocks_run(page, tmp_path, monkeypatch, capsys):
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
@@ -226,9 +231,8 @@ def test_what_installs_and_tests_is_run_as_written_before_a_change_lands():
     assert [name for name, _ in marked] == ["install", "test", "docs"]
     assert [shown for _, shown in marked] == MARKED
     assert all(re.search(rf"readme_(command|text) {name}\b", script) for name, _ in marked)
-    assert script.index("ruff format --check") < script.index(
-        "${test_command##* && }"
-    )  # a matter of seconds first
+    # a matter of seconds first
+    assert script.index("ruff format --check") < script.index("${test_command##* && }")
 
 
 @pytest.mark.slow

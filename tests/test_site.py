@@ -1,7 +1,5 @@
 """The documentation is built without a warning, is complete, and loads nothing from a network."""
 
-from __future__ import annotations
-
 import html
 import importlib
 import json

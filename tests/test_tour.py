@@ -1,7 +1,5 @@
 """The tour of the code: its places exist and are passed in its order by the run that it follows."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Files of the package, read and parsed once in a process."""
 
-from __future__ import annotations
-
 import ast
 from functools import cache
 from pathlib import Path

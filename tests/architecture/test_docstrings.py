@@ -4,8 +4,6 @@ Full numpydoc is for the names of `electrovib`, the public methods of the classe
 Every other function has one sentence, and a formula, shape or unit where name and types do not say it.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re

@@ -1,7 +1,5 @@
 """The house stays one that a newcomer can read: few doors in `solve/`, one place of choice, one word for one idea."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import re

@@ -1,7 +1,5 @@
 """The page for heirs: short, its drawing is that of the layers, and what it names is there and says why."""
 
-from __future__ import annotations
-
 import ast
 import re
 from xml.etree import ElementTree as ET

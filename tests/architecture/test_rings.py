@@ -1,7 +1,5 @@
 """Data flows one way: layers, no ring of imports (those inside functions included), and no import by a text but a few."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The size of the package is a figure like its speed: no room holds more lines than `size.toml` allows."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import tomllib

@@ -1,7 +1,5 @@
 """What is imported when: nothing by importing the package, nothing heavy by asking for help or one run."""
 
-from __future__ import annotations
-
 import ast
 import json
 import subprocess

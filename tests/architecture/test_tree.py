@@ -1,7 +1,5 @@
 """The tree holds nothing of one machine, no index of packages, and no file too long to read."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 

@@ -262,9 +262,8 @@ def test_every_tab_shows_its_content_without_a_serious_finding_of_accessibility(
             page.get_by_role("tab", name=tab).click()
         page.get_by_text(text).first.wait_for(timeout=90_000)  # compiled code is made at its first use
         page.wait_for_timeout(1000)
-        page.locator("[aria-busy=true]").wait_for(
-            state="detached", timeout=90_000
-        )  # what is computed stands faintly
+        # what is computed stands faintly
+        page.locator("[aria-busy=true]").wait_for(state="detached", timeout=90_000)
         keep(page, f"{tab.lower().replace(' ', '_')}_{scheme}")
         no_serious_finding(axe, page, tab)
     for words in ("thickness", "thiknes"):

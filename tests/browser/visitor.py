@@ -1,7 +1,5 @@
 """A visitor without a browser: the requests and the websocket messages of the framework's own client."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import html

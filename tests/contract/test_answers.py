@@ -1,8 +1,7 @@
 """Every kind of answer: its sentences, warnings, tables and files are the same in text, notebook, page and folder."""
 
-from __future__ import annotations
-
 import copy
+import functools
 import html
 import importlib
 import pickle
@@ -190,9 +189,15 @@ ANSWERS = {
 """Name of a class to an answer of it, or of a class below it."""
 
 
+@functools.cache
+def answer(name):
+    """Compute an answer once for all that look at it: none can be changed."""
+    return ANSWERS[name]()
+
+
 @pytest.fixture(scope="module", params=ANSWERS)
 def found(request):
-    return ANSWERS[request.param]()
+    return answer(request.param)
 
 
 def kinds(of=Answer):
@@ -333,7 +338,7 @@ def test_a_folder_holds_the_page_and_all_files(found, written, tmp_path):
 @pytest.mark.parametrize("name", ["Swipes", "MaterialComparison"])
 def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_force_replaces(name, tmp_path):
     """The main figure of the one is its first, that of the other its last."""
-    found = ANSWERS[name]()
+    found = answer(name)
     folder = tmp_path / "answer"
     written = ev.save(found, folder)
     main = folder / f"{parts(found.document.main)[0].id}.pdf"
@@ -370,7 +375,7 @@ FORMER = {
     ("kind", "name"), [(kind, name) for kind, names in FORMER.items() for name in sorted(names)]
 )
 def test_a_former_attribute_warns_and_holds_what_the_document_says(kind, name):
-    found = ANSWERS[kind]()
+    found = answer(kind)
     with pytest.warns(DeprecationWarning, match=f"{kind}.{name} is deprecated .* use document"):
         held = getattr(found, name)
     shown = found.document.shown(everything=True)

@@ -1,7 +1,5 @@
 """Every door that judges a limit judges the film with the gap closed: 3 um of air hide what 300 V do to a film of 1 um."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

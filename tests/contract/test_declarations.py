@@ -16,9 +16,8 @@ from electrovib.core.units import KINDS
 def test_every_number_is_a_complete_quantity_with_its_default_in_range(final_class):
     for name, field in final_class.model_fields.items():
         kinds = (field.annotation, *get_args(field.annotation))
-        if (
-            int in kinds and str not in kinds
-        ):  # but the place of a column: 10**12 is refused, whoever reads it
+        # but the place of a column: 10**12 is refused, whoever reads it
+        if int in kinds and str not in kinds:
             with pytest.raises(ValueError):
                 final_class.model_validate({**final_class.example, name: 10**12})
         if float not in kinds:

@@ -1,7 +1,5 @@
 """The Examples of public functions run, and print what stands below them; `ev` is electrovib."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 

@@ -1,7 +1,5 @@
 """What `view/style.py` says of every figure, of every answer, paper, report and plot: points, colours, axes, captions."""
 
-from __future__ import annotations
-
 import functools
 import re
 
@@ -17,7 +15,7 @@ from electrovib.view.pages import drawn, few_curves
 from electrovib.view.report import document_of
 from electrovib.view.style import MOST, PALETTE
 
-from .test_answers import ANSWERS, SINE, swipe
+from .test_answers import ANSWERS, SINE, answer
 
 GAP = "stack.gap.thickness"
 
@@ -35,7 +33,7 @@ def reports():
 
 
 SOURCES = {
-    **{name: lambda make=make: make().document.figures for name, make in ANSWERS.items()},
+    **{name: lambda name=name: answer(name).document.figures for name in ANSWERS},
     "laws over a parameter": lambda: ev.compare(SINE, over=[f"{GAP}=1um:9um:3"]).document.figures,
     "all evidence": lambda: ev.evidence(n=4).document.figures,
     "reports": reports,
@@ -164,7 +162,7 @@ def test_no_two_parameters_have_one_name():
 
 
 def test_friction_over_time_stands_beside_the_forces_of_a_swipe():
-    forces, friction = swipe()[0], figures("Swipes")[1]
+    forces, friction = answer("Swipes")[0], figures("Swipes")[1]
     (quotient, mean) = friction.curves
     assert friction.y == ("friction", "1")
     assert np.mean(quotient.y) == pytest.approx(0.4, rel=0.01)

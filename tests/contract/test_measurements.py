@@ -1,7 +1,5 @@
 """Every declared measurement: a set-up that runs, units, sources of what is not printed, and how its numbers came here."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Ways round a limit that were open once: what was not judged is no pass, and nothing states less than was met."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -76,11 +74,7 @@ PARTS = {
     ),
     "samples cut short": (
         {
-            "drive": {
-                "model": "Sampled",
-                "time_samples": [0, 0.05, 0.1],
-                "voltage_samples": [0, 10, 300],
-            },
+            "drive": {"model": "Sampled", "time_samples": [0, 0.05, 0.1], "voltage_samples": [0, 10, 300]},
             "time.duration": 0.05,
         },
         300.0,

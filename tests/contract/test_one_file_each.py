@@ -22,8 +22,6 @@ HEAD = '''"""{author}, "{title}", Journal of Examples, 2099.
 Claims: {claims} Does not claim: anything above 10 MV/m.
 """
 
-from __future__ import annotations
-
 from electrovib.core.citation import Check
 
 CITATION = "{author}, {title}, Journal of Examples (2099), doi:10.0000/{author}.2099"

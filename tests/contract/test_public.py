@@ -1,7 +1,5 @@
 """What the last release had, as `docs/api.md` lists it, is still there, or warns until the version in which it goes."""
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
 

@@ -71,9 +71,8 @@ def test_every_path_is_accepted_and_counts_and_a_misspelt_one_is_refused(final_c
         if value is not None:
             assert_same(model.replace({path: exact_text(value, quantity.unit)}), model)
             another, other = changed(model, path, value, quantity)
-            if (
-                another is None
-            ):  # charge on the outer face of the last layer would sit on the conducting finger
+            # charge on the outer face of the last layer would sit on the conducting finger
+            if another is None:
                 assert path.endswith("stratum_corneum.initial_charge"), path
             else:
                 assert another != model

@@ -1,7 +1,5 @@
 """A finger on a plate, built in one line."""
 
-from __future__ import annotations
-
 import functools
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Evaluation of declared equations with NumPy, apart from the code of the models."""
 
-from __future__ import annotations
-
 import ast
 import copy
 import functools

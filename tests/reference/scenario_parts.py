@@ -1,7 +1,5 @@
 """Parts of scenarios as they stand in a file, in one line each, and what the comparisons measure by."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

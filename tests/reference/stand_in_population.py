@@ -1,7 +1,5 @@
 """A population in closed form in place of the solvers: fast, and with values of several orders of magnitude."""
 
-from __future__ import annotations
-
 import numpy as np
 
 PATH = "stack.stratum_corneum.thickness"

@@ -1,7 +1,5 @@
 """Coating, leaky gap, skin: the lower corner belongs to the leak, an interior maximum to the dispersion."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """From the attraction to friction, skin and readings: closed forms, and scipy's integrators as a second route."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scenario_parts as parts

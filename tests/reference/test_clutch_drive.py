@@ -1,7 +1,5 @@
 """A measured drive of 90 000 jittered samples, from file to force, against a plain loop."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every equilibrium is found: against polynomial roots, dense scans, the closed forms of a spring, and simulate."""
 
-from __future__ import annotations
-
 import functools
 from collections import Counter
 from itertools import pairwise
@@ -14,12 +12,7 @@ from scenario_parts import EPS0
 from scipy.optimize import brentq, minimize_scalar
 
 from electrovib.papers.ciavarella_2020 import BearingArea
-from electrovib.physics.contact import (
-    LinearSpring,
-    PerssonSurface,
-    PlateAttraction,
-    RoughAttraction,
-)
+from electrovib.physics.contact import LinearSpring, PerssonSurface, PlateAttraction, RoughAttraction
 from electrovib.physics.roughness import IdleSpots, PullingSpots
 from electrovib.solve.equilibrium import hysteresis
 from electrovib.solve.equilibrium.states import NOISE, balance, follow

@@ -1,7 +1,5 @@
 """The Maxwell stress in the gap law, the leaky stack and the correction for edges against a field solved on a mesh."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The field where plate and finger separate: by role and not by name, and in the limit of a vanishing gap."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scenario_parts as parts

@@ -3,8 +3,6 @@
 The published pressures and time constants are checks of nakamura_2017 and shultz_2015, which tests/contract runs.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings

@@ -1,7 +1,5 @@
 """Polarity: linear layers cannot show it under any law; a rectifying layer can, with the published sign."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """A prescribed current: an attraction that knows neither gap nor insulator nor skin, only frequency and area."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The laws of K and L on several layers a side, against formulas and circuits that share no code with them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenario_parts import AREA, EPS0, SETTLED, constant, debye, grounded, layer, model, sine, step

@@ -1,7 +1,5 @@
 """Skins with a memory as long as the run, against numerical inverse Laplace transforms of the laws as declared."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

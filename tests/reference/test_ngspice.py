@@ -1,7 +1,5 @@
 """Exported netlists run by ngspice against our own results: an independent simulator, given nothing but the file."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

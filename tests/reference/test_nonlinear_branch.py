@@ -3,8 +3,6 @@
 With plain equations and an integrator of its own they are compared in tests/reference/test_product.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scenario_parts as parts

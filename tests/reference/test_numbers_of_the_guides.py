@@ -1,7 +1,5 @@
 """Numbers that a user reads along the guides, against equations that are written and solved here."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

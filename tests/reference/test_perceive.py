@@ -1,7 +1,5 @@
 """From force to level: against closed forms, against the published direction, and against a second route."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

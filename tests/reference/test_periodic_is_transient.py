@@ -1,7 +1,5 @@
 """The steady state through harmonics equals the one through modes that begin in their periodic state."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scenario_parts as parts

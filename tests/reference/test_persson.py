@@ -3,8 +3,6 @@
 The average itself is compared with panels in tests/unit/physics/test_roughness.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

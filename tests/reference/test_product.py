@@ -4,8 +4,6 @@ A scenario either answers as `product.plain` does, every signal within what its 
 with a sentence that names a dotted path.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 

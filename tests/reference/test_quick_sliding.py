@@ -1,7 +1,5 @@
 """The compiled march of bristles against the reference, and every part of a sliding finger drawn together with every other."""
 
-from __future__ import annotations
-
 import itertools
 import json
 

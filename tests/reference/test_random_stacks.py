@@ -1,7 +1,5 @@
 """Modes of random stacks against long arithmetic and phasors, and what reducing the shipped skins to Debye terms costs."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The clutch of interdigitated electrodes: published field calculations, the formula, and the stack."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq

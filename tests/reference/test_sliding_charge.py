@@ -1,7 +1,5 @@
 """Charge carried away by sliding, against the convection equation solved apart and its closed forms."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

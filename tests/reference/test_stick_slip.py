@@ -1,7 +1,5 @@
 """Skin that sticks and slips: closed forms, the linear criterion, the order, the energy, and a second route."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Sine against square: thresholds of the skin's plane against numbers computed apart from this code."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

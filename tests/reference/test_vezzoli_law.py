@@ -1,7 +1,5 @@
 """The law of Vezzoli et al. 2014 of lost charge: closed forms in time, and the shape of its causal reading."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scenario_parts as parts

@@ -1,7 +1,5 @@
 """Forces on the film of Vezzoli et al. 2014 and a screen under every cut plane, and the harmonics of their squares."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from decimal import Decimal
 

@@ -1,7 +1,5 @@
 """Friction is there where something slides on something; at rest it is what a spring tells, or it is not known."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

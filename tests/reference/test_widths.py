@@ -4,8 +4,6 @@ The stack is an insulator and a gap. Under a sine of amplitude V the force is ep
 electrical thickness K, so that the friction has one line, at twice the frequency of the drive.
 """
 
-from __future__ import annotations
-
 import json
 import math
 
@@ -129,9 +127,8 @@ def test_a_share_contains_how_thresholds_differ_between_people_where_the_space_d
     exact = np.quantile(felt_from, SHARE)
     low, high = by_name(found)[widths.SAMPLING]
     assert low < exact < high
-    assert exact > 1.3 * np.quantile(
-        voltage(thickness, 400.0 * 1e-7), SHARE
-    )  # without that spread it is another value
+    # without that spread it is another value
+    assert exact > 1.3 * np.quantile(voltage(thickness, 400.0 * 1e-7), SHARE)
     assert by_name(found)[widths.THRESHOLDS] == pytest.approx((found.value, found.value))
     assert widths.PEOPLE not in by_name(found)
 

@@ -1,7 +1,5 @@
 """A full disk, a limit of file size, and a kill at any moment: what was there before is there still."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

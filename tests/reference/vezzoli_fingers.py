@@ -1,7 +1,5 @@
 """Closed forms of figures 6 and 7 of Vezzoli et al. 2014 for many fingers at once, apart from the solvers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0

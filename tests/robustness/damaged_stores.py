@@ -3,8 +3,6 @@
 ``python damaged_stores.py FOLDER FIRST LAST`` prints one JSON line for each case.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random

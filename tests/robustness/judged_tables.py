@@ -1,7 +1,5 @@
 """What a reader makes of a written table: equal in every column, refused, named as not read, or wrong."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections import Counter
 from typing import NamedTuple
@@ -86,9 +84,8 @@ def _channel_of(channels, column: Written, place: int, dialect: Dialect):
         return next((each for each in channels if each.name == f"column {place}"), None)
     wanted = plain_name(column.name)
     named = [each for each in channels if plain_name(each.name) == wanted]
-    named += [
-        each for each in channels if plain_name(each.name.rstrip("'")) == wanted
-    ]  # the second of its name
+    # the second of its name
+    named += [each for each in channels if plain_name(each.name.rstrip("'")) == wanted]
     return named[0] if named else None
 
 

@@ -1,7 +1,5 @@
 """Random dialects of tables of text: delimiter, signs, headings, units, times, and what instruments add."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 

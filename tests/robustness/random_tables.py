@@ -1,7 +1,5 @@
 """Random tables of text in random dialects, written from known arrays without any of the code that reads them."""
 
-from __future__ import annotations
-
 import dataclasses
 import unicodedata
 from dataclasses import dataclass, field

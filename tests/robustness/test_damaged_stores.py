@@ -1,7 +1,5 @@
 """A damaged store of a study is answered in a sentence at every door, and stays as it was."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """What a bench or an instrument plays, simulated from its held samples: equal to the plan, and never above a limit."""
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

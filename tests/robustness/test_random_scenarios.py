@@ -1,7 +1,5 @@
 """Random scenarios of the whole declared space: each runs within its budget, or is refused in sentences."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """Random tables of text in random dialects: each column is read as it was written, or refused, or named as not read."""
 
-from __future__ import annotations
-
 import io
 import os
 

@@ -1,7 +1,5 @@
 """Files as programs and instruments write them, of known arrays, that were once read wrongly: right now, or refused by name."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -22,10 +20,7 @@ def lines(*columns, separator=","):
     )
 
 
-@pytest.mark.parametrize(
-    ("options", "reference"),
-    [("R 75 RI S hz", 75), ("RI hz S", 50)],
-)
+@pytest.mark.parametrize(("options", "reference"), [("R 75 RI S hz", 75), ("RI hz S", 50)])
 def test_the_order_of_the_options_of_touchstone_is_free(tmp_path, options, reference):
     path = tmp_path / "skin.s1p"
     reflection = (IMPEDANCE - reference) / (IMPEDANCE + reference)

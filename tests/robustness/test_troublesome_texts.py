@@ -1,7 +1,5 @@
 """Files as programs and instruments write them, of known arrays, that were once read wrongly: right now, or refused by name."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
@@ -130,11 +128,7 @@ def test_a_heading_may_hold_the_delimiter(tmp_path):
 
 @pytest.mark.parametrize(
     "above",
-    [
-        "Time\tForce\n----\t----\n",
-        "Time (ms)\tForce (N)\n==== ====\n",
-        "ms\tN\nTime\tForce\n",
-    ],
+    ["Time\tForce\n----\t----\n", "Time (ms)\tForce (N)\n==== ====\n", "ms\tN\nTime\tForce\n"],
     ids=["no unit", "a rule", "units first"],
 )
 def test_headings_are_found_behind_a_rule_and_below_their_units(tmp_path, above):

@@ -1,7 +1,5 @@
 """For generated drives, formats and limits: what exceeds a limit is never written, and what is written is never clipped."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

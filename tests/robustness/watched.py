@@ -1,7 +1,5 @@
 """Run a random scenario in a process of its own, which may not take for ever."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

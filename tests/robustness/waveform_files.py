@@ -1,7 +1,5 @@
 """Files of waveforms read by other readers than their writer."""
 
-from __future__ import annotations
-
 import wave
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a scenario has to answer, from rest, in its periodic state and over fresh film: from the plain equations."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -4,8 +4,6 @@ All time constants lie between 0.05 and 2 ms and every drive happens within 8 ms
 scenario leaves a mark on its answer.
 """
 
-from __future__ import annotations
-
 import itertools
 import random
 

@@ -5,8 +5,6 @@ layer; a body that floats, the plate behind its amplifier, and a gap that yields
 package's solvers is used but the Debye terms of a material.
 """
 
-from __future__ import annotations
-
 import cmath
 import itertools
 import math
@@ -212,9 +210,8 @@ class Plain:
             return plate, slope, flows / area
         slope = wanted
         for limit, side in ((self.lowest, -1), (self.highest, 1)):
-            if (
-                side * (flows - limit) >= 0
-            ):  # the plate cannot leave the stack behind faster than the current allows
+            # the plate cannot leave the stack behind faster than the current allows
+            if side * (flows - limit) >= 0:
                 along = limit / area * inverse - loss - AT_ONCE * resistance * (flows - limit) * 1e-2
                 slope = side * min(side * wanted, side * along)
         return plate, slope, min(max(flows, self.lowest), self.highest) / area

@@ -389,9 +389,8 @@ def test_a_material_without_loss_is_constant(tmp_path, zeros):
     assert "stated to be 0" in loss_of(found)
     unknown = fitted(file, loss="unknown", form="constant").parameters[0]
     assert (unknown.value, unknown.lower) == pytest.approx((level.value, level.lower))
-    flat = rows(
-        tmp_path / "flat.csv", "f [Hz],permittivity", WIDE, np.full(WIDE.size, 3.0)
-    )  # without any scatter
+    # without any scatter
+    flat = rows(tmp_path / "flat.csv", "f [Hz],permittivity", WIDE, np.full(WIDE.size, 3.0))
     for loss in ("none", "unknown"):
         exact = fitted(flat, loss=loss, form="constant")
         assert exact.parameters[0].value == pytest.approx(3, rel=1e-9)

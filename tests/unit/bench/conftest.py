@@ -1,7 +1,5 @@
 """The simulated bench of the tests: one plan, with an enable line or with an operator, and a twin that can be looked at."""
 
-from __future__ import annotations
-
 import functools
 
 import pytest

@@ -1,7 +1,5 @@
 """What a computation may take: read, counted, measured, refused beyond, with what would help."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest

@@ -1,7 +1,5 @@
 """What is found and by which words: models and papers, here and in other packages, the search, citations."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -184,10 +182,8 @@ def found(query, *entries):
         (["sine"], [("Sine", NAME), ("vardar_2017/sine", LAST), ("bau_2010/sine", LAST)]),
         (["Maxwell", "Stress", "stressIn", "Stress in gap"], [MAXWELL]),
         (["touchscreen", "touch screen", "TOUCH-SCREENS", "touchscreens"], [VARDAR, BAU]),
-        (
-            ["3M", "3m type"],
-            [VARDAR],
-        ),  # a short word has to be there as it is: 3M is not the beginning of 3mm
+        # a short word has to be there as it is: 3M is not the beginning of 3mm
+        (["3M", "3m type"], [VARDAR]),
         (["silica coating"], [VARDAR]),
         (["silica teflon", "axwell", "zzzz", "   ", "x" * 100_000], []),
         (["Maxwel stres"], [("MaxwellStressInGap", WORDS)]),

@@ -1,7 +1,5 @@
 """Former names are read with a warning that says what to use; here they are those of a test, put into the tables."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import re

@@ -1,7 +1,5 @@
 """What a model, its parameters and samples are, what they take and refuse, and texts from outside."""
 
-from __future__ import annotations
-
 import base64
 import copy
 import math

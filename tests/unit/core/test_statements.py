@@ -1,7 +1,5 @@
 """What is stated: units of signals from their names alone, checks against sources, diagnostics, equations, versions."""
 
-from __future__ import annotations
-
 import math
 import platform
 from importlib.metadata import version

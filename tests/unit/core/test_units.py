@@ -1,7 +1,5 @@
 """Text with a unit: exact where it is our own unit, careful where pint reads it, never slow."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

@@ -186,9 +186,7 @@ def test_whole_numbers_that_floats_do_not_keep_apart_are_counted_from_the_first_
 
 
 def test_where_no_array_is_a_column_the_reasons_are_given(tmp_path):
-    with pytest.raises(
-        DataFileError, match=r"no column of two or more numbers. Not read: word \(holds text\)"
-    ):
+    with pytest.raises(DataFileError, match=r"no column of two .* Not read: word \(holds text\)"):
         table_of_arrays(tmp_path / "a", [("word", "", np.array(["a", "b"]))])
 
 

@@ -1,7 +1,5 @@
 """Outputs are whole or not there, what is not ours or is an input is never replaced, and one process writes at a time."""
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess

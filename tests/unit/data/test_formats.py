@@ -16,14 +16,7 @@ import electrovib as ev
 from electrovib.core.errors import DataFileError, NoColumnError
 from electrovib.data import readers, registry
 from electrovib.data.readers.oscilloscope_binary import _step
-from electrovib.data.registry import (
-    FORMATS,
-    CanRead,
-    format_lines,
-    format_of,
-    read_columns,
-    read_recorded,
-)
+from electrovib.data.registry import FORMATS, CanRead, format_lines, format_of, read_columns, read_recorded
 
 T = np.arange(50) * 1e-4
 V = np.sin(600 * T)

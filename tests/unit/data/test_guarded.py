@@ -1,7 +1,5 @@
 """Readers in a process of their own: what they hand over, and every reason for which they are stopped."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

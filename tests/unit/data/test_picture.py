@@ -1,7 +1,5 @@
 """Pictures are read within limits of size, and everything else is refused in a sentence."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib

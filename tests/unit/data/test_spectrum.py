@@ -136,11 +136,7 @@ def test_columns_may_be_stated(tmp_path):
             (EPS.real, -EPS.imag, 2 * SIGMA),
             r"loss factor' differ from .*sigma' by 0\.5",
         ),
-        (
-            "f,eps',sigma,rho",
-            (EPS.real, SIGMA, 1.05 / SIGMA),
-            r"sigma' differ from .*rho' by 0\.04",
-        ),
+        ("f,eps',sigma,rho", (EPS.real, SIGMA, 1.05 / SIGMA), r"sigma' differ from .*rho' by 0\.04"),
         (
             "f,eps',loss factor,loss tangent",
             (EPS.real, -EPS.imag, -EPS.imag),
@@ -176,14 +172,9 @@ def test_a_factor_for_a_meaning_and_a_minus_that_is_stated(tmp_path):
     assert "phase: '-Phase' times -1" in found.attrs["history"]
     minus = {"frequency": "f", "modulus": "|Z|", "minus_phase": "-Phase"}
     np.testing.assert_allclose(ev.import_file(tmp_path / "a.csv", minus).impedance, Z, rtol=1e-10)
-    with pytest.raises(
-        InputError, match=r"columns.phase = '-Phase': the heading states a minus; state .* minus_phase"
-    ):
+    with pytest.raises(InputError, match=r"columns.phase = '-Phase': .*states a minus; .* minus_phase"):
         ev.import_file(tmp_path / "a.csv", columns)
-    for scale, words in (
-        ({"phase": -1}, "the spectrum has f"),
-        ({"minus_phase": 0}, "other than 0"),
-    ):
+    for scale, words in (({"phase": -1}, "the spectrum has f"), ({"minus_phase": 0}, "other than 0")):
         with pytest.raises(InputError, match=words):
             ev.import_file(tmp_path / "a.csv", scale=scale)
     with pytest.raises(InputError, match=r"'minus_modulus' is not among .*minus_phase"):
@@ -209,9 +200,7 @@ def test_an_impedance_times_an_area_needs_the_area(tmp_path, unit):
     size = 0.5e-4
     per = Z * size / (1e-1 if unit.startswith("k") else 1e-4)
     table(tmp_path, f"f [Hz],Z' ({unit}),Z'' ({unit})", (GRID, per.real, per.imag))
-    with pytest.raises(
-        InputError, match="one times an area; its permittivity is imported with --as material"
-    ):
+    with pytest.raises(InputError, match=r"one times an area; .* --as material"):
         ev.import_file(tmp_path / "a.csv")
     found = ev.import_material(tmp_path / "a.csv", area="0.5 cm2", thickness="200 um").material
     np.testing.assert_allclose(found.permittivity_samples.values, C * 2e-4 / (eps0 * size), rtol=1e-6)

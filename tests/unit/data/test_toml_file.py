@@ -1,7 +1,5 @@
 """TOML files of the user: no door opens a pipe, a device, a folder, a socket or what is too large."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

@@ -1,7 +1,5 @@
 """The netlist as text: values, names, refusals. What ngspice makes of it is tested in tests/reference."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

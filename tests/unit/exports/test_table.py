@@ -72,9 +72,7 @@ def test_it_is_read_as_a_measured_table_and_not_opened_as_a_trace(tmp_path):
     np.testing.assert_array_equal(found["e"], small().field.to_numpy()[1])
     trace = ev.import_file(tmp_path / "a.csv", {"normal_force": "normal_force"})
     np.testing.assert_array_equal(trace.time, TIME)
-    with pytest.raises(
-        DataFileError, match=r"is a table of numbers, not a Trace; 'electrovib import .*a\.csv'"
-    ):
+    with pytest.raises(DataFileError, match=r"a table of numbers.* 'electrovib import .*a\.csv'"):
         ev.open_trace(tmp_path / "a.csv")
 
 

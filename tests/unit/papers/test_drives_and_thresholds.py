@@ -1,7 +1,5 @@
 """Squares of drives with an offset (Kang 2017), and the weight and frequency of equal thresholds (Vardar 2017)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

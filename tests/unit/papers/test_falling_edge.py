@@ -1,7 +1,5 @@
 """The candidates for the falling edge: numbers computed apart, and what each can and cannot explain."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

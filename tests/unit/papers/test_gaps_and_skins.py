@@ -1,7 +1,5 @@
 """Gaps and skins told by impedance and by the frequencies of the force: Aliabbasi, Shultz and Meyer."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Laws of one layer, adhesion and rough contact: closed forms, trends, and that nothing is offered which nobody has read."""
 
-from __future__ import annotations
-
 import inspect
 import math
 

@@ -1,7 +1,5 @@
 """Numbers in the files of publications that follow from others: whoever edits one of them is told of the other."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

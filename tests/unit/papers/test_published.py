@@ -1,7 +1,5 @@
 """The file of a publication: whoever edits it needs no Python, and each mistake is named with its path."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

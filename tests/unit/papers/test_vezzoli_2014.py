@@ -1,7 +1,5 @@
 """The reproduction of Vezzoli et al. 2014 against numbers computed apart from this code."""
 
-from __future__ import annotations
-
 import ast
 import csv
 import html
@@ -22,7 +20,7 @@ from electrovib.core.answer import REFERENCE, Panel
 from electrovib.core.budget import items_heard
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
-from electrovib.papers.vezzoli_2014 import compute, drawings, measured, values
+from electrovib.papers.vezzoli_2014 import compute, drawings, falling_edge, measured, numbers, values
 from electrovib.papers.vezzoli_2014.figures import MEANINGS, MOIST
 from electrovib.studies.evidence.predicted import predict
 from electrovib.studies.reproduction import INPUTS, Row, to_csv
@@ -47,8 +45,13 @@ def panels_of(found):
 
 
 @pytest.fixture(scope="module")
-def rows(reproduction) -> dict[str, Row]:
-    return {row.id: row for row in reproduction.rows}
+def rows() -> dict[str, Row]:
+    """Return the rows that take no population and no evidence."""
+    return by_name((*numbers.rows(), *falling_edge.rows()))
+
+
+def by_name(rows):
+    return {row.id: row for row in rows}
 
 
 @pytest.mark.parametrize("name", ["falling_edge", "numbers", "population"])
@@ -81,8 +84,10 @@ VERDICTS = {
 }
 
 
-def test_what_each_row_says_of_the_paper(reproduction, rows):
+@pytest.mark.slow
+def test_what_each_row_says_of_the_paper(reproduction):
     """Only what follows from printed inputs may disagree, and open rows say what is missing; each has its place in the paper."""
+    rows = by_name(reproduction.rows)
     found = {name: {row.id for row in rows.values() if row.verdict == name} for name in VERDICTS}
     assert found == {name: set(listed.split()) for name, listed in VERDICTS.items()}
     for name in ("thickness_spread_law_1", "thickness_spread_gap"):
@@ -95,8 +100,10 @@ def test_what_each_row_says_of_the_paper(reproduction, rows):
     assert reproduction.count() == ("2 reproduced, 13 consistent, 25 open, 12 quantities of ours, 3 checks")
 
 
-def test_the_report_begins_with_what_the_paper_does_and_sums_up_every_row(reproduction, rows):
+@pytest.mark.slow
+def test_the_report_begins_with_what_the_paper_does_and_sums_up_every_row(reproduction):
     """In its order: computed, open with three inputs that would settle it, added; each number is that of its rows."""
+    rows = by_name(reproduction.rows)
     computed, left_open, added = reproduction.parts
     assert [part.title[:8] for part in reproduction.parts] == ["What the", "What its", "What thi"]
     assert computed.panels == tuple(f"fig{number}" for number in range(1, 8))
@@ -144,11 +151,13 @@ def test_no_row_mixes_laws(rows):
         assert rows[f"trapezium_force_{row}"].ours == pytest.approx((min(forces), max(forces)), rel=1e-12)
 
 
-def test_what_was_measured_is_compared_with_the_intervals_of_the_evidence(reproduction, rows):
+@pytest.mark.slow
+def test_what_was_measured_is_compared_with_the_intervals_of_the_evidence(reproduction):
     """By the door of the evidence: the same draws, bands and ratios; the verdict says whether any draw reaches what was printed.
 
     An end of an interval of 64 draws is no verdict: of the stress in the gap, 6 % of 4000 draws lie below 5 mN.
     """
+    rows = by_name(reproduction.rows)
     found = ev.evidence("vezzoli_2014")
     swing = predict(found.measured["vezzoli_2014/swing"])[0]
     reached = [one.model for one in swing if one.values.min() <= 5e-3 and one.values.max() >= 2e-3]
@@ -244,9 +253,8 @@ def test_the_time_constants_of_published_skins_end_where_the_closed_form_says(ro
         assert compute.time_constants(frequency)[1] == pytest.approx(tau(frequency, alpha, 2e-6), rel=1e-3)
     note = rows["tau_giraud"].note
     assert "end at 2.04 ms at 100 Hz, 5.26 ms at 10 Hz, 10.4 ms at 1 Hz" in note
-    through = np.tan(0.85 * np.pi / 2) / (
-        200 * np.pi
-    )  # constant phase 0.85, which no publication has measured
+    # constant phase 0.85, which no publication has measured
+    through = np.tan(0.85 * np.pi / 2) / (200 * np.pi)
     assert f"constructed through the paper's own point reach {1e3 * through:.3g} ms" in note
     assert all("vezzoli_2014" not in key for key in compute.published_skins())
     most = tau(100.0, 0.8025, 2e-6) / tau(1e4, 0.8025, 2e-6)
@@ -343,6 +351,7 @@ def visible(page):
     return html.unescape(re.sub(r"<[^>]*>", " ", text))
 
 
+@pytest.mark.slow
 def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
     """At most 900 words before what is opened by a click; skins are listed in a table."""
     empty = Figure()
@@ -368,11 +377,7 @@ def test_the_page_is_short_and_names_the_files_of_what_it_omits(reproduction):
         assert len(row.brief) < len(row.note) or not row.note, row.id
         assert sum(name in row.note for name in compute.force_skins()) <= 1, row.id
         assert np.all(np.isfinite(np.atleast_1d(json.loads(json.dumps(row.to_dict()))["ours"])))
-    for name in (
-        "numbers.json",
-        "skins.csv",
-        "falling_edge_candidates.csv",
-    ):
+    for name in ("numbers.json", "skins.csv", "falling_edge_candidates.csv"):
         assert name in page, name
     (explained,) = reproduction.pages
     text = " ".join(explained.paragraphs)
@@ -403,6 +408,7 @@ KEYWORDS = {
 }
 
 
+@pytest.mark.slow
 def test_figures_have_five_curves_whose_colours_stand_for_one_thing_and_files_have_all(reproduction):
     seen, laws = set(), {}
     for panel in panels_of(reproduction).values():
@@ -427,15 +433,14 @@ def test_figures_have_five_curves_whose_colours_stand_for_one_thing_and_files_ha
     # nothing is drawn below the floor of a figure, but its curves, which are written as a table, go on
     assert (panels["fig6_over_decades"].floor, panels["falling_edge"].floor) == (1e-7, 1e-3)
     assert min(np.min(np.abs(curve.y)) for curve in panels["fig6_over_decades"].curves) < 1e-8
-    for name in (
-        "fig6_over_decades",
-        "fig6_ramps",
-    ):  # where attraction is drawn, the measured band is attraction
+    # where attraction is drawn, the measured band is attraction
+    for name in ("fig6_over_decades", "fig6_ramps"):
         (band,) = [curve for curve in panels[name].curves if curve.kind == "band"]
         assert band.y == pytest.approx(2e-3 / 0.6)
         assert band.upper == pytest.approx(5e-3 / 0.3)
 
 
+@pytest.mark.slow
 def test_the_figures_of_the_paper_come_first_as_printed(reproduction):
     """Peak by hand: 7.7 ms/36 ms (1 - exp(-36/7.7)) of 1000 V, squared, of 56.55 mN, with C_i/C_s in the time constant."""
     names = [shown.id for shown in reproduction.panels]
@@ -461,6 +466,7 @@ def test_the_figures_of_the_paper_come_first_as_printed(reproduction):
     assert {each.label for each in force if each.background} == skins
 
 
+@pytest.mark.slow
 def test_figure_7_shows_in_colour_the_skins_that_rise_and_saturate(reproduction):
     shapes = {
         name: compute.Shape(*compute.rise_and_saturation(each.material))
@@ -541,26 +547,34 @@ def test_a_verdict_that_a_row_bears():
             replace(said, ours=beyond)
     assert Row("x", "x", 6.9, 6.95, "1", "reproduced", "").here == "6.95"
     assert Row("x", "x", (2.0, 5.0), (0.1, 1.99), "1", "disagrees", "").verdict == "disagrees"
-    for inputs in INPUTS[
-        1:
-    ]:  # a number that does not follow from the paper alone neither reproduces nor contradicts it
+    # a number that does not follow from the paper alone neither reproduces nor contradicts it
+    for inputs in INPUTS[1:]:
         for verdict, ours in (("disagrees", 1.0), ("reproduced", 2.0)):
             with pytest.raises(ValueError, match=f"what {inputs} inputs give"):
                 Row("x", "x", 2.0, ours, "1", verdict, "", inputs=inputs)
 
 
-def test_a_table_of_ones_own_is_drawn_as_its_rows(tmp_path):
-    """A point is a measured one: nothing between the rows is drawn; a fault names the option, the file and the row."""
-    path = tmp_path / "skin.csv"
+@pytest.fixture
+def own_table(tmp_path):
     rows = [(100, 2000, 1e5), (300, 1800, 7e4), (1000, 1500, 4e4), (3000, 1200, 2e4), (10000, 900, 1e4)]
     lines = ["frequency [Hz],permittivity,resistivity [ohm m]", *(f"{f},{e},{r}" for f, e, r in rows)]
-    path.write_text("\n".join(lines))
+    (tmp_path / "skin.csv").write_text("\n".join(lines))
+    return tmp_path / "skin.csv", np.array(rows).T
+
+
+@pytest.mark.slow
+def test_a_table_of_ones_own_is_drawn_as_its_rows(own_table):
+    """A point is a measured one: nothing between the rows is drawn."""
+    path, (frequency, permittivity, resistivity) = own_table
     panels = panels_of(paper("vezzoli_2014").reproduce(skin=str(path)))
     (drawn,) = [curve for curve in panels["fig4"].curves if curve.label == "your table"]
-    frequency, permittivity, resistivity = np.array(rows).T
     assert drawn.kind == "points"
     assert np.array_equal(drawn.x, frequency)
     assert drawn.y == pytest.approx(8.8541878128e-12 * permittivity * resistivity, rel=1e-12)
+
+
+def test_a_fault_of_a_table_of_ones_own_names_the_option_the_file_and_the_row(own_table, tmp_path):
+    path, _ = own_table
     path.write_text(path.read_text().replace("70000.0", "-1"))
     for file, words in (
         (path, ": row 1 (first is 0), 300 Hz: resistivity = -1 must be"),

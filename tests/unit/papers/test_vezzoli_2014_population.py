@@ -1,7 +1,5 @@
 """The population of figures 6 and 7 against closed forms, and what the spread is due to."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import vezzoli_fingers as forms

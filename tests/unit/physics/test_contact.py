@@ -87,9 +87,8 @@ def test_what_a_share_in_contact_adds(fraction, expect):
     """100 V at alternating voltage on the coating."""
     gaps = GaussianGaps(mean=-NormalDist().inv_cdf(fraction) * 5e-6, rms=5e-6)
     assert gaps.contact_fraction == pytest.approx(fraction, rel=1e-9)
-    assert float(pull(gaps, voltage=100 / math.sqrt(2)).spots) == pytest.approx(
-        expect, rel=4e-2
-    )  # two digits
+    # two digits
+    assert float(pull(gaps, voltage=100 / math.sqrt(2)).spots) == pytest.approx(expect, rel=4e-2)
 
 
 def test_a_sine_pulls_half_of_its_peak():

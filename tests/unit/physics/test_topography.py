@@ -99,9 +99,7 @@ def test_without_the_shortest_octave_the_longer_waves_stay_as_they_are():
 def test_waves_that_no_grid_resolves_are_refused_before_memory_is_asked_for():
     rough = SelfAffine(rms=1e-6, hurst=0.8, longest=1e-3, roll_off=1e-3, shortest=1e-9)
     for use in (lambda: rough.rms_slope((1e-3, 1e-3)), lambda: rough.heights((64, 64), (1e-3, 1e-3), seed=0)):
-        with pytest.raises(
-            InputError, match=r"shortest = 1e-09: 1e\+06 waves stand in 0.001 m, and at most 2048"
-        ):
+        with pytest.raises(InputError, match=r"1e-09: 1e\+06 waves stand in 0.001 m, .* at most 2048"):
             use()
 
 

@@ -68,9 +68,8 @@ def test_the_covariance_of_a_calibration_goes_with_the_signal(tmp_path, by):
     ev.save(trace, tmp_path / "a.nc")
     assert error_of(ev.open_trace(tmp_path / "a.nc")) == found
     for option in ({"baseline": {FORCE: "0 s..5 ms"}}, {"detrend": [FORCE]}):
-        assert error_of(calibrated(tmp_path, given, **option)) == CalibrationError(
-            gain=found.gain
-        )  # and no zero
+        # and no zero
+        assert error_of(calibrated(tmp_path, given, **option)) == CalibrationError(gain=found.gain)
     assert found.zero > 0
 
 

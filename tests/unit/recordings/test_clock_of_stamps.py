@@ -74,8 +74,6 @@ def test_clocks_are_imported_or_refused(tmp_path):
     found = ev.import_file(path, {"drive_voltage": "U"}, time="X [ms]")
     assert np.diff(found["time"]) == pytest.approx(2e-7, rel=1e-6)
     path = rows(tmp_path, "position,U [V]", np.tile(n[:100], 2), n)
-    with pytest.raises(
-        InputError, match="turn back to their beginning 1 times, first at sample 100"
-    ) as refused:
+    with pytest.raises(InputError, match=r"turn back .* 1 times, first at sample 100") as refused:
         ev.import_file(path, {"drive_voltage": "U"}, time="position [s]")
     assert "keep_increasing" not in str(refused.value)

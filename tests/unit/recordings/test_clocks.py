@@ -82,9 +82,7 @@ def test_two_columns_of_the_same_times_are_one_clock():
 
 
 def test_a_step_that_contradicts_the_times_is_refused_with_both():
-    with pytest.raises(
-        InputError, match=r"'Time A \[s\]' has steps of 50 ms, but the file states a time step of 51 ms"
-    ):
+    with pytest.raises(InputError, match=r"'Time A \[s\]' has steps of 50 ms.* states .* 51 ms"):
         sample_times(two_clocks(step=0.051), ["Force"])
     np.testing.assert_allclose(sample_times(two_clocks(step=0.0502), ["Force"]).time, A)
     np.testing.assert_allclose(sample_times(two_clocks(step=0.051), ["Force"], time="Time A").time, A)
@@ -134,9 +132,7 @@ def test_waveforms_begin_when_they_state_it(waveforms):
         np.testing.assert_allclose(
             ev.import_file(path, {signal: channel}).time, start + step * values, atol=1e-12
         )
-    with pytest.raises(
-        InputError, match=r"'G/A': from 500 ms.*'G/B': from 250 ms to 1.249 s in steps of 1 ms"
-    ):
+    with pytest.raises(InputError, match=r"'G/A': from 500 ms.*'G/B': from 250 ms to 1.249 s in .*1 ms"):
         ev.import_file(path, {"drive_voltage": "G/A", "lateral_force": "G/B"})
 
 
@@ -158,10 +154,7 @@ def test_what_is_proposed_for_two_clocks_works_and_is_right(waveforms):
         C=(time, waveform(100, 1e-3, "A")),
     )
     first, second, third = [line for line in list_columns(path) if "--column" in line]
-    assert (
-        "'G/B': another clock, from 300 ms to 1.299 s in steps of 1 ms; to put it onto the one before"
-        in second
-    )
+    assert "'G/B': another clock, from 300 ms to 1.299 s in steps of 1 ms; to put it onto" in second
     assert "to import it by itself" in third
     for line in (first, second, third):
         run("a.tdms", line)
@@ -184,9 +177,7 @@ def test_a_channel_of_times_beside_waveforms(waveforms):
     assert any(
         "the file also states a step of 1 s: state which one is right" in line for line in list_columns(path)
     )
-    with pytest.raises(
-        InputError, match=r"'G/Time \[s\]' has steps of 10 ms, but the file states a time step of 1 s"
-    ):
+    with pytest.raises(InputError, match=r"'G/Time \[s\]' has steps of 10 ms.* states .* 1 s"):
         ev.import_file(path, {"lateral_force": "G/F"})
 
 
@@ -264,7 +255,4 @@ def test_a_listing_of_constructed_clocks_does_not_mix_them(monkeypatch, tmp_path
     first, second = [line for line in lines if "--column" in line]
     assert first == 'to import it: --column lateral_force="Force" -o trace.nc'
     assert "column 'Time B' from 0 s to 4.975 s in steps of 25 ms" in second
-    assert (
-        '--column drive_voltage="Voltage" --set with="trace.nc" --set clock_shift="0 s" -o trace_2.nc'
-        in second
-    )
+    assert 'drive_voltage="Voltage" --set with="trace.nc" --set clock_shift="0 s" -o trace_2.nc' in second

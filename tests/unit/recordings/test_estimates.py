@@ -1,7 +1,5 @@
 """Estimates of functions and of models linear in their amplitudes, what derivatives determine, profiles with known ends."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

@@ -83,9 +83,8 @@ def test_known_parts_as_measured_and_a_bad_calibration():
     assert bare.resistance == pytest.approx(51e3, rel=0.02)
     both = fit_parallel_part(*measured("Cal10k_51kp33.csv"))
     assert both.resistance == pytest.approx(51e3, rel=0.02)
-    assert both.capacitance - bare.capacitance == pytest.approx(
-        33e-12, rel=0.11
-    )  # 36.6 pF, and 36.2 without the leads
+    # 36.6 pF, and 36.2 without the leads
+    assert both.capacitance - bare.capacitance == pytest.approx(33e-12, rel=0.11)
     with pytest.raises(InputError, match="bad calibration"):
         fit_parallel_part(*measured("rcal_10k_20k_par101.csv"))
 

@@ -43,9 +43,8 @@ def test_a_voltage_series_is_fitted_with_the_voltages_of_its_recordings():
     assert drive.model_dump()["high"] == pytest.approx(150, rel=2e-3)
     assert found.scenario.drive.high == 300
     judged = {each.name: each for each in found.diagnostics}
-    assert judged["electrowetting"].value == pytest.approx(
-        150, rel=0.01
-    )  # the highest that any recording has
+    # the highest that any recording has
+    assert judged["electrowetting"].value == pytest.approx(150, rel=0.01)
     assert judged["field emission"].state == judged["linear skin, stratum_corneum"].state == "ok"
 
 

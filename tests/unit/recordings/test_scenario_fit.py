@@ -274,9 +274,7 @@ def test_parameters_that_differ_between_sessions(count):
 @pytest.mark.parametrize("name", ["lateral_forces", "electrostatic_force", "field_gain"])
 def test_what_is_not_predicted_over_frequency_alone_is_refused(name):
     """No signal, one over time, and one over frequency and layer."""
-    with pytest.raises(
-        ElectrovibError, match=f"'{name}' is not predicted over frequency by this scenario. Known: "
-    ):
+    with pytest.raises(ElectrovibError, match=f"'{name}' is not predicted over frequency .* Known: "):
         signals_over_frequency(plate(), np.array([1e2, 1e3]), [name])
 
 

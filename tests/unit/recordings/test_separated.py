@@ -1,7 +1,5 @@
 """Derivatives of predictions, and the search without the unknowns in which they are linear."""
 
-from __future__ import annotations
-
 import inspect
 
 import numpy as np

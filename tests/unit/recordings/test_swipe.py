@@ -109,11 +109,8 @@ def test_the_interval_is_as_wide_as_noise_drift_and_choice_ask_for():
     assert low < 0.4 < high
     # 2 mN over 3600 samples of 0.2 and 0.5 N, and over the baselines: 1e-4 each
     assert high - low < 2e-3
-    for drift in (
-        0.05,
-        -0.05,
-        0.15,
-    ):  # 0.5 N on a zero that moves by up to 1.2 N: the line is right, and little is known
+    # 0.5 N on a zero that moves by up to 1.2 N: the line is right, and little is known
+    for drift in (0.05, -0.05, 0.15):
         found = swiped(made(drifts=(drift, 0.1)))
         assert found.friction.value == pytest.approx(0.4, abs=10 * found.friction.standard_error)
         assert np.ptp(found.friction.ends) > 0.5
@@ -332,9 +329,7 @@ def test_a_sensor_that_sits_at_its_rail_is_refused():
     assert not any("rail" in word for word in swiped(columns, normal=1.0).remarks)
     clipped = np.minimum(columns["normal"], 2.0)
     for sign in (1.0, -1.0):  # the other end, and a sensor turned around
-        with pytest.raises(
-            InputError, match=r"normal force is at its rail.*for 100% of the time from 3\.\d\d"
-        ):
+        with pytest.raises(InputError, match=r"normal force is at its rail.*100% of the time from 3\.\d\d"):
             swiped(columns | {"normal": sign * clipped}, normal=sign)
 
 

@@ -153,9 +153,8 @@ def test_several_edges_are_averaged_with_students_t():
     half = t.ppf(0.975, 3) * times.std(ddof=1) / 2
     assert found.recorded.value == pytest.approx(times.mean())
     assert found.recorded.value - found.recorded.lower == pytest.approx(half)
-    assert (
-        half <= found.recorded.upper - found.recorded.value < 1.1 * half
-    )  # and what a form adds after the record
+    # and what a form adds after the record
+    assert half <= found.recorded.upper - found.recorded.value < 1.1 * half
     assert found.recorded.scatter == pytest.approx(times.std(ddof=1))
 
 

@@ -73,10 +73,7 @@ def test_several_layers_are_added_at_once_in_any_order(order):
     [
         ({"stack.glue": {"thickness": "1 um"}}, "no layer 'glue'.* and a role, 'plate', 'gap' or 'finger'"),
         ({"stack.insulater.thickness": "1 um"}, "no layer 'insulater'.* Did you mean 'insulator'"),
-        (
-            {"stack.glue": GLUE},
-            "stack.glue.material: missing: only a gap is vacuum without one. Declare it",
-        ),
+        ({"stack.glue": GLUE}, "stack.glue.material: missing: only a gap is vacuum without one. Declare it"),
         ({"stack.gap": {}}, "stack.gap.thickness: missing"),
         ({"stack.gap": GLUE}, "contradicts the name"),
         (GAP | {"stack.second": {"thickness": "1 um", "role": "gap"}}, "'gap' is already the role of"),

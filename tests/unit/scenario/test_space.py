@@ -71,9 +71,8 @@ def test_low_and_high_truncate_any_distribution():
     found = space(table).distributions
     assert found[SKIN] == LogNormal(median=2e-4, factor=1.3).truncated(1.5e-4, 2.5e-4)
     assert found[MU] == Empirical(values=(0.5, 0.9))
-    positive = space(
-        {SKIN: {"model": "Normal", "mean": 1e-4, "deviation": 1e-4, "low": 0.0}}
-    )  # as a fit has it
+    # as a fit has it
+    positive = space({SKIN: {"model": "Normal", "mean": 1e-4, "deviation": 1e-4, "low": 0.0}})
     assert positive.distributions[SKIN].low == 1e-10
 
 
@@ -288,7 +287,5 @@ def test_a_space_reads_back_equal_from_toml(ours):
     ],
 )
 def test_a_number_whose_square_is_infinite_is_refused(table):
-    with pytest.raises(
-        InputError, match=r"load.normal_force\.\w+ = .*: expected a number .* at most 1e\+100"
-    ):
+    with pytest.raises(InputError, match=r"normal_force\.\w+ = .*expected a number .* at most 1e\+100"):
         ev.read_space("vezzoli_2014/fig6", {"load.normal_force": table})

@@ -95,11 +95,8 @@ def test_many_stamps_are_the_times_themselves_and_gaps_between_them_are_filled()
     [
         (SINE | {"frequency": 1e3}, 1.0, 8001),
         (SINE | {"frequency": 2.5e3}, 1.0, 20_001),
-        (
-            SINE | {"frequency": 2.6e3},
-            1.0,
-            FORMULA_SAMPLES,
-        ),  # more than are taken unasked; a diagnostic says so
+        # more than are taken unasked; a diagnostic says so
+        (SINE | {"frequency": 2.6e3}, 1.0, FORMULA_SAMPLES),
         ({"model": "PulseTrain", "high": 1, "width": 1e-4, "frequency": 10}, 0.5, 8001),
     ],
 )
@@ -128,10 +125,8 @@ def test_a_measured_kilohertz_keeps_its_mean_pull_when_a_duration_is_given():
 
 def test_samples_dropped_from_a_record_inside_another_drive_are_told():
     inner = record([0, 1e-3, 1e-3, 2e-3, 3e-3], stamps={"model": "KeepIncreasing"})
-    assert (
-        ev.simulate(ev.load("vezzoli_2014/fig6", changes={"drive": offset(inner)})).attrs["dropped_samples"]
-        == 1
-    )
+    found = ev.simulate(ev.load("vezzoli_2014/fig6", changes={"drive": offset(inner)}))
+    assert found.attrs["dropped_samples"] == 1
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Titles say what was computed: that of a ready-made scenario is followed by what was changed."""
 
-from __future__ import annotations
-
 import pytest
 
 from electrovib.core.discovery import offers

@@ -1,7 +1,5 @@
 """An amplifier that limits says so, with what the plate sees and what was asked, at every door that prints its numbers."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

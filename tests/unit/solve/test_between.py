@@ -1,7 +1,5 @@
 """A costly force as cubics between its corners."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

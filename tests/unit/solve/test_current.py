@@ -1,7 +1,5 @@
 """Currents and spectra of drives: integrators and repeating drives against closed forms, phasors and the FFT."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.special import fresnel
@@ -229,9 +227,8 @@ def test_tones_against_the_transform(name):
 def test_edges_against_the_transform(name):
     """A transform of straight pieces folds harmonics 2**18 apart: below 1e-9 for bends, 1e-5 at a jump."""
     count = 1 << 18
-    lines = (
-        np.fft.rfft(EDGES[name].voltage((np.arange(count) + 0.5) * 0.02 / count)) / count
-    )  # breaks between
+    # breaks between
+    lines = np.fft.rfft(EDGES[name].voltage((np.arange(count) + 0.5) * 0.02 / count)) / count
     lines[1:] *= 2
     lines *= np.exp(-1j * np.pi * np.arange(len(lines)) / count)
     frequencies, amplitudes = spectrum(EDGES[name], harmonics=40)

@@ -1,7 +1,5 @@
 """Before a run: one place says which solver answers, and what it takes is counted, then measured, and refused beyond."""
 
-from __future__ import annotations
-
 import functools
 import importlib
 import itertools

@@ -1,7 +1,5 @@
 """Crossings of curves, states of a scenario, a gap that closes altogether, and areas that grow with what presses."""
 
-from __future__ import annotations
-
 import math
 import re
 
@@ -407,9 +405,8 @@ def test_a_law_of_rough_contact_states_its_error_and_its_local_gaps():
     mean, rms, power = (float(each) for each in printed.groups())
     gaps = GaussianGaps(mean=mean, rms=rms, power=power)
     pull = mean_pull(50.0, electrical_thickness=found.electrical_thickness, gaps=gaps, spots=PullingSpots())
-    assert float(pull.total) == pytest.approx(
-        found.stable[-1].attraction, rel=1e-3
-    )  # five digits are printed
+    # five digits are printed
+    assert float(pull.total) == pytest.approx(found.stable[-1].attraction, rel=1e-3)
     alone = equilibrium(scenario, voltage=50.0)
     told = {each.name: each for each in alone.diagnostics}
     assert told["one gap"].state == "warning"

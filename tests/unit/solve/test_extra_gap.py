@@ -1,7 +1,5 @@
 """Field in one more gap: phasors and modes against each other and against a stack that has the gap as a layer."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The fast methods behind the public functions agree with the readable ones, and compute each part once."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -81,9 +81,8 @@ def test_second_order_sensor_against_closed_form(damping, ramp):
     found = filtered(sensor, uneven if ramp else np.ones(201), np.diff(uneven), sensor.state(0.0))
     assert np.abs(found - wanted).max() < ROUNDING * np.abs(wanted).max()
 
-    formula = Resonance(NATURAL, damping).at(
-        FREQUENCY
-    )  # gains of 350 cancel at high frequency, near critical
+    # gains of 350 cancel at high frequency, near critical
+    formula = Resonance(NATURAL, damping).at(FREQUENCY)
     assert np.abs(sensor.at(FREQUENCY) - formula).max() < ROUNDING * np.abs(formula).max()
 
 
@@ -373,11 +372,7 @@ def test_noise_is_as_declared_and_repeats():
     }
     times = np.arange(20_000) * 1e-4
     one, same, other = (
-        measured(
-            Tribometer(**sensors, digitiser=digitised(seed=seed)),
-            times,
-            *both(0.2, 0.2),
-        ).signals
+        measured(Tribometer(**sensors, digitiser=digitised(seed=seed)), times, *both(0.2, 0.2)).signals
         for seed in (7, 7, 8)
     )
     normal, lateral = one["normal_force_measured"], one["lateral_force_measured"] - 0.2

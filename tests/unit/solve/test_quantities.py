@@ -256,19 +256,16 @@ def test_a_record_of_many_samples_is_followed_with_few_nodes():
     time = np.linspace(0, 0.6, 60_001)
     samples = np.sin(2 * np.pi * 100 * time)
     drive = {"model": "Sampled", "time_samples": time, "voltage_samples": samples}
-    skin = {
-        "model": "Constant",
-        "permittivity": 1560,
-    }  # nothing conducts: the force is the square of the drive
+    # nothing conducts: the force is the square of the drive
+    skin = {"model": "Constant", "permittivity": 1560}
     plain = GAP.replace({"drive": drive, "time": {}, "stack.stratum_corneum.material": skin})
     solution = Expanded(plain)
     assert resolve(solution, [("electrostatic_force", "")]).mesh.nodes == 4
     found = asked(plain, MEAN, "peak electrostatic_force", solution=solution)
     mean_force, peak = found.values.values()
     squares = np.mean(samples[1:] ** 2 + samples[1:] * samples[:-1] + samples[:-1] ** 2) / 3
-    assert mean_force / peak == pytest.approx(
-        squares, rel=2e-4
-    )  # resistance of 2 kohm and a skin pole are left
+    # resistance of 2 kohm and a skin pole are left
+    assert mean_force / peak == pytest.approx(squares, rel=2e-4)
     assert found.errors[MEAN] < 1e-7
     assert not [diagnostic for diagnostic in found.diagnostics if diagnostic.name == "resolution"]
 

@@ -52,9 +52,8 @@ def check(case) -> Roots:
             # with the bracket known, the change of sign is a proof: the sum falls from pole to pole
             assert brackets_root(case, origin, offset)
             assert all(abs(d / e - 1) < TOLERANCE for d, e in zip(differences[row], exact, strict=True))
-            assert (
-                abs(roots.slope[row] / balance(*case, origin, mpmath.mpf(float(offset)))[1] - 1) < TOLERANCE
-            )
+            slope = balance(*case, origin, mpmath.mpf(float(offset)))[1]
+            assert abs(roots.slope[row] / slope - 1) < TOLERANCE
             value = mpmath.mpf(float(nodes[origin])) + mpmath.mpf(float(offset))
             assert abs(roots.values[row] / value - 1) < 1e-15  # a single rounding
         if constant > 0:  # -1/f has residues 1/slope at the roots, which add up to those at infinity

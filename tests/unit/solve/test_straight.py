@@ -1,7 +1,5 @@
 """Modes under straight pieces at very many times: as at few times and by hand, with a jump at the last of them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Response over time against closed forms and an ODE, whatever the grid it is asked on; under a chirp in closed form."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import mpmath

@@ -1,7 +1,5 @@
 """A record in many stretches has the signals, largest values and errors of the same record in one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

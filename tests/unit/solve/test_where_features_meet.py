@@ -1,7 +1,5 @@
 """Where two features meet, each by its closed form; what a user sets counts, or is refused, or a diagnostic says so."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 

@@ -1,7 +1,5 @@
 """Calibrated predictions: a planted constant of proportionality, closed forms of the posterior, and what is not possible."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re

@@ -1,7 +1,5 @@
 """What a user finds: the catalogue of models, papers and scenarios, and the search of it."""
 
-from __future__ import annotations
-
 import functools
 import re
 

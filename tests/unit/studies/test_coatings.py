@@ -66,9 +66,7 @@ def test_the_page_says_first_what_to_take_and_why(found, tmp_path):
     assert head == "Take pet: the only one within all limits."
     assert "pet, chosen: 90 % of the people have at least" in reason
     assert "gap closed 2.88, amplifier 1.2." in reason
-    assert (
-        "judged with the finger of the scenario. The force is without the limits of the amplifier." in reason
-    )
+    assert "finger of the scenario. The force is without the limits of the amplifier." in reason
     assert other.startswith("silica gives ")
     assert "but is not shown to be safe: film strength" in other
     assert "by a factor of 11 typically" in law

@@ -1,7 +1,5 @@
 """Comparison of force laws, and of one scenario with several materials."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """Both pairs of a drive's levels in scenarios: files, changes, sweeps, free parameters, the list of models."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

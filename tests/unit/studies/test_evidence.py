@@ -1,7 +1,5 @@
 """Laws judged by measurements: scores against closed forms, a planted law that wins, and refusals."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The file of a measurement, and the table of points that becomes one: numbers, units, folders and every mistake."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

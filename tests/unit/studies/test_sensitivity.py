@@ -1,7 +1,5 @@
 """Sobol indices of functions with published values and closed forms, and of scenarios."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Sweeps: numbers for each case, each at the times that its own drive needs, and the checks of all cases."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Words of the field in `electrovib list`: each leads to what exists, or to the statement that it is not modelled."""
 
-from __future__ import annotations
-
 import re
 from types import ModuleType
 

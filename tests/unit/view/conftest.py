@@ -1,7 +1,5 @@
 """Traces to draw: one run, another law, a sweep, a measurement."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A document as a page: its sentences, warnings, tables and figures, each in its place, and figures as text."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree as ET
 

@@ -147,11 +147,8 @@ def test_tables_as_latex_csv_and_text(tmp_path):
     ]
     table = ev.save(ev.compare_materials(SINE, materials=["pet"]), tmp_path / "x.csv")[0].read_text()
     assert "\npet,3.15,no conduction,373.6 mN," in table
-    assert (
-        ev.save(Words(), tmp_path / "x.txt")[0]
-        .read_text()
-        .startswith("t\n\none\n\nelectrovib text, checksum")
-    )
+    (path,) = ev.save(Words(), tmp_path / "x.txt")
+    assert path.read_text().startswith("t\n\none\n\nelectrovib text, checksum")
 
 
 def test_what_has_no_figure_no_table_or_no_style_is_refused(tmp_path):

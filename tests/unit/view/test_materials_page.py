@@ -1,7 +1,5 @@
 """The page of materials is as the library is."""
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The report of a run: one file, whole or not there."""
 
-from __future__ import annotations
-
 import functools
 import re
 from html.parser import HTMLParser

@@ -1,7 +1,5 @@
 """A reproduced paper as files."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

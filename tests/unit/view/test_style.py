@@ -1,7 +1,5 @@
 """The look comes and goes, pyplot is used only by those who use it; units as a person reads them."""
 
-from __future__ import annotations
-
 import itertools
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """What a scenario is made of, as rows."""
 
-from __future__ import annotations
-
 from electrovib.core.discovery import papers
 from electrovib.scenario import load
 from electrovib.view.summary import (

@@ -1,7 +1,5 @@
 """A reader that asks for more than it may have, for the test of the limits."""
 
-from __future__ import annotations
-
 from electrovib.apps.explorer.reading import _limit_children_and_files
 
 

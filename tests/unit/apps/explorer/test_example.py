@@ -62,7 +62,5 @@ def test_the_example_is_the_scenario_shown_with_one_value_changed_and_noise_and_
 
 def test_a_scenario_without_a_signal_that_a_parameter_changes_says_so():
     still = ev.load("vezzoli_2014/fig2").replace({"drive.high": 0})
-    with pytest.raises(
-        InputError, match="no lateral force measured or lateral force or electrostatic force over"
-    ):
+    with pytest.raises(InputError, match=r"no lateral force measured or .* electrostatic force over"):
         example(compute(still), "still")

@@ -61,9 +61,8 @@ def test_forces_are_those_of_a_densely_sampled_run_or_of_the_output_times_where_
         expected = (
             np.abs(kept).max() if how == "peak" else kept.integrate("time") / (kept.time[-1] - kept.time[0])
         )
-        assert parse_quantity(found[words].value, "N") == pytest.approx(
-            float(expected), rel=6e-3
-        )  # of three digits
+        # of three digits
+        assert parse_quantity(found[words].value, "N") == pytest.approx(float(expected), rel=6e-3)
         if how == "peak":
             largest = float(np.abs(trace[signal]).max())
             assert parse_quantity(run.figures[words].value, "N") == pytest.approx(largest, rel=6e-3)

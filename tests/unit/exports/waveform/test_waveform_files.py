@@ -1,7 +1,5 @@
 """Waveforms read back from their files are the drive, to the error that is stated."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

@@ -189,9 +189,8 @@ def test_conductivity_has_to_be_declared_and_files_are_read_with_a_scenario(tmp_
     content = write(Path("up.csv"), HEADINGS, FOUR[::-1], FOUR, FOUR)
     down = r"\{model = 'Tabulated', file = 'up.csv', ...\}: .*row 1 \(first is 0\), 3 Hz, comes after 4 Hz"
     unread = r"holds no rows: its file is read with a scenario.*electrovib\.scenario\.read_part"
-    other = content | {
-        "frequency_column": "frequenzy"
-    }  # the forms of a loss are named for a loss column only
+    # the forms of a loss are named for a loss column only
+    other = content | {"frequency_column": "frequenzy"}
     for read, table, words in (
         (read_model, {"model": "Tabulated"} | ROWS, "conductivity: missing: conductivity at zero frequency"),
         (read_model, content, unread),

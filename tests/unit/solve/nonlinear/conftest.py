@@ -1,7 +1,5 @@
 """A finger over a plate, what it is driven with and its return path, as all files of this folder take them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

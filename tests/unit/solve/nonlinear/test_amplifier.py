@@ -1,7 +1,5 @@
 """Linear layers behind an amplifier: closed forms of slewing, the exact path without limits, the reference."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise, product
 

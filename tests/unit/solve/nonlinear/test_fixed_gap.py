@@ -1,7 +1,5 @@
 """The general reference with a fixed gap: the exact linear solver, the march of one leak, and energy."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

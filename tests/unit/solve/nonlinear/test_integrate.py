@@ -1,7 +1,5 @@
 """The integrator with events: closed forms, landings, breaks, output times, order of convergence."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

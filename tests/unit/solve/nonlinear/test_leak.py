@@ -1,7 +1,5 @@
 """A leak beside one layer: the linear answer to it against impedances, its scalar equation, its march and the error of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """A gap that is moved or yields: closed forms of constant charge, the general reference, fixed modes, and figure 2."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

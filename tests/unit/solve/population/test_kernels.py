@@ -249,10 +249,7 @@ def test_threads_share_the_parts_and_pass_on_errors():
 
 
 def test_the_name_of_the_loops_is_what_the_last_bits_depend_on(loop):
-    assert loop in {
-        (f"numba {numba.__version__}", loops),
-        (f"numpy {np.__version__}", plain),
-    }
+    assert loop in {(f"numba {numba.__version__}", loops), (f"numpy {np.__version__}", plain)}
 
 
 def test_without_a_folder_compiled_code_is_not_kept(monkeypatch):

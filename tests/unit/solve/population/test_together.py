@@ -333,9 +333,8 @@ def test_fingers_of_another_form_are_those_of_one_by_one(monkeypatch, fingers):
     draws = fingers.draw(member, free, 12)
     draws[free[0]][[2, 7]] = draws[free[2]][[3, 7]] = 0.0
     many = population(member, free, time=fingers.times_of(member))
-    with (
-        monkeypatch.context() as patch
-    ):  # fingers with the same numbers of 0 have the same modes: none is alone
+    # fingers with the same numbers of 0 have the same modes: none is alone
+    with monkeypatch.context() as patch:
         patch.setattr(ParametricScenario, "of_many", None)
         assert np.all(np.isfinite(many.signals(draws)["electrostatic_force"]))
     fingers.assert_together(

@@ -1,7 +1,5 @@
 """What a drive asks of the amplifier: by hand from the capacitances, compared with what the amplifier has."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """What would hold a limit: the series resistor, and the edge and the resistor that a refusal names."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """Drives for a target of the force and gains of a carrier, compared with the full model, closed forms and brute force."""
 
-from __future__ import annotations
-
 import json
 import math
 from types import SimpleNamespace

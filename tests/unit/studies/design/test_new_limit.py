@@ -1,7 +1,5 @@
 """A limit that is declared and computed in four lines is obeyed by every search, none of which knows its name."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

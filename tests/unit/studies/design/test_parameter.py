@@ -1,7 +1,5 @@
 """The parameter that gives a wanted quantity: closed forms, limits, uncertainty, and every mistake in one sentence."""
 
-from __future__ import annotations
-
 import json
 import math
 from operator import itemgetter

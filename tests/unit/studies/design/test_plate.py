@@ -1,7 +1,5 @@
 """Design of a plate: candidates against closed forms, the Pareto set against brute force, and what binds."""
 
-from __future__ import annotations
-
 import csv
 import functools
 import io
@@ -285,9 +283,8 @@ def test_materials_take_their_own_strength_and_field_emission_forbids_nothing():
     assert by["parylene_c"].doubts
     own = "stack.insulator.breakdown_field belongs to the material of the scenario"
     assert any(own in note for note in found.notes)
-    assert (
-        "Not shown to be safe: the field in 'insulator', with the gap closed by a ridge or by sweat,"
-        in " ".join(found.document.sentences)
+    assert "Not shown to be safe: the field in 'insulator', with the gap closed" in " ".join(
+        found.document.sentences
     )
     thin = STATIC.replace({THICKNESS: "100 nm", "stack.gap.thickness": "1 nm"})
     film = row(plate(thin, volts(1, 100), materials=["parylene C"]).candidates[1], FILM)
@@ -400,10 +397,7 @@ def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
     words += ["--materials", "silica,parylene C", "--limits", str(tmp_path / "limits.toml"), "-o", str(out)]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output
-    assert (
-        "mean electrostatic force of a plate that exceeds no limit it was compared with is"
-        in done.output.replace("\n", " ")
-    )
+    assert "of a plate that exceeds no limit it was compared with is" in done.output.replace("\n", " ")
     assert out.stat().st_size > 1000
     again = CliRunner().invoke(app, words)
     assert again.exit_code == 0, "ours is replaced"

@@ -1,7 +1,5 @@
 """All crossings of a wanted value, extremes, intervals, discontinuities, and the nearest value within limits, in closed form."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

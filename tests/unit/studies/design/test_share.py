@@ -1,7 +1,5 @@
 """Value of a parameter for a share of a population, against exact quantiles of static laws."""
 
-from __future__ import annotations
-
 import json
 import math
 

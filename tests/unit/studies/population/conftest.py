@@ -1,7 +1,5 @@
 """Studies of a population in closed form."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The same numbers for any tiles, any interruption, in memory and in a store; and what the numbers are."""
 
-from __future__ import annotations
-
 import threading
 
 import numpy as np

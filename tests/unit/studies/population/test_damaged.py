@@ -1,7 +1,5 @@
 """A store that is not as it was written: what its checksums find, and when."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

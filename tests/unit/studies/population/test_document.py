@@ -1,7 +1,5 @@
 """The page, the plots and the CSV of a study."""
 
-from __future__ import annotations
-
 import csv
 import html
 import pickle
@@ -106,9 +104,8 @@ def test_the_result_is_a_dataset_in_all_that_xarray_does_with_it(found):
         xarray.testing.assert_identical(again, found)
     assert xarray.concat([found, found], "k").sizes["k"] == 2
     assert StudyResult.of(plain).document.text == found.document.text
-    noted = plain.assign_coords(
-        note=("time", np.arange(plain.sizes["time"]))
-    )  # a coordinate of the user's own
+    # a coordinate of the user's own
+    noted = plain.assign_coords(note=("time", np.arange(plain.sizes["time"])))
     assert StudyResult.of(noted).identical(noted)
     bands = found["electrostatic_force_percentile"]
     assert type(bands) is xarray.DataArray
@@ -218,7 +215,6 @@ def test_bands_that_would_touch_zero_have_a_logarithmic_axis(found, lowest, scal
     assert axes.get_yscale() == scale
     if scale == "log":
         assert lowest / 10 < axes.get_ylim()[0] < lowest
-        highest = max(
-            float(np.nanmax(line.get_ydata())) for line in axes.get_lines()
-        )  # of the scenario's own curve
+        # of the scenario's own curve
+        highest = max(float(np.nanmax(line.get_ydata())) for line in axes.get_lines())
         assert 1e-3 < highest < axes.get_ylim()[1] < 20 * highest  # an automatic axis would add decades

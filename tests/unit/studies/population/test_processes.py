@@ -1,7 +1,5 @@
 """Studies in several processes: real schedulers and workers on the loopback device, and processes that are killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

@@ -1,7 +1,5 @@
 """The store of a study: what it refuses, what it survives, and what it leaves."""
 
-from __future__ import annotations
-
 import errno
 import shutil
 

@@ -1,7 +1,5 @@
 """Drives of textures: closed form in time, the force of the full model, limits, and every combination of inputs."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Textures and paths as a user gives them, and a sentence for each mistake."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PIL import Image

@@ -1,7 +1,5 @@
 """Streams of textures: the same samples as the drive of the path, whatever the blocks; every violation ends at 0 V."""
 
-from __future__ import annotations
-
 import functools
 import math
 import subprocess

@@ -1,7 +1,5 @@
 """The drawing of the stack."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

@@ -1,7 +1,5 @@
 """Legends stand inside the plot and cover no curve."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Quantities over what was swept."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

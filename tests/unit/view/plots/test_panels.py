@@ -1,7 +1,5 @@
 """Figures as data: their curves and looks, parts of at most five curves, and what is kept of a long record."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

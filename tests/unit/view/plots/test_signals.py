@@ -1,7 +1,5 @@
 """Which lines a plot of signals has, over time and over frequency, and what its colours, dashes and words stand for."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
