@@ -125,6 +125,57 @@ def test_a_prediction_runs_over_what_is_not_printed_and_the_laws_that_cannot_say
     np.testing.assert_allclose(found.values, np.full((2, 1), 3.0 * alone / peak), rtol=1e-9)
 
 
+def of_the_gap(asked):
+    """Predicted values of the stress in the gap."""
+    (found,) = (each for each in predict(asked, n=4)[0] if each.model == "MaxwellStressInGap")
+    return found.values
+
+
+def test_a_quantity_is_divided_by_that_under_other_conditions_with_the_same_draws():
+    ratio = {"values": (4.0,), "over": "", "at": (), "unit": "1"}
+    squares = measured(**ratio, per_changes={"drive.level": 50.0})
+    np.testing.assert_allclose(of_the_gap(squares), 4.0, rtol=1e-9)  # of 100 V
+    np.testing.assert_allclose(of_the_gap(replace(squares, unknown={})), 4.0, rtol=1e-9)
+    whole = {
+        "drive": {"model": "Step", "level": 50.0}
+    }  # a level that is drawn is not that of the other drive
+    drawn = {"drive.level": {"model": "Uniform", "low": 200.0, "high": 201.0, "choice": "of this test"}}
+    found = of_the_gap(measured(**ratio, per_changes=whole, unknown=drawn))
+    assert found.min() >= 16.0
+    assert found.max() <= 16.2
+    over = measured(values=(1.0, 4.0, 16.0), unit="1", per_changes={"drive.level": 50.0})
+    np.testing.assert_allclose(of_the_gap(over), np.tile([1.0, 4.0, 16.0], (4, 1)), rtol=1e-6)
+    gap = replace(squares, quantity=lambda each: each.stack.layers["gap"].thickness)
+    np.testing.assert_allclose(of_the_gap(gap), 1.0, rtol=1e-12)
+    twice = {"stack.gap.thickness": 2e-6}
+    own = of_the_gap(replace(gap, per_changes=twice)) * 2e-6
+    assert len(np.unique(own)) == 4
+    other = replace(squares, per="peak electrostatic_force")
+    plain = of_the_gap(measured(values=(1.0,), over="", at=(), unit="1", per="peak electrostatic_force"))
+    np.testing.assert_allclose(of_the_gap(other), 4.0 * plain, rtol=1e-6)
+    with pytest.raises(InputError, match="in 1; give the values in it"):
+        measured(per_changes={"drive.level": 50.0})
+    with pytest.raises(InputError, match=r"drive\.levl"):
+        measured(**ratio, per_changes={"drive.levl": 50.0})
+
+
+def test_null_models_of_one_quantity_under_two_conditions_leave_nothing_open():
+    asked = measured(values=(3.0, 9.0, 27.0), unit="1", per_changes={"drive.level": 50.0})
+    other = replace(asked, group="other", values=(1e3,) * 3)
+    found = {each.model: each.values for _, each in null_predictions({"a": asked}, {"b": other}, n=11)}
+    np.testing.assert_array_equal(found[CONSTANT], 1.0)
+    np.testing.assert_allclose(found[SQUARE], np.tile([1.0, 4.0, 16.0], (11, 1)), rtol=1e-12)
+    assert found[RANGE].max() > 500.0  # of all that was measured of this quotient
+    by_gap = replace(other, per_changes={"stack.gap.thickness": 1e-6})
+    found = {each.model: each.values for _, each in null_predictions({"a": by_gap}, {"b": asked}, n=11)}
+    assert found[RANGE].min() > 300.0  # a quotient by another parameter is another quantity
+    np.testing.assert_array_equal(found[SQUARE], np.tile(found[SQUARE][0], (11, 1)))
+    current = replace(asked, unknown={**asked.unknown, "drive.level": GAP | {"low": 10.0, "high": 20.0}}, over="", at=(),
+                      values=(2.0,), spread=(0.1,))  # fmt: skip
+    found = {each.model: each.values for _, each in null_predictions({"a": current}, {}, n=3)}
+    np.testing.assert_array_equal(found[SQUARE], 1.0)  # the voltage is not known
+
+
 def quotient(scenario):
     """Fail for one law as a wrong number does, in the middle of its draws."""
     if type(scenario.force).__name__ == "EffectiveMedium":

@@ -195,7 +195,9 @@ def agreement(fingers, member, free, count, time, seed=1):
             ParametricScenario(member, free).of_many, names=fingers.OVER_TIME, time=time
         )
         for way in (alone, many.signals):
-            with pytest.raises(InputError, match=r"interface_field|has a mean|does not repeat|every layer conducts"):
+            with pytest.raises(
+                InputError, match=r"interface_field|has a mean|does not repeat|every layer conducts"
+            ):
                 way(many.columns(given_))
         return 0.0
 
