@@ -271,7 +271,7 @@ CLAIMS = [
             common(count(FORCES)[1], b, c, d, e, f),
         ),
     ),
-    (DIFFER, r"N of them forces on a person's finger", forces_of_a_person),
+    (DIFFER, r"N are forces on a person's finger", forces_of_a_person),
     (DIFFER, r"best null model, which is a constant times V\^2", square_of_the_voltage),
     (DIFFER, r"No law has skill: on no common set", no_skill),
     (

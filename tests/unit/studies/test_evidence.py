@@ -24,7 +24,7 @@ from electrovib.studies.evidence.measurement import numbers_of
 from electrovib.studies.evidence.null import CONSTANT, RANGE, SQUARE, null_predictions
 from electrovib.studies.evidence.plan import ODDS, _values, _worst, plan_experiment
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
-from electrovib.studies.evidence.result import Evidence, _rounded
+from electrovib.studies.evidence.result import Evidence, _rounded, _words
 from electrovib.studies.evidence.score import DECADE, SURPRISE, judge
 from electrovib.studies.evidence.standing import comparisons, over_groups, typical_factor
 
@@ -523,6 +523,22 @@ def test_a_row_of_the_picture_says_who_measured_what_and_the_unit():
         *("this test, finger", "made up [N]"),
         *("this test, pad", "made up [ratio]"),
     ]
+
+
+def test_the_picture_shows_the_laws_of_a_set_of_three_groups_or_more():
+    own = {"stack.gap": None, "force.mean_gap": {"model": "Uniform", "low": 1e-6, "high": 2e-6, "choice": "of this test"},
+           "force.rms_gap": {"model": "Uniform", "low": 3e-7, "high": 5e-7, "choice": "of this test"}}  # fmt: skip
+    rough = measured(of_model={"Persson2018RoughGap": own})
+    (values,) = (each.values for each in predict(rough, n=4)[0] if each.model == "Persson2018RoughGap")
+    rough = replace(rough, values=tuple(values[0]))  # which this law predicts best
+    asked = {name: measured(group=name) for name in ("one", "two")}
+    found = ev.evidence({"rough": rough, **asked}, n=4)
+    assert [each.groups for each in found.comparisons] == [1, 3]
+    assert found.comparisons[0].standings[0].model == "Persson2018RoughGap"
+    assert "Persson2018RoughGap" not in found.document.figures[0].plot.keywords["models"]
+    alone = ev.evidence({"rough": rough}, n=4).document.figures[0].plot.keywords["models"]
+    assert alone[0] == "Persson2018RoughGap"
+    assert _words("a constant times V^2") == "A constant times V^2"
 
 
 def test_the_odds_of_two_sharp_laws_grow_as_the_repeats_and_the_square_of_their_distance():

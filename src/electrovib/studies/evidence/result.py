@@ -407,7 +407,9 @@ def _draw_ratios(
 
 
 def _words(model: str) -> str:
-    """Write the name of a model in words."""
+    """Write the name of a model in words; that of a null model is in words."""
+    if " " in model:
+        return model[0].upper() + model[1:]
     return re.sub(r"(?<=[a-z])(?=[A-Z\d])|(?<=\d)(?=[A-Z])", " ", model).capitalize()
 
 
