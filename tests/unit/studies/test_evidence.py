@@ -269,6 +269,8 @@ def test_a_planted_law_wins_on_the_twins_of_all_that_was_measured():
     assert len(several) > 12
     for law in {law for _, predictions in several.values() for law in predictions}:
         made = {name: each for name, each in several.items() if law in each[1]}
+        if sum(len(each.values) for each, _ in made.values()) < 4:
+            continue  # Vezzoli2014PerFrequency: two squares of the voltage, which all laws have, and one number
         common = set.intersection(*(set(predictions) for _, predictions in made.values()))
         first = 0
         for seed in range(100):
