@@ -8,7 +8,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.core.units import KINDS
 from electrovib.scenario.space.reading import read_space
 from electrovib.studies.evidence.files import measurements
-from electrovib.studies.evidence.measurement import unit_of
+from electrovib.studies.evidence.measurement import divisor, unit_of
 from electrovib.studies.evidence.predicted import candidates, predict
 
 MEASURED = measurements()
@@ -21,10 +21,10 @@ def test_a_measurement_can_be_predicted_and_says_where_it_is_from(name):
     assert each.group
     assert each.source
     assert each.unit in KINDS
-    if not callable(each.quantity) and not each.per and each.scale == 1:
+    if not callable(each.quantity) and not divisor(each) and each.scale == 1:
         assert SIGNALS[each.quantity.partition(" ")[2].partition(" in ")[0]].unit == each.unit
-    if not callable(each.quantity) and each.per and each.scale == 1:
-        assert unit_of(each.quantity, each.per, each.scenario) == each.unit
+    if not callable(each.quantity) and divisor(each) and each.scale == 1:
+        assert unit_of(each.quantity, divisor(each), each.scenario) == each.unit
     for path, table in each.unknown.items():
         assert table.get("source") or table.get("choice"), (
             f"{path}: a range has a source, or is called a choice"

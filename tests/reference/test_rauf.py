@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, materials, scenarios
+from electrovib.core.constants import eps0
+from electrovib.papers.rauf_2025 import FIELD_POINTS, clutch_force, materials, scenarios, shear_force
 from electrovib.solve.prepare import prepare
 from electrovib.solve.simulate import simulate
 from electrovib.studies.evidence.files import of_publication
@@ -82,3 +83,21 @@ def test_a_smaller_gap_would_give_the_measured_force_of_the_clutch():
         assert max(gaps) == pytest.approx(high, rel=0.02)
     assert "0.78 to 0.98 um" in declared.cause
     assert "2.03 to 2.45 um" in declared.cause
+
+
+def test_friction_of_load_and_attraction_follows_the_permittivity_of_the_film():
+    """The attraction of the smaller permittivity at a frequency; the friction of the load is the same at all."""
+    clutch = of_publication("rauf_2025")["frequency_150V_of_surfaces"].scenario
+    clutch = clutch.replace(
+        {"contact.surface.free_gap": 2e-6, "contact.surface.stiffness": 1e12, "load.normal_force": 0.5}
+    )
+    before = clutch.friction.coefficient * 0.5
+    forces = []
+    for frequency in (0.1, 1e4, 1e7):
+        permittivity = float(materials()["relaxor"].complex_permittivity(frequency).real)
+        there = clutch.replace({"drive.frequency": frequency})
+        gap = 2e-6  # stiff enough to stay
+        expected = eps0 * 84e-6 * (75.0 / (24e-6 / permittivity + gap)) ** 2 / 2 * clutch.friction.coefficient
+        forces.append(shear_force(there) - before)
+        assert forces[-1] == pytest.approx(expected, rel=0.02)
+    assert forces[0] > forces[1] > forces[2] > 0

@@ -4,6 +4,7 @@ Swipe: Grigorii and Colgate, doi 10.1109/TOH.2021.3130091. Clutch: Rauf and Foll
 10.1016/j.eml.2025.102382. The files are looked for in shared/data beside the repository.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,9 @@ CHANNELS = {
     "encoder": {"column": "dataQ[4]", "step": "0.5 um"},
     "clock": {"model": "EvenSamples", "rate": "10 kHz"},
 }
+
+
+CLUTCH = ("square_300V_10Hz.npy", "square_300V_1kHz.npy")
 
 
 def shared(name):
@@ -114,3 +118,35 @@ def test_a_resonance_of_the_loaded_assembly_explains_the_release_of_a_clutch(nam
         # on how much of the decay is fitted
         for section, low, high in zip(ring.sections, (344, 313), (365, 322), strict=False):
             assert low * 0.97 < section.frequency.value < high * 1.03
+
+
+@pytest.mark.slow
+def test_heights_calibrated_on_one_recording_of_the_clutch_predict_another_within_a_third():
+    """At 10 Hz and 1 kHz; before, the law of rough gaps misses by a factor of four. One gap and the insulator cannot give it."""
+    forces = []
+    for name in CLUTCH:
+        time, force, on, _ = np.load(shared(f"clutch/{name}")).T
+        forces.append(float(force[on > 0.5].max() - force[time < 1.9e6].mean()))
+    clutch = ev.measurements("rauf_2025/voltage")["rauf_2025/voltage"]
+    recorded = replace(
+        clutch,
+        title="two recordings",
+        scenario=clutch.scenario.replace({"drive.amplitude": 300.0}),
+        over="drive.frequency",
+        at=(10.0, 1000.0),
+        values=tuple(forces),
+        spread=(0.084, 0.084),  # 0.838 +- 0.070 N over 14 runs of figure 8a
+        calibrated_at=(10.0,),
+    )
+    found = ev.evidence({"recorded": recorded}, n=16).calibrated
+    possible = {each.model: each for each in found if each.score}
+    assert set(possible) == {"Persson2018RoughGap"}
+    assert {each.model for each in found if "contradicts all" in each.why} == {
+        "MaxwellStressInGap",
+        "MaxwellStressInInsulator",
+    }
+    heights = possible["Persson2018RoughGap"]
+    assert 1 / heights.prior.ratio == pytest.approx(4.1, rel=0.1)
+    assert 1 / heights.score.ratio == pytest.approx(1.26, rel=0.05)
+    assert heights.score.width < 0.1
+    assert heights.prior.width > 1.0

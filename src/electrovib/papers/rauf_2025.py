@@ -112,11 +112,23 @@ def electric_part(scenario: Scenario) -> float:
     return float(scenario.friction.coefficient * stable[-1])  # type: ignore[attr-defined]
 
 
+def shear_force(scenario: Scenario) -> float:
+    """Compute the friction [N] of load and attraction, the film with its permittivity at the frequency of the drive."""
+    film, frequency = scenario.stack.layers["insulator"], scenario.drive.frequency  # type: ignore[attr-defined]
+    permittivity = float(film.material.complex_permittivity(frequency).real)
+    held = scenario.replace({"stack.insulator.material": {"model": "Constant", "permittivity": permittivity}})
+    before: float = scenario.friction.coefficient * scenario.load.normal_force  # type: ignore[attr-defined]
+    return electric_part(held) + before
+
+
 def quantities() -> dict[str, ComputedQuantity]:
-    """Return the friction that the attraction adds, and the capacitance between the electrodes."""
+    """Return the friction that the attraction adds, that of the load too, and the capacitance between the electrodes."""
     return {
         "electric_part": ComputedQuantity(
             title="friction that the attraction adds", unit="N", compute=electric_part
+        ),
+        "shear_force": ComputedQuantity(
+            title="friction of load and attraction", unit="N", compute=shear_force
         ),
         "capacitance": ComputedQuantity(title="capacitance of the clutch", unit="F", compute=capacitance),
     }

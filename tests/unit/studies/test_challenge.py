@@ -135,7 +135,7 @@ def test_the_sides_of_version_1_are_not_changed():
     """Groups may be added to either side; to move one is another challenge, with another version."""
     assert split().version.startswith("1.")
     assert {
-        "Northwestern (Colgate and Peshkin)", "Vezzoli, Amberg and Giraud (Lille)", "Koc (Basdogan and Vardar)",
+        "Northwestern (Colgate and Peshkin)", "Vezzoli, Amberg and Giraud (Lille)", "Koc and Delft (Basdogan and Vardar)",
         "Veijgen, Masen and van der Heide", "Dzidek, Adams and Hayward (Birmingham)", "Bolanowski (Syracuse)", "Rosell",
     } <= {*split().held_out}  # fmt: skip
     assert {
@@ -165,6 +165,11 @@ def test_a_fingerprint_sees_each_number_and_group():
     ):
         assert fingerprint(known | {name: replace(one, **changes)}) != own
     assert fingerprint(known | {name: replace(one, note="another")}) == own
+    of_loads = {
+        fingerprint({name: replace(one, unit="1", per_changes={"load.normal_force": load})})
+        for load in (1.0, 2.0)
+    }
+    assert len(of_loads) == 2
 
 
 def test_a_submission_with_nothing_of_its_own_predicts_what_the_shipped_law_does(entered):

@@ -16,7 +16,7 @@ from electrovib.data.atomic import Form, is_ours, sign
 from electrovib.studies.evidence.entries import ENTRIES as SCHEMA_ENTRIES
 from electrovib.studies.evidence.entries import MeasurementFile, measurement_schema
 from electrovib.studies.evidence.files import import_measurement
-from electrovib.studies.evidence.measurement import unit_of
+from electrovib.studies.evidence.measurement import numbers_of, unit_of
 from electrovib.studies.evidence.predicted import predict
 from electrovib.studies.evidence.publication import parts, publication_files, tables_of
 
@@ -77,6 +77,24 @@ def test_a_quotient_has_the_unit_of_both():
     assert unit_of("mean electrostatic_force", "mean gross_contact_area", found.scenario) == "Pa"
     with pytest.raises(InputError, match="no unit for N over C/m2"):
         read(per="peak displacement in gap")
+    ratio = read(per_changes={"drive": {"model": "Step", "level": "50 V"}}, values=[1, 4, 9])
+    assert (ratio.unit, dict(ratio.per_changes)) == (
+        "1",
+        {"drive": {"model": "Step", "level": "50 V"}},
+    )
+    computed = {
+        "quantity": "friction coefficient",
+        "per_changes": {"load.normal_force": 2.0},
+        "judges": "friction",
+    }
+    assert read(**computed, values=[1, 4, 9]).unit == "1"
+    with pytest.raises(InputError, match="unit = 'ohm': impedance magnitude is in 1"):
+        read(
+            quantity="impedance magnitude",
+            per_changes={"load.normal_force": 2.0},
+            unit="ohm",
+            values=[1, 4, 9],
+        )
 
 
 def test_distributions_and_what_a_law_replaces_are_read_in_both_spellings():
@@ -198,6 +216,8 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
         ({"scenario": "vezzoli_2014/fig66"}, "has no scenario 'fig66'"),
         ({"scenario": "none.toml"}, "none.toml: No such file"),
         ({"changes": {"time.durations": 1}}, "changes.time.durations: unknown parameter"),
+        ({"unit": "1", "per_changes": {"time.durations": 1}}, "per_changes.time.durations: unknown parameter"),
+        ({"same_as": "other"}, "same_as = other: expected another measurement of this file with the same values"),
         ({"unknown": {"stack.gap.thicknes": GAP}}, "unknown.stack.gap.thicknes: no physical parameter"),
         ({"unknown": {"stack.gap.thickness": 1e9}}, "unknown.stack.gap.thickness: "),
         ({"judges": "forc"}, "judges = 'forc': the set-up has no model there"),
@@ -342,6 +362,11 @@ def test_a_file_of_several_measurements_states_once_what_they_share():
     assert set(a.unknown) == {"stack.gap.thickness"}
     assert set(b.unknown) == {"stack.gap.thickness", "drive.level"}
     assert ev.measurements("lab/") == found
+    twice = {"a": {**POINTS, "title": "a"}, "b": {**POINTS, "title": "b", "same_as": "a"}}
+    both = ev.measurements(several(measurements=twice))
+    assert len({each for name, one in both.items() for each in numbers_of(name, one)}) == 3
+    with pytest.raises(InputError, match="with the same values"):
+        ev.measurements(several(measurements=twice | {"a": {**twice["a"], "values": ["1.2 mN", 1, 2]}}))
     with pytest.raises(InputError, match="a folder without files of measurements"):
         ev.measurements("none/")
 

@@ -105,6 +105,9 @@ class Entries(BaseModel):
         "",
         description="the fitted line, figure or table whose errors all numbers share, so that they count as one",
     )
+    same_as: str = Field(
+        "", description="another measurement of this file that has these values too, which count once"
+    )
     at: Several = Field([], validate_default=True, examples=[["500 V", "1 kV"]], description="its values")
     over: str = Field(
         "", validate_default=True, examples=["drive.high"], description="dotted path of what was varied"
@@ -113,6 +116,10 @@ class Entries(BaseModel):
     status: str = Field("full text", description="how the publication was read")
     changes: dict[str, Any] = Field({}, description="changes of the scenario, by dotted path")
     per: str = Field("", description="second quantity, by which the first is divided")
+    per_changes: dict[str, Any] = Field(
+        {},
+        description="changes under which the second quantity is computed, or the same where `per` names none",
+    )
     scale: Plain = Field(1.0, description="factor on the computed quantity")
     unit: str = Field(
         "",

@@ -26,7 +26,7 @@ from electrovib.scenario.reading import paper_of_preset, without_schema
 from electrovib.scenario.space.reading import flattened, read_number, read_space
 from electrovib.scenario.toml import SCHEMA
 from electrovib.studies.evidence.entries import COLUMNS, IN_PLACE_OF_VALUES, Entries, entries_of
-from electrovib.studies.evidence.measurement import Measurement, check_unit, unit_of
+from electrovib.studies.evidence.measurement import Measurement, check_unit, divisor, unit_of
 from electrovib.studies.evidence.predicted import candidates
 from electrovib.studies.evidence.publication import parts, publication_files, tables_of
 from electrovib.studies.evidence.quantities import QUANTITIES, ComputedQuantity
@@ -102,8 +102,13 @@ def _of_file(content: dict[str, Any], path: Path) -> dict[str, Measurement]:
                 key = f"{name}/{part}" if part else name
                 found[key], calibrating[key] = _measurement(stated), stated.calibrated_by
     for key, by in calibrating.items() if not problems else ():
-        with gathered(problems, within=f"measurements.{key.removeprefix(f'{name}/')}"):
+        part = key.removeprefix(name).removeprefix("/")
+        with gathered(problems, within=f"measurements.{part}" if part else ""):
             found[key] = replace(found[key], calibrated_by=_named(by, path.stem, name, found))
+            other = found.get(f"{name}/{found[key].same_as}", found[key])
+            if found[key].same_as and (other is found[key] or other.values != found[key].values):
+                why = "expected another measurement of this file with the same values"
+                raise InputError(why, path="same_as", value=found[key].same_as)
     if "measurements" in content:
         told = map(Problem.read, problems)
         problems = [Problem(each.reason, path=f"{path.name}: {each.path}", value=each.value) for each in told]
@@ -151,14 +156,18 @@ def _set_up(stated: Entries) -> tuple[Scenario, str, str]:
     with located("changes"):
         scenario = scenario.replace(stated.changes)
     unit, of_over = stated.unit, "1"
+    under = divisor(stated)
     if computed := _computed(stated.quantity):
-        if unit not in {"", computed.unit}:
-            problems.append(f"unit = '{unit}': {stated.quantity} is in {computed.unit}")
-        unit = computed.unit
+        own = "1" if stated.per_changes else computed.unit
+        if unit not in {"", own}:
+            problems.append(f"unit = '{unit}': {stated.quantity} is in {own}")
+        unit = own
     with gathered(problems):
-        unit = unit or (unit_of(stated.quantity, stated.per, scenario) if stated.scale == 1 else "")
+        unit = unit or (unit_of(stated.quantity, under, scenario) if stated.scale == 1 else "")
         if not computed:
-            check_unit(unit, stated.quantity, stated.per, stated.scale, scenario)
+            check_unit(unit, stated.quantity, under, stated.scale, scenario)
+    with gathered(problems, within="per_changes"):
+        scenario.replace(stated.per_changes)
     try:
         of_over = quantity_at(scenario, stated.over).unit if stated.over else "1"
     except InputError as error:

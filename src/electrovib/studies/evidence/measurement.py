@@ -68,14 +68,16 @@ class Measurement:
     - `title`, `source`: what was measured, and where in the publication it stands.
     - `scenario`: the set-up; what the publication prints is in it.
     - `quantity`: what was measured, as ``electrovib run --quantity`` names it, or a function of the scenario that
-      computes it; `per` is a second quantity by which the first is divided, and `scale` a factor, for instance the
-      inverse of an area for a stress.
+      computes it; `per` is a second quantity by which the first is divided, that of the set-up with `per_changes` where
+      these are given, and the same quantity where it is empty then; `scale` is a factor, for instance the inverse of an
+      area for a stress.
     - `unit`: SI unit of the values.
     - `over`, `at`: dotted path of the parameter that was varied, and its values in SI.
     - `values`: what was measured, positive, shape (n,) as `at`, in SI.
     - `spread`: standard deviation over the value, of each; `spread_of` says between what, one of `SPREADS`.
     - `bound`: one of `BOUNDS`: whether the quantity is at least or at most what `values` has.
     - `error_of`: the line, figure or table of this source whose errors all its numbers share: they count as one.
+    - `same_as`: own name of a measurement of this publication that has these values too: they count once.
     - `unknown`: dotted path to the distribution of what the publication does not print, as in a space file, with the
       source of the range; `of_model` the same for parameters that one model alone has, by its name, and None for a
       layer of the set-up that this model replaces, such as ``stack.gap`` for a law with gaps of its own.
@@ -103,7 +105,9 @@ class Measurement:
     on: str = "finger"
     bound: str = ""
     error_of: str = ""
+    same_as: str = ""
     per: str = ""
+    per_changes: Mapping[str, Any] = field(default_factory=dict)
     scale: float = 1.0
     over: str = ""
     at: tuple[float, ...] = ()
@@ -150,7 +154,8 @@ class Measurement:
         problems += _calibration_problems(self)
         with gathered(problems):
             if not callable(self.quantity):
-                check_unit(self.unit, self.quantity, self.per, self.scale, self.scenario)
+                check_unit(self.unit, self.quantity, divisor(self), self.scale, self.scenario)
+            self.scenario.replace(dict(self.per_changes))
         if problems:
             raise InputError(f"measurement '{self.title}': {each}" for each in problems)
 
@@ -182,10 +187,16 @@ class Measurement:
         )
 
 
+def divisor(stated: Any) -> Any:
+    """Return the quantity by which the first is divided, none if empty."""
+    return stated.per or (stated.quantity if stated.per_changes else "")
+
+
 def numbers_of(name: str, measured: Measurement) -> frozenset[tuple[str, ...]]:
-    """Return what counts as one number: each value, or all that share the errors of a line, figure or table."""
+    """Return what counts as one number: each value, once in all, or all that share the errors of a line, figure or table."""
     if measured.error_of:
         return frozenset({(measured.group, measured.source, measured.error_of)})
+    name = f"{name.rpartition('/')[0]}/{measured.same_as}" if measured.same_as else name
     return frozenset((name, str(place)) for place in range(len(measured.values)))
 
 

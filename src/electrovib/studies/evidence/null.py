@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError
+from electrovib.studies.evidence.measurement import divisor
 from electrovib.studies.evidence.predicted import ModelPrediction
 from electrovib.studies.evidence.score import DECADE, LEVEL
 
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 CONSTANT, SQUARE, RANGE = "a constant", "a constant times V^2", "log-uniform"
 NULLS: Final = {
     CONSTANT: "geometric mean and deviation of what other groups measured of this quantity, each group counting once; of a"
-    " force, over its area, whatever the voltage; log-uniform where there is no other group",
+    " force, over its area, whatever the voltage; log-uniform where there is no other group; of one quantity under two conditions"
+    " that both are alike",
     SQUARE: "the same of a force over its area and the square of the largest voltage; of other quantities as the constant",
     RANGE: "log-uniform over all that was ever measured of this quantity, at least a decade",
 }
@@ -29,13 +31,17 @@ _STRESS: Final = "force over area"
 
 @dataclass(frozen=True)
 class _Known:
-    """A measurement: logarithms of its values over `unit`, and of the squares of its voltages, where it has any."""
+    """A measurement: logarithms of its values over `unit`, and of the squares of its voltages, where it has any.
+
+    Of a quotient of one quantity under two conditions (`quotient`) the squares are those of one over the other.
+    """
 
     quantity: object
     group: str
     logs: Real
     unit: float
     squares: Real | None
+    quotient: bool = False
 
 
 def null_predictions(
@@ -54,6 +60,10 @@ def _logs(own: _Known, known: Sequence[_Known], n: int) -> dict[str, Real]:
     alike = [each for each in known if each.quantity == own.quantity]
     others = [(each.group, each.logs) for each in alike if each.group != own.group]
     within = _over_range(np.concatenate([each.logs for each in alike]), n)
+    if own.quotient:  # what is constant, or constant over the square of the voltage, leaves nothing open
+        constant = np.zeros((n, 1))
+        square = constant if own.squares is None else constant + own.squares
+        return {CONSTANT: constant, SQUARE: square, RANGE: within}
     constant = _around(others, n) if others else within
     squared = [
         (each.group, each.logs - each.squares)
@@ -66,19 +76,24 @@ def _logs(own: _Known, known: Sequence[_Known], n: int) -> dict[str, Real]:
 
 def _known(measured: Measurement) -> _Known:
     logs = np.log(np.array(measured.values))
+    if measured.per_changes:
+        squares, under = _squares(measured, {}), _squares(measured, measured.per_changes)
+        squares = None if squares is None or under is None else squares - under
+        alike = (measured.quantity, divisor(measured), *measured.per_changes)
+        return _Known(alike, measured.group, logs, 1.0, squares, quotient=True)
     if measured.unit not in {"N", "Pa"}:
         return _Known((measured.quantity, measured.per), measured.group, logs, 1.0, None)
     path, area = measured.scenario.circuit.return_path, 1.0
     if measured.unit == "N":
         area = measured.scenario.contact_area + getattr(path, "area", 0.0)
-    return _Known(_STRESS, measured.group, logs - np.log(area), area, _squares(measured))
+    return _Known(_STRESS, measured.group, logs - np.log(area), area, _squares(measured, {}))
 
 
-def _squares(measured: Measurement) -> Real | None:
+def _squares(measured: Measurement, under: Mapping[str, Any]) -> Real | None:
     """Return the logarithm of the square of the largest voltage at each point; None for a current or an unknown voltage."""
     if any(f"drive.{height}" in measured.unknown for height in ("amplitude", "level", "high")):
         return None
-    changes = [{measured.over: value} for value in measured.at] if measured.over else [{}]
+    changes = [{measured.over: value, **under} for value in measured.at] if measured.over else [under]
     try:
         largest = [measured.scenario.replace(each).drive.largest() for each in changes]
     except ElectrovibError:

@@ -18,9 +18,10 @@ from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population.columns import check_values, with_columns
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import prepare
+from electrovib.studies.evidence.measurement import divisor
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.core.quantity import Quantity
@@ -145,14 +146,36 @@ def values_of(measured: Measurement, scenario: Scenario, draws: Mapping[str, Rea
     if measured.over:
         columns[measured.over] = np.tile(np.array(measured.at), n)
     elif not columns:
-        path = next(path for path, value, _ in scenario.parameters() if value is not None)
-        columns[path] = np.full(1, float(value_at(scenario, path)))
+        columns = _as_it_is(scenario)
     found = _computed(measured, scenario, columns) * measured.scale
     return np.broadcast_to(found, (n * points,)).reshape(n, points)
 
 
+def _as_it_is(scenario: Scenario) -> dict[str, Real]:
+    """Return one row with the value of a parameter that the set-up has."""
+    path = next(path for path, value, _ in scenario.parameters() if value is not None)
+    return {path: np.full(1, float(value_at(scenario, path)))}
+
+
 def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, Real]) -> Real:
     """Compute the measured quantity for each row of values of parameters, without its scale."""
+    if not measured.per_changes:
+        return _of_rows(measured, [measured.quantity, measured.per], scenario, columns)
+    other = scenario.replace(dict(measured.per_changes))
+    own = {path: column for path, column in columns.items() if not _is_changed(measured, path)}
+    under = _of_rows(measured, [divisor(measured)], other, own or _as_it_is(other))
+    return _of_rows(measured, [measured.quantity], scenario, columns) / under
+
+
+def _is_changed(measured: Measurement, path: str) -> bool:
+    """Whether the second quantity is computed with a value of its own for a parameter."""
+    return any(f"{path}.".startswith(f"{each}.") for each in measured.per_changes)
+
+
+def _of_rows(
+    measured: Measurement, quantities: Sequence[Any], scenario: Scenario, columns: Mapping[str, Real]
+) -> Real:
+    """Compute a quantity, or the quotient of two, for each row of values of parameters."""
     if callable(measured.quantity):
         made = ParametricScenario(scenario, list(columns))
         table = np.stack(list(columns.values()), axis=1)
@@ -162,14 +185,14 @@ def _computed(measured: Measurement, scenario: Scenario, columns: Mapping[str, R
         rows, places = np.unique(table, axis=0, return_inverse=True)  # a few listed values repeat
         found = np.array([_of_function(measured, made.scenario(row)) for row in rows.tolist()])
         return np.asarray(found[places.reshape(-1)])
-    names = [measured.quantity, measured.per] if measured.per else [measured.quantity]
+    names = [name for name in quantities if name]
 
     def numbers(scenario: Scenario, columns: Mapping[str, Real]) -> Real:
         many = prepare(scenario, free=list(columns), quantity=names)
         if measured.over in columns and len(columns) > 1 and many.method != TOGETHER:
             return one_point_after_the_other()  # of which each may run on arrays
         several = many(columns)
-        return np.asarray(several[names[0]] / (several[names[1]] if measured.per else 1.0))
+        return np.asarray(several[names[0]] / (several[names[1]] if len(names) > 1 else 1.0))
 
     def one_point_after_the_other() -> Real:
         found = np.empty(len(columns[measured.over]))

@@ -27,6 +27,8 @@ WORST: Final = 5
 """Groups of people whose worst failure is stated."""
 BEST: Final = 3
 """Laws of which a figure shows the bands."""
+FEW: Final = 3
+"""Groups below which a common set is shown in no picture where there is another."""
 USUAL: Final = "EffectiveMedium"
 """The law that most texts use, which every figure shows where it can be computed."""
 REMARK: Final = (
@@ -242,7 +244,7 @@ class Evidence(Answer):
     @property
     def _overview(self) -> Drawing:
         """Prediction over measured, for every measurement, the best laws and the best null model, with their intervals."""
-        found = self.comparisons[0]
+        found = next((each for each in self.comparisons if each.groups >= FEW), self.comparisons[0])
         names = [each.model for each in found.standings]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else []), found.null])
         rows = {
@@ -415,7 +417,9 @@ def _draw_ratios(
 
 
 def _words(model: str) -> str:
-    """Write the name of a model in words."""
+    """Write the name of a model in words; that of a null model is in words."""
+    if " " in model:
+        return model[0].upper() + model[1:]
     return re.sub(r"(?<=[a-z])(?=[A-Z\d])|(?<=\d)(?=[A-Z])", " ", model).capitalize()
 
 

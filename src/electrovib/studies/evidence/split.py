@@ -48,6 +48,7 @@ def fingerprint(measured: Mapping[str, Measurement]) -> str:
     """Return a short digest of what judges in a publication: groups, quantities, values, spreads and what they count as."""
     told = [
         [name, each.group, each.named, each.unit, each.over, each.bound, each.error_of, each.judges]
+        + [each.same_as, each.per, repr(sorted(each.per_changes.items()))]
         + [[f"{number:.9g}" for number in numbers] for numbers in (each.at, each.values, each.spread)]
         for name, each in sorted(measured.items())
     ]
