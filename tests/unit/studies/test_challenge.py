@@ -25,6 +25,7 @@ from electrovib.studies.evidence.predicted import ModelPrediction, predict
 from electrovib.studies.evidence.publication import publication_files
 from electrovib.studies.evidence.score import judge
 from electrovib.studies.evidence.split import HELD_OUT, PUBLIC, fingerprint, split
+from electrovib.studies.evidence.standing import shown_first
 from electrovib.studies.evidence.submission import read_submission, submission_schema
 
 DOCS = Path(__file__).parents[3] / "docs" / "evidence"
@@ -294,6 +295,10 @@ def test_the_table_has_a_row_for_each_common_set_and_says_where_there_is_none(en
     first, second = sentences(own, sides)
     assert "skill 2.00 (no interval from one group) over 'null'" in first
     assert second == "mine on groups that are public: it predicts none of them."
+    (one,) = sides[HELD_OUT]
+    of_three = replace(one, numbers=7, groups=3)
+    assert "held out, 7 numbers of 3 groups" in sentences(own, {HELD_OUT: [one, of_three]})[0]
+    assert shown_first([one, one]) is one
     assert sentences(own, {HELD_OUT: []}) == [
         "mine on groups that are held out: it predicts none of them and has no rank."
     ]

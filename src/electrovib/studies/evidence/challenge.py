@@ -11,7 +11,7 @@ from electrovib.core.errors import ElectrovibError, refuse
 from electrovib.studies.evidence.predicted import ModelPrediction, prediction, reason_of
 from electrovib.studies.evidence.score import LEVEL
 from electrovib.studies.evidence.split import HELD_OUT, SIDES, split
-from electrovib.studies.evidence.standing import CommonSet, comparisons
+from electrovib.studies.evidence.standing import CommonSet, comparisons, shown_first
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,14 +60,14 @@ def sets_of(found: Submission, scores: Sequence[Score], nulls: Sequence[Score]) 
 
 
 def sentences(found: Submission, sides: Mapping[str, list[CommonSet]]) -> list[str]:
-    """Say how a submission stands on the common set with the most laws of each side."""
+    """Say how a submission stands on one common set of each side, that of `shown_first`."""
     said = []
     for side, sets in sides.items():
         which = f"{found.name} on groups that are {side}"
         if not sets:
             said.append(f"{which}: it predicts none of them{' and has no rank' * (side == HELD_OUT)}.")
             continue
-        row = dict(zip(HEADINGS, _row(found, side, sets[0]), strict=True))
+        row = dict(zip(HEADINGS, _row(found, side, shown_first(sets)), strict=True))
         said.append(
             f"{which}, {row['numbers']} numbers of {row['groups']} groups: skill {row['skill']}"
             f" ({row[INTERVAL]}) over '{row['null model']}', width {row['width']} decades, rank {row['rank']}."

@@ -20,15 +20,13 @@ from electrovib.studies.evidence.calibrated import Calibrated, csv_of, sentence,
 from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of
 from electrovib.studies.evidence.null import NULLS
 from electrovib.studies.evidence.score import LEVEL, Score
-from electrovib.studies.evidence.standing import NARROW, CommonSet, Standing, comparisons
+from electrovib.studies.evidence.standing import NARROW, CommonSet, Standing, comparisons, shown_first
 from electrovib.studies.evidence.submission import Submission
 
 WORST: Final = 5
 """Groups of people whose worst failure is stated."""
 BEST: Final = 3
 """Laws of which a figure shows the bands."""
-FEW: Final = 3
-"""Groups below which a common set is shown in no picture where there is another."""
 USUAL: Final = "EffectiveMedium"
 """The law that most texts use, which every figure shows where it can be computed."""
 REMARK: Final = (
@@ -244,7 +242,7 @@ class Evidence(Answer):
     @property
     def _overview(self) -> Drawing:
         """Prediction over measured, for every measurement, the best laws and the best null model, with their intervals."""
-        found = next((each for each in self.comparisons if each.groups >= FEW), self.comparisons[0])
+        found = shown_first(self.comparisons)
         names = [each.model for each in found.standings]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else []), found.null])
         rows = {

@@ -11,6 +11,8 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.studies.evidence.score import LEVEL, Score
 
+FEW = 3
+"""Groups of the common set that is shown first, at least, where there is such a set."""
 NARROW = 1.0
 """Width of an interval in decades, below which a law can miss a number."""
 Number = Callable[[Score], float]
@@ -62,6 +64,11 @@ class CommonSet:
     groups: int
     null: str
     standings: tuple[Standing, ...]
+
+
+def shown_first(sets: Sequence[CommonSet]) -> CommonSet:
+    """Return the common set with the most candidates among those of `FEW` groups or more, or else among all."""
+    return next((each for each in sets if each.groups >= FEW), sets[0])
 
 
 def over_groups(scores: Iterable[Score], number: Number) -> dict[str, float]:
