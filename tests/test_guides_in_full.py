@@ -137,6 +137,7 @@ PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b(?!_)")
 FIT = "electrovib fit my.toml a.nc --free stack.gap.thickness --quantity electrostatic_force"
 MATERIAL = 'electrovib fit-material spectrum.csv --set area="1 cm2" --set thickness="200 um"'
 SPECTRA = 'electrovib fit-material spectra.csv --set area="1 cm2" --set thickness="200 um"'
+RUN = "electrovib run bau_2010/sine --set drive.amplitude='40 V'"
 OPTIONS = {
     "--keep drive": FIT,
     '--gain-error electrostatic_force="2 %"': FIT,
@@ -144,6 +145,7 @@ OPTIONS = {
     '--systematic "2 %"': MATERIAL,
     '--reference r.csv="51 kohm +- 1 %"': MATERIAL,
     '--set part="spectrum 2"': SPECTRA,
+    """--set force='{ model = "TabulatedAttraction", file = "predicted.csv" }'""": RUN,
 }
 """Options with a value in the running text, and the command that each is appended to."""
 CALLS = {

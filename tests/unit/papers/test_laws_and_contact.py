@@ -192,7 +192,7 @@ def test_the_numbers_of_rauf_2025_are_those_that_its_notes_describe():
     load = found["load_300V"]
     assert f"{np.ptp(load.values) / np.ptp(load.at):.2f} N per newton" in found["voltage"].note
     assert found["voltage"].values[-1] == pytest.approx(load.values[0], rel=0.02)
-    assert len(found) == 41
+    assert len(found) == 43
 
 
 @pytest.mark.parametrize(
