@@ -152,7 +152,10 @@ def test_the_cases_are_the_laws_with_and_without_gap_and_leak():
     assert (dry.law, dry.zero, value_at(dry.scenario, LEAK)) == ("EffectiveMedium", (LEAK,), 0)
     assert value_at(dry.scenario, SKIN) == value_at(leaky(), SKIN) > 0
     assert type(dry.scenario.force).__name__ == "EffectiveMedium"
-    assert set(refused) == {"Persson2018RoughGap", "TabulatedAttraction"}  # their values are not those of this set-up
+    assert set(refused) == {
+        "Persson2018RoughGap",
+        "TabulatedAttraction",
+    }  # their values are not those of this set-up
     assert "mean_gap" in refused["Persson2018RoughGap"]
     tight, _ = cases_of(plate(**{LEAK: 0.0}), ["EffectiveMedium"])
     assert list(tight) == [own, f"{own} without gap", "EffectiveMedium", "EffectiveMedium without gap"]

@@ -13,6 +13,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.contact import (
+    FittedSurface,
     FixedArea,
     GrowingArea,
     LinearSpring,
@@ -157,6 +158,17 @@ def test_an_area_that_does_not_grow_is_a_fixed_one(scenario, voltage, coating, p
         assert [getattr(s, name) for s in one.states] == [getattr(s, name) for s in other.states]
     np.testing.assert_allclose([s.gap for s in other.states], [s.gap for s in one.states], rtol=1e-9)
     np.testing.assert_allclose(other.force, one.force, rtol=1e-9)
+
+
+def test_what_spots_hold_is_the_same_where_an_area_does_not_grow(scenario):
+    fixed = scenario.replace(THIN | {"contact.surface": CORRECTED})
+    table = {"contact": growing(0.0)["contact"] | {"surface": CORRECTED}}
+    one, other = (
+        equilibrium(each, voltage=50.0, spots=PullingSpots()) for each in (fixed, fixed.replace(table))
+    )
+    np.testing.assert_allclose([s.gap for s in other.states], [s.gap for s in one.states], rtol=1e-6)
+    np.testing.assert_allclose(other.force, one.force, rtol=1e-6)
+    assert max(abs(state.residual) for state in other.states) < 1e-6 * one.pressure
 
 
 @pytest.mark.parametrize("exponent", [0.5, 2 / 3, 1.0])
@@ -407,12 +419,17 @@ def test_a_law_of_rough_contact_states_its_error_and_its_local_gaps():
     pull = mean_pull(50.0, electrical_thickness=found.electrical_thickness, gaps=gaps, spots=PullingSpots())
     # five digits are printed
     assert float(pull.total) == pytest.approx(found.stable[-1].attraction, rel=1e-3)
+    state = found.stable[-1]
+    pressing = state.attraction - FittedSurface.held * float(pull.spots)
+    assert state.repulsion == pytest.approx(found.pressure + pressing, rel=1e-4)
+    assert abs(state.residual) < 1e-9 * state.repulsion
+    assert pull.spots > 0.5 * state.attraction
     alone = equilibrium(scenario, voltage=50.0)
     told = {each.name: each for each in alone.diagnostics}
     assert told["one gap"].state == "warning"
     assert alone.gaps is None
     persson = equilibrium(scenario.replace({"contact.surface": SKIN}), voltage=50.0, spots=PullingSpots())
-    assert "PerssonSurface, not corrected: its real contact is 0.51 to 0.91" in str(persson)
+    assert "PerssonSurface, not corrected: its real contact is 0.55 to 1 (median" in str(persson)
     spring = equilibrium(scenario.replace({"contact.surface": SPRING}), voltage=50.0)
     assert not {"real contact", "one gap"} & {each.name for each in spring.diagnostics}
 

@@ -28,11 +28,14 @@ class Attraction(Protocol):
     def smallest_gap(self) -> float:
         """Mean gap [m] from which on the attraction is known; 0 if it is known for every gap."""
 
-    def pressure(self, gap: float) -> float:
+    def total(self, gap: float) -> float:
         """Return the attraction [Pa] at a gap [m], 0 or more."""
 
+    def pressure(self, gap: float) -> float:
+        """Return the part of it that brings the faces closer [Pa], as a load does."""
+
     def slope(self, gap: float) -> float:
-        """Return the derivative of the attraction with the gap [Pa/m] at a gap [m]."""
+        """Return the derivative of that part with the gap [Pa/m] at a gap [m]."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,8 @@ class PlateAttraction:
         """Return the attraction [Pa] at a gap [m]."""
         return eps0 * self.voltage**2 / (2 * (self.electrical_thickness + gap) ** 2)
 
+    total = pressure
+
     def slope(self, gap: float) -> float:
         """Return the derivative of the attraction with the gap [Pa/m] at a gap [m]."""
         return -eps0 * self.voltage**2 / (self.electrical_thickness + gap) ** 3
@@ -85,9 +90,9 @@ class RoughAttraction:
     Notes
     -----
     eps0 V^2/2 [phi |share|^2/K^2 + integral over u > 0 of P(u)/(u + K)^2 du]: `mean_pull` over the gaps of the
-    surface under the pressure that it bears at this mean gap, which is that of load and attraction together. The
-    attraction is not convex everywhere; with contact spots that attract less than a gap, on a thick layer, it even
-    increases with the gap.
+    surface under the pressure that it bears at this mean gap, which is that of load and attraction together without the
+    share `surface.held` of what the spots attract. The attraction is not convex everywhere; with contact spots that attract
+    less than a gap, on a thick layer, it even increases with the gap.
     """
 
     voltage: float
@@ -122,12 +127,17 @@ class RoughAttraction:
             frequency=self.frequency,
         )
 
-    def pressure(self, gap: float) -> float:
+    def total(self, gap: float) -> float:
         """Attraction [Pa] at a mean gap [m]."""
         return float(self.parts(gap).total)
 
+    def pressure(self, gap: float) -> float:
+        """Attraction without what the spots hold [Pa] at a mean gap [m]."""
+        parts = self.parts(gap)
+        return float(parts.total - self.surface.held * parts.spots)
+
     def slope(self, gap: float) -> float:
-        """Change of the attraction [Pa/m] at a mean gap [m].
+        """Change of that pressure [Pa/m] at a mean gap [m].
 
         By the chain rule: the mean gap moves the share phi that touches and with it x = mean/rms and the rms, and both the gaps
         at given quantiles.
@@ -146,6 +156,7 @@ class RoughAttraction:
         beyond = places + thickness
         inverse = float(np.sum(shares * (away * x_moves / beyond**2 - 2 * reduced * rms_moves / beyond**3)))
         share = abs(complex(self.spots.field_share(np.asarray(self.frequency)))) ** 2
+        share *= 1 - self.surface.held
         return eps0 * self.voltage**2 / 2 * (touching * share / thickness**2 + inverse)
 
     def _borne(self, gap: float) -> float:

@@ -33,6 +33,8 @@ class Surface(Model, family=True):
 
     is_rough: ClassVar[bool] = False
     """Whether there is a distribution of local gaps."""
+    held: ClassVar[float] = 0.0
+    """Share of the attraction of contact spots that the spots bear themselves, and that brings the faces no closer."""
     standing: ClassVar[str] = ""
     """Whether contacts that were solved correct a law of rough contact, in words."""
 

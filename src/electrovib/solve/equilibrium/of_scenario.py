@@ -45,7 +45,7 @@ class Balance(Answer):
     force : tuple of float
         Attraction in each state [N].
     areas : tuple of float
-        Gross area in each state [m2]: that under load and attraction together.
+        Gross area in each state [m2]: that under load and attraction together, without what contact spots hold of it.
     voltage : float
         Voltage across stack and return path [V].
     pressure : float
@@ -476,15 +476,15 @@ def _state_at(
     area = contact.gross_area(whole)
     pressing = float(contact.mean_pressure(np.asarray(whole)))
     gap = float(surface.gap(np.asarray(pressing)))
-    repulsion, drawn = float(surface.pressure(np.asarray(gap))), attraction_on(area).pressure(gap)
+    repulsion, attraction = float(surface.pressure(np.asarray(gap))), attraction_on(area)
     stop = max(0.0, pressing - repulsion) if gap == 0 else 0.0
-    residual = repulsion + stop - load / area - drawn
+    residual = repulsion + stop - load / area - attraction.pressure(gap)
     state = Equilibrium(
         gap=gap,
         stable=stable,
         touching=gap == 0 and stop > 0,
         repulsion=repulsion,
-        attraction=drawn,
+        attraction=attraction.total(gap),
         stop=stop,
         residual=residual,
     )

@@ -59,7 +59,7 @@ class Equilibrium:
     stop : float
         Pressure that the plate itself supports [Pa]; 0 where the gap is open.
     residual : float
-        repulsion + stop - load - attraction [Pa].
+        repulsion + stop - load - attraction [Pa], without what contact spots hold of it (`Surface.held`).
     """
 
     gap: float
@@ -104,7 +104,7 @@ def balance(
         return pressure + attraction.pressure(gap), attraction.slope(gap)
 
     states = [
-        _state(place, repels(place.place), draws(place.place), pressure)
+        _state(place, repels(place.place), draws(place.place), attraction.total(place.place))
         for place in crossings(repels, draws, low=low, high=high, parts=1 if attraction.convex else PARTS)
     ]
     lacking = draws(low)[0] - repels(low)[0]
@@ -114,7 +114,7 @@ def balance(
             stable=True,
             touching=True,
             repulsion=repels(0)[0],
-            attraction=draws(0)[0] - pressure,
+            attraction=attraction.total(0.0),
             stop=lacking,
         )
         states = [closed, *(state for state in states if state.gap > 0)]
@@ -122,7 +122,7 @@ def balance(
 
 
 def _state(
-    found: Crossing, repels: tuple[float, float], draws: tuple[float, float], pressure: float
+    found: Crossing, repels: tuple[float, float], draws: tuple[float, float], attraction: float
 ) -> Equilibrium:
     (repulsion, first), (drawn, second) = repels, draws
     marginal = abs(first - second) <= NOISE * (abs(first) + abs(second))
@@ -131,7 +131,7 @@ def _state(
         stable=first < second and not found.fold and not marginal,
         fold=found.fold or marginal,
         repulsion=repulsion,
-        attraction=drawn - pressure,
+        attraction=attraction,
         residual=repulsion - drawn,
     )
 
