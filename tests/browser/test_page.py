@@ -245,7 +245,7 @@ TABS = {
     "Over frequency": "5 to 95 % of fingers",
     "Force laws": "relative to this law",
     "Felt": "relative to published detection thresholds",
-    "Safety": "hardware has to limit the current",
+    "Safety": "only hardware that limits the current",
     "Recording": "Drop a recording",
 }
 """Tab to words of its content."""
