@@ -88,7 +88,7 @@ def test_the_address_is_that_of_the_open_tab_to_which_back_leads(opened):
     other = opened("?" + page.url.partition("?")[2])
     other.get_by_text("relative to published detection thresholds").first.wait_for(timeout=90_000)
     page.go_back()
-    page.get_by_text("only hardware that limits the current").wait_for()
+    page.get_by_text("only hardware that limits the current").first.wait_for()
     page.go_back()
     shown(page, peak(ev.load(SCREEN)))
     mistaken = opened(f"?preset={SCREEN}&tab=Felled")

@@ -26,6 +26,7 @@ from electrovib.apps.explorer.fading import animation, why_not
 from electrovib.apps.explorer.felt_picture import felt
 from electrovib.apps.explorer.key_figures import KeyFigure, answers, drawing
 from electrovib.core.diagnostics import STATES, Diagnostic
+from electrovib.studies.check.result import HARDWARE
 from electrovib.studies.widths import missed_by
 from electrovib.view.style import MOST, pretty_quantity, typeset
 from electrovib.view.summary import quantities_of_scenario
@@ -331,11 +332,16 @@ def law_words(found: Computed, further: Further) -> str:
 
 
 def answer_words(document: Document, outcome: str = "unknown", *, skipped: int = 0) -> tuple[str, str]:
-    """Write the sentences of an answer, the first that is not skipped in the colour of its outcome; its tables and remarks."""
+    """Write what stands above figures and tables of an answer, and these with the rest.
+
+    Above are the first sentence that is not skipped, in the colour of its outcome, and what protects a person.
+    """
     first, *others = document.sentences[skipped:]
-    said = f'<p class="{CLASSES[outcome]}">{escape(typeset(first))}</p>{paragraphs(others)}'
+    said = f'<p class="{CLASSES[outcome]}">{escape(typeset(first))}</p>'
+    said += paragraphs(each for each in others if each == HARDWARE)
     tables = "".join(map(_of_answer, (*document.numbers, *document.tables)))
-    return said, tables + _list(escape(typeset(each)) for each in document.remarks)
+    below = paragraphs(each for each in others if each != HARDWARE)
+    return said, tables + below + _list(escape(typeset(each)) for each in document.remarks)
 
 
 def _peak(found: Computed) -> float:
