@@ -50,6 +50,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "electrovib"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = [("slider.js", {"defer": "defer"})]
 html_show_sourcelink = False
 html_sidebars = {"tutorial": [], "search": []}
 html_context = {"default_mode": "auto"}

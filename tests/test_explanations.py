@@ -1,11 +1,14 @@
 """The numbers in the explanations of the documentation are those that the toolkit computes."""
 
+import base64
 import importlib
 import re
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import electrovib as ev
 from electrovib.core.discovery import papers
@@ -174,6 +177,28 @@ def test_the_figures_of_the_repository_are_those_that_are_computed(name, compute
     assert len(kept) == len(drawn) > 1
     for one, other in zip(kept, drawn, strict=True):
         np.testing.assert_allclose(one, other, atol=0.5)
+
+
+def pixels(svg):
+    """Pictures within a figure, as numbers from 0 to 1."""
+    coded = re.findall(r'"data:image/png;base64,\s*([^"]+)"', svg)
+    return [np.asarray(Image.open(BytesIO(base64.b64decode(each))).convert("RGB")) / 255 for each in coded]
+
+
+def test_the_maps_of_the_repository_are_those_that_are_computed_one_for_each_voltage_of_the_slider(computed):
+    del computed  # that puts the parts of the build on the path
+    figures = importlib.import_module("figures")
+    kept, drawn = (
+        pixels(each) for each in ((figures.FOLDER / "maps.svg").read_text(), figures.drawn("maps"))
+    )
+    assert len(kept) == len(drawn) >= len(figures.MAPS)
+    for one, other in zip(kept, drawn, strict=True):
+        assert one.shape == other.shape
+        assert (
+            np.mean(np.abs(one - other).max(axis=2) > 0.05) < 0.01
+        )  # a pixel at the rim of a spot may change
+    (described,) = re.findall(r"!\[([^]]*)\]\([^)]*maps\.svg\)", page("which_gap"))
+    assert [float(each) for each in re.findall(r"(\d+) V", described)] == list(figures.MAPS)
 
 
 def test_the_laws_differ_in_time(computed):

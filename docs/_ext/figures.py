@@ -21,6 +21,8 @@ from electrovib.view.pages import to_svg
 from electrovib.view.style import COLOURS, LAYER_COLOURS, NEUTRAL, new_figure, style
 
 FOLDER: Final = Path(__file__).parents[1] / "images" / "computed"
+MAPS: Final = (0.0, 10.0, 20.0, 30.0, 40.0)
+"""Voltages of the maps of a contact [V]."""
 LAW_COLOURS: Final = dict(zip(computed.FORMS, COLOURS, strict=False))
 LAYERS: Final = (
     ("electrode", 0.0, 0.5, "#c9c9c9"),
@@ -144,8 +146,28 @@ def gap() -> Figure:
     return figure
 
 
+def maps() -> Figure:
+    """Draw the gaps of that contact at some voltages side by side, in cells of one width: a page may show one at a time."""
+    found = computed.gaps().found
+    figure = new_figure((3.6 * len(MAPS), 3.3))
+    figure.set_layout_engine("none")
+    largest = 1e6 * max(float(rest.gap.max()) for rest in found.rests)
+    for place, volts in enumerate(MAPS):
+        rest = found.rests[list(found.voltage).index(volts)]
+        axes = figure.add_axes(((place + 0.2) / len(MAPS), 0.17, 0.7 / len(MAPS), 0.7))
+        axes.set(xlabel="along the plate [mm]", ylabel="across the plate [mm]", facecolor=COLOURS[1])
+        axes.set_title(f"{volts:g} V: {100 * rest.contact_share:.2g} % touches (orange)")
+        away = np.ma.masked_where(rest.pressure > 0, 1e6 * rest.gap)
+        look: dict[str, Any] = {"cmap": "Blues", "vmin": 0.0, "vmax": largest, "interpolation": "none"}
+        image = axes.imshow(away, origin="lower", extent=(0.0, 1.0, 0.0, 1.0), **look)
+        axes.grid(visible=False)
+        figure.colorbar(image, ax=axes, label="gap [µm]")
+    return figure
+
+
 FIGURES: Final = {
     "gap": gap,
+    "maps": maps,
     "mechanism": mechanism,
     "laws": laws,
     "causality": causality,
