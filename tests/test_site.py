@@ -74,6 +74,10 @@ def is_of_network(address):
     return bool(NETWORK.match(address))
 
 
+WHICH_GAP = "explanation/5_which_gap"
+"""Page with a slider."""
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """Build the site in a new folder, the example that takes longest apart, which is shown without its results."""
@@ -198,7 +202,15 @@ def test_pages_are_shown_by_a_browser_without_a_network(site):
             page = browser.new_context(viewport=size, color_scheme=scheme, offline=True).new_page()
             page.on("request", lambda request: asked.append(request.url))
             page.on("pageerror", lambda error: problems.append(str(error)))
-            for name in ("index", "tutorial", "explanation/1_how_it_works", "gallery/index", "nomenclature"):
+            shown = (
+                "index",
+                "tutorial",
+                "explanation/1_how_it_works",
+                "gallery/index",
+                "nomenclature",
+                WHICH_GAP,
+            )
+            for name in shown:
                 page.goto((site / f"{name}.html").as_uri())
                 missing = "[...document.images].filter(one => one.complete && !one.naturalWidth).map(one => one.src)"
                 problems.extend(page.evaluate(missing))
@@ -209,6 +221,14 @@ def test_pages_are_shown_by_a_browser_without_a_network(site):
                     for found in axe.run(page).response["violations"]
                     if found["impact"] in {"serious", "critical"} and found["id"] not in of_the_theme
                 )
+            page.goto((site / f"{WHICH_GAP}.html").as_uri())
+            slider, maps = page.get_by_role("slider", name="voltage"), page.locator(".cell img")
+            for place, volts in (("0", "0 V"), ("4", "40 V")):
+                slider.fill(place)
+                assert page.locator("output").inner_text() == slider.get_attribute("aria-valuetext") == volts
+                seen, cell = maps.bounding_box(), page.locator(".cell").bounding_box()
+                assert seen["width"] == pytest.approx(5 * cell["width"], rel=0.01)
+                assert seen["x"] + int(place) * cell["width"] == pytest.approx(cell["x"], abs=2)
             page.goto((site / "search.html").as_uri() + "?q=leaking+gap")
             page.wait_for_selector("#search-results li")
             assert page.locator("#search-results li").count() > 3
