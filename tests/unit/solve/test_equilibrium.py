@@ -217,6 +217,12 @@ def test_spots_average_over_a_rough_surface(scenario):
 COMMAND = {"model": "Step", "level": 1.0}
 
 
+@pytest.mark.parametrize("voltage", [1.001e6, -2e9, math.nan])
+def test_a_voltage_that_no_plate_has_is_refused(scenario, voltage):
+    with pytest.raises(InputError, match="at most 1e"):
+        equilibrium(scenario, voltage=voltage)
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [

@@ -16,7 +16,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.contact.attraction import Attraction
 from electrovib.physics.contact.surface import Surface
-from electrovib.physics.limits import limit_diagnostics
+from electrovib.physics.limits import held_voltages, limit_diagnostics
 from electrovib.physics.roughness import ContactSpots, GaussianGaps, local_pull
 from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
@@ -206,7 +206,7 @@ def equilibrium(
     """
     known = read_scenario(scenario)
     surface, stack = _surface(known), blocking_stack(known)
-    held = largest_voltage(known) if voltage is None else voltage
+    held = largest_voltage(known) if voltage is None else float(held_voltages(voltage)[0])
     pressure, area, filling = stack.pressure, stack.area, stack.filling
     attraction = attraction_at(held, stack.electrical_thickness, surface, spots)
     states, areas = states_of(known, voltage=held, spots=spots)
