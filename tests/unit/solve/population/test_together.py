@@ -394,7 +394,7 @@ def test_models_of_users_pass_their_tests():
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(file)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:]
-    assert "28 passed" in done.stdout
+    assert "29 passed" in done.stdout
 
 
 def test_values_outside_their_range_are_refused_and_its_ends_are_within():
