@@ -268,7 +268,7 @@ def test_the_example_is_shown_as_it_is_and_scored_on_both_sides():
     found = ev.evidence(words, laws=EXAMPLE, n=8)
     assert ([each.name for each in found.submissions], found.calibrated) == (["one_gap"], ())
     held_out, public = found.document.sentences[:2]
-    assert held_out.startswith("one_gap on groups that are held out, 2 numbers of 1 groups: skill ")
+    assert held_out.startswith("one_gap on groups that are held out, 2 numbers of 1 group: skill ")
     assert "no interval from one group" in held_out
     assert public.startswith("one_gap on groups that are public, ")
     rows, sides = found.document.numbers[0].rows, found.sides(found.submissions[0])
@@ -307,7 +307,7 @@ def test_the_table_has_a_row_for_each_common_set_and_says_where_there_is_none(en
 def test_the_command_scores_a_submission(tmp_path):
     done = CliRunner().invoke(app, ["evidence", NAME, "--laws", str(EXAMPLE), "-n", "4"])
     assert done.exit_code == 0, done.output
-    assert done.output.startswith("one_gap on groups that are held out, 1 numbers of 1 groups: skill ")
+    assert done.output.startswith("one_gap on groups that are held out, 1 number of 1 group: skill ")
     assert f"Challenge {split().version}: one_gap" in done.output
 
 

@@ -11,7 +11,7 @@ from electrovib.core.errors import ElectrovibError, refuse
 from electrovib.studies.evidence.predicted import ModelPrediction, prediction, reason_of
 from electrovib.studies.evidence.score import LEVEL
 from electrovib.studies.evidence.split import HELD_OUT, SIDES, split
-from electrovib.studies.evidence.standing import CommonSet, comparisons, shown_first
+from electrovib.studies.evidence.standing import CommonSet, comparisons, several, shown_first
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,9 +67,10 @@ def sentences(found: Submission, sides: Mapping[str, list[CommonSet]]) -> list[s
         if not sets:
             said.append(f"{which}: it predicts none of them{' and has no rank' * (side == HELD_OUT)}.")
             continue
-        row = dict(zip(HEADINGS, _row(found, side, shown_first(sets)), strict=True))
+        shown = shown_first(sets)
+        row = dict(zip(HEADINGS, _row(found, side, shown), strict=True))
         said.append(
-            f"{which}, {row['numbers']} numbers of {row['groups']} groups: skill {row['skill']}"
+            f"{which}, {several(shown.numbers, 'number')} of {several(shown.groups, 'group')}: skill {row['skill']}"
             f" ({row[INTERVAL]}) over '{row['null model']}', width {row['width']} decades, rank {row['rank']}."
         )
     return said

@@ -20,7 +20,14 @@ from electrovib.studies.evidence.calibrated import Calibrated, csv_of, sentence,
 from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of
 from electrovib.studies.evidence.null import NULLS
 from electrovib.studies.evidence.score import LEVEL, Score
-from electrovib.studies.evidence.standing import NARROW, CommonSet, Standing, comparisons, shown_first
+from electrovib.studies.evidence.standing import (
+    NARROW,
+    CommonSet,
+    Standing,
+    comparisons,
+    several,
+    shown_first,
+)
 from electrovib.studies.evidence.submission import Submission
 
 WORST: Final = 5
@@ -76,7 +83,7 @@ class Evidence(Answer):
         """Failures, laws, measurements, and a figure for each."""
         entered = [challenge.table(each, self.sides(each)) for each in self.submissions]
         return Document(
-            title=f"Evidence: {_several(len(self.measured), 'measurement')} of {_several(len(self._groups), 'group')}",
+            title=f"Evidence: {several(len(self.measured), 'measurement')} of {several(len(self._groups), 'group')}",
             sentences=self._sentences,
             numbers=[*entered, *(_standings(each) for each in self.comparisons)],
             figures=[
@@ -171,9 +178,9 @@ class Evidence(Answer):
         return [
             *(said for each in self.submissions for said in challenge.sentences(each, self.sides(each))),
             *unpredicted,
-            f"A law or model can miss {len(self.can_be_missed)} of {_several(len(self.numbers), 'number')}: its 90 % interval"
+            f"A law or model can miss {len(self.can_be_missed)} of {several(len(self.numbers), 'number')}: its 90 % interval"
             " spans less than a decade.",
-            f"Of {_several(len(self.measured), 'measurement')}, {len(self.decides)} decide between such a law and another that"
+            f"Of {several(len(self.measured), 'measurement')}, {len(self.decides)} decide between such a law and another that"
             f" misses; {len(self.decides_nothing)} decide nothing, because every candidate covers them; {len(missed)} lie"
             f" outside the interval of every candidate, {wholly} of them wholly.",
             *map(_skills, self.comparisons),
@@ -377,8 +384,8 @@ def _of_place(found: CommonSet) -> str:
 
 
 def _common_set(found: CommonSet) -> str:
-    counts = f"{_several(found.numbers, 'number')} of {_several(found.groups, 'group')}"
-    return f"{counts} that {_several(len(found.standings), 'candidate')} predict{'s' * (len(found.standings) == 1)}"
+    counts = f"{several(found.numbers, 'number')} of {several(found.groups, 'group')}"
+    return f"{counts} that {several(len(found.standings), 'candidate')} predict{'s' * (len(found.standings) == 1)}"
 
 
 def _from_to(low: float, high: float) -> str:
@@ -432,10 +439,6 @@ def nobody(refused: Mapping[str, str]) -> str:
 def _rounded(value: float, *, digits: int = 2) -> str:
     """Write 160 and not 1.6e+02."""
     return f"{float(f'{value:.{digits}g}'):g}"
-
-
-def _several(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count != 1 else ''}"
 
 
 def _points(count: int) -> str:

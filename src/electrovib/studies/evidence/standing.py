@@ -197,3 +197,8 @@ def _mean(values: Sequence[float]) -> float:
 
 def _log_ratio(each: Score) -> float:
     return math.log(max(each.ratio, 1e-300))
+
+
+def several(count: int, what: str) -> str:
+    """Write a count with its word: ``1 group``, ``2 groups``."""
+    return f"{count} {what}{'s' if count != 1 else ''}"
