@@ -100,7 +100,7 @@ def test_a_resonance_of_the_loaded_assembly_explains_the_release_of_a_clutch(nam
         {"lateral_force_measured": "1 [N]", "drive_voltage": "3 [V]"},
         time="0 [us]",
     )
-    options = {"signal": "lateral_force_measured", "by": "drive_voltage", "readback": OneOfTwoInAntiphase()}
+    options = {"quantity": "lateral_force_measured", "by": "drive_voltage", "readback": OneOfTwoInAntiphase()}
     span = {"window": 20e-3, "before": 10e-3}
     found = measure_times(record, sensor="estimate", edges="falling", **span, **options).falling
     # the bare cell: 643 to 648 Hz with a quality of 10; with clutches on it 314 to 609 Hz
