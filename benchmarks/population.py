@@ -1,4 +1,4 @@
-"""Many fingers: the compiled kernels compared with numpy and JAX in one run.
+"""Many fingers, compared with plain numpy and JAX in one run.
 
 Run from the root of the repository with ``python -m benchmarks.population``; rows of JAX need JAX to be installed.
 """
@@ -14,11 +14,8 @@ import numpy as np
 from benchmarks.population_peers import batched_eigenvalues, by_jax, plain_numpy
 from benchmarks.table import surroundings, write_page
 
-from electrovib.solve.population.kernels import (
-    first_order_hold_many,
-    kernel_name,
-    quantiles,
-)
+from electrovib.solve.population.percentiles import quantiles
+from electrovib.solve.population.stepping import first_order_hold_many
 from electrovib.solve.stack.secular import secular_roots
 from electrovib.studies.population.tiles import Statistics
 
@@ -113,7 +110,7 @@ def stepping() -> list[list[object]]:
         statistics.add(forces())
         return statistics.mean, statistics.variance()
 
-    ours = measure("electrovib, numba", moments, 5)
+    ours = measure("electrovib", moments, 5)
     peers = [
         measure("numpy, all fingers at once", plain_numpy(fingers, factor), 3),
         *[measure(name, work, 5) for name, work in by_jax(fingers, factor)],
@@ -123,7 +120,7 @@ def stepping() -> list[list[object]]:
     remarks = {each.name: f"means differ by {off:.0e}" for each, off in zip(peers, means, strict=True)}
     speed = FINGERS * SAMPLES / ours.wall
     remarks[ours.name] = f"{speed:.3g} finger-samples/s"
-    alone = measure("electrovib, numba: responses squared, float32", table, 9)
+    alone = measure("electrovib: responses squared, float32", table, 9)
     bands = [
         measure("the same, and exact 5 and 95 %", lambda: quantiles(table(), [0.05, 0.95]), 7),
         measure("the same, and exact 5, 50 and 95 %", lambda: quantiles(table(), [0.05, 0.5, 0.95]), 7),
@@ -165,10 +162,10 @@ def main() -> None:
     before = os.getloadavg()[0]
     tables = [*stepping(), poles()]
     notes = [
-        f"Kernel: {kernel_name()}. {surroundings(['numpy', 'scipy', 'numba', 'jax'])}",
+        surroundings(["numpy", "scipy", "jax"]),
         "Medians of repeats one after the other, after an unmeasured one; garbage is not collected meanwhile.",
         f"Load average of the machine {before:.1f} at the beginning and "
-        f"{os.getloadavg()[0]:.1f} at the end: on a busy machine wall times of kernels with two threads suffer most, and "
+        f"{os.getloadavg()[0]:.1f} at the end: on a busy machine wall times of what uses two threads suffer most, and "
         "processor times are the more reliable ones. Rows are comparable only within a table.",
     ]
     write_page("population.md", "Many fingers", notes, tables)

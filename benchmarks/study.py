@@ -1,8 +1,7 @@
 """A study of a population from the command to the store, beside the same job in vectorised numpy; memory; workers.
 
 Run from the root of the repository with ``python -m benchmarks.study``; ``python -m benchmarks.study 20000`` for other
-numbers of fingers. Every figure is taken in a process of its own, whose largest resident memory is reported. Compiled
-kernels come from the cache of numba: the first run fills it and is not counted.
+numbers of fingers. Every figure is taken in a process of its own, whose largest resident memory is reported.
 """
 
 import json
@@ -37,9 +36,7 @@ def study(fingers, samples, folder):
     import electrovib as ev
 
     experiment = scenario(samples)
-    ev.study(
-        experiment, SPACE, n=2048, seed=SEED, output=Path(folder) / "first.zarr"
-    )  # imports, compiled kernels
+    ev.study(experiment, SPACE, n=2048, seed=SEED, output=Path(folder) / "first.zarr")  # imports
     begin = perf_counter()
     found = ev.study(experiment, SPACE, n=fingers, seed=SEED, output=Path(folder) / "study.zarr")
     return {
@@ -126,7 +123,6 @@ def row(name, fingers, found):
 
 
 def main(sizes=SIZES):
-    in_process("study", 2048, SAMPLES)  # fills the cache of compiled kernels
     rows, found = [], {}
     for fingers in sizes:
         found[fingers] = in_process("study", fingers, SAMPLES)
@@ -145,7 +141,7 @@ def main(sizes=SIZES):
     times = [found[size]["time"] for size in sizes]
     slopes = [(b - a) / (m - k) for a, b, k, m in zip(times, times[1:], sizes, sizes[1:], strict=False)]
     notes = [
-        surroundings(["numpy", "numba", "zarr", "dask"]),
+        surroundings(["numpy", "zarr", "dask"]),
         f"{SCENARIO}, population `{SPACE}`, {SAMPLES} samples.",
         f"Method: {found[sizes[0]]['method']}; kernel: {found[sizes[0]]['kernel']}.",
         f"Time over fingers between the sizes: {', '.join(f'{1e6 * each:.2f} us' for each in slopes)} each. ev.study is"

@@ -36,7 +36,6 @@ INTRODUCTION: Final = f"""# Populations of fingers
 
 Probability distributions of the values in which fingers differ, for studies of many fingers and analyses of sensitivity:
 `electrovib study SCENARIO --space fingers --sensitivity ...`, or `ev.read_space(SCENARIO, "fingers")`.
-With `pip install 'electrovib[compiled]'` its loops are compiled (numba): the same numbers, some tens of times sooner.
 The page is made from the declarations, and a test keeps it as they are.
 
 A population of one's own is a TOML file; `space.toml` of `electrovib fit` is one. Numbers are in SI, or texts with a unit:

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import numba
 import numpy as np
 import pytest
 
@@ -20,13 +21,6 @@ given = {"finger": finger, "friction": bristles, "motion": motion, "force.model"
 scenario = ev.load("vezzoli_2014/fig6_static").replace(given)
 found = ev.simulate(scenario, time=np.linspace(0, 0.002, 51)).lateral_force.values
 """
-STUDY = """
-import numpy as np, electrovib as ev
-bands = ev.study("vezzoli_2014/fig6", "fingers", n=70, seed=1)
-names = ["percentile", "mean", "variance"]
-sizes = [np.ravel(bands[f"electrostatic_force_{name}"].values) for name in names]
-found = np.concatenate([each / each.max() for each in sizes])
-"""
 UNEVEN = """
 import numpy as np
 from electrovib.solve.recursion import march
@@ -34,7 +28,7 @@ some = np.random.default_rng(1)
 steps, drive, poles = some.uniform(0.5, 1.5, 30_000), some.normal(size=30_001), -np.geomspace(1e-4, 1e3, 40)
 found = march(poles, np.ones((1, 40)), [0.0], drive[:-1], drive[1:], steps, np.zeros(40))[0][0, ::100]
 """
-PROGRAMS = {"bristles": STICK_SLIP, "study": STUDY, "uneven record": UNEVEN}
+PROGRAMS = {"bristles": STICK_SLIP, "uneven record": UNEVEN}
 WITHOUT = """
 import json, sys
 sys.modules["numba"] = None
@@ -51,6 +45,20 @@ def test_without_numba_functions_stay_as_they_are(monkeypatch):
     assert not is_compiled()
     assert inner(abs) is abs
     assert outer(abs) is abs
+
+
+def test_without_a_folder_compiled_code_is_not_kept(monkeypatch):
+    asked = []
+
+    def njit(function, **options):
+        asked.append(options.get("cache", False))
+        if asked[-1]:
+            raise RuntimeError("cannot cache function: no locator available")
+        return function
+
+    monkeypatch.setattr(numba, "njit", njit)
+    assert outer(abs) is abs
+    assert asked == [True, False]
 
 
 @pytest.fixture(scope="module")

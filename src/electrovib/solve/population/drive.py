@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.physics.drive.parts import SLACK, Linear, Smooth, Tones, cosine_and_sine
-from electrovib.solve.population.kernels import TimeSteps, time_steps
+from electrovib.solve.population.stepping import TimeSteps, time_steps
 from electrovib.solve.stack.harmonics import drive_mean, settled_integral
 from electrovib.solve.stack.transfer import NotInArraysError
 

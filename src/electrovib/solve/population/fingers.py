@@ -13,7 +13,8 @@ from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
 from electrovib.solve.electrics.over_frequency import over_frequency
-from electrovib.solve.one_by_one import KERNEL, ParametricScenario, over_which
+from electrovib.solve.one_by_one import KERNEL as ALONE
+from electrovib.solve.one_by_one import ParametricScenario, over_which
 from electrovib.solve.population.arrays import (
     OF_LAW,
     asked_of,
@@ -27,7 +28,7 @@ from electrovib.solve.population.arrays import (
 )
 from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
 from electrovib.solve.population.drive import SharedDrive, piecewise_drive, shared_drive
-from electrovib.solve.population.kernels import kernel_name
+from electrovib.solve.population.stepping import KERNEL
 from electrovib.solve.stack.expand import Surroundings, modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
 from electrovib.solve.stack.modes import is_there
@@ -149,14 +150,14 @@ class Population:
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
         self._lock = Lock()  # one scenario at a time is prepared for fingers that are solved one by one
-        self.method, self.kernel = TOGETHER, kernel_name()
+        self.method, self.kernel = TOGETHER, KERNEL
         self.drive: SharedDrive | None = None
         try:
             self._prepare()
             if not compared:
                 self._compare()
         except NotInArraysError as reason:
-            self.method, self.kernel = f"one by one: {reason}", KERNEL
+            self.method, self.kernel = f"one by one: {reason}", ALONE
 
     def _problems(self) -> list[str]:
         """Return which signals do not exist, and which parameters cannot differ between fingers."""

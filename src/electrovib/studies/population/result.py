@@ -20,7 +20,7 @@ from electrovib.core.versions import versions
 from electrovib.data.atomic import csv_text, plain
 from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
-from electrovib.solve.population.kernels import quantiles
+from electrovib.solve.population.percentiles import quantiles
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies import widths
 from electrovib.studies.population.declared import FORMAT, DeclaredStudy, scenario_text

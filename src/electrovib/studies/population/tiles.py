@@ -18,8 +18,8 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve import population as signals_of_fingers
 from electrovib.solve.population.fingers import TOGETHER
-from electrovib.solve.population.kernels import Histogram, kernel, kernel_name
-from electrovib.solve.population.kernels.percentiles import thread_count
+from electrovib.solve.population.percentiles import Histogram, thread_count
+from electrovib.solve.population.stepping import KERNEL
 from electrovib.studies.population.declared import BLOCK, DeclaredStudy
 from electrovib.studies.population.result import computing_versions
 
@@ -63,7 +63,9 @@ class Statistics:
             with np.errstate(invalid="ignore"):  # infinities of both signs
                 about = values.mean(axis=0)
             self.about = np.where(np.isfinite(about), about, 0.0)
-        kernel().add_moments(values, self.about, self.total, self.square)
+        apart = values - self.about
+        self.total += apart.sum(axis=0)
+        self.square += np.einsum("ij,ij->j", apart, apart)
         self.fingers += len(values)
         if np.isnan(self.total).any():
             self.unknown += np.count_nonzero(np.isnan(values), axis=0)
@@ -238,8 +240,7 @@ def _new_memory(fingers: int, samples: int) -> Rows:
 
 def _kernels(of_signals: str) -> str:
     """Name the kernels of signals and statistics, on which the last bits of the results depend."""
-    of_statistics = kernel_name()
-    return of_statistics if of_signals == of_statistics else f"{of_signals}; statistics {of_statistics}"
+    return KERNEL if of_signals == KERNEL else f"{of_signals}; statistics {KERNEL}"
 
 
 _FIRST: Final = 16

@@ -1,35 +1,14 @@
-"""Many fingers: responses, quantiles and histograms, parts on threads, and compiled code without a folder for it."""
+"""Many fingers: responses, quantiles and histograms, and parts on threads."""
 
-import sys
-
-import numba
 import numpy as np
 import pytest
 from plain_recursion import march_loop
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels import (
-    Histogram,
-    first_order_hold_many,
-    kernel,
-    kernel_name,
-    loops,
-    plain,
-    quantiles,
-    time_steps,
-)
-from electrovib.solve.population.kernels.percentiles import in_threads, ranges, thread_count
-from electrovib.solve.recursion import hold_weights
+from electrovib.solve.population.percentiles import Histogram, in_threads, quantiles, ranges, thread_count
+from electrovib.solve.population.stepping import first_order_hold_many, time_steps
 
 SAME = 1e-12
-
-
-@pytest.fixture(autouse=True, params=["compiled", "as arrays"])
-def loop(request, monkeypatch):
-    """Everything with numba and as if it were not installed."""
-    if request.param == "as arrays":
-        monkeypatch.setitem(sys.modules, "numba", None)
-    return kernel_name(), kernel()
 
 
 END = 7e-3
@@ -128,15 +107,6 @@ def test_digits_are_kept():
     nothing = np.zeros(rates.shape)
     found = first_order_hold_many(rates, nothing, np.zeros(40), nothing + 1.0, np.zeros(20), times)
     assert np.max(np.abs(found / np.exp(-rates * times) - 1)) < 4e-15
-
-
-def test_weights_of_a_step_are_those_of_the_hold():
-    z = np.geomspace(1e-12, 1e4, 500)
-    decay, first, last = hold_weights(-z)
-    found = np.array([loops.step_weights.py_func(each, 1.0, np.exp(-each)) for each in z.tolist()]).T
-    assert np.allclose(found[0], decay, rtol=2e-14, atol=0)
-    for weight, expected in zip(found[1:], (first, last, -np.expm1(-z)), strict=True):
-        assert np.allclose(weight * z, expected, rtol=4e-15, atol=0)
 
 
 def test_equal_steps_count_once():
@@ -246,22 +216,3 @@ def test_threads_share_the_parts_and_pass_on_errors():
 
     with pytest.raises(ValueError, match="7"):
         in_threads(fails, [7, 8], 2)
-
-
-def test_the_name_of_the_loops_is_what_the_last_bits_depend_on(loop):
-    assert loop in {(f"numba {numba.__version__}", loops), (f"numpy {np.__version__}", plain)}
-
-
-def test_without_a_folder_compiled_code_is_not_kept(monkeypatch):
-    monkeypatch.setitem(sys.modules, "numba", numba)
-    asked = []
-
-    def njit(function, **options):
-        asked.append(options.get("cache", False))
-        if asked[-1]:
-            raise RuntimeError("cannot cache function: no locator available")
-        return function
-
-    monkeypatch.setattr(numba, "njit", njit)
-    assert loops.outer(abs) is abs
-    assert asked == [True, False]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.kernel import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
     Rows = NDArray[np.float32]
 
+T = TypeVar("T")
 _LARGEST: Final = 0x7F800000  # bit pattern of infinity as a float32
 _COLUMNS: Final = 16  # columns of a table that are turned into rows together: a line of the cache
 _MANTISSA: Final = 8  # bits of the mantissa that a bin keeps: its width is 1/256 of the power of two below it
@@ -38,7 +38,7 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
     The quantile of probability p is interpolated between the order statistics on both sides of index p (fingers - 1),
     definition 7 of Hyndman and Fan, in float64.
     """
-    given, turn = np.asarray(values, np.float32), kernel().turn
+    given = np.asarray(values, np.float32)
     wanted = np.atleast_1d(np.asarray(probabilities, np.float64))
     place = wanted * (len(given) - 1)
     below: Indices = np.floor(place).astype(np.intp)
@@ -46,8 +46,7 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
     above, found = below + (share > 0), np.empty((wanted.size, given.shape[1]))
 
     def work(part: tuple[int, int]) -> None:
-        rows = np.empty((part[1] - part[0], len(given)), np.float32)
-        turn(given, part[0], rows)
+        rows = np.array(given[:, slice(*part)].T, order="C")
         rows.sort(axis=1)  # in vectors of the processor: numbers that are not known come last
         low, high = (rows[:, each].astype(float) for each in (below, above))
         with np.errstate(invalid="ignore"):  # infinities of both signs
@@ -84,29 +83,39 @@ class Histogram:
 
         `values` (fingers, times).
         """
-        given, count_columns = np.asarray(values, np.float32), kernel().count_columns
+        given = np.asarray(values, np.float32)
         if np.isnan(given.max(initial=0.0)):
             raise InputError(
                 "values has a value that is not a number: a histogram counts finite values and infinities."
             )
-        parts, missing = ranges(len(self.pages), _COUNTED), np.zeros(self.pages.shape, bool)
-        patterns, missed = np.ascontiguousarray(given).view(np.int32), np.zeros(len(parts), np.int64)
 
-        def work(place: int, *, again: bool = False) -> None:
-            missed[place] = count_columns(patterns, *parts[place], self.pages, self.counts, missing, again)
+        def work(part: tuple[int, int]) -> list[tuple[int, Indices, NDArray[np.int64]]]:
+            rows = _keys(np.ascontiguousarray(given[:, slice(*part)].T))
+            return [(time, *_counted(row)) for time, row in enumerate(rows, start=part[0])]
 
-        in_threads(work, range(len(parts)), threads)
-        if missed.any():  # once more, for the octaves without memory alone
-            self.allocate(missing)
-            in_threads(lambda place: work(place, again=True), range(len(parts)), threads)
+        for some in in_threads(work, ranges(len(self.pages), _COUNTED), threads):
+            times = np.concatenate([np.full(len(octaves), time) for time, octaves, _ in some])
+            self._put(times, *(np.concatenate([each[place] for each in some]) for place in (1, 2)))
         self.count += len(given)
 
     def merge(self, other: Histogram) -> None:
         """Add the counts of another histogram."""
-        filled = other.pages >= 0
-        self.allocate(filled)
-        self.counts[self.pages[filled]] += other.counts[other.pages[filled]]
+        times, octaves = np.nonzero(other.pages >= 0)
+        self._put(times, octaves, other.counts[other.pages[times, octaves]])
         self.count += other.count
+
+    def _put(self, times: Indices, octaves: Indices, counts: NDArray[np.int64]) -> None:
+        """Add counts (n, 256) of octaves of times, each once, with memory for those that have none."""
+        new = self.pages[times, octaves] < 0
+        more = int(np.count_nonzero(new))
+        if self.used + more > len(self.counts):
+            size = max(self.used + more, min(2 * self.used, self.used + _NEW))
+            larger = np.zeros((size, _BINS), np.int64)
+            larger[: self.used] = self.counts[: self.used]
+            self.counts = larger
+        self.pages[times[new], octaves[new]] = np.arange(self.used, self.used + more, dtype=np.int32)
+        self.used += more
+        self.counts[self.pages[times, octaves]] += counts
 
     def quantiles(self, probabilities: ArrayLike) -> Real:
         """Return quantiles at each time.
@@ -124,20 +133,23 @@ class Histogram:
             result[:, time] = _middles((octave << _MANTISSA) + within)
         return result
 
-    def allocate(self, wanted: NDArray[np.bool_]) -> None:
-        """Give memory to octaves that have none.
 
-        `wanted` (times, 512).
-        """
-        new = wanted & (self.pages < 0)
-        more = int(np.count_nonzero(new))
-        if self.used + more > len(self.counts):
-            size = max(self.used + more, min(2 * self.used, self.used + _NEW))
-            larger = np.zeros((size, _BINS), np.int64)
-            larger[: self.used] = self.counts[: self.used]
-            self.counts = larger
-        self.pages[new] = np.arange(self.used, self.used + more, dtype=np.int32)
-        self.used += more
+def _keys(rows: Rows) -> NDArray[np.int32]:
+    """Return the bins of numbers, in the order of the numbers; -0 counts as 0."""
+    bits = (rows + np.float32(0.0)).view(np.int32)
+    sign = bits >> np.int32(31)
+    return ((bits ^ (sign & np.int32(0x7FFFFFFF))) >> np.int32(_DROPPED)) + np.int32(_OCTAVES * _BINS // 2)
+
+
+def _counted(keys: NDArray[np.int32]) -> tuple[Indices, NDArray[np.int64]]:
+    """Return the octaves that have numbers, and the counts (octaves, 256) of their bins."""
+    if not keys.size:
+        return np.zeros(0, np.intp), np.zeros((0, _BINS), np.int64)
+    first, last = (int(end) >> _MANTISSA for end in (keys.min(), keys.max()))
+    found = np.bincount(keys - np.int32(first << _MANTISSA), minlength=(last + 1 - first) << _MANTISSA)
+    table = found.reshape(-1, _BINS)
+    filled = np.flatnonzero(table.any(axis=1))
+    return first + filled, table[filled]
 
 
 def _middles(keys: NDArray[np.int64]) -> Real:
@@ -158,15 +170,13 @@ def thread_count(threads: int | None) -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def in_threads(work: Callable[[Any], object], parts: Sequence[Any], threads: int | None) -> None:
-    """Do some work for each part, on several threads."""
+def in_threads(work: Callable[[Any], T], parts: Sequence[Any], threads: int | None) -> list[T]:
+    """Return what some work gives for each part, done on several threads."""
     count = min(thread_count(threads), len(parts))
     if count <= 1:
-        for part in parts:
-            work(part)
-        return
+        return [work(part) for part in parts]
     with ThreadPoolExecutor(count) as pool:
-        list(pool.map(work, parts))
+        return list(pool.map(work, parts))
 
 
 def ranges(count: int, size: int) -> list[tuple[int, int]]:
