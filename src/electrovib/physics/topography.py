@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import Field, model_validator
 
 from electrovib.core.arrays import Complex, Indices, Numbers, Real
 from electrovib.core.errors import InputError
-from electrovib.core.units import read_numbers
+from electrovib.core.files import UNREAD, FileColumn
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
+from electrovib.core.samples import Samples
 
 FINEST: Final = 2048
 """Most points along a side."""
@@ -19,27 +23,43 @@ POINTS_PER_WAVE: Final = 8
 """Least points of the shortest wave: the grid of every second point still resolves it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class SelfAffine:
+class Topography(Model, family=True):
+    """Heights of a rough surface over one period [m], towards the other face, and what is known of their waves."""
+
+    if TYPE_CHECKING:  # a parameter or a property of every member
+
+        @property
+        def shortest(self) -> float:
+            """Shortest wavelength [m]."""
+
+    @property
+    @abstractmethod
+    def periods(self) -> tuple[float, float]:
+        """Lengths [m] along both axes after which the heights repeat."""
+
+    @abstractmethod
+    def shape(self, points: int | None = None) -> tuple[int, int]:
+        """Return the points along both axes, for points along a side that are asked for or, with None, as few as suffice."""
+
+    @abstractmethod
+    def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
+        """Return the heights [m] on a grid of a shape and of lengths [m], of one draw of what is random."""
+
+    @abstractmethod
+    def without_shortest_octave(self) -> Topography:
+        """Return the same surface without waves shorter than twice the shortest."""
+
+    @abstractmethod
+    def rms_slope(self, periods: tuple[float, float]) -> float:
+        """Return the root mean square of the gradient [1] on a grid of lengths [m]."""
+
+
+class SelfAffine(Topography):
     """Isotropic roughness whose power per wave vector is constant up to a wave number and falls with q^(-2 - 2 H) above it.
-
-    Parameters
-    ----------
-    rms : float
-        Root mean square height [m], above 0, which every draw has.
-    hurst : float
-        Exponent H, from 0 to 1.
-    longest, roll_off, shortest : float
-        Wavelengths [m], in this order: the longest one, that from which on the power falls, and the shortest one.
-
-    Raises
-    ------
-    InputError
-        If a number is outside its range, or the wavelengths are in another order.
 
     Notes
     -----
-    Phases are random and amplitudes are not; many waves make Gaussian heights.
+    Phases are random and amplitudes are not: every draw has the rms height, and many waves make Gaussian heights.
 
     Examples
     --------
@@ -48,24 +68,28 @@ class SelfAffine:
     '2e-06'
     """
 
-    rms: float
-    hurst: float
-    longest: float
-    roll_off: float
-    shortest: float
+    example: ClassVar[Mapping[str, Any]] = {
+        "rms": 2e-6,
+        "hurst": 0.8,
+        "longest": 1e-3,
+        "roll_off": 2.5e-4,
+        "shortest": 1.25e-4,
+    }
 
-    def __post_init__(self) -> None:
-        """Refuse what is no spectrum."""
-        read_numbers(self, rms="m", hurst="1", longest="m", roll_off="m", shortest="m")
-        if not 1e-15 <= self.rms <= 1:
-            raise InputError(f"rms = {self.rms}: an rms height is from 1e-15 to 1 m, for instance 5e-6 m")
-        if not 0 <= self.hurst <= 1:
-            raise InputError(f"hurst = {self.hurst}: a Hurst exponent is from 0 to 1, for instance 0.8")
-        if not 0 < self.shortest <= self.roll_off <= self.longest < math.inf:
-            raise InputError(
+    rms: Annotated[Number, Quantity("m", 1e-15, 1, "root mean square height")]
+    hurst: Annotated[Number, Quantity("1", 0, 1, "exponent H")]
+    longest: Annotated[Number, Quantity("m", 1e-12, 1e3, "longest wavelength")]
+    roll_off: Annotated[Number, Quantity("m", 1e-12, 1e3, "wavelength below which the power falls")]
+    shortest: Annotated[Number, Quantity("m", 1e-12, 1e3, "shortest wavelength")]
+
+    @model_validator(mode="after")
+    def _wavelengths_fall(self) -> Self:
+        if not self.shortest <= self.roll_off <= self.longest:
+            raise ValueError(
                 f"longest = {self.longest}, roll_off = {self.roll_off}, shortest = {self.shortest}: wavelengths fall in this"
                 " order, for instance 1e-3, 2.5e-4 and 1e-5 m"
             )
+        return self
 
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
         """Return heights with mean 0 on a grid.
@@ -179,12 +203,8 @@ class SelfAffine:
             )
         waves = self._waves((self.longest, self.longest))
         kept = waves.amplitudes[waves.numbers <= 2 * math.pi / shortest * (1 + 1e-12)]
-        return replace(
-            self,
-            shortest=shortest,
-            roll_off=max(self.roll_off, shortest),
-            rms=math.sqrt(2 * float(np.sum(kept**2))),
-        )
+        rms = math.sqrt(2 * float(np.sum(kept**2)))
+        return self.replace({"shortest": shortest, "roll_off": max(self.roll_off, shortest), "rms": rms})
 
     def rms_slope(self, periods: tuple[float, float]) -> float:
         """Return the root mean square of the gradient, by Parseval's theorem.
@@ -224,25 +244,13 @@ class SelfAffine:
         return _Waves(rows[kept], columns[kept], numbers[kept], amplitudes)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MeasuredHeights:
+class MeasuredHeights(Topography):
     """Heights of a measured surface on an even grid, mirrored at its edges so that they repeat without steps.
-
-    Parameters
-    ----------
-    values : array_like, shape (rows, columns)
-        Heights [m], towards the other face, 4 to 1024 along both axes and none missing. Their tilt is subtracted, and the last
-        row or column of an odd number is omitted.
-    spacing : float
-        Distance of neighbouring points along both axes [m], above 0.
-
-    Raises
-    ------
-    InputError
-        If a height is missing, the map is too small or too large, or the spacing is outside its range.
 
     Notes
     -----
+    Heights towards the other face, row after row, 4 to 1024 along both axes and none missing; `values` is a map of two axes in
+    place of `samples` and `columns`. Their tilt is subtracted, and the last row or column of an odd number is omitted.
     The grid has twice the points of the map along both axes. What is longer than twice the map was not measured, and what the
     instrument adds counts as roughness: its noise makes spots that are too small. Two rough faces have the sum of their
     heights. The library SurfaceTopography reads the files of many instruments: its
@@ -256,28 +264,65 @@ class MeasuredHeights:
     ((64, 64), '0.07')
     """
 
-    values: ArrayLike
-    spacing: float
+    example: ClassVar[Mapping[str, Any]] = {
+        "samples": [1e-6, 0.0, 0.0, 0.0] * 4,
+        "columns": 4,
+        "spacing": 1e-5,
+    }
 
-    def __post_init__(self) -> None:
-        """Refuse what is no map, and subtract its tilt."""
-        read_numbers(self, spacing="m")
-        values = np.asarray(self.values, dtype=float)
-        if not (values.ndim == 2 and min(values.shape) >= 4 and max(values.shape) <= FINEST // 2):
-            raise InputError(
-                f"values of shape {values.shape}: two axes with 4 to {FINEST // 2} points are expected; give a part of a larger"
-                " map, or every second point"
+    file: Annotated[str, Field(description="csv, npy or nc file with the heights, row after row")] = ""
+    column: Annotated[str | int, Field(description="name or number of the column of heights")] = "z"
+    unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
+    samples: Annotated[Samples, Field(description="heights [m], row after row, in place of a file")] = (
+        Samples([])
+    )
+    columns: Annotated[int, Field(ge=4, le=FINEST // 2, description="heights in a row")]
+    spacing: Annotated[Number, Quantity("m", 1e-12, 1, "distance of neighbouring points along both axes")]
+
+    @classmethod
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Return the column of heights, unless the table holds them."""
+        column, unit = table.get("column", "z"), table.get("unit", "m")
+        wrong = not is_unit_of("m", unit) or not isinstance(column, str | int)
+        if not table.get("file") or "samples" in table or wrong:
+            return {}
+        return {"samples": FileColumn(column, unit)}
+
+    @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Take a map of two axes for its rows."""
+        if "values" not in content:
+            return content
+        values = np.asarray(content["values"], dtype=float)
+        if values.ndim != 2:
+            raise ValueError(f"values of shape {values.shape}: two axes are expected")
+        rows = {"samples": values.ravel(), "columns": values.shape[1]}
+        return {name: value for name, value in content.items() if name != "values"} | rows
+
+    @model_validator(mode="after")
+    def _is_a_map(self) -> Self:
+        heights = self.samples.values
+        rows, left = divmod(heights.size, self.columns)
+        if not heights.size:
+            raise ValueError(f"holds no heights: {UNREAD if self.file else 'give a file, samples or values'}")
+        if left or not 4 <= rows <= FINEST // 2:
+            raise ValueError(
+                f"{heights.size} heights in rows of {self.columns}: 4 to {FINEST // 2} whole rows are expected; give a part of a"
+                " larger map, or every second point"
             )
-        if missing := int(np.sum(~np.isfinite(values))):
-            raise InputError(
-                f"values: {missing} of {values.size} heights are missing; fill them in from their neighbours"
+        if missing := int(np.sum(~np.isfinite(heights))):
+            raise ValueError(
+                f"{missing} of {heights.size} heights are missing; fill them in from their neighbours"
             )
-        if not 1e-12 <= self.spacing <= 1:
-            raise InputError(f"spacing = {self.spacing}: from 1e-12 to 1 m is expected, for instance 1e-6 m")
+        return self
+
+    def level(self) -> Real:
+        """Return the heights without their tilt, of shape (rows, columns), both even [m]."""
+        values = self.samples.values.reshape(-1, self.columns)
         values = values[: values.shape[0] // 2 * 2, : values.shape[1] // 2 * 2]
         linear = np.column_stack([np.ones(values.size), *(each.ravel() for each in np.indices(values.shape))])
         fitted, *_ = np.linalg.lstsq(linear, values.ravel())
-        object.__setattr__(self, "values", values - (linear @ fitted).reshape(values.shape))
+        return np.asarray(values - (linear @ fitted).reshape(values.shape))
 
     @property
     def shortest(self) -> float:
@@ -310,8 +355,7 @@ class MeasuredHeights:
         """
         if points is not None:
             raise InputError(f"points = {points}: a measured surface has its own points; omit them")
-        rows, columns = np.shape(self.values)
-        return 2 * rows, 2 * columns
+        return 4 * (len(self.samples) // self.columns // 2), 4 * (self.columns // 2)
 
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
         """Return the heights of the map and its mirror images.
@@ -329,16 +373,16 @@ class MeasuredHeights:
             Heights [m].
         """
         del shape, periods, seed
-        rows, columns = np.shape(self.values)
-        return np.pad(np.asarray(self.values), ((0, rows), (0, columns)), mode="symmetric")
+        level = self.level()
+        return np.pad(level, [(0, length) for length in level.shape], mode="symmetric")
 
     def without_shortest_octave(self) -> MeasuredHeights:
         """Return the same surface without waves shorter than twice the shortest."""
         spectrum, wavenumber = self._spectrum()
         spectrum[wavenumber > math.pi / self.shortest * (1 + 1e-12)] = 0.0
-        rows, columns = np.shape(self.values)
-        values = np.fft.irfft2(spectrum, s=self.shape(), norm="forward")[:rows, :columns]
-        return replace(self, values=values)
+        rows, columns = self.shape()
+        values = np.fft.irfft2(spectrum, s=(rows, columns), norm="forward")[: rows // 2, : columns // 2]
+        return MeasuredHeights(samples=Samples(values.ravel()), columns=values.shape[1], spacing=self.spacing)
 
     def rms_slope(self, periods: tuple[float, float]) -> float:
         """Return the root mean square of the gradient, by Parseval's theorem [1]."""

@@ -264,7 +264,7 @@ def fit_contact(
         )
         rms, modulus = _intervals(estimate, body, roughness.longest)
         found.append(
-            FittedDraw(each, replace(roughness, rms=rms.value), replace(body, modulus=modulus.value))
+            FittedDraw(each, roughness.replace({"rms": rms.value}), body.replace({"modulus": modulus.value}))
         )
         estimates.append((estimate, rms, modulus))
         fitted.append(values)
