@@ -29,6 +29,10 @@ class Topography(Model, family=True):
     if TYPE_CHECKING:  # a parameter or a property of every member
 
         @property
+        def rms(self) -> float:
+            """Root mean square height [m]."""
+
+        @property
         def shortest(self) -> float:
             """Shortest wavelength [m]."""
 
@@ -323,6 +327,11 @@ class MeasuredHeights(Topography):
         linear = np.column_stack([np.ones(values.size), *(each.ravel() for each in np.indices(values.shape))])
         fitted, *_ = np.linalg.lstsq(linear, values.ravel())
         return np.asarray(values - (linear @ fitted).reshape(values.shape))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square height [m]."""
+        return float(self.level().std())
 
     @property
     def shortest(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -22,16 +22,10 @@ from electrovib.physics.roughness import ContactSpots, PullingSpots, local_pull
 from electrovib.physics.safety import FILM
 from electrovib.physics.topography import MeasuredHeights, SelfAffine
 from electrovib.scenario import Source, read_scenario
-from electrovib.solve.equilibrium.of_scenario import (
-    BlockingStack,
-    closed_diagnostics,
-    largest_voltage,
-    uniform_stack,
-)
-from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages, refuse_beyond_budget
+from electrovib.solve.blocking import BlockingStack, uniform_stack
+from electrovib.solve.equilibrium.of_scenario import closed_diagnostics, largest_voltage
+from electrovib.solve.rough_contact import Loaded, Rest, doubts, follow_voltages, refuse_beyond_budget
 
-STEEP: Final = 0.3
-"""Rms slope above which a doubt is told."""
 COLUMNS: Final = {
     "voltage": ("V", "voltage"),
     "contact_share": ("1", "in contact"),
@@ -232,23 +226,12 @@ class RoughContact(Answer):
         return Table(f"Field in '{film.name}'", ("voltage", *shares, "largest", strength), tuple(rows))
 
     def _doubts(self) -> list[str]:
-        """Say where the contact passed states that are not stable, and where the grid is too coarse for the attraction."""
-        said = [
-            f"between {_shown(before, 'V')} and {_shown(after, 'V')} the contact passes states that are not stable: it may fall"
-            " into another one and keep it while the voltage falls again; take smaller steps there, up and down"
-            for before, after, fell in zip((0.0, *self.voltage), self.voltage, self.fell, strict=False)
-            if fell
-        ]
-        slope = self.roughness.rms_slope(self.roughness.periods)
-        if slope > STEEP:
-            said.append(f"the roughness has an rms slope of {slope:.2g}, but slopes are taken as small")
-        steepest = max(rest.steepness for rest in self.rests)
-        if steepest > 1:
-            said.append(
-                f"the grid does not resolve the attraction at the edges of the contact, which is {steepest:.2g} times as steep as"
-                " its shortest wave is stiff: contact share and attraction may change on a finer grid; give more points"
-            )
-        return said
+        """Say where slopes are not small, and where the grid is too coarse for the attraction."""
+        slope, steepness = (
+            self.roughness.rms_slope(self.roughness.periods),
+            max(rest.steepness for rest in self.rests),
+        )
+        return doubts(rms_slope=slope, steepness=steepness)
 
     def _converged(self) -> str:
         at, parts = self.at_largest_voltage, []
@@ -402,8 +385,19 @@ def rough_contact(
         roughness=roughness,
         films=_films(diagnostics, stack, largest),
         field_share=share,
-        diagnostics=diagnostics,
+        diagnostics=(*_pull_ins(voltages, rests), *diagnostics),
     )
+
+
+def _pull_ins(voltages: Real, rests: Sequence[Rest]) -> Iterator[Diagnostic]:
+    """Yield a warning for each two voltages between which the contact passes states that are not stable."""
+    for before, after, rest in zip((0.0, *voltages), voltages, rests, strict=False):
+        if rest.fell:
+            text = (
+                f"between {_shown(before, 'V')} and {_shown(after, 'V')} the contact passes states that are not stable: it may"
+                " fall into another one and keep it while the voltage falls again; take smaller steps there, up and down"
+            )
+            yield Diagnostic("pull-in", "warning", text, after, before, "V")
 
 
 def _films(diagnostics: Sequence[Diagnostic], stack: BlockingStack, voltage: float) -> tuple[Film, ...]:

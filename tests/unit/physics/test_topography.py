@@ -61,6 +61,7 @@ def test_a_finer_grid_shows_the_same_surface_and_a_finer_spectrum_adds_to_it():
     ("other", "said"),
     [
         ({"rms": 0.0}, r"rms\n.*between 1 fm and 1 m"),
+        ({"rms": None}, r"rms\n.*expected a length"),
         ({"hurst": 1.2}, r"hurst\n.*between 0 and 1"),
         ({"roll_off": 1e-6}, "wavelengths fall in this order"),
         ({"longest": np.inf}, r"longest\n.*a finite number"),

@@ -10,7 +10,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import contact
 from electrovib.recordings.interval import Interval
-from electrovib.solve.equilibrium.of_scenario import blocking_stack
+from electrovib.solve.blocking import blocking_stack
 
 SINE = "bau_2010/sine"
 ROUGH = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)

@@ -12,6 +12,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import BristleFriction
+from electrovib.solve.electrics.attraction import real_area
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
 from electrovib.solve.mechanics.between import Between
 from electrovib.solve.mechanics.filters import Filter, cascade
@@ -230,7 +231,7 @@ class FrictionChain:
         contact = self.scenario.contact
         if contact.surface is None and not self.scenario.friction.without_memory().needs_real_area:
             return np.full(len(force), np.nan)
-        return np.asarray(contact.real_area(force))
+        return real_area(self.scenario, force)
 
     def comes_and_goes(self) -> bool:
         """Return whether the friction has to be stepped along the motion, because it is no linear filter of the steady one."""
