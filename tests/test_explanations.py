@@ -3,6 +3,8 @@
 import base64
 import importlib
 import re
+import textwrap
+import tomllib
 from io import BytesIO
 from pathlib import Path
 
@@ -135,6 +137,14 @@ def test_the_gap_of_a_rough_contact_depends_on_what_is_asked(computed):
         number = re.findall(pattern, " ".join(text.split()))[0]
         half = 0.5 * 10.0 ** -len(number.partition(".")[2])
         assert float(number) == pytest.approx(value, abs=1.001 * half), pattern
+
+
+def test_the_scenario_of_the_rough_contact_runs_it(computed):
+    found, text = computed.gaps().found, page("which_gap")
+    tables = tomllib.loads(textwrap.dedent(re.search(r"    force = \{.*?\n\n(?!    )", text, re.DOTALL)[0]))
+    held = {"drive": {"model": "Step", "level": 40.0}, "contact.surface": tables["contact"]["surface"]}
+    run = ev.run("bau_2010/sine", set={"force": tables["force"]} | held)
+    assert float(run.electrostatic_force[-1]) == pytest.approx(found.force[-1], rel=5e-3)
 
 
 def test_the_errors_of_the_laws_of_rough_contact_are_those_of_the_benchmark():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -45,6 +45,18 @@ def blocking_stack(scenario: Scenario) -> BlockingStack:
         electrical_thickness=filling * sum(parts.values()),
         blocking=tuple(parts),
     )
+
+
+def blocking_thickness(scenario: Scenario) -> Any:
+    """Return the electrical thickness of the layers that block, times the permittivity of a gap, or a column of it [m].
+
+    None where no layer blocks.
+    """
+    gap, layers = scenario.stack.gap_name, scenario.stack.layers
+    blocking = [layer for name, layer in layers.items() if name != gap and _blocks(layer)]
+    filling = _permittivity(layers[gap], scenario) if gap else 1.0
+    parts = [layer.thickness / _permittivity(layer, scenario) for layer in blocking]
+    return filling * sum(parts) if parts else None
 
 
 def uniform_stack(scenario: Scenario) -> BlockingStack:
@@ -94,8 +106,8 @@ def _blocks(layer: Layer) -> bool:
     )  # or a column of many fingers
 
 
-def _permittivity(layer: Layer, scenario: Scenario) -> float:
-    return float(np.real(layer.material.bound_permittivity(scenario.frequency.low)))
+def _permittivity(layer: Layer, scenario: Scenario) -> Any:
+    return np.real(layer.material.bound_permittivity(np.asarray(scenario.frequency.low)))[()]
 
 
 def blocking_parts(scenario: Scenario, area: float) -> dict[str, float]:

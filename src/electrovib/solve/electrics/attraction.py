@@ -80,15 +80,6 @@ def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: Any) ->
     return np.asarray(total / count)
 
 
-def real_area(scenario: Scenario, force: Real) -> Real:
-    """Compute the real contact area under load and attraction together: that of a contact solved, or by the law of a surface."""
-    contact = scenario.contact
-    if (known := solved_contact(scenario)) is None:
-        return np.asarray(contact.real_area(force))
-    share = known.contact_share(np.asarray(contact.mean_pressure(force)))
-    return np.asarray(contact.outline(force) * share)
-
-
 def pressed(contact: Contact, load: Real, pull: Real) -> Real:
     """Compute the total contact force W = load + pull area(W), load and attraction on the area under that force.
 

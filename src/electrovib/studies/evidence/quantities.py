@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.friction.base import SteadyFriction
 from electrovib.scenario import Scenario
-from electrovib.solve.electrics.attraction import real_area
+from electrovib.solve.electrics.real_contact import real_area
 
 F = TypeVar("F", bound=Callable[[Scenario], Any])
 
@@ -66,7 +66,7 @@ def friction_alone(scenario: Scenario, *, times: float = 1.0) -> float:
     load = np.asarray(times * scenario.load.normal_force)
     law = steady(scenario)
     pressed = scenario if times == 1 else scenario.replace({"load.normal_force": float(load)})
-    real = real_area(pressed, load) if law.needs_real_area else np.asarray(0.0)
+    real = real_area(pressed, load, np.asarray(0.0)) if law.needs_real_area else np.asarray(0.0)
     return float(law.lateral_force(load, np.asarray(0.0), real))
 
 
