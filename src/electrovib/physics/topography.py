@@ -43,11 +43,47 @@ class Topography(Model, family=True):
 
     @abstractmethod
     def shape(self, points: int | None = None) -> tuple[int, int]:
-        """Return the points along both axes, for points along a side that are asked for or, with None, as few as suffice."""
+        """Return the points along both axes of a grid of one period.
+
+        Parameters
+        ----------
+        points : int, optional
+            Points along a side, where the surface does not have its own; as few as suffice if absent.
+
+        Returns
+        -------
+        shape : tuple of 2 int
+            Points along both axes.
+
+        Raises
+        ------
+        InputError
+            If so many points cannot be had.
+        """
 
     @abstractmethod
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
-        """Return the heights [m] on a grid of a shape and of lengths [m], of one draw of what is random."""
+        """Return heights with mean 0 on a grid.
+
+        Parameters
+        ----------
+        shape : tuple of 2 int
+            Points along both axes.
+        periods : tuple of 2 float
+            Lengths of the grid [m], after which the heights repeat.
+        seed : int
+            Of what is random, 0 or above.
+
+        Returns
+        -------
+        heights : ndarray, of the shape
+            Heights [m].
+
+        Raises
+        ------
+        InputError
+            If the grid does not hold the waves of the surface.
+        """
 
     @abstractmethod
     def without_shortest_octave(self) -> Topography:
@@ -96,26 +132,9 @@ class SelfAffine(Topography):
         return self
 
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
-        """Return heights with mean 0 on a grid.
+        """Return heights with mean 0 on a grid of at least two points for the shortest wave and one more [m].
 
-        Parameters
-        ----------
-        shape : tuple of 2 int
-            Points along both axes, at least two for the shortest wave and one more.
-        periods : tuple of 2 float
-            Lengths of the grid [m], after which the heights repeat.
-        seed : int
-            Of the phases. A finer grid shows the same surface, and a smaller `shortest` adds waves to those of a larger one.
-
-        Returns
-        -------
-        heights : ndarray, of the shape
-            Heights [m].
-
-        Raises
-        ------
-        InputError
-            If the grid is too coarse for the shortest wave, or no wave fits into the periods.
+        A finer grid shows the same surface of a seed, and a smaller `shortest` adds waves to those of a larger one.
         """
         if seed < 0:
             raise InputError(f"seed = {seed}: a whole number from 0 is expected")
@@ -139,18 +158,7 @@ class SelfAffine(Topography):
         return self.longest, self.longest
 
     def shape(self, points: int | None = None) -> tuple[int, int]:
-        """Return the points along both axes of that grid.
-
-        Parameters
-        ----------
-        points : int, optional
-            As for `points`.
-
-        Returns
-        -------
-        shape : tuple of 2 int
-            The number that `points` returns, for each.
-        """
+        """Return the number that `points` returns, for both axes."""
         count = self.points(points)
         return count, count
 
@@ -345,42 +353,13 @@ class MeasuredHeights(Topography):
         return rows * self.spacing, columns * self.spacing
 
     def shape(self, points: int | None = None) -> tuple[int, int]:
-        """Return the points along both axes of the mirrored map.
-
-        Parameters
-        ----------
-        points : None
-            A measured surface has its own.
-
-        Returns
-        -------
-        shape : tuple of 2 int
-            Twice the points of the map.
-
-        Raises
-        ------
-        InputError
-            If a number of points is asked for.
-        """
+        """Return twice the points of the map along both axes, which are its own."""
         if points is not None:
             raise InputError(f"points = {points}: a measured surface has its own points; omit them")
         return 4 * (len(self.samples) // self.columns // 2), 4 * (self.columns // 2)
 
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
-        """Return the heights of the map and its mirror images.
-
-        Parameters
-        ----------
-        shape, periods
-            Those of this surface.
-        seed : int
-            Without effect.
-
-        Returns
-        -------
-        heights : ndarray, of the shape
-            Heights [m].
-        """
+        """Return the heights of the map and its mirror images [m], whatever the seed."""
         del shape, periods, seed
         level = self.level()
         return np.pad(level, [(0, length) for length in level.shape], mode="symmetric")

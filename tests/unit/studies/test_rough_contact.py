@@ -265,7 +265,7 @@ def test_texts_with_units_are_read():
         ({"points": 65}, "points = 65: an even number from 8 .* here 64, to 2048"),
         ({"points": 62}, "points = 62"),
         ({"points": 4096}, "points = 4096"),
-        ({"seed": -1}, "seed = -1: a whole number from 0"),
+        ({"seed": -1}, "seed = -1: Input should be greater than or equal to 0"),
         ({"body": 1e7}, "body = 10000000.0"),
         ({"roughness": {"shortest": 1e-9}}, "roughness.shortest = 1e-09: .* from 3.90625e-06 m"),
         ({"roughness": {"roll_off": 1e-3, "shortest": 6e-4}}, "at most half the longest"),

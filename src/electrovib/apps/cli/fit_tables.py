@@ -1,7 +1,7 @@
 """``electrovib fit-material``, ``fit-power-law`` and ``fit-contact``: fits of tables."""
 
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -10,10 +10,12 @@ from electrovib.apps.cli.fit import share_of
 from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
 from electrovib.apps.cli.terminal import answered, say, show_answer
 from electrovib.core.errors import InputError
-from electrovib.core.model import Model, read_model
 from electrovib.core.units import number_in
 
-M = TypeVar("M", bound=Model)
+if TYPE_CHECKING:
+    from electrovib.core.model import Model
+
+M = TypeVar("M", bound="Model")
 
 
 def fit_material(
@@ -261,6 +263,7 @@ def _omitted(rows: int) -> list[str]:
 def _read(kind: type[M], option: str, text: str | None, begin: dict[str, float]) -> M:
     """Read the table of a model, of which the search begins with some values unless it states them."""
     from electrovib.apps.changes import read_changes
+    from electrovib.core.model import read_model
 
     table = read_changes([f"table={text}"])["table"] if text else {}
     if not isinstance(table, dict):

@@ -106,7 +106,8 @@ class TabulatedAttraction(ForceLaw):
         """Return the attraction per area [Pa] from the voltage [V]."""
         if self.is_solved:
             raise InputError(
-                "force: there is no table, and a run solves contact.surface for one; give a table here"
+                "force: TabulatedAttraction has no table here, where contact.surface is not solved as for a run; give one, which"
+                " electrovib.save writes of electrovib.rough_contact"
             )
         given = np.asarray(V, dtype=float)
         voltage, attraction = self.voltage_samples.values, self.attraction_samples.values

@@ -29,10 +29,10 @@ from electrovib.recordings.fit.contact_prediction import ContactPrediction, Fitt
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
 from electrovib.recordings.interval import Interval, student
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.solve.blocking import BlockingStack, uniform_stack
 from electrovib.solve.diagnostics.judge import declared_diagnostics
 from electrovib.solve.equilibrium.of_scenario import closed_diagnostics
 from electrovib.solve.rough_contact import Loaded, refuse_beyond_budget
+from electrovib.solve.stack.blocking import BlockingStack, uniform_stack
 
 REDUCED_LOADS: Final = np.geomspace(1e-4, 1e2, 31)
 """Pressures over E* rms/longest: from a few summits that touch to a contact that is nearly closed."""

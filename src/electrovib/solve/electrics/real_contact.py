@@ -14,8 +14,8 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.roughness import PullingSpots, mean_pull
-from electrovib.solve.blocking import blocking_thickness
 from electrovib.solve.rough_contact.solved import solved_contact
+from electrovib.solve.stack.blocking import blocking_thickness
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

@@ -20,10 +20,10 @@ from electrovib.physics.limits import held_voltages, limit_diagnostics
 from electrovib.physics.roughness import ContactSpots, GaussianGaps, local_pull
 from electrovib.physics.safety import breakdown_share
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.solve.blocking import BlockingStack, blocking_parts, blocking_stack
 from electrovib.solve.diagnostics.judge import declared_diagnostics, layer_diagnostics
 from electrovib.solve.electrics.attraction import LARGEST, crossed, without_bound
 from electrovib.solve.equilibrium.states import BEYOND, Equilibrium, attraction_at, balance
+from electrovib.solve.stack.blocking import BlockingStack, blocking_parts, blocking_stack
 
 if TYPE_CHECKING:
     from collections.abc import Callable

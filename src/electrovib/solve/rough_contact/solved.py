@@ -18,10 +18,10 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.contact import RoughContact
 from electrovib.physics.force import TabulatedAttraction
-from electrovib.solve.blocking import uniform_stack
 from electrovib.solve.meter import Meter
 from electrovib.solve.rough_contact.potential import MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded, Rest, doubts, refuse_beyond_budget
+from electrovib.solve.stack.blocking import uniform_stack
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -47,7 +47,7 @@ _LADDERS: Final = list["SolvedContact"]()
 _LOCK: Final = Lock()
 
 
-class Row(NamedTuple):
+class SolvedRest(NamedTuple):
     """Voltage [V], mean attraction [Pa], share in contact [1], and steepness of a rest."""
 
     voltage: float
@@ -76,7 +76,7 @@ class SolvedContact:
         self._share = float(abs(surface.spots.field_share(np.asarray(0.0))))
         self._lock = Lock()
         self._law: TabulatedAttraction | None = None
-        self.rows = list[Row]()
+        self.rows = list[SolvedRest]()
         self.fall: float | None = None
         self._keep(0.0, self._loaded.rest())
 
@@ -109,7 +109,7 @@ class SolvedContact:
         return np.asarray(np.interp(pressure, self.pressure + attraction, share))
 
     def diagnostics(self, attraction: float) -> tuple[Diagnostic, ...]:
-        """Return how a contact was solved that reached an attraction [Pa], and a warning where it fell on the way."""
+        """Return how a contact was solved that reached an attraction [Pa], and a warning where it fell before."""
         voltages, attractions, _, steepness = np.array(self.rows).T
         reached = float(np.interp(attraction, attractions, voltages))
         pressure, roughness = format_quantity(self.pressure, "Pa", digits=3), self.surface.roughness
@@ -131,7 +131,7 @@ class SolvedContact:
         return tuple(found)
 
     def _climb(self) -> None:
-        """Solve the next voltage of the ladder, in smaller steps where the contact would fall for the first time on the way."""
+        """Solve the next voltage of the ladder, in smaller steps where the contact would fall for the first time."""
         begin, first = self.rows[-1].voltage, self._first
         end = first * STEP ** (math.floor(math.log(begin / first, STEP) + ROUNDING) + 1) if begin else first
         try:
@@ -158,7 +158,7 @@ class SolvedContact:
 
     def _keep(self, voltage: float, rest: Rest) -> None:
         self._gap, seen = rest.gap, rest.with_field_share(self._share)
-        self.rows.append(Row(voltage, seen.mean_attraction, seen.contact_share, rest.steepness))
+        self.rows.append(SolvedRest(voltage, seen.mean_attraction, seen.contact_share, rest.steepness))
         self._law = None
 
     def _pull(self, voltage: float) -> MaxwellStress:

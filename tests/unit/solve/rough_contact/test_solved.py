@@ -34,16 +34,18 @@ def contact(body=BODY, **surface):
     return SolvedContact(given, pressure=5e3, electrical_thickness=2.5e-7)
 
 
-def answer(known, voltage, **more):
-    surface = known.contact.surface
-    return ev.rough_contact(known, roughness=surface.roughness, body=surface.body, voltage=voltage, **more)
+def answer(known, voltage):
+    return ev.rough_contact(known, voltage=voltage)
 
 
 @pytest.mark.parametrize("spots", ["PullingSpots", "IdleSpots"])
 def test_a_run_has_the_attraction_and_the_real_contact_of_the_answer(spots):
     known = scenario(spots={"model": spots}, seed=3)
     volts = [10.0, 20.0, 30.0]
-    found = answer(known, volts, seed=3, spots=known.contact.surface.spots)
+    found, surface = answer(known, volts), known.contact.surface
+    given = {"roughness": surface.roughness, "body": surface.body, "seed": 3, "spots": surface.spots}
+    assert ev.rough_contact(SINE, voltage=volts, **given).force.tolist() == found.force.tolist()
+    assert ev.rough_contact(known, voltage=volts, seed=4).force[0] != found.force[0]
     for level, force, share in zip(volts, found.force, found.contact_share, strict=True):
         run = ev.run(known, set={"drive.level": level})
         assert float(run.electrostatic_force[-1]) == pytest.approx(force, rel=BETWEEN)
@@ -149,7 +151,7 @@ def test_a_result_beyond_pull_in_says_so():
     assert after.voltage == pytest.approx(before.voltage, rel=2e-3)
     assert after.attraction > 1.05 * before.attraction
     # a smaller step from the same rest passes the same state that is not stable
-    rests = answer(known, [row.voltage for row in solved.rows[: at + 2]], points=64)
+    rests = answer(known, [row.voltage for row in solved.rows[: at + 2]])
     assert rests.attraction[-2:] == pytest.approx([before.attraction, after.attraction], rel=1e-9)
     last = [each for each in rests.diagnostics if each.name == "pull-in"][-1]
     assert (last.state, last.limit) == ("warning", before.voltage)
@@ -235,7 +237,9 @@ def test_a_measured_map_is_read_from_a_file_and_written_with_the_scenario(tmp_pa
     assert read.contact.surface.roughness.level() == pytest.approx(given.level(), abs=1e-15)
     assert ev.load(json.loads(read.to_json())) == read
     assert ev.load(tomllib.loads(scenario().to_toml())) == scenario()
-    found = ev.rough_contact(read, roughness=given, body=read.contact.surface.body, voltage=20.0)
+    found = ev.rough_contact(read, roughness=given, voltage=20.0)
+    with pytest.raises(InputError, match=r"body: not given, and contact\.surface is no RoughContact"):
+        ev.rough_contact(SINE, roughness=given, voltage=20.0)
     assert float(ev.run(read).electrostatic_force[-1]) == pytest.approx(found.force[0], rel=BETWEEN)
 
 
