@@ -163,6 +163,8 @@ def test_the_errors_of_the_laws_of_rough_contact_are_those_of_the_benchmark():
     others = re.search(r"\| attraction \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
     share = re.search(r"\| contact share \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
     assert f"for {share} % and {others} % of the contacts" in text
+    run = re.search(r"\| contact share of a run \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
+    assert f"of the solver for {run} % of the contacts of the ten surfaces" in text
     alone = re.search(r"\| attraction from the load alone \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
     assert f"within 15 % for {alone} %" in text
 

@@ -261,8 +261,8 @@ class MeasuredHeights(Topography):
 
     Notes
     -----
-    Heights towards the other face, row after row, 4 to 1024 along both axes and none missing; `values` is a map of two axes in
-    place of `samples` and `columns`. Their tilt is subtracted, and the last row or column of an odd number is omitted.
+    Heights towards the other face, 4 to 1024 along both axes and none missing: `values` of two axes, or row after row with the
+    `columns` of a row, as in a file. Their tilt is subtracted, and the last row or column of an odd number is omitted.
     The grid has twice the points of the map along both axes. What is longer than twice the map was not measured, and what the
     instrument adds counts as roughness: its noise makes spots that are too small. Two rough faces have the sum of their
     heights. The library SurfaceTopography reads the files of many instruments: its
@@ -277,7 +277,7 @@ class MeasuredHeights(Topography):
     """
 
     example: ClassVar[Mapping[str, Any]] = {
-        "samples": [1e-6, 0.0, 0.0, 0.0] * 4,
+        "values": [1e-6, 0.0, 0.0, 0.0] * 4,
         "columns": 4,
         "spacing": 1e-5,
     }
@@ -285,10 +285,8 @@ class MeasuredHeights(Topography):
     file: Annotated[str, Field(description="csv, npy or nc file with the heights, row after row")] = ""
     column: Annotated[str | int, Field(description="name or number of the column of heights")] = "z"
     unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
-    samples: Annotated[Samples, Field(description="heights [m], row after row, in place of a file")] = (
-        Samples([])
-    )
-    columns: Annotated[int, Field(ge=4, le=FINEST // 2, description="heights in a row")]
+    values: Annotated[Samples, Field(description="heights [m], in place of a file")] = Samples([])
+    columns: Annotated[int | None, Field(ge=4, le=FINEST // 2, description="heights in a row")] = None
     spacing: Annotated[Number, Quantity("m", 1e-12, 1, "distance of neighbouring points along both axes")]
 
     @classmethod
@@ -296,27 +294,29 @@ class MeasuredHeights(Topography):
         """Return the column of heights, unless the table holds them."""
         column, unit = table.get("column", "z"), table.get("unit", "m")
         wrong = not is_unit_of("m", unit) or not isinstance(column, str | int)
-        if not table.get("file") or "samples" in table or wrong:
+        if not table.get("file") or "values" in table or wrong:
             return {}
-        return {"samples": FileColumn(column, unit)}
+        return {"values": FileColumn(column, unit)}
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
         """Take a map of two axes for its rows."""
-        if "values" not in content:
-            return content
-        values = np.asarray(content["values"], dtype=float)
-        if values.ndim != 2:
-            raise ValueError(f"values of shape {values.shape}: two axes are expected")
-        rows = {"samples": values.ravel(), "columns": values.shape[1]}
-        return {name: value for name, value in content.items() if name != "values"} | rows
+        values = content.get("values")
+        if isinstance(values, list | tuple | np.ndarray) and np.ndim(values) == 2:
+            rows = np.asarray(values, dtype=float)
+            return content | {"values": rows.ravel(), "columns": rows.shape[1]}
+        return content
 
     @model_validator(mode="after")
     def _is_a_map(self) -> Self:
-        heights = self.samples.values
-        rows, left = divmod(heights.size, self.columns)
+        heights = self.values.values
         if not heights.size:
-            raise ValueError(f"holds no heights: {UNREAD if self.file else 'give a file, samples or values'}")
+            raise ValueError(f"holds no heights: {UNREAD if self.file else 'give a file, or values'}")
+        if self.columns is None:
+            raise ValueError(
+                f"{heights.size} heights: give columns, how many are in a row, or values of two axes"
+            )
+        rows, left = divmod(heights.size, self.columns)
         if left or not 4 <= rows <= FINEST // 2:
             raise ValueError(
                 f"{heights.size} heights in rows of {self.columns}: 4 to {FINEST // 2} whole rows are expected; give a part of a"
@@ -328,9 +328,12 @@ class MeasuredHeights(Topography):
             )
         return self
 
+    def _rows(self) -> Real:
+        return self.values.values.reshape(-1, self.columns or 1)
+
     def level(self) -> Real:
         """Return the heights without their tilt, of shape (rows, columns), both even [m]."""
-        values = self.samples.values.reshape(-1, self.columns)
+        values = self._rows()
         values = values[: values.shape[0] // 2 * 2, : values.shape[1] // 2 * 2]
         linear = np.column_stack([np.ones(values.size), *(each.ravel() for each in np.indices(values.shape))])
         fitted, *_ = np.linalg.lstsq(linear, values.ravel())
@@ -356,7 +359,8 @@ class MeasuredHeights(Topography):
         """Return twice the points of the map along both axes, which are its own."""
         if points is not None:
             raise InputError(f"points = {points}: a measured surface has its own points; omit them")
-        return 4 * (len(self.samples) // self.columns // 2), 4 * (self.columns // 2)
+        rows, columns = self._rows().shape
+        return 4 * (rows // 2), 4 * (columns // 2)
 
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
         """Return the heights of the map and its mirror images [m], whatever the seed."""
@@ -370,7 +374,7 @@ class MeasuredHeights(Topography):
         spectrum[wavenumber > math.pi / self.shortest * (1 + 1e-12)] = 0.0
         rows, columns = self.shape()
         values = np.fft.irfft2(spectrum, s=(rows, columns), norm="forward")[: rows // 2, : columns // 2]
-        return MeasuredHeights(samples=Samples(values.ravel()), columns=values.shape[1], spacing=self.spacing)
+        return MeasuredHeights(values=Samples(values.ravel()), columns=values.shape[1], spacing=self.spacing)
 
     def rms_slope(self, periods: tuple[float, float]) -> float:
         """Return the root mean square of the gradient, by Parseval's theorem [1]."""

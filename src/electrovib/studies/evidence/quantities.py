@@ -12,7 +12,6 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.friction.base import SteadyFriction
 from electrovib.scenario import Scenario
-from electrovib.solve.electrics.real_contact import real_area
 
 F = TypeVar("F", bound=Callable[[Scenario], Any])
 
@@ -63,6 +62,8 @@ def steady(scenario: Scenario) -> SteadyFriction:
 
 def friction_alone(scenario: Scenario, *, times: float = 1.0) -> float:
     """Compute the friction force [N] of steady sliding under a multiple of the load, without attraction."""
+    from electrovib.solve.electrics.real_contact import real_area
+
     load = np.asarray(times * scenario.load.normal_force)
     law = steady(scenario)
     pressed = scenario if times == 1 else scenario.replace({"load.normal_force": float(load)})
