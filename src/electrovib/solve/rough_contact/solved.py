@@ -39,6 +39,7 @@ EXPECTED: Final = 50
 """Contacts of a ladder that are counted before it is climbed."""
 ROUNDING: Final = 1e-9
 FEWER: Final = "lower the voltage, or give fewer points"
+PARTS: Final = 4096
 KEPT: Final = 16
 """Ladders that are kept in a process."""
 
@@ -48,12 +49,13 @@ _LOCK: Final = Lock()
 
 
 class SolvedRest(NamedTuple):
-    """Voltage [V], mean attraction [Pa], share in contact [1], and steepness of a rest."""
+    """Voltage [V], mean attraction [Pa], share in contact [1], steepness, and gaps [m] of equal parts of the area, of a rest."""
 
     voltage: float
     attraction: float
     contact_share: float
     steepness: float
+    gaps: Real
 
 
 class SolvedContact:
@@ -88,8 +90,8 @@ class SolvedContact:
                 self._climb()
                 meter.count(self.rows[-1].voltage)
             if self._law is None:
-                columns = list(zip(*self.rows, strict=True))
-                self._law = TabulatedAttraction(voltage_samples=columns[0], attraction_samples=columns[1])
+                voltages, attractions, *_ = zip(*self.rows, strict=True)
+                self._law = TabulatedAttraction(voltage_samples=voltages, attraction_samples=attractions)
             return self._law
 
     def attraction(self, V: Real) -> Real:
@@ -105,12 +107,20 @@ class SolvedContact:
             while self.rows[-1].attraction < largest * (1 - ROUNDING):
                 self._climb()
                 meter.count(self.rows[-1].attraction)
-            _, attraction, share, _ = np.array(self.rows).T
+            attraction, share = (self._column(name) for name in ("attraction", "contact_share"))
         return np.asarray(np.interp(pressure, self.pressure + attraction, share))
+
+    def gaps(self, voltage: float) -> Real:
+        """Return gaps [m] of equal parts of the area in rising order, at the first voltage of the ladder from this one [V] on."""
+        self.law(voltage)
+        return next(row.gaps for row in self.rows if row.voltage >= voltage)
+
+    def _column(self, name: str) -> Real:
+        return np.array([getattr(row, name) for row in self.rows])
 
     def diagnostics(self, attraction: float) -> tuple[Diagnostic, ...]:
         """Return how a contact was solved that reached an attraction [Pa], and a warning where it fell before."""
-        voltages, attractions, _, steepness = np.array(self.rows).T
+        voltages, attractions, steepness = map(self._column, ("voltage", "attraction", "steepness"))
         reached = float(np.interp(attraction, attractions, voltages))
         pressure, roughness = format_quantity(self.pressure, "Pa", digits=3), self.surface.roughness
         text = (
@@ -157,8 +167,17 @@ class SolvedContact:
         return found / attraction * (begin / voltage) ** 2 > 1 + JUMP
 
     def _keep(self, voltage: float, rest: Rest) -> None:
-        self._gap, seen = rest.gap, rest.with_field_share(self._share)
-        self.rows.append(SolvedRest(voltage, seen.mean_attraction, seen.contact_share, rest.steepness))
+        seen = rest.with_field_share(self._share)
+        if voltage and not seen.mean_attraction > self.rows[-1].attraction:
+            last = format_quantity(self.rows[-1].voltage, "V", digits=4)
+            raise InputError(
+                f"contact.surface: beyond {last} the attraction does not rise with the voltage, because more of the area touches,"
+                " which does not attract; give spots that pull, or lower the voltage"
+            )
+        self._gap = rest.gap
+        self.rows.append(
+            SolvedRest(voltage, seen.mean_attraction, seen.contact_share, rest.steepness, _parts(rest.gap))
+        )
         self._law = None
 
     def _pull(self, voltage: float) -> MaxwellStress:
@@ -167,6 +186,12 @@ class SolvedContact:
     @property
     def _first(self) -> float:
         return self.electrical_thickness * math.sqrt(2 * FAINT * self.pressure / eps0)
+
+
+def _parts(gap: Real) -> Real:
+    """Return the gaps of at most `PARTS` equal parts of the area, in rising order."""
+    ordered = np.sort(gap, axis=None)
+    return ordered[np.linspace(0, ordered.size - 1, min(PARTS, ordered.size)).astype(int)]
 
 
 def _pull_in(fall: float, reached: float) -> Diagnostic:
@@ -181,8 +206,8 @@ def _pull_in(fall: float, reached: float) -> Diagnostic:
 
 def solved_contact(scenario: Scenario) -> SolvedContact | None:
     """Return the contact of a scenario that declares one to be solved, as far as it was solved before; None of any other."""
-    surface = scenario.contact.surface
-    if not isinstance(surface, RoughContact):
+    surface, law = scenario.contact.surface, scenario.force
+    if not (isinstance(surface, RoughContact) and isinstance(law, TabulatedAttraction) and law.is_solved):
         return None
     stack = uniform_stack(scenario)
     pressure, thickness = stack.pressure, stack.electrical_thickness

@@ -131,6 +131,16 @@ def test_friction_by_shear_takes_the_real_contact_of_the_solver():
     assert float(run.lateral_force[-1]) == pytest.approx(1e6 * found.contact_share[1] * 1e-4, rel=0.03)
 
 
+@pytest.mark.parametrize("strength", ["15 MV/m", "5 MV/m", "0.1 MV/m"])
+def test_a_check_states_the_area_above_the_strength_of_the_contact_that_is_solved(strength):
+    known = scenario().replace({"stack.insulator.breakdown_field": strength})
+    (closed,) = (row for row in ev.check(known).rows if row.quantity.endswith("gap closed"))
+    assert "by contact.surface, which is solved" in closed.text
+    found = answer(known, 20.0)
+    # at the next voltage of the ladder, up to a tenth above
+    assert found.area_beyond["insulator"][0] * 0.999 <= closed.area <= 1.3 * found.area_beyond["insulator"][0]
+
+
 WAVES = {"model": "SelfAffine"} | ROUGH | {"roll_off": 1e-3, "shortest": 5e-4}
 SOFT = {"roughness": WAVES, "points": 64, "body": {"model": "Elastic", "modulus": "1 MPa"}}
 
@@ -183,6 +193,18 @@ def test_beyond_what_is_solved_nothing_is_extrapolated(monkeypatch):
         found.contact_share(np.array([found.pressure + 2 * found.rows[-1].attraction]))
     monkeypatch.setattr(Loaded, "rest", rest)
     assert found.attraction(np.array([20.0])) > 4 * known
+
+
+def test_spots_that_idle_are_refused_once_more_voltage_attracts_less():
+    """A contact that is shut everywhere has no field that attracts."""
+    idle = contact(body=SOFT["body"], roughness=WAVES, points=64, spots={"model": "IdleSpots"})
+    with pytest.raises(
+        InputError, match=r"beyond \d.* V the attraction does not rise .* give spots that pull"
+    ):
+        idle.attraction(np.array([60.0]))
+    known = idle.rows[-1].voltage
+    assert np.all(np.diff([row.attraction for row in idle.rows]) > 0)
+    assert idle.attraction(np.array([known])) == pytest.approx(idle.rows[-1].attraction)
 
 
 @pytest.mark.parametrize(
