@@ -61,7 +61,6 @@ class RoughContact(RoughSurface):
                 f"spots = {type(self.spots).__name__}: what leaks depends on the frequency, and a run has many; give PullingSpots"
                 " or IdleSpots, or ask electrovib.rough_contact at one frequency"
             )
-        self.roughness.shape(self.points)
         return self
 
     @property

@@ -191,7 +191,7 @@ class SolvedContact:
 def _parts(gap: Real) -> Real:
     """Return the gaps of at most `PARTS` equal parts of the area, in rising order."""
     ordered = np.sort(gap, axis=None)
-    return ordered[np.linspace(0, ordered.size - 1, min(PARTS, ordered.size)).astype(int)]
+    return np.asarray(ordered[np.linspace(0, ordered.size - 1, min(PARTS, ordered.size)).astype(int)])
 
 
 def _pull_in(fall: float, reached: float) -> Diagnostic:
