@@ -23,6 +23,7 @@ from electrovib.physics.half_space import Elastic
 from electrovib.physics.roughness import PullingSpots, contact_fraction, local_pull, mean_pull
 from electrovib.physics.topography import POINTS_PER_WAVE, SelfAffine
 from electrovib.solve.diagnostics.area_beyond import pressed_gaps
+from electrovib.solve.electrics.real_contact import borne
 from electrovib.solve.rough_contact import Loaded, MaxwellStress
 
 FITTED, OTHERS, DRAWS = 30, 10, 8
@@ -120,6 +121,12 @@ class Case(NamedTuple):
         )
         gaps, _ = pressed_gaps(law, attraction, self.load)
         return math.nan if gaps is None else self.pulled(gaps)
+
+    def of_a_run(self):
+        """Return the contact share of a run, which finds from its attraction what the spots hold."""
+        law, both = self.surface.law, (np.array([self.whole]), np.array([self.attraction]))
+        pressure = borne(law, *both, electrical_thickness=self.surface.electrical_thickness)
+        return float(law.real_share(pressure)[0])
 
     def corrected(self):
         """Return the local gaps of the corrected law under the pressure that is borne."""
@@ -231,9 +238,7 @@ CORRECTED = {
     "contact share": lambda cases: [
         float(case.surface.law.real_share(np.asarray(case.borne))) / case.share for case in cases
     ],
-    "contact share of a run, under the whole attraction": lambda cases: [
-        float(case.surface.law.real_share(np.asarray(case.whole))) / case.share for case in cases
-    ],
+    "contact share of a run": lambda cases: [case.of_a_run() / case.share for case in cases],
     "mean gap": lambda cases: [
         float(case.surface.law.gap(np.asarray(case.borne))) / case.gap for case in cases
     ],

@@ -3,6 +3,8 @@
 import base64
 import importlib
 import re
+import textwrap
+import tomllib
 from io import BytesIO
 from pathlib import Path
 
@@ -137,6 +139,14 @@ def test_the_gap_of_a_rough_contact_depends_on_what_is_asked(computed):
         assert float(number) == pytest.approx(value, abs=1.001 * half), pattern
 
 
+def test_the_scenario_of_the_rough_contact_runs_it(computed):
+    found, text = computed.gaps().found, page("which_gap")
+    tables = tomllib.loads(textwrap.dedent(re.search(r"    force = \{.*?\n\n(?!    )", text, re.DOTALL)[0]))
+    held = {"drive": {"model": "Step", "level": 40.0}, "contact.surface": tables["contact"]["surface"]}
+    run = ev.run("bau_2010/sine", set={"force": tables["force"]} | held)
+    assert float(run.electrostatic_force[-1]) == pytest.approx(found.force[-1], rel=5e-3)
+
+
 def test_the_errors_of_the_laws_of_rough_contact_are_those_of_the_benchmark():
     """Every law's median and range, at the digits of the page."""
     measured, text = (FOLDER.parents[1] / "benchmarks" / "rough_laws.md").read_text(), page("which_gap")
@@ -153,6 +163,8 @@ def test_the_errors_of_the_laws_of_rough_contact_are_those_of_the_benchmark():
     others = re.search(r"\| attraction \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
     share = re.search(r"\| contact share \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
     assert f"for {share} % and {others} % of the contacts" in text
+    run = re.search(r"\| contact share of a run \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
+    assert f"of the solver for {run} % of the contacts of the ten surfaces" in text
     alone = re.search(r"\| attraction from the load alone \|(?:[^|]*\|){2}[^|]*\| (\d+) %", measured).group(1)
     assert f"within 15 % for {alone} %" in text
 

@@ -13,7 +13,7 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.scenario import Scenario
-from electrovib.studies.rough_contact import RoughContact
+from electrovib.studies.rough_contact import RestingContact
 from electrovib.studies.surfaces import FILM, FORMS, SCREEN, PlateStack
 
 STEP: Final = {"model": "Step", "level": "1 kV"}
@@ -168,7 +168,7 @@ def recording() -> Recording:
 class Gaps(NamedTuple):
     """A rough contact at one voltage, its gaps in order, and attraction over voltage."""
 
-    found: RoughContact
+    found: RestingContact
     gap: Real
     """From the smallest on [m]."""
     area: Real

@@ -166,7 +166,7 @@ ANSWERS = {
     ),
     "FittedMaterial": lambda: fit_samples({"skin": skin()}, form="debye"),
     "WrittenWaveform": exported,
-    "RoughContact": lambda: ev.rough_contact(
+    "RestingContact": lambda: ev.rough_contact(
         SINE,
         roughness=ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=1.25e-4),
         body=ev.Elastic(modulus=1e7),

@@ -194,6 +194,7 @@ def test_tables_carry_their_kramers_kronig_residual(discovered, build):
 
 SAMPLES = {
     "frequency": 10 ** np.linspace(-1, 9, 12),
+    "wavenumber": 10 ** np.linspace(1, 7, 12),
     "time": np.array([-0.3, -1e-3, 0.0, 1e-6, 1e-3, 3e-3, 0.01, 0.03, 0.07, 0.1, 0.3, 2.0]),
     "E": np.linspace(-3e6, 4e6, 12),
     "D": np.linspace(-2e-4, 3e-4, 12),

@@ -66,6 +66,9 @@ WITHOUT = {
     "states where results are evaluated": "FrequencyGrid TimeGrid",
     "states limits that results are compared with": "Limits",
     "holds other models, channels, layers or sensors": "Perception Scenario Stack Tribometer",
+    "heights of a draw, or of a map": "MeasuredHeights SelfAffine",
+    "the compliance of two bodies, in its notes": "Coated",
+    "solved on a grid together with its attraction": "RoughContact",
     "states that the finger is off the plate; the distance is the thickness of the gap": "HeldOff",
 }
 """Why models declare no equation."""

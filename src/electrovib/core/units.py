@@ -128,12 +128,6 @@ def number_in(unit: str, option: str, value: str | float) -> float:
         raise InputError(why, path=option, value=str(value)) from None
 
 
-def read_numbers(held: object, **units: str) -> None:
-    """Read the numbers of a frozen dataclass by the units of their names, also from texts with a unit."""
-    for name, unit in units.items():
-        object.__setattr__(held, name, number_in(unit, name, getattr(held, name)))
-
-
 def expected(unit: str) -> str:
     """Write what is expected of a parameter with this unit, with an example."""
     kind, example = KINDS[unit]

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import Field, model_validator
 
 from electrovib.core.arrays import Complex, Indices, Numbers, Real
 from electrovib.core.errors import InputError
-from electrovib.core.units import read_numbers
+from electrovib.core.files import UNREAD, FileColumn
+from electrovib.core.model import Model
+from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
+from electrovib.core.samples import Samples
 
 FINEST: Final = 2048
 """Most points along a side."""
@@ -19,65 +23,56 @@ POINTS_PER_WAVE: Final = 8
 """Least points of the shortest wave: the grid of every second point still resolves it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class SelfAffine:
-    """Isotropic roughness whose power per wave vector is constant up to a wave number and falls with q^(-2 - 2 H) above it.
+class Topography(Model, family=True):
+    """Heights of a rough surface over one period [m], towards the other face, and what is known of their waves."""
 
-    Parameters
-    ----------
-    rms : float
-        Root mean square height [m], above 0, which every draw has.
-    hurst : float
-        Exponent H, from 0 to 1.
-    longest, roll_off, shortest : float
-        Wavelengths [m], in this order: the longest one, that from which on the power falls, and the shortest one.
+    if TYPE_CHECKING:  # a parameter or a property of every member
 
-    Raises
-    ------
-    InputError
-        If a number is outside its range, or the wavelengths are in another order.
+        @property
+        def rms(self) -> float:
+            """Root mean square height [m]."""
 
-    Notes
-    -----
-    Phases are random and amplitudes are not; many waves make Gaussian heights.
+        @property
+        def shortest(self) -> float:
+            """Shortest wavelength [m]."""
 
-    Examples
-    --------
-    >>> rough = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=1.25e-4)
-    >>> f"{rough.heights((32, 32), (1e-3, 1e-3), seed=1).std():.3g}"
-    '2e-06'
-    """
+    @property
+    @abstractmethod
+    def periods(self) -> tuple[float, float]:
+        """Lengths [m] along both axes after which the heights repeat."""
 
-    rms: float
-    hurst: float
-    longest: float
-    roll_off: float
-    shortest: float
+    @abstractmethod
+    def shape(self, points: int | None = None) -> tuple[int, int]:
+        """Return the points along both axes of a grid of one period.
 
-    def __post_init__(self) -> None:
-        """Refuse what is no spectrum."""
-        read_numbers(self, rms="m", hurst="1", longest="m", roll_off="m", shortest="m")
-        if not 1e-15 <= self.rms <= 1:
-            raise InputError(f"rms = {self.rms}: an rms height is from 1e-15 to 1 m, for instance 5e-6 m")
-        if not 0 <= self.hurst <= 1:
-            raise InputError(f"hurst = {self.hurst}: a Hurst exponent is from 0 to 1, for instance 0.8")
-        if not 0 < self.shortest <= self.roll_off <= self.longest < math.inf:
-            raise InputError(
-                f"longest = {self.longest}, roll_off = {self.roll_off}, shortest = {self.shortest}: wavelengths fall in this"
-                " order, for instance 1e-3, 2.5e-4 and 1e-5 m"
-            )
+        Parameters
+        ----------
+        points : int, optional
+            Points along a side, where the surface does not have its own; as few as suffice if absent.
 
+        Returns
+        -------
+        shape : tuple of 2 int
+            Points along both axes.
+
+        Raises
+        ------
+        InputError
+            If so many points cannot be had.
+        """
+
+    @abstractmethod
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
         """Return heights with mean 0 on a grid.
 
         Parameters
         ----------
         shape : tuple of 2 int
-            Points along both axes, at least two for the shortest wave and one more.
+            Points along both axes.
         periods : tuple of 2 float
             Lengths of the grid [m], after which the heights repeat.
         seed : int
-            Of the phases. A finer grid shows the same surface, and a smaller `shortest` adds waves to those of a larger one.
+            Of what is random, 0 or above.
 
         Returns
         -------
@@ -87,7 +82,59 @@ class SelfAffine:
         Raises
         ------
         InputError
-            If the grid is too coarse for the shortest wave, or no wave fits into the periods.
+            If the grid does not hold the waves of the surface.
+        """
+
+    @abstractmethod
+    def without_shortest_octave(self) -> Topography:
+        """Return the same surface without waves shorter than twice the shortest."""
+
+    @abstractmethod
+    def rms_slope(self, periods: tuple[float, float]) -> float:
+        """Return the root mean square of the gradient [1] on a grid of lengths [m]."""
+
+
+class SelfAffine(Topography):
+    """Isotropic roughness whose power per wave vector is constant up to a wave number and falls with q^(-2 - 2 H) above it.
+
+    Notes
+    -----
+    Phases are random and amplitudes are not: every draw has the rms height, and many waves make Gaussian heights.
+
+    Examples
+    --------
+    >>> rough = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=1.25e-4)
+    >>> f"{rough.heights((32, 32), (1e-3, 1e-3), seed=1).std():.3g}"
+    '2e-06'
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {
+        "rms": 2e-6,
+        "hurst": 0.8,
+        "longest": 1e-3,
+        "roll_off": 2.5e-4,
+        "shortest": 1.25e-4,
+    }
+
+    rms: Annotated[Number, Quantity("m", 1e-15, 1, "root mean square height")]
+    hurst: Annotated[Number, Quantity("1", 0, 1, "exponent H")]
+    longest: Annotated[Number, Quantity("m", 1e-12, 1e3, "longest wavelength")]
+    roll_off: Annotated[Number, Quantity("m", 1e-12, 1e3, "wavelength below which the power falls")]
+    shortest: Annotated[Number, Quantity("m", 1e-12, 1e3, "shortest wavelength")]
+
+    @model_validator(mode="after")
+    def _wavelengths_fall(self) -> Self:
+        if not self.shortest <= self.roll_off <= self.longest:
+            raise ValueError(
+                f"longest = {self.longest}, roll_off = {self.roll_off}, shortest = {self.shortest}: wavelengths fall in this"
+                " order, for instance 1e-3, 2.5e-4 and 1e-5 m"
+            )
+        return self
+
+    def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
+        """Return heights with mean 0 on a grid of at least two points for the shortest wave and one more [m].
+
+        A finer grid shows the same surface of a seed, and a smaller `shortest` adds waves to those of a larger one.
         """
         if seed < 0:
             raise InputError(f"seed = {seed}: a whole number from 0 is expected")
@@ -111,18 +158,7 @@ class SelfAffine:
         return self.longest, self.longest
 
     def shape(self, points: int | None = None) -> tuple[int, int]:
-        """Return the points along both axes of that grid.
-
-        Parameters
-        ----------
-        points : int, optional
-            As for `points`.
-
-        Returns
-        -------
-        shape : tuple of 2 int
-            The number that `points` returns, for each.
-        """
+        """Return the number that `points` returns, for both axes."""
         count = self.points(points)
         return count, count
 
@@ -179,12 +215,8 @@ class SelfAffine:
             )
         waves = self._waves((self.longest, self.longest))
         kept = waves.amplitudes[waves.numbers <= 2 * math.pi / shortest * (1 + 1e-12)]
-        return replace(
-            self,
-            shortest=shortest,
-            roll_off=max(self.roll_off, shortest),
-            rms=math.sqrt(2 * float(np.sum(kept**2))),
-        )
+        rms = math.sqrt(2 * float(np.sum(kept**2)))
+        return self.replace({"shortest": shortest, "roll_off": max(self.roll_off, shortest), "rms": rms})
 
     def rms_slope(self, periods: tuple[float, float]) -> float:
         """Return the root mean square of the gradient, by Parseval's theorem.
@@ -224,25 +256,13 @@ class SelfAffine:
         return _Waves(rows[kept], columns[kept], numbers[kept], amplitudes)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MeasuredHeights:
+class MeasuredHeights(Topography):
     """Heights of a measured surface on an even grid, mirrored at its edges so that they repeat without steps.
-
-    Parameters
-    ----------
-    values : array_like, shape (rows, columns)
-        Heights [m], towards the other face, 4 to 1024 along both axes and none missing. Their tilt is subtracted, and the last
-        row or column of an odd number is omitted.
-    spacing : float
-        Distance of neighbouring points along both axes [m], above 0.
-
-    Raises
-    ------
-    InputError
-        If a height is missing, the map is too small or too large, or the spacing is outside its range.
 
     Notes
     -----
+    Heights towards the other face, 4 to 1024 along both axes and none missing: `values` of two axes, or row after row with the
+    `columns` of a row, as in a file. Their tilt is subtracted, and the last row or column of an odd number is omitted.
     The grid has twice the points of the map along both axes. What is longer than twice the map was not measured, and what the
     instrument adds counts as roughness: its noise makes spots that are too small. Two rough faces have the sum of their
     heights. The library SurfaceTopography reads the files of many instruments: its
@@ -256,28 +276,73 @@ class MeasuredHeights:
     ((64, 64), '0.07')
     """
 
-    values: ArrayLike
-    spacing: float
+    example: ClassVar[Mapping[str, Any]] = {
+        "values": [1e-6, 0.0, 0.0, 0.0] * 4,
+        "columns": 4,
+        "spacing": 1e-5,
+    }
 
-    def __post_init__(self) -> None:
-        """Refuse what is no map, and subtract its tilt."""
-        read_numbers(self, spacing="m")
-        values = np.asarray(self.values, dtype=float)
-        if not (values.ndim == 2 and min(values.shape) >= 4 and max(values.shape) <= FINEST // 2):
-            raise InputError(
-                f"values of shape {values.shape}: two axes with 4 to {FINEST // 2} points are expected; give a part of a larger"
-                " map, or every second point"
+    file: Annotated[str, Field(description="csv, npy or nc file with the heights, row after row")] = ""
+    column: Annotated[str | int, Field(description="name or number of the column of heights")] = "z"
+    unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
+    values: Annotated[Samples, Field(description="heights [m], in place of a file")] = Samples([])
+    columns: Annotated[int | None, Field(ge=4, le=FINEST // 2, description="heights in a row")] = None
+    spacing: Annotated[Number, Quantity("m", 1e-12, 1, "distance of neighbouring points along both axes")]
+
+    @classmethod
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Return the column of heights, unless the table holds them."""
+        column, unit = table.get("column", "z"), table.get("unit", "m")
+        wrong = not is_unit_of("m", unit) or not isinstance(column, str | int)
+        if not table.get("file") or "values" in table or wrong:
+            return {}
+        return {"values": FileColumn(column, unit)}
+
+    @classmethod
+    def complete(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Take a map of two axes for its rows."""
+        values = content.get("values")
+        if isinstance(values, list | tuple | np.ndarray) and np.ndim(values) == 2:
+            rows = np.asarray(values, dtype=float)
+            return content | {"values": rows.ravel(), "columns": rows.shape[1]}
+        return content
+
+    @model_validator(mode="after")
+    def _is_a_map(self) -> Self:
+        heights = self.values.values
+        if not heights.size:
+            raise ValueError(f"holds no heights: {UNREAD if self.file else 'give a file, or values'}")
+        if self.columns is None:
+            raise ValueError(
+                f"{heights.size} heights: give columns, how many are in a row, or values of two axes"
             )
-        if missing := int(np.sum(~np.isfinite(values))):
-            raise InputError(
-                f"values: {missing} of {values.size} heights are missing; fill them in from their neighbours"
+        rows, left = divmod(heights.size, self.columns)
+        if left or not 4 <= rows <= FINEST // 2:
+            raise ValueError(
+                f"{heights.size} heights in rows of {self.columns}: 4 to {FINEST // 2} whole rows are expected; give a part of a"
+                " larger map, or every second point"
             )
-        if not 1e-12 <= self.spacing <= 1:
-            raise InputError(f"spacing = {self.spacing}: from 1e-12 to 1 m is expected, for instance 1e-6 m")
+        if missing := int(np.sum(~np.isfinite(heights))):
+            raise ValueError(
+                f"{missing} of {heights.size} heights are missing; fill them in from their neighbours"
+            )
+        return self
+
+    def _rows(self) -> Real:
+        return self.values.values.reshape(-1, self.columns or 1)
+
+    def level(self) -> Real:
+        """Return the heights without their tilt, of shape (rows, columns), both even [m]."""
+        values = self._rows()
         values = values[: values.shape[0] // 2 * 2, : values.shape[1] // 2 * 2]
         linear = np.column_stack([np.ones(values.size), *(each.ravel() for each in np.indices(values.shape))])
         fitted, *_ = np.linalg.lstsq(linear, values.ravel())
-        object.__setattr__(self, "values", values - (linear @ fitted).reshape(values.shape))
+        return np.asarray(values - (linear @ fitted).reshape(values.shape))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square height [m]."""
+        return float(self.level().std())
 
     @property
     def shortest(self) -> float:
@@ -291,54 +356,25 @@ class MeasuredHeights:
         return rows * self.spacing, columns * self.spacing
 
     def shape(self, points: int | None = None) -> tuple[int, int]:
-        """Return the points along both axes of the mirrored map.
-
-        Parameters
-        ----------
-        points : None
-            A measured surface has its own.
-
-        Returns
-        -------
-        shape : tuple of 2 int
-            Twice the points of the map.
-
-        Raises
-        ------
-        InputError
-            If a number of points is asked for.
-        """
+        """Return twice the points of the map along both axes, which are its own."""
         if points is not None:
             raise InputError(f"points = {points}: a measured surface has its own points; omit them")
-        rows, columns = np.shape(self.values)
-        return 2 * rows, 2 * columns
+        rows, columns = self._rows().shape
+        return 4 * (rows // 2), 4 * (columns // 2)
 
     def heights(self, shape: tuple[int, int], periods: tuple[float, float], *, seed: int) -> Real:
-        """Return the heights of the map and its mirror images.
-
-        Parameters
-        ----------
-        shape, periods
-            Those of this surface.
-        seed : int
-            Without effect.
-
-        Returns
-        -------
-        heights : ndarray, of the shape
-            Heights [m].
-        """
+        """Return the heights of the map and its mirror images [m], whatever the seed."""
         del shape, periods, seed
-        rows, columns = np.shape(self.values)
-        return np.pad(np.asarray(self.values), ((0, rows), (0, columns)), mode="symmetric")
+        level = self.level()
+        return np.pad(level, [(0, length) for length in level.shape], mode="symmetric")
 
     def without_shortest_octave(self) -> MeasuredHeights:
         """Return the same surface without waves shorter than twice the shortest."""
         spectrum, wavenumber = self._spectrum()
         spectrum[wavenumber > math.pi / self.shortest * (1 + 1e-12)] = 0.0
-        rows, columns = np.shape(self.values)
-        values = np.fft.irfft2(spectrum, s=self.shape(), norm="forward")[:rows, :columns]
-        return replace(self, values=values)
+        rows, columns = self.shape()
+        values = np.fft.irfft2(spectrum, s=(rows, columns), norm="forward")[: rows // 2, : columns // 2]
+        return MeasuredHeights(values=Samples(values.ravel()), columns=values.shape[1], spacing=self.spacing)
 
     def rms_slope(self, periods: tuple[float, float]) -> float:
         """Return the root mean square of the gradient, by Parseval's theorem [1]."""

@@ -19,10 +19,10 @@ from electrovib.core.tables import changed
 from electrovib.core.unchangeable import FrozenDict
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Circuit
-from electrovib.physics.contact import Contact
+from electrovib.physics.contact import Contact, RoughContact
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.finger import Finger
-from electrovib.physics.force import ForceLaw, needed_layer, wanted_layer
+from electrovib.physics.force import ForceLaw, TabulatedAttraction, needed_layer, wanted_layer
 from electrovib.physics.friction import Friction, Load
 from electrovib.physics.limits import Limits
 from electrovib.physics.moisture import Moisture
@@ -87,6 +87,20 @@ class Scenario(Model):
         for wanted in self.force.needs:
             if needed_layer(roles, wanted) is None:
                 raise ValueError(f"{type(self.force).__name__} needs {wanted_layer(wanted)}")
+        return self
+
+    @model_validator(mode="after")
+    def _law_has_its_table(self) -> Self:
+        law = self.force
+        if (
+            isinstance(law, TabulatedAttraction)
+            and law.is_solved
+            and not isinstance(self.contact.surface, RoughContact)
+        ):
+            raise ValueError(
+                "force = TabulatedAttraction: there is no table; give a file, voltage_samples and attraction_samples, or"
+                ' contact.surface = { model = "RoughContact", ... }, which a run solves for it'
+            )
         return self
 
     @model_validator(mode="after")

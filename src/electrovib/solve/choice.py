@@ -41,6 +41,7 @@ from electrovib.solve.electrics.without_modes import (
     refuse_without_modes,
     why_no_modes,
 )
+from electrovib.solve.rough_contact.solved import refuse_unsolved_contact
 from electrovib.solve.stack.harmonics import refuse_unrepeated
 
 if TYPE_CHECKING:
@@ -132,6 +133,7 @@ def chosen(scenario: Scenario) -> Solver:
 
 def refuse_unsolved(scenario: Scenario) -> None:
     """Refuse a scenario that no electrical solver accepts, before any computation."""
+    refuse_unsolved_contact(scenario)
     solver = chosen(scenario)
     if scenario.time.settled:
         refuse_unrepeated(scenario.drive)

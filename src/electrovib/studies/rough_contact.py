@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,24 +14,20 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, 
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form, csv_text
-from electrovib.physics.half_space import Coated, Elastic
+from electrovib.physics import contact
+from electrovib.physics.half_space import ElasticBody
 from electrovib.physics.limits import held_voltages
-from electrovib.physics.roughness import ContactSpots, PullingSpots, local_pull
+from electrovib.physics.roughness import ContactSpots, local_pull
 from electrovib.physics.safety import FILM
-from electrovib.physics.topography import MeasuredHeights, SelfAffine
-from electrovib.scenario import Source, read_scenario
-from electrovib.solve.equilibrium.of_scenario import (
-    BlockingStack,
-    closed_diagnostics,
-    largest_voltage,
-    uniform_stack,
-)
-from electrovib.solve.rough_contact import Loaded, Rest, follow_voltages, refuse_beyond_budget
+from electrovib.physics.topography import Topography
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.solve.equilibrium.of_scenario import closed_diagnostics, largest_voltage
+from electrovib.solve.rough_contact import Loaded, Rest, doubts, follow_voltages, refuse_beyond_budget
+from electrovib.solve.stack.blocking import BlockingStack, uniform_stack
 
-STEEP: Final = 0.3
-"""Rms slope above which a doubt is told."""
 COLUMNS: Final = {
     "voltage": ("V", "voltage"),
     "contact_share": ("1", "in contact"),
@@ -56,7 +52,7 @@ class Film:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class RoughContact(Answer):
+class RestingContact(Answer):
     """A rough contact at rest at each of some voltages, with its maps.
 
     Parameters
@@ -86,7 +82,7 @@ class RoughContact(Answer):
     rests: tuple[Rest, ...]
     coarser: Real
     smoother: Real
-    roughness: SelfAffine | MeasuredHeights
+    roughness: Topography
     films: tuple[Film, ...]
     field_share: float
     diagnostics: tuple[Diagnostic, ...]
@@ -232,23 +228,12 @@ class RoughContact(Answer):
         return Table(f"Field in '{film.name}'", ("voltage", *shares, "largest", strength), tuple(rows))
 
     def _doubts(self) -> list[str]:
-        """Say where the contact passed states that are not stable, and where the grid is too coarse for the attraction."""
-        said = [
-            f"between {_shown(before, 'V')} and {_shown(after, 'V')} the contact passes states that are not stable: it may fall"
-            " into another one and keep it while the voltage falls again; take smaller steps there, up and down"
-            for before, after, fell in zip((0.0, *self.voltage), self.voltage, self.fell, strict=False)
-            if fell
-        ]
-        slope = self.roughness.rms_slope(self.roughness.periods)
-        if slope > STEEP:
-            said.append(f"the roughness has an rms slope of {slope:.2g}, but slopes are taken as small")
-        steepest = max(rest.steepness for rest in self.rests)
-        if steepest > 1:
-            said.append(
-                f"the grid does not resolve the attraction at the edges of the contact, which is {steepest:.2g} times as steep as"
-                " its shortest wave is stiff: contact share and attraction may change on a finer grid; give more points"
-            )
-        return said
+        """Say where slopes are not small, and where the grid is too coarse for the attraction."""
+        slope, steepness = (
+            self.roughness.rms_slope(self.roughness.periods),
+            max(rest.steepness for rest in self.rests),
+        )
+        return doubts(rms_slope=slope, steepness=steepness)
 
     def _converged(self) -> str:
         at, parts = self.at_largest_voltage, []
@@ -312,14 +297,14 @@ class RoughContact(Answer):
 def rough_contact(
     scenario: Source,
     *,
-    roughness: SelfAffine | MeasuredHeights,
-    body: Elastic | Coated,
+    roughness: Topography | None = None,
+    body: ElasticBody | None = None,
     voltage: ArrayLike | None = None,
     points: int | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     spots: ContactSpots | None = None,
     frequency: float = 0.0,
-) -> RoughContact:
+) -> RestingContact:
     """Press a rough elastic body on the layers of a scenario, and solve contact and attraction together.
 
     Parameters
@@ -327,9 +312,10 @@ def rough_contact(
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         As for `electrovib.load`: load, contact area, and a stack with a gap that does not conduct, whose declared thickness
         has no effect.
-    roughness : SelfAffine or MeasuredHeights
+    roughness : SelfAffine or MeasuredHeights, optional
         Roughness of both faces together. One period of its longest wave is computed, or a measured map and its mirror images.
-    body : Elastic or Coated
+        What is absent of roughness, body, points, seed and spots is that of contact.surface = RoughContact.
+    body : Elastic or Coated, optional
         What is bent: the skin, with or without a film of another stiffness.
     voltage : array_like, shape (n,), optional
         Constant voltages [V] that the contact goes through in this order, up and down again where hysteresis is asked for, at
@@ -337,7 +323,7 @@ def rough_contact(
     points : int, optional
         Points along a side of the grid, at least 8 for the shortest wave and at most 2048; by default the least power of 2.
     seed : int, optional
-        Of the random phases of the roughness.
+        Of the random phases of the roughness; by default 0.
     spots : ContactSpots, optional
         Field where faces touch, as in ``force.spots``: `PullingSpots`, the default, `LeakingSpots` or `IdleSpots`.
     frequency : float, optional
@@ -345,7 +331,7 @@ def rough_contact(
 
     Returns
     -------
-    RoughContact
+    RestingContact
         Contact share, mean gap, attraction, force and capacitance at each voltage, the maps, and how much they change on a
         coarser grid and with a smoother roughness.
 
@@ -383,17 +369,19 @@ def rough_contact(
             "load.normal_force = 0: a rough contact rests under a load; give for instance '0.5 N'"
         )
     voltages = held_voltages(largest_voltage(known) if voltage is None else voltage)
-    share = _field_share(spots or PullingSpots(), frequency)
-    shape, periods = roughness.shape(points), roughness.periods
-    solve = _solver(stack, body, periods, voltages, share)
+    declared = _declared(known, roughness=roughness, body=body, points=points, seed=seed)
+    roughness = declared.roughness
+    shape, periods = roughness.shape(declared.points), roughness.periods
+    share = _field_share(spots or declared.spots, frequency)
+    solve = _solver(stack, declared.body, periods, voltages, share)
     # a half of them on coarser grids
     refuse_beyond_budget(math.isqrt(math.prod(shape)), 2 * voltages.size, kept=voltages.size)
     smooth = roughness.without_shortest_octave()
-    heights, even = (each.heights(shape, periods, seed=seed) for each in (roughness, smooth))
+    heights, even = (each.heights(shape, periods, seed=declared.seed) for each in (roughness, smooth))
     rests = solve(heights)
     widest, largest = max(float(rest.gap.max()) for rest in rests), float(np.abs(voltages).max())
     diagnostics = closed_diagnostics(known, stack, voltage=largest, widest=widest)
-    return RoughContact(
+    return RestingContact(
         stack=stack,
         voltage=voltages,
         rests=rests,
@@ -402,8 +390,31 @@ def rough_contact(
         roughness=roughness,
         films=_films(diagnostics, stack, largest),
         field_share=share,
-        diagnostics=diagnostics,
+        diagnostics=(*_pull_ins(voltages, rests), *diagnostics),
     )
+
+
+def _declared(scenario: Scenario, **given: Any) -> contact.RoughContact:
+    """Return the contact that a scenario declares with what is given in its place, or that which is given as a whole."""
+    surface, own = scenario.contact.surface, {name: each for name, each in given.items() if each is not None}
+    tables = dict(surface) if isinstance(surface, contact.RoughContact) else {}
+    if missing := [name for name in ("roughness", "body") if name not in tables | own]:
+        raise InputError(
+            f"{' and '.join(missing)}: not given, and contact.surface is no RoughContact, from which to take it; give for"
+            " instance roughness=SelfAffine(...) and body=Elastic(modulus=1e6)"
+        )
+    return read_model(contact.RoughContact, tables | own)
+
+
+def _pull_ins(voltages: Real, rests: Sequence[Rest]) -> Iterator[Diagnostic]:
+    """Yield a warning for each two voltages between which the contact passes states that are not stable."""
+    for before, after, rest in zip((0.0, *voltages), voltages, rests, strict=False):
+        if rest.fell:
+            text = (
+                f"between {_shown(before, 'V')} and {_shown(after, 'V')} the contact passes states that are not stable: it may"
+                " fall into another one and keep it while the voltage falls again; take smaller steps there, up and down"
+            )
+            yield Diagnostic("pull-in", "warning", text, after, before, "V")
 
 
 def _films(diagnostics: Sequence[Diagnostic], stack: BlockingStack, voltage: float) -> tuple[Film, ...]:
@@ -426,7 +437,7 @@ def _field_share(spots: ContactSpots, frequency: float) -> float:
 
 
 def _solver(
-    stack: BlockingStack, body: Elastic | Coated, periods: tuple[float, float], voltages: Real, share: float
+    stack: BlockingStack, body: ElasticBody, periods: tuple[float, float], voltages: Real, share: float
 ) -> Callable[[Real], tuple[Rest, ...]]:
     def solve(heights: Real) -> tuple[Rest, ...]:
         loaded = Loaded(heights=heights, periods=periods, compliance=body.compliance, pressure=stack.pressure)

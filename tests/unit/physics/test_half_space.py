@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from electrovib.core.errors import InputError
 from electrovib.physics.half_space import Coated, Elastic
 
 SKIN, TISSUE = Elastic(modulus=2e6, poisson=0.45), Elastic(modulus=5e4, poisson=0.5)
@@ -91,13 +90,13 @@ def test_it_solves_the_equations_of_elasticity(below, reach):
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: Elastic(modulus=0), "modulus = 0"),
-        (lambda: Elastic(modulus=np.inf), "modulus = inf"),
-        (lambda: Elastic(modulus=1e6, poisson=0.6), "poisson = 0.6"),
-        (lambda: Elastic(modulus=1e6, poisson=-0.1), "poisson = -0.1"),
-        (lambda: Coated(film=SKIN, thickness=-1e-6, below=TISSUE), "thickness = -1e-06"),
+        (lambda: Elastic(modulus=0), r"modulus\n.*between"),
+        (lambda: Elastic(modulus=np.inf), r"modulus\n.*finite"),
+        (lambda: Elastic(modulus=1e6, poisson=0.6), r"poisson\n.*between 0 and 0.5"),
+        (lambda: Elastic(modulus=1e6, poisson=-0.1), r"poisson\n.*between 0 and 0.5"),
+        (lambda: Coated(film=SKIN, thickness=-1e-6, below=TISSUE), r"thickness\n.*between 0 m"),
     ],
 )
 def test_what_is_no_body_is_refused(make, said):
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(ValueError, match=said):
         make()

@@ -10,7 +10,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import contact
 from electrovib.recordings.interval import Interval
-from electrovib.solve.equilibrium.of_scenario import blocking_stack
+from electrovib.solve.stack.blocking import blocking_stack
 
 SINE = "bau_2010/sine"
 ROUGH = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)
@@ -54,16 +54,21 @@ def fitted(capacitance=None, load=LOADS, scenario=SINE, rough=ROUGH, body=SOFT, 
     [
         (2e-6, SOFT, ROUGH, 0),
         (5e-6, ev.Elastic(modulus=3e5, poisson=0.3), ROUGH, 1),
-        (1e-6, ev.Elastic(modulus=1e7), replace(ROUGH, hurst=0.5, shortest=1.25e-4, longest=5e-4), 2),
+        (
+            1e-6,
+            ev.Elastic(modulus=1e7),
+            ROUGH.replace({"hurst": 0.5, "shortest": 1.25e-4, "longest": 5e-4}),
+            2,
+        ),
     ],
 )
 def test_rms_height_and_modulus_come_back_from_anywhere(rms, body, rough, seed):
-    true = replace(rough, rms=rms)
+    true = rough.replace({"rms": rms})
     values = capacitances(rough=true, body=body, seed=seed)
-    begin = {"rough": replace(rough, rms=10 * rms), "body": replace(body, modulus=body.modulus / 30)}
+    begin = {"rough": rough.replace({"rms": 10 * rms}), "body": body.replace({"modulus": body.modulus / 30})}
     found = fitted(values, seed=seed, **begin)
-    assert found.roughness == replace(true, rms=found.rms.value)
-    assert found.body == replace(body, modulus=found.modulus.value)
+    assert found.roughness == true.replace({"rms": found.rms.value})
+    assert found.body == body.replace({"modulus": found.modulus.value})
     assert found.rms.value == pytest.approx(rms, rel=0.02)
     assert found.modulus.value == pytest.approx(body.modulus, rel=0.02)
     order = np.argsort(LOADS)
@@ -80,7 +85,7 @@ def test_a_liquid_in_the_gap_is_counted_and_the_load_of_the_scenario_is_not():
 
 
 def test_it_predicts_the_attraction_without_a_further_number():
-    found = fitted(rough=replace(ROUGH, rms=5e-6), body=replace(SOFT, modulus=1e7))
+    found = fitted(rough=ROUGH.replace({"rms": 5e-6}), body=SOFT.replace({"modulus": 1e7}))
     predicted, true = (
         ev.rough_contact(SINE, roughness=rough, body=body, voltage=[30.0, 60.0]).force
         for rough, body in ((found.roughness, found.body), (ROUGH, SOFT))

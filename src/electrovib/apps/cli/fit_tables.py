@@ -1,9 +1,7 @@
 """``electrovib fit-material``, ``fit-power-law`` and ``fit-contact``: fits of tables."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -15,8 +13,9 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
 
 if TYPE_CHECKING:
-    from electrovib.physics.half_space import Elastic
-    from electrovib.physics.topography import SelfAffine
+    from electrovib.core.model import Model
+
+M = TypeVar("M", bound="Model")
 
 
 def fit_material(
@@ -202,6 +201,8 @@ def fit_contact(
     --------
     electrovib fit-contact pad.toml meter.csv --load 'load (N)' --capacitance 'C (pF)' --roughness '{ hurst = 0.8, ... }'
     """
+    from electrovib.physics.half_space import Elastic
+    from electrovib.physics.topography import SelfAffine
     from electrovib.recordings.fit.contact import ContactFit, fit_contact
     from electrovib.recordings.fit.contact_prediction import ContactPrediction
     from electrovib.recordings.fit.power_law import read_points
@@ -210,7 +211,8 @@ def fit_contact(
     entries = recipe_of(recipe, None, None, only=READING, of="the fit of a contact")
     entries.pop("columns", None)
     wanted = _wanted(voltage, measured)
-    shape, bent = _roughness(roughness), _body(body)
+    shape = _read(SelfAffine, "--roughness", roughness, {"rms": 1e-6})
+    bent = _read(Elastic, "--body", body, {"modulus": 1e6})
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
@@ -258,44 +260,16 @@ def _omitted(rows: int) -> list[str]:
     return [f"rows without a number, which are omitted: {rows}"] if rows else []
 
 
-def _roughness(text: str) -> "SelfAffine":
-    """Read the shape of a spectrum; the search begins with an rms height of 1 um unless it states one."""
-    from electrovib.physics.topography import SelfAffine
+def _read(kind: type[M], option: str, text: str | None, begin: dict[str, float]) -> M:
+    """Read the table of a model, of which the search begins with some values unless it states them."""
+    from electrovib.apps.changes import read_changes
+    from electrovib.core.model import read_model
 
-    needed = ("hurst", "longest", "roll_off", "shortest")
-    found = _table("--roughness", text, ("rms", *needed))
-    if missing := [name for name in needed if name not in found]:
-        raise InputError(f"without {', '.join(missing)}", path="--roughness", value=text)
-    with _of_option("--roughness"):
-        return SelfAffine(**{"rms": 1e-6} | found)
-
-
-def _body(text: str | None) -> "Elastic":
-    """Read a body; the search begins with a modulus of 1 MPa unless it states one."""
-    from electrovib.physics.half_space import Elastic
-
-    found = _table("--body", text, ("modulus", "poisson")) if text else {}
-    with _of_option("--body"):
-        return Elastic(**{"modulus": 1e6} | found)
-
-
-@contextmanager
-def _of_option(option: str) -> Iterator[None]:
-    """Name the option in whose table a value is refused."""
+    table = read_changes([f"table={text}"])["table"] if text else {}
+    if not isinstance(table, dict):
+        known = ", ".join(kind.model_fields)
+        raise InputError(f"expected a table {{ {known} }}", path=option, value=text or "")
     try:
-        yield
+        return read_model(kind, begin | table)
     except InputError as error:
         raise InputError([problem.within(option) for problem in error.problems]) from None
-
-
-def _table(option: str, text: str, known: tuple[str, ...]) -> dict[str, Any]:
-    """Read an inline table with some of the known keys."""
-    from electrovib.apps.changes import read_changes
-    from electrovib.core.errors import nearest
-
-    found = read_changes([f"table={text}"])["table"]
-    if not isinstance(found, dict):
-        raise InputError(f"expected a table {{ {', '.join(known)} }}", path=option, value=text)
-    if wrong := [name for name in found if name not in known]:
-        raise InputError(f"{wrong[0]} is none of {', '.join(known)}.{nearest(wrong[0], known)}", path=option)
-    return found

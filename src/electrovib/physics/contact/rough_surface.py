@@ -161,7 +161,7 @@ class FittedSurface(RoughSurface):
     error: ClassVar[str] = (
         "from a contact share of 0.01 on the attraction at a given pressure is within 15 % of contacts solved and it within 20 %,"
         " below both within 25 %; an attraction from the load alone is within 15 % for nine in ten and 30 % for all, as a mean of"
-        " many places, until a part of them falls shut; a run takes it under the whole attraction, 0.86 to 1.3 times theirs"
+        " many places, until a part of them falls shut"
     )
     power: ClassVar[float] = 4 / 3
     held: ClassVar[float] = 0.7

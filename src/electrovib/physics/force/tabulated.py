@@ -33,7 +33,8 @@ class TabulatedAttraction(ForceLaw):
     attraction over the squared voltage is linear in that square, below the first row it is that of the first, and beyond the
     last one a run is refused. The table is of one load and one surface. The contact follows the voltage at once: where it is
     slower than a period of the drive, the attraction is that of the root mean square times the squared ratio to it.
-    `electrovib.save` writes a rough contact that was solved as such a table.
+    `electrovib.save` writes a rough contact that was solved as such a table; without a table a run solves contact.surface =
+    { model = "RoughContact", ... } for it.
     """
 
     status: ClassVar[str] = "derived"
@@ -67,10 +68,17 @@ class TabulatedAttraction(ForceLaw):
             found[f"{name}_samples"] = FileColumn(column, stated)
         return found
 
+    @property
+    def is_solved(self) -> bool:
+        """Whether there is no table, and contact.surface is solved for one."""
+        return not (self.file or len(self.voltage_samples) or len(self.attraction_samples))
+
     @model_validator(mode="after")
     def _is_a_table(self) -> Self:
         voltage, attraction = self.voltage_samples.values, self.attraction_samples.values
         why = ""
+        if self.is_solved:
+            return self
         if voltage.size != attraction.size:
             why = f"columns differ in length: {voltage.size} voltages and {attraction.size} attractions"
         elif not voltage.any():
@@ -96,6 +104,11 @@ class TabulatedAttraction(ForceLaw):
 
     def pressure(self, V: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the attraction per area [Pa] from the voltage [V]."""
+        if self.is_solved:
+            raise InputError(
+                "force: TabulatedAttraction has no table here, where contact.surface is not solved as for a run; give one, which"
+                " electrovib.save writes of electrovib.rough_contact"
+            )
         given = np.asarray(V, dtype=float)
         voltage, attraction = self.voltage_samples.values, self.attraction_samples.values
         largest = np.max(np.abs(given), initial=0.0, where=np.isfinite(given))
@@ -112,5 +125,7 @@ class TabulatedAttraction(ForceLaw):
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
         """Return that load and surface are those of the table, which are not judged."""
         del layers
+        if self.is_solved:
+            return ()
         text = "load, area and surface are those of the table, and the contact follows the voltage at once"
         return (Diagnostic("table of the attraction", "unknown", text),)

@@ -30,8 +30,9 @@ from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresE
 from electrovib.recordings.interval import Interval, student
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics
-from electrovib.solve.equilibrium.of_scenario import BlockingStack, closed_diagnostics, uniform_stack
+from electrovib.solve.equilibrium.of_scenario import closed_diagnostics
 from electrovib.solve.rough_contact import Loaded, refuse_beyond_budget
+from electrovib.solve.stack.blocking import BlockingStack, uniform_stack
 
 REDUCED_LOADS: Final = np.geomspace(1e-4, 1e2, 31)
 """Pressures over E* rms/longest: from a few summits that touch to a contact that is nearly closed."""
@@ -264,7 +265,7 @@ def fit_contact(
         )
         rms, modulus = _intervals(estimate, body, roughness.longest)
         found.append(
-            FittedDraw(each, replace(roughness, rms=rms.value), replace(body, modulus=modulus.value))
+            FittedDraw(each, roughness.replace({"rms": rms.value}), body.replace({"modulus": modulus.value}))
         )
         estimates.append((estimate, rms, modulus))
         fitted.append(values)

@@ -16,8 +16,8 @@ from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form, csv_text
 from electrovib.physics.half_space import Elastic
 from electrovib.physics.topography import SelfAffine
-from electrovib.solve.equilibrium.of_scenario import BlockingStack
 from electrovib.solve.rough_contact import Loaded, follow_voltages
+from electrovib.solve.stack.blocking import BlockingStack
 
 
 class FittedDraw(NamedTuple):

@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.contact.attraction import RoughAttraction
 from electrovib.physics.roughness import REACH, GaussianGaps, PullingSpots
+from electrovib.solve.rough_contact.solved import solved_contact
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.contact import Surface
     from electrovib.scenario import Scenario
 
@@ -41,6 +43,11 @@ def area_beyond(
     `field` [V/m] of the film at a local gap [m], falling with it; `voltage` [V] and `electrical_thickness` [m] of the films,
     from which the attraction follows that presses the surface closer.
     """
+    if (found := _solved(scenario, voltage)) is not None:
+        widest = float(found[-1])
+        reach = _gap_at(field, strength, widest) if field(widest) <= strength else widest
+        share = float(np.searchsorted(found, reach, side="right")) / found.size
+        return share, "contact.surface, which is solved under load and attraction"
     gaps = scenario.force.gaps()
     law = f"{type(scenario.force).__name__}, whose gaps are declared and follow no attraction"
     if gaps is None:
@@ -64,6 +71,15 @@ def area_beyond(
     if not field(widest) <= strength:
         return 1.0, f"{law}; no gap keeps the voltage off the film"
     return float(gaps.share_up_to(_gap_at(field, strength, widest))), law
+
+
+def _solved(scenario: Scenario, voltage: float) -> Real | None:
+    """Return the gaps [m] in rising order of a contact that is solved; None where there is none, or it is not known so far."""
+    try:
+        known = solved_contact(scenario)
+        return None if known is None else known.gaps(voltage)
+    except ElectrovibError:
+        return None
 
 
 def pressed_gaps(

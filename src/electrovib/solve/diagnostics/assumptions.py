@@ -13,6 +13,7 @@ from electrovib.physics.drive.shown import FEWEST, ROUNDING, enough, fastest_fre
 from electrovib.solve.electrics.attraction import pressed_states
 from electrovib.solve.electrics.solution import STRETCH
 from electrovib.solve.mechanics.lateral import resting
+from electrovib.solve.rough_contact.solved import solved_contact
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of
 
 if TYPE_CHECKING:
@@ -56,7 +57,10 @@ def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Re
 
 
 def _real_contact(scenario: Scenario, variables: dict[str, Any]) -> tuple[Diagnostic, ...]:
-    """Return how large the error of a law of rough contact is."""
+    """Return how a rough contact was solved, or how large the error of a law of it is."""
+    if (solved := solved_contact(scenario)) is not None:
+        force = variables["electrostatic_force"][1]
+        return solved.diagnostics(float(np.max(force, initial=0.0)) / scenario.contact_area)
     surface = scenario.contact.surface
     if surface is None or "real_contact_area" not in variables:
         return ()

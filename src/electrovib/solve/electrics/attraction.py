@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
+from electrovib.solve.rough_contact.solved import solved_contact
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ MOST_STEPS, HALVED = 200, 12
 
 def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
     """Compute the attraction per area of the first contact, that of a second contact in series included."""
+    if (contact := solved_contact(scenario)) is not None:
+        return contact.attraction(**amplitudes)
     second = Surroundings.of(scenario).second
     total = scenario.force.pressure(**amplitudes)
     if np.any(second):  # a column of many fingers has one for each

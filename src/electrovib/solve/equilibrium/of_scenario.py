@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,16 +19,14 @@ from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import held_voltages, limit_diagnostics
 from electrovib.physics.roughness import ContactSpots, GaussianGaps, local_pull
 from electrovib.physics.safety import breakdown_share
-from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics, layer_diagnostics
 from electrovib.solve.electrics.attraction import LARGEST, crossed, without_bound
 from electrovib.solve.equilibrium.states import BEYOND, Equilibrium, attraction_at, balance
+from electrovib.solve.stack.blocking import BlockingStack, blocking_parts, blocking_stack
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
     from electrovib.physics.contact import Attraction, Contact, Surface
@@ -133,24 +131,6 @@ class Balance(Answer):
         )
 
 
-class BlockingStack(NamedTuple):
-    """The layers that block a constant voltage, with a gap under a load, all as in `Balance`.
-
-    `filling` is the relative permittivity of the gap.
-    """
-
-    pressure: float
-    area: float
-    filling: float
-    electrical_thickness: float
-    blocking: tuple[str, ...]
-
-    def capacitance(self, gap: ArrayLike) -> float:
-        """Return the capacitance [F] of plates in series at each place, for gaps [m] that have equal parts of the area."""
-        inverse = np.mean(1 / (np.asarray(gap, dtype=float) + self.electrical_thickness))
-        return float(eps0 * self.filling * self.area * inverse)
-
-
 def _shown(value: float, unit: str) -> str:
     return format_quantity(value, unit, digits=4)
 
@@ -244,7 +224,9 @@ def states_of(
 
     def attraction_on(area: float) -> Attraction:
         """Return the attraction with the electrical thickness of the return path for an area [m2]."""
-        return attraction_at(held, stack.filling * sum(_blocking(scenario, area).values()), surface, spots)
+        return attraction_at(
+            held, stack.filling * sum(blocking_parts(scenario, area).values()), surface, spots
+        )
 
     if scenario.contact.grows:
         return growing_states(scenario.contact, surface, attraction_on, load=scenario.load.normal_force)
@@ -268,35 +250,6 @@ def _of_surface(
     )
     one_gap = (Diagnostic("one gap", "warning", text),) if surface.is_rough and spots is None else ()
     return (*surface.diagnostics(surface.real_share(borne)), *one_gap)
-
-
-def blocking_stack(scenario: Scenario) -> BlockingStack:
-    """Return across what a constant voltage is held, as `equilibrium` explains."""
-    gap, area = _gap(scenario), scenario.contact_area
-    parts, filling = _blocking(scenario, area), _permittivity(gap, scenario)
-    return BlockingStack(
-        pressure=scenario.load.normal_force / area,
-        area=area,
-        filling=filling,
-        electrical_thickness=filling * sum(parts.values()),
-        blocking=tuple(parts),
-    )
-
-
-def uniform_stack(scenario: Scenario) -> BlockingStack:
-    """Return the same where area and voltage are the same for every contact, as one period of a roughness needs them."""
-    if scenario.contact.grows:
-        raise InputError(
-            f"contact: {type(scenario.contact).__name__} grows with the force, but one period of the roughness has a mean"
-            ' pressure; give contact = { model = "FixedArea", area = ... }'
-        )
-    stack = blocking_stack(scenario)
-    if "return_path" in stack.blocking:
-        raise InputError(
-            "circuit.return_path: a floating body takes a share of the voltage that depends on the whole contact; give the"
-            ' voltage between plate and skin, with return_path = { model = "Grounded" }'
-        )
-    return stack
 
 
 def closed_diagnostics(
@@ -340,7 +293,7 @@ def _diagnostics(
     nearest = of_gaps[np.argmax(breakdown_share(of_gaps[:, 0], of_gaps[:, 1]))].tolist()
     inside, left, charges, energies = dict.fromkeys(layers, 0.0), [], [], []
     for strength, area in zip(of_gaps[:, 0].tolist(), areas, strict=True):
-        parts, flux = _blocking(scenario, area), filling * strength
+        parts, flux = blocking_parts(scenario, area), filling * strength
         for name, layer in layers.items():
             inside[name] = max(inside[name], flux * parts.get(name, 0.0) / layer.thickness)
         left.append(abs(held) - flux * parts.get("return_path", 0.0))
@@ -366,57 +319,6 @@ def _surface(scenario: Scenario) -> Surface:
         why = "the gap follows from the repulsive pressure of the skin's surface topography, for instance"
         raise InputError(f"contact.surface is not given: {why} contact.surface = {example}{more}")
     return scenario.contact.surface
-
-
-def _gap(scenario: Scenario) -> Layer:
-    layers = scenario.stack.layers
-    name = scenario.stack.gap_name
-    if name is None:
-        raise InputError(
-            "stack: there is no gap whose thickness could be computed; add [stack.gap] with any thickness, for instance '1 um'"
-        )
-    charged = [name for name, layer in layers.items() if layer.initial_charge]
-    if charged:
-        raise InputError(
-            f"stack.{charged[0]}.initial_charge: the equilibrium does not include charge on the layers; set it to 0"
-        )
-    if not _blocks(layers[name]):
-        raise InputError(
-            f"stack.{name} conducts: under a constant voltage its field, and the attraction, vanish once charge has crossed."
-            " Set material.conductivity = 0 without a leak, or use `simulate` for the time before"
-        )
-    if scenario.circuit.return_path.second_contact(1.0):
-        raise InputError(
-            "circuit.return_path: a second electrode has a gap of its own; equilibrium takes one contact, for instance"
-            ' return_path = { model = "Grounded" }'
-        )
-    return layers[name]
-
-
-def _blocks(layer: Layer) -> bool:
-    return layer.material.conductivity == 0 and layer.leak is None
-
-
-def _permittivity(layer: Layer, scenario: Scenario) -> float:
-    return float(np.real(layer.material.bound_permittivity(scenario.frequency.low)))
-
-
-def _blocking(scenario: Scenario, area: float) -> dict[str, float]:
-    """Return the thickness over permittivity of all blocking parts except the gap [m]."""
-    parts = {
-        name: layer.thickness / _permittivity(layer, scenario)
-        for name, layer in scenario.stack.layers.items()
-        if name != scenario.stack.gap_name and _blocks(layer)
-    }
-    if not parts:
-        raise InputError(
-            "stack: no layer blocks besides the gap, so the attraction of a closing gap has no bound; equilibrium needs a"
-            " layer with conductivity 0 and without a leak, for instance stack.insulator"
-        )
-    element = scenario.circuit.element()
-    if element.elastance > 0 and element.rate == 0:
-        parts["return_path"] = eps0 * area * element.elastance
-    return parts
 
 
 def largest_voltage(scenario: Scenario) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import BristleFriction
+from electrovib.solve.electrics.real_contact import real_area
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
 from electrovib.solve.mechanics.between import Between
 from electrovib.solve.mechanics.filters import Filter, cascade
@@ -108,7 +109,7 @@ def is_instant(scenario: Scenario) -> bool:
 def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
     """Refuse mechanical models that cannot be combined, before any computation."""
     chain = _without_attraction(scenario)
-    chain.real_area(scenario.load.forces(np.zeros(1)))
+    chain.real_area(scenario.load.forces(np.zeros(1)), np.zeros(1))
     if scenario.friction.deflects:
         _refuse_unslid(scenario)
     elif chain.comes_and_goes():
@@ -154,11 +155,11 @@ def _given(chain: FrictionChain, wanted: frozenset[str] | None) -> dict[str, Rea
     constant = scenario.contact.surface is None and not scenario.contact.grows
     if constant or (wanted is not None and wanted <= BEHIND_FILTERS):
         return rows
-    whole = rows["normal_force"] + chain.pressing(times, chain.answer.attraction)
+    load, pressing = rows["normal_force"], chain.pressing(times, chain.answer.attraction)
     touches = scenario.motion.touches(times)
-    rows["gross_contact_area"] = np.where(touches, scenario.contact.outline(whole), 0.0)
+    rows["gross_contact_area"] = np.where(touches, scenario.contact.outline(load + pressing), 0.0)
     if scenario.contact.surface is not None:
-        rows["real_contact_area"] = np.where(touches, chain.real_area(whole), 0.0)
+        rows["real_contact_area"] = np.where(touches, chain.real_area(load, pressing), 0.0)
     return rows
 
 
@@ -214,7 +215,8 @@ class FrictionChain:
         motion, law = self.scenario.motion, self.scenario.friction.without_memory()
         normal = self.scenario.load.forces(np.maximum(times, 0.0))
         force = self.pressing(times, force)
-        lateral = law.lateral_force(normal, force, self.real_area(normal + force))
+        real = self.real_area(normal, force) if law.needs_real_area else np.full(np.shape(force), np.nan)
+        lateral = law.lateral_force(normal, force, real)
         return lateral if motion.distance is None else np.where(motion.touches(times), lateral, 0.0)
 
     def pressing(self, times: Real, force: Real) -> Real:
@@ -225,12 +227,14 @@ class FrictionChain:
         motion = self.scenario.motion
         return force if motion.distance is None else np.where(motion.touches(times), force, 0.0)
 
-    def real_area(self, force: Real) -> Real:
+    def real_area(self, load: Real, pressing: Real) -> Real:
         """Return the real contact area under load and attraction [N]; NaN where the contact does not define it [m2]."""
-        contact = self.scenario.contact
-        if contact.surface is None and not self.scenario.friction.without_memory().needs_real_area:
-            return np.full(len(force), np.nan)
-        return np.asarray(contact.real_area(force))
+        if (
+            self.scenario.contact.surface is None
+            and not self.scenario.friction.without_memory().needs_real_area
+        ):
+            return np.full(len(pressing), np.nan)
+        return real_area(self.scenario, load, pressing)
 
     def comes_and_goes(self) -> bool:
         """Return whether the friction has to be stepped along the motion, because it is no linear filter of the steady one."""

@@ -19,6 +19,7 @@ from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.mechanics.mechanical import FrictionChain
 from electrovib.solve.population.drive import PiecewiseDrive
 from electrovib.solve.population.stepping import first_order_hold_many
+from electrovib.solve.rough_contact.solved import contact_of_each
 from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, amplitudes_among
 from electrovib.solve.stack.section import total_of
@@ -69,6 +70,8 @@ def _refuse_columns(scenario: Scenario, free: tuple[str, ...]) -> None:
     """Refuse parameters whose values cannot be a column."""
     if scenario.moisture is not None:
         raise NotInArraysError("moisture sets other parameters of each finger")
+    if path := contact_of_each(scenario, free):
+        raise NotInArraysError(f"{path} changes the rough contact, which is solved for each finger")
     for path in free:
         if derived_at(scenario, path) is not None and not path.startswith("drive."):
             raise NotInArraysError(f"{path} is derived from other parameters")

@@ -7,6 +7,7 @@ The skin's heights and the plate's are one composite roughness on the body that 
     -> the same in equilibrium with the pull      `attracted`: local Maxwell stress of layers and gap, or any `potential`
     -> maps and what they add up to               `rest.Loaded.rest` -> `rest.Rest`
     -> over a voltage, up and down                `following`: where the contact falls shut and where it lets go
+    -> over a rising voltage, kept in a table     `solved`: for runs, studies and fits of a scenario that declares the contact
 
 Energies are those of the displacement g + h of a gap g over heights h: (g + h) K (g + h)/2 + load g + W(g), no gap below 0,
 K(q) = 1/C(q) and K(0) = 0, so that the distance of the bodies is not an unknown. Its first derivative is the pressure of the
@@ -26,4 +27,5 @@ from electrovib.solve.rough_contact.potential import Local as Local
 from electrovib.solve.rough_contact.potential import MaxwellStress as MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded as Loaded
 from electrovib.solve.rough_contact.rest import Rest as Rest
+from electrovib.solve.rough_contact.rest import doubts as doubts
 from electrovib.solve.rough_contact.rest import refuse_beyond_budget as refuse_beyond_budget

@@ -29,6 +29,23 @@ HELD = 30
 """Maps that the solver holds at once."""
 
 
+STEEP = 0.3
+"""Rms slope above which a doubt is told."""
+
+
+def doubts(*, rms_slope: float, steepness: float) -> list[str]:
+    """Say where slopes are not small, and where the grid is too coarse for the attraction."""
+    said = []
+    if rms_slope > STEEP:
+        said.append(f"the roughness has an rms slope of {rms_slope:.2g}, but slopes are taken as small")
+    if steepness > 1:
+        said.append(
+            f"the grid does not resolve the attraction at the edges of the contact, which is {steepness:.2g} times as steep as"
+            " its shortest wave is stiff: contact share and attraction may change on a finer grid; give more points"
+        )
+    return said
+
+
 def refuse_beyond_budget(points: int, contacts: int, *, kept: int = 0) -> None:
     """Refuse so many contacts of so many points along a side, of which some are kept with their maps, beyond the budget."""
     what = f"{contacts} contacts of {points} x {points} points"

@@ -62,9 +62,12 @@ def steady(scenario: Scenario) -> SteadyFriction:
 
 def friction_alone(scenario: Scenario, *, times: float = 1.0) -> float:
     """Compute the friction force [N] of steady sliding under a multiple of the load, without attraction."""
+    from electrovib.solve.electrics.real_contact import real_area
+
     load = np.asarray(times * scenario.load.normal_force)
     law = steady(scenario)
-    real = scenario.contact.real_area(load) if law.needs_real_area else np.asarray(0.0)
+    pressed = scenario if times == 1 else scenario.replace({"load.normal_force": float(load)})
+    real = real_area(pressed, load, np.asarray(0.0)) if law.needs_real_area else np.asarray(0.0)
     return float(law.lateral_force(load, np.asarray(0.0), real))
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from electrovib.physics.stack import Layer
-    from electrovib.studies.rough_contact import RoughContact
+    from electrovib.studies.rough_contact import RestingContact
 
 _WIDTH = 0.27
 """Of the drawing; the words stand at its right."""
@@ -210,13 +210,13 @@ _COARSE: Final = 512
 
 
 def contact_map(
-    found: RoughContact, *, quantity: str = "gap", voltage: float | None = None, ax: Axes | None = None
+    found: RestingContact, *, quantity: str = "gap", voltage: float | None = None, ax: Axes | None = None
 ) -> Axes:
     """Draw the gap, the pressure of the contact or the attraction over one period of a rough contact.
 
     Parameters
     ----------
-    found : RoughContact
+    found : RestingContact
         From `electrovib.rough_contact`.
     quantity : str
         ``"gap"``, ``"pressure"`` or ``"attraction"``.
@@ -261,7 +261,7 @@ def contact_map(
         return axes
 
 
-def _place(found: RoughContact, voltage: float) -> int:
+def _place(found: RestingContact, voltage: float) -> int:
     """Return the last place at which the contact was under a voltage."""
     places = np.flatnonzero(np.isclose(found.voltage, voltage, rtol=1e-9, atol=0.0))
     if not places.size:

@@ -36,7 +36,7 @@ def test_beyond_its_last_voltage_nothing_is_known(largest):
 @pytest.mark.parametrize(
     ("voltage", "attraction", "said"),
     [
-        ([], [], "no voltage besides 0"),
+        ([], [], "there is no table; give a file"),
         ([0.0], [0.0], "no voltage besides 0"),
         ([1.0, 2.0], [1.0], "2 voltages and 1 attractions"),
         ([0.0, 2.0, 1.0], [0.0, 2.0, 1.0], "must rise"),
