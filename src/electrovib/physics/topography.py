@@ -280,6 +280,11 @@ class MeasuredHeights:
         object.__setattr__(self, "values", values - (linear @ fitted).reshape(values.shape))
 
     @property
+    def rms(self) -> float:
+        """Root mean square height [m]."""
+        return float(np.asarray(self.values).std())
+
+    @property
     def shortest(self) -> float:
         """Shortest wavelength that the points hold [m]."""
         return 2 * self.spacing

@@ -79,9 +79,9 @@ def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
         ("--voltage 1V --measured 1N,2N", "--measured: 2 forces for 1 voltages: give one for each"),
         (
             "--body '{ modulos = 1e6 }'",
-            "--body: modulos is none of modulus, poisson. Did you mean 'modulus'?",
+            "--body: modulos is none of modulus, poisson, film, thickness, below. Did you mean 'modulus'?",
         ),
-        ("--body soft", "--body = soft: expected a table { modulus, poisson }"),
+        ("--body soft", "--body = soft: expected a table { modulus, poisson, film, thickness, below }"),
         ("--body '{ modulus = -1 }'", "--body.modulus = -1"),
         ("--draws 0", "draws = 0"),
         ("-o out.gif", "written as"),

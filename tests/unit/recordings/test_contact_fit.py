@@ -21,10 +21,10 @@ RISING = 1e-9 * LOADS**0.3
 
 @pytest.fixture(autouse=True)
 def _solved_once(monkeypatch):
-    monkeypatch.setattr(contact, "_solved", solved)
+    monkeypatch.setattr(contact, "solved", solved)
 
 
-solved = functools.cache(contact._solved)
+solved = functools.cache(contact.solved)
 
 
 @functools.cache
@@ -175,11 +175,11 @@ def test_the_interval_over_draws_holds_other_phases():
 def test_the_interval_over_draws_is_that_of_one_more_and_of_the_noise():
     """Two numbers a factor of e apart without noise: sqrt(1/2) about the middle, times sqrt(3/2), t with 1 degree of freedom."""
     low, high = (Interval(value=each, lower=each, upper=each, standard_error=0.0) for each in (1.0, np.e))
-    found = contact._over_draws([low, high], 4)
+    found = contact.over_draws([low, high], 4)
     assert found.value == pytest.approx(np.exp(0.5))
     assert np.log(found.upper / found.value) == pytest.approx(12.7062 * np.sqrt(0.75), rel=1e-5)
     assert found.value**2 == pytest.approx(found.lower * found.upper)
-    noisy = contact._over_draws([replace(low, standard_error=0.1)] * 3, 4)
+    noisy = contact.over_draws([replace(low, standard_error=0.1)] * 3, 4)
     assert np.log(noisy.upper) == pytest.approx(2.77645 * 0.1, rel=1e-5)
 
 
@@ -256,5 +256,5 @@ def test_one_draw_has_no_range():
     found = fitted().predict(voltage=[20.0, 40.0]).document
     (curve,) = found.figures[0].curves
     assert curve.label == "predicted"
-    assert "of one draw of the phases" in found.sentences[0]
+    assert "of one surface" in found.sentences[0]
     assert " to " not in found.sentences[0]

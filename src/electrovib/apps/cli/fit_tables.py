@@ -15,8 +15,11 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
 
 if TYPE_CHECKING:
-    from electrovib.physics.half_space import Elastic
-    from electrovib.physics.topography import SelfAffine
+    from electrovib.core.arrays import Real
+    from electrovib.physics.half_space import Coated, Elastic
+    from electrovib.physics.roughness import ContactSpots
+    from electrovib.physics.topography import MeasuredHeights, SelfAffine
+    from electrovib.scenario import Scenario
 
 
 def fit_material(
@@ -149,15 +152,19 @@ def fit_contact(
     *,
     scenario: options.Scenario,
     files: options.Files,
-    load: options.Needed,
-    capacitance: options.Needed,
+    load: Annotated[list[str], typer.Option()],
+    capacitance: options.Text = None,
     roughness: options.Needed,
     body: options.Text = None,
+    free: options.Names = None,
     voltage: options.Names = None,
     measured: options.Names = None,
+    spots: options.Text = None,
+    frequency: options.Text = None,
     points: Annotated[int | None, options.number("--points", int)] = None,
-    draws: Annotated[int, options.number("--draws", int)] = 4,
+    draws: Annotated[int | None, options.number("--draws", int)] = None,
     seed: Annotated[int, options.number("--seed", int)] = 0,
+    columns: options.Columns = None,
     recipe: options.Text = None,
     set: options.Changes = None,
     output: options.Output = None,
@@ -165,7 +172,7 @@ def fit_contact(
     _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
-    """Fit a rough contact to its capacitance over the load.
+    """Fit a rough contact to its capacitance over the load, or to its impedance at several loads.
 
     Report rms height and modulus with their intervals; with --voltage the attraction that follows, without a free number.
 
@@ -174,19 +181,27 @@ def fit_contact(
     scenario
         Area and layers of the contact: a TOML file, or a paper's scenario such as bau_2010/sine.
     files
-        Tables of measured points.
-    load : COLUMN
-        Column of the load, with a unit where the file states none.
+        Tables of measured points; or spectra of impedance, one at each load.
+    load : COLUMN|FILE=LOAD
+        Column of the load, with a unit where the file states none; of spectra the load of each, z.csv='0.5 N', repeatable.
     capacitance : COLUMN
-        Column of the capacitance, likewise.
+        Column of the capacitance, likewise; without it the files are spectra.
     roughness : TABLE
-        Shape of its spectrum: '{ hurst = 0.8, longest = "1 mm", roll_off = "0.5 mm", shortest = "0.1 mm" }'.
+        Shape of its spectrum: '{ hurst = 0.8, longest = "1 mm", roll_off = "0.5 mm", shortest = "0.1 mm" }'; or a measured map:
+        '{ heights = "map.npy", spacing = "2 um" }', rows of heights in m.
     body : TABLE
-        What is bent: '{ modulus = "1 MPa", poisson = 0.5 }', which the search begins with, by default.
+        What is bent: '{ modulus = "1 MPa", poisson = 0.5 }', which the search begins with, by default; with a film on it
+        '{ film = { modulus = "100 MPa" }, thickness = "20 um", below = { modulus = "1 MPa" } }'.
+    free : rms,modulus
+        What is fitted: both of a spectrum, the modulus of a map; with rms the map is scaled.
     voltage : VOLTAGE,...
         Constant voltages at which the attraction is predicted under the load of the scenario: '100 V,200 V'.
     measured : FORCE,...
         Measured attraction at each voltage, which the prediction is compared with.
+    spots : MODEL
+        Field where faces touch: PullingSpots, IdleSpots, or '{ model = "LeakingSpots", resistivity = "100 Mohm m" }'.
+    frequency : FREQUENCY
+        Of a sine whose root mean square the voltages are, on which leaking spots depend.
     points : N
         Points along a side of the grid.
     draws : N
@@ -204,29 +219,22 @@ def fit_contact(
     """
     from electrovib.recordings.fit.contact import ContactFit, fit_contact
     from electrovib.recordings.fit.contact_prediction import ContactPrediction
-    from electrovib.recordings.fit.power_law import read_points
     from electrovib.view.files import check_answer, save_answer, written
 
-    entries = recipe_of(recipe, None, None, only=READING, of="the fit of a contact")
-    entries.pop("columns", None)
-    wanted = _wanted(voltage, measured)
+    entries = recipe_of(recipe, None, columns, only=READING, of="the fit of a contact")
+    wanted = _wanted(voltage, measured, spots, frequency)
     shape, bent = _roughness(roughness), _body(body)
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
-    loads, capacitances, _, omitted = read_points(
-        files, x=load, y=capacitance, named=("--load", "--capacitance"), kinds=("N", "F"), **entries
+    known = options.changed(scenario, set)
+    loads, capacitances, omitted = (
+        _of_spectra(known, files, load, entries)
+        if capacitance is None
+        else _of_tables(files, load, capacitance, entries)
     )
-    found = fit_contact(
-        options.changed(scenario, set),
-        load=loads,
-        capacitance=capacitances,
-        roughness=shape,
-        body=bent,
-        points=points,
-        draws=draws,
-        seed=seed,
-    )
+    asked = options.given(free=free, points=points, draws=draws, seed=seed)
+    found = fit_contact(known, load=loads, capacitance=capacitances, roughness=shape, body=bent, **asked)
     answers: list[ContactFit | ContactPrediction] = [found]
     if voltage:
         answers.append(found.predict(**wanted))
@@ -238,10 +246,61 @@ def fit_contact(
         say(written(output, lambda: answers[-1].document))
 
 
-def _wanted(voltage: list[str] | None, measured: list[str] | None) -> dict[str, Any]:
-    """Read the voltages of a prediction, and the force that was measured at each."""
+def _of_tables(
+    files: list[str], load: list[str], capacitance: str, entries: dict[str, Any]
+) -> tuple["Real", "Real", int]:
+    """Read loads and capacitances from columns of tables, and how many rows lack one."""
+    from electrovib.recordings.fit.power_law import read_points
+
+    if len(load) > 1:
+        raise InputError("with --capacitance give one column of the tables", path="--load")
+    if entries.pop("columns", None):
+        raise InputError("belongs to spectra: omit --capacitance, or --column", path="--column")
+    loads, capacitances, _, omitted = read_points(
+        files, x=load[0], y=capacitance, named=("--load", "--capacitance"), kinds=("N", "F"), **entries
+    )
+    return loads, capacitances, omitted
+
+
+def _of_spectra(
+    scenario: "Scenario", files: list[str], load: list[str], entries: dict[str, Any]
+) -> tuple[list[float], list[float], int]:
+    """Read an impedance from each file, and return its load and the capacitance of the contact."""
+    from electrovib.data.registry import read_recorded
+    from electrovib.data.spectrum import spectrum_of, split_part
+    from electrovib.recordings.fit.contact_impedance import contact_capacitance
+
+    columns = entries.pop("columns", None)
+    _, number = split_part(entries.pop("part", None))
+    pairs = [
+        options.pair_of(text, "--load", "FILE=LOAD for a spectrum, or --capacitance too") for text in load
+    ]
+    loads = {name: number_in("N", "--load", value) for name, value in pairs}
+    if len(loads) < len(pairs) or set(loads) != set(files):
+        raise InputError(f"give the load of each of {', '.join(files)} once", path="--load")
+    capacitances = []
+    for file in files:
+        found = spectrum_of(read_recorded(Path(file), **entries), columns=columns, spectrum=number)
+        if found.impedance is None:
+            raise InputError("the file holds a permittivity; the contact has an impedance", path=file)
+        try:
+            each = contact_capacitance(scenario, frequency=found.frequency, impedance=found.impedance)
+        except InputError as error:
+            raise InputError([problem.within(file) for problem in error.problems]) from None
+        capacitances.append(float(each))
+    return [loads[file] for file in files], capacitances, 0
+
+
+def _wanted(
+    voltage: list[str] | None, measured: list[str] | None, spots: str | None, frequency: str | None
+) -> dict[str, Any]:
+    """Read the voltages of a prediction, the force that was measured at each, and what spots do."""
     if measured and not voltage:
         raise InputError("is compared with a prediction: give --voltage too", path="--measured")
+    if (spots or frequency) and not voltage:
+        raise InputError(
+            "belongs to a prediction: give --voltage too", path="--spots" if spots else "--frequency"
+        )
     voltages = [number_in("V", "--voltage", each) for each in voltage or ()]
     forces = [number_in("N", "--measured", each) for each in measured or ()]
     if not all(voltages):
@@ -250,7 +309,23 @@ def _wanted(voltage: list[str] | None, measured: list[str] | None) -> dict[str, 
         raise InputError(
             f"{len(forces)} forces for {len(voltages)} voltages: give one for each", path="--measured"
         )
-    return {"voltage": voltages, "measured": forces or None}
+    return {
+        "voltage": voltages,
+        "measured": forces or None,
+        "spots": _spots(spots) if spots else None,
+        "frequency": number_in("Hz", "--frequency", frequency or 0.0),
+    }
+
+
+def _spots(text: str) -> "ContactSpots":
+    """Read contact spots: the name of a model, or a table with its parameters."""
+    from electrovib.apps.changes import read_changes
+    from electrovib.core.model import read_model
+    from electrovib.physics.roughness import ContactSpots
+
+    table = read_changes([f"table={text}"])["table"]
+    with _of_option("--spots"):
+        return read_model(ContactSpots, table if isinstance(table, dict) else {"model": table})  # type: ignore[type-abstract]
 
 
 def _omitted(rows: int) -> list[str]:
@@ -258,25 +333,49 @@ def _omitted(rows: int) -> list[str]:
     return [f"rows without a number, which are omitted: {rows}"] if rows else []
 
 
-def _roughness(text: str) -> "SelfAffine":
-    """Read the shape of a spectrum; the search begins with an rms height of 1 um unless it states one."""
-    from electrovib.physics.topography import SelfAffine
+def _roughness(text: str) -> "SelfAffine | MeasuredHeights":
+    """Read the shape of a spectrum, by default with an rms height of 1 um to begin with; or a map of heights."""
+    from electrovib.physics.topography import MeasuredHeights, SelfAffine
 
-    needed = ("hurst", "longest", "roll_off", "shortest")
-    found = _table("--roughness", text, ("rms", *needed))
-    if missing := [name for name in needed if name not in found]:
+    needed, of_map = ("hurst", "longest", "roll_off", "shortest"), ("heights", "spacing")
+    found = _table("--roughness", text, ("rms", *needed, *of_map))
+    is_map = not found.keys().isdisjoint(of_map)
+    if missing := [name for name in (of_map if is_map else needed) if name not in found]:
         raise InputError(f"without {', '.join(missing)}", path="--roughness", value=text)
+    if is_map and (further := found.keys() - set(of_map)):
+        raise InputError(f"a map of heights has no {', '.join(sorted(further))}; omit it", path="--roughness")
     with _of_option("--roughness"):
+        if is_map:
+            return MeasuredHeights(values=_map(found["heights"]), spacing=found["spacing"])
         return SelfAffine(**{"rms": 1e-6} | found)
 
 
-def _body(text: str | None) -> "Elastic":
-    """Read a body; the search begins with a modulus of 1 MPa unless it states one."""
-    from electrovib.physics.half_space import Elastic
+def _map(file: object) -> "Real":
+    """Read rows of heights [m]."""
+    import numpy as np
 
-    found = _table("--body", text, ("modulus", "poisson")) if text else {}
+    from electrovib.data.registry import read_recorded
+
+    if not isinstance(file, str):
+        raise InputError("expected the name of a file, such as 'map.npy'", path="heights", value=str(file))
+    return np.column_stack([each.values for each in read_recorded(Path(file)).channels])
+
+
+def _body(text: str | None) -> "Elastic | Coated":
+    """Read a body; the search begins with a modulus of 1 MPa unless it states one."""
+    from electrovib.physics.half_space import Coated, Elastic
+
+    parts = ("film", "thickness", "below")
+    found = _table("--body", text, ("modulus", "poisson", *parts)) if text else {}
     with _of_option("--body"):
-        return Elastic(**{"modulus": 1e6} | found)
+        if found.keys().isdisjoint(parts):
+            return Elastic(**{"modulus": 1e6} | found)
+        if set(found) != set(parts):
+            raise InputError(f"a coated body has {', '.join(parts)}, not {', '.join(found)}")
+        both = {
+            name: Elastic(**_known(found[name], name, ("modulus", "poisson"))) for name in ("film", "below")
+        }
+        return Coated(thickness=found["thickness"], **both)
 
 
 @contextmanager
@@ -291,11 +390,16 @@ def _of_option(option: str) -> Iterator[None]:
 def _table(option: str, text: str, known: tuple[str, ...]) -> dict[str, Any]:
     """Read an inline table with some of the known keys."""
     from electrovib.apps.changes import read_changes
+
+    return _known(read_changes([f"table={text}"])["table"], option, known)
+
+
+def _known(found: object, path: str, known: tuple[str, ...]) -> dict[str, Any]:
+    """Return a table, or refuse what is none and keys that are not known."""
     from electrovib.core.errors import nearest
 
-    found = read_changes([f"table={text}"])["table"]
     if not isinstance(found, dict):
-        raise InputError(f"expected a table {{ {', '.join(known)} }}", path=option, value=text)
+        raise InputError(f"expected a table {{ {', '.join(known)} }}", path=path, value=str(found))
     if wrong := [name for name in found if name not in known]:
-        raise InputError(f"{wrong[0]} is none of {', '.join(known)}.{nearest(wrong[0], known)}", path=option)
+        raise InputError(f"{wrong[0]} is none of {', '.join(known)}.{nearest(wrong[0], known)}", path=path)
     return found
