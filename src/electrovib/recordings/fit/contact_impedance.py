@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from electrovib.core.arrays import Real
+from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
@@ -19,7 +19,7 @@ MISSED: Final = 0.1
 """Relative root mean square of the impedance that layers and gap miss, beyond which they are not what was measured."""
 
 
-def contact_capacitance(scenario: Source, *, frequency: ArrayLike, impedance: ArrayLike) -> Real:
+def contact_capacitance(scenario: Source, *, frequency: ArrayLike, impedance: Complex) -> Real:
     """Find the capacitance of film and gap from impedances over frequency, such as one spectrum at each of some loads.
 
     Parameters
@@ -29,7 +29,7 @@ def contact_capacitance(scenario: Source, *, frequency: ArrayLike, impedance: Ar
         amplifier and return path. The thickness of the gap has no effect.
     frequency : array_like, shape (n,)
         Frequencies [Hz], above 0.
-    impedance : array_like, shape (loads, n) or (n,), complex
+    impedance : ndarray, shape (loads, n) or (n,), complex
         Impedance of the whole series at each [ohm], that of the leads subtracted: real part R, imaginary part below 0 for a
         capacitor.
 
@@ -82,7 +82,7 @@ def contact_capacitance(scenario: Source, *, frequency: ArrayLike, impedance: Ar
     return np.asarray(eps0 * stack.filling * stack.area / (width + stack.electrical_thickness))
 
 
-def _spectra(frequency: ArrayLike, impedance: ArrayLike) -> tuple[Real, np.ndarray]:
+def _spectra(frequency: ArrayLike, impedance: Complex) -> tuple[Real, Complex]:
     """Return frequencies and impedances that have a size each, or refuse them."""
     grid, measured = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
     if grid.ndim != 1 or measured.ndim not in (1, 2) or measured.shape[-1:] != grid.shape or not grid.size:
