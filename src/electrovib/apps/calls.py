@@ -276,7 +276,13 @@ _SIMPLE: Final = {
     "Callable": _Kind("a function", callable, _refused),
     "xarray.Dataset": _Kind("a Trace, or its file", is_trace, _opened),
 }
-_OF_UNIT: Final = {"float": _number, "int": _whole_number, "Real": _array, "ArrayLike": _array, "Complex": _complex_array}
+_OF_UNIT: Final = {
+    "float": _number,
+    "int": _whole_number,
+    "Real": _array,
+    "ArrayLike": _array,
+    "Complex": _complex_array,
+}
 _HOLDING: Final[dict[str, Callable[..., _Kind]]] = {
     "Sequence": _list_of,
     "Mapping": _table_of,

@@ -87,7 +87,6 @@ def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
         ("--body '{ modulus = -1 }'", "--body.modulus = -1"),
         ("--draws 0", "draws = 0"),
         ("-o out.gif", "written as"),
-        ("--points 2048 --draws 32", "would take about"),
     ],
 )
 def test_what_is_wrong_is_one_sentence(asked, refused, wrong, words):
@@ -101,6 +100,14 @@ def test_a_spectrum_that_is_not_whole_is_refused(asked, refused):
     assert "--roughness" in refused(short)
     assert "without shortest" in refused(short)
     assert "--roughness.hurst = 2.0: a Hurst exponent" in refused(asked.replace("0.8", "2.0"))
+    for points, words in (
+        ("2048", "would take about"),
+        ("16", "points = 16: an even number"),
+        ("1.5", "--roughness.points = 1.5: expected a whole number"),
+    ):
+        assert words in refused(
+            asked.replace("hurst", f"points = {points}, hurst").replace("draws 2", "draws 32")
+        )
 
 
 def test_columns_of_other_units_are_refused_by_their_option(here, asked, refused):

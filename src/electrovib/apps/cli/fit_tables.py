@@ -161,7 +161,6 @@ def fit_contact(
     measured: options.Names = None,
     spots: options.Text = None,
     frequency: options.Text = None,
-    points: Annotated[int | None, options.number("--points", int)] = None,
     draws: Annotated[int | None, options.number("--draws", int)] = None,
     seed: Annotated[int, options.number("--seed", int)] = 0,
     columns: options.Columns = None,
@@ -172,9 +171,10 @@ def fit_contact(
     _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
-    """Fit a rough contact to its capacitance over the load, or to its impedance at several loads.
+    """Fit a rough contact to its capacitance over the load.
 
-    Report rms height and modulus with their intervals; with --voltage the attraction that follows, without a free number.
+    Or to its impedance at some loads. Report rms height and modulus with their intervals; with --voltage the attraction that
+    follows, without a free number.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def fit_contact(
         Column of the capacitance, likewise; without it the files are spectra.
     roughness : TABLE
         Shape of its spectrum: '{ hurst = 0.8, longest = "1 mm", roll_off = "0.5 mm", shortest = "0.1 mm" }'; or a measured map:
-        '{ heights = "map.npy", spacing = "2 um" }', rows of heights in m.
+        '{ heights = "map.npy", spacing = "2 um" }', rows of heights in m. A spectrum may have points = N on a side of the grid.
     body : TABLE
         What is bent: '{ modulus = "1 MPa", poisson = 0.5 }', which the search begins with, by default; with a film on it
         '{ film = { modulus = "100 MPa" }, thickness = "20 um", below = { modulus = "1 MPa" } }'.
@@ -202,8 +202,6 @@ def fit_contact(
         Field where faces touch: PullingSpots, IdleSpots, or '{ model = "LeakingSpots", resistivity = "100 Mohm m" }'.
     frequency : FREQUENCY
         Of a sine whose root mean square the voltages are, on which leaking spots depend.
-    points : N
-        Points along a side of the grid.
     draws : N
         Draws of the random phases of the roughness.
     seed : N
@@ -223,7 +221,7 @@ def fit_contact(
 
     entries = recipe_of(recipe, None, columns, only=READING, of="the fit of a contact")
     wanted = _wanted(voltage, measured, spots, frequency)
-    shape, bent = _roughness(roughness), _body(body)
+    (shape, points), bent = _roughness(roughness), _body(body)
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
@@ -333,12 +331,12 @@ def _omitted(rows: int) -> list[str]:
     return [f"rows without a number, which are omitted: {rows}"] if rows else []
 
 
-def _roughness(text: str) -> "SelfAffine | MeasuredHeights":
-    """Read the shape of a spectrum, by default with an rms height of 1 um to begin with; or a map of heights."""
+def _roughness(text: str) -> "tuple[SelfAffine | MeasuredHeights, int | None]":
+    """Read a spectrum, with an rms height of 1 um to begin with and the points of its grid; or a map of heights."""
     from electrovib.physics.topography import MeasuredHeights, SelfAffine
 
     needed, of_map = ("hurst", "longest", "roll_off", "shortest"), ("heights", "spacing")
-    found = _table("--roughness", text, ("rms", *needed, *of_map))
+    found = _table("--roughness", text, ("rms", "points", *needed, *of_map))
     is_map = not found.keys().isdisjoint(of_map)
     if missing := [name for name in (of_map if is_map else needed) if name not in found]:
         raise InputError(f"without {', '.join(missing)}", path="--roughness", value=text)
@@ -346,8 +344,11 @@ def _roughness(text: str) -> "SelfAffine | MeasuredHeights":
         raise InputError(f"a map of heights has no {', '.join(sorted(further))}; omit it", path="--roughness")
     with _of_option("--roughness"):
         if is_map:
-            return MeasuredHeights(values=_map(found["heights"]), spacing=found["spacing"])
-        return SelfAffine(**{"rms": 1e-6} | found)
+            return MeasuredHeights(values=_map(found["heights"]), spacing=found["spacing"]), None
+        points = found.pop("points", None)
+        if not isinstance(points, int | None):
+            raise InputError("expected a whole number, such as 256", path="points", value=str(points))
+        return SelfAffine(**{"rms": 1e-6} | found), points
 
 
 def _map(file: object) -> "Real":

@@ -130,8 +130,8 @@ class ContactFit(Answer):
         Notes
         -----
         Each draw is solved as `electrovib.rough_contact` does, on one grid. What spots do is declared here and not for the fit:
-        a closed gap has no impedance either way. Limits are not judged before the force is predicted, as nothing is played;
-        films, air and declared limits are in the diagnostics.
+        a closed gap has no impedance, whatever they are. Limits are not judged before the force is predicted, as nothing is
+        played; films, air and declared limits are in the diagnostics.
         """
         changes = {} if load is None else {"load.normal_force": load}
         known = self.scenario.replace(changes)

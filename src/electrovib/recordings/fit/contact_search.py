@@ -33,7 +33,7 @@ FREE: Final = ("rms", "modulus")
 """What can be fitted."""
 
 
-class Solved(NamedTuple):
+class ReducedContacts(NamedTuple):
     """Gaps over the rms height under each of `REDUCED_LOADS`, shape (loads, places)."""
 
     gaps: Real
@@ -52,7 +52,8 @@ class Solved(NamedTuple):
 
 def solved(
     roughness: SelfAffine | MeasuredHeights, body: Elastic | Coated, shape: tuple[int, int], seed: int
-) -> Solved:
+) -> ReducedContacts:
+    """Solve the contact under each of `REDUCED_LOADS`, on a grid of a shape, with one draw of the phases."""
     periods, rms = roughness.periods, roughness.rms
     heights = roughness.heights(shape, periods, seed=seed)
     unit, step = _stiffness(body, roughness), max(1, heights.size // KEPT)
@@ -62,14 +63,14 @@ def solved(
         found: Real = np.sort(loaded.rest().gap, axis=None)[step // 2 :: step] / rms
         return found
 
-    return Solved(np.stack([gaps(load) for load in REDUCED_LOADS.tolist()]))
+    return ReducedContacts(np.stack([gaps(load) for load in REDUCED_LOADS.tolist()]))
 
 
 def best_contact(
     loads: Real,
     measured: Real,
     stack: BlockingStack,
-    table: Solved,
+    table: ReducedContacts,
     roughness: SelfAffine | MeasuredHeights,
     body: Elastic | Coated,
     fitted: tuple[str, ...],

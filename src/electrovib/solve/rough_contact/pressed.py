@@ -45,7 +45,7 @@ def press(heights: Real, cell: Cell, *, load: float, tolerance: float) -> Presse
     pressure = _start(heights, cell, load=load, tolerance=tolerance)
     padded = np.zeros(heights.shape, dtype=np.float32)
     least, former, step = np.inf, pressure, np.zeros(0)
-    for rounds in range(ROUNDS):  # noqa: B007 - their number is stated
+    for rounds in range(ROUNDS):
         np.maximum(pressure, 0.0, out=pressure)
         pressure *= load * pressure.size / pressure.sum()
         gap = cell.displacement(pressure)
