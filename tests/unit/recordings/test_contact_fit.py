@@ -305,8 +305,19 @@ def test_what_is_known_is_not_fitted(free, other):
     assert getattr(found, other).standard_error == 0
     assert value.standard_error < getattr(fitted(noisy), free).standard_error
     assert found.scatter == pytest.approx(np.sqrt(np.sum(np.log(found.capacitance / found.fitted) ** 2) / 5))
+    beside = [
+        capacitances(rough=replace(ROUGH, rms=2e-6 * factor))
+        if free == "rms"
+        else capacitances(body=ev.Elastic(modulus=1e6 * factor))
+        for factor in (0.98, 1.02)
+    ]
+    slope = np.log(beside[1] / beside[0]) / np.log(1.02 / 0.98)
+    error = found.scatter * value.value / np.sqrt(np.sum(slope**2))
+    assert value.standard_error == pytest.approx(error, rel=0.05)
     several = fitted(noisy, free=[free], draws=2, **wrong)
     assert getattr(several, other).value == pytest.approx(true[other])
+    alone = [getattr(fitted(noisy, free=[free], seed=seed, **wrong), free) for seed in (0, 1)]
+    assert getattr(several, free) == contact.over_draws(alone, 5)
 
 
 def test_film_and_half_space_keep_the_ratio_of_their_moduli():
