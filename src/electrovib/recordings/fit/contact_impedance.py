@@ -55,7 +55,7 @@ def contact_capacitance(scenario: Source, *, frequency: ArrayLike, impedance: Co
     --------
     >>> pad = ev.run("bau_2010/sine", set={"stack.gap.thickness": "2 um"})
     >>> f"{ev.contact_capacitance(pad, frequency=pad.frequency, impedance=pad.impedance):.4g}"
-    '3.923e-10'
+    '3.924e-10'
     """
     known = read_scenario(scenario)
     stack, gap = uniform_stack(known), known.stack.gap_name
