@@ -87,6 +87,7 @@ def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
         ("--body '{ modulus = -1 }'", "--body.modulus = -1"),
         ("--draws 0", "draws = 0"),
         ("-o out.gif", "written as"),
+        ("--points 2048 --draws 32", "would take about"),
     ],
 )
 def test_what_is_wrong_is_one_sentence(asked, refused, wrong, words):
@@ -100,14 +101,6 @@ def test_a_spectrum_that_is_not_whole_is_refused(asked, refused):
     assert "--roughness" in refused(short)
     assert "without shortest" in refused(short)
     assert "--roughness.hurst = 2.0: a Hurst exponent" in refused(asked.replace("0.8", "2.0"))
-    for points, words in (
-        ("2048", "would take about"),
-        ("16", "points = 16: an even number"),
-        ("1.5", "--roughness.points = 1.5: expected a whole number"),
-    ):
-        assert words in refused(
-            asked.replace("hurst", f"points = {points}, hurst").replace("draws 2", "draws 32")
-        )
 
 
 def test_columns_of_other_units_are_refused_by_their_option(here, asked, refused):
@@ -220,9 +213,10 @@ def test_a_map_a_coated_body_and_spots_are_those_of_the_functions(here, asked, s
     spots = '{ model = "LeakingSpots", resistivity = "100 Mohm m" }'
     out = {}
     for name in ("map.npy", "map.csv"):
-        words = f"--roughness '{{ heights = \"{name}\", spacing = \"31.25 um\" }}' --body '{skin}' --free rms,modulus"
+        table = f'{{ heights = "{name}", spacing = "31.25 um", spots = {spots} }}'
+        words = f"--roughness '{table}' --body '{skin}' --free rms,modulus"
         given = asked.replace(f"--roughness '{TABLE}' --draws 2", words)
-        out[name] = said(f"{given} --voltage 30V --spots '{spots}' --frequency 200Hz -o out.csv --force")
+        out[name] = said(f"{given} --voltage 30V --frequency 200Hz -o out.csv --force")
     found = ev.fit_contact(
         SINE,
         load=LOADS,
@@ -243,9 +237,7 @@ def test_a_map_a_coated_body_and_spots_are_those_of_the_functions(here, asked, s
     ("wrong", "words"),
     [
         ("--free gap", "free = ['gap']: expected one or both of rms, modulus"),
-        ("--spots IdleSpots", "--spots: belongs to a prediction: give --voltage too"),
         ("--frequency 1kHz", "--frequency: belongs to a prediction: give --voltage too"),
-        ("--voltage 1V --spots Sleeping", "--spots"),
         ("--voltage 1V --frequency 1V", "--frequency = 1V: expected a frequency"),
         (
             "--body '{ film = { modulus = 1e6 } }'",
@@ -276,3 +268,22 @@ def test_what_is_wrong_in_a_body_or_spots_is_one_sentence(asked, refused, wrong,
 )
 def test_a_map_that_is_none_is_refused(asked, refused, table, words):
     assert words in refused(asked.replace(f"'{TABLE}'", f'"{{ {table} }}"'))
+
+
+@pytest.mark.parametrize(
+    ("spots", "more", "words"),
+    [
+        ('"IdleSpots"', "", "--roughness: spots belong to a prediction: give --voltage too"),
+        ('"IdlSpots"', "--voltage 1V", "--roughness.spots"),
+        ('{ model = "LeakingSpots" }', "--voltage 1V", "--roughness.spots.resistivity"),
+        ("3", "--voltage 1V", "--roughness.spots"),
+    ],
+)
+def test_spots_that_are_none_are_refused(asked, refused, spots, more, words):
+    assert words in refused(f"{asked.replace('hurst', f'spots = {spots}, hurst')} {more}")
+
+
+def test_idle_spots_attract_less(asked, said):
+    idle = asked.replace("hurst", 'spots = "IdleSpots", hurst')
+    told = said(f"{idle} --voltage 30V")
+    assert "where faces touch they have 0 % of the field of spots that insulate" in told

@@ -159,8 +159,8 @@ def fit_contact(
     free: options.Names = None,
     voltage: options.Names = None,
     measured: options.Names = None,
-    spots: options.Text = None,
     frequency: options.Text = None,
+    points: Annotated[int | None, options.number("--points", int)] = None,
     draws: Annotated[int | None, options.number("--draws", int)] = None,
     seed: Annotated[int, options.number("--seed", int)] = 0,
     columns: options.Columns = None,
@@ -188,7 +188,8 @@ def fit_contact(
         Column of the capacitance, likewise; without it the files are spectra.
     roughness : TABLE
         Shape of its spectrum: '{ hurst = 0.8, longest = "1 mm", roll_off = "0.5 mm", shortest = "0.1 mm" }'; or a measured map:
-        '{ heights = "map.npy", spacing = "2 um" }', rows of heights in m. A spectrum may have points = N on a side of the grid.
+        '{ heights = "map.npy", spacing = "2 um" }', rows of heights in m. Where faces touch, spots = "IdleSpots",
+        or { model = "LeakingSpots", resistivity = "100 Mohm m" }, have another field than insulating ones, for --voltage.
     body : TABLE
         What is bent: '{ modulus = "1 MPa", poisson = 0.5 }', which the search begins with, by default; with a film on it
         '{ film = { modulus = "100 MPa" }, thickness = "20 um", below = { modulus = "1 MPa" } }'.
@@ -198,10 +199,10 @@ def fit_contact(
         Constant voltages at which the attraction is predicted under the load of the scenario: '100 V,200 V'.
     measured : FORCE,...
         Measured attraction at each voltage, which the prediction is compared with.
-    spots : MODEL
-        Field where faces touch: PullingSpots, IdleSpots, or '{ model = "LeakingSpots", resistivity = "100 Mohm m" }'.
     frequency : FREQUENCY
         Of a sine whose root mean square the voltages are, on which leaking spots depend.
+    points : N
+        Points along a side of the grid.
     draws : N
         Draws of the random phases of the roughness.
     seed : N
@@ -220,8 +221,10 @@ def fit_contact(
     from electrovib.view.files import check_answer, save_answer, written
 
     entries = recipe_of(recipe, None, columns, only=READING, of="the fit of a contact")
-    wanted = _wanted(voltage, measured, spots, frequency)
-    (shape, points), bent = _roughness(roughness), _body(body)
+    wanted = _wanted(voltage, measured, frequency)
+    (shape, spots), bent = _roughness(roughness), _body(body)
+    if spots and not voltage:
+        raise InputError("spots belong to a prediction: give --voltage too", path="--roughness")
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
@@ -235,7 +238,7 @@ def fit_contact(
     found = fit_contact(known, load=loads, capacitance=capacitances, roughness=shape, body=bent, **asked)
     answers: list[ContactFit | ContactPrediction] = [found]
     if voltage:
-        answers.append(found.predict(**wanted))
+        answers.append(found.predict(**wanted, spots=spots))
     for each in answers:
         show_answer(each)
     say(*_omitted(omitted))
@@ -289,16 +292,12 @@ def _of_spectra(
     return [loads[file] for file in files], capacitances, 0
 
 
-def _wanted(
-    voltage: list[str] | None, measured: list[str] | None, spots: str | None, frequency: str | None
-) -> dict[str, Any]:
-    """Read the voltages of a prediction, the force that was measured at each, and what spots do."""
+def _wanted(voltage: list[str] | None, measured: list[str] | None, frequency: str | None) -> dict[str, Any]:
+    """Read the voltages of a prediction, their frequency, and the force that was measured at each."""
     if measured and not voltage:
         raise InputError("is compared with a prediction: give --voltage too", path="--measured")
-    if (spots or frequency) and not voltage:
-        raise InputError(
-            "belongs to a prediction: give --voltage too", path="--spots" if spots else "--frequency"
-        )
+    if frequency and not voltage:
+        raise InputError("belongs to a prediction: give --voltage too", path="--frequency")
     voltages = [number_in("V", "--voltage", each) for each in voltage or ()]
     forces = [number_in("N", "--measured", each) for each in measured or ()]
     if not all(voltages):
@@ -310,20 +309,8 @@ def _wanted(
     return {
         "voltage": voltages,
         "measured": forces or None,
-        "spots": _spots(spots) if spots else None,
         "frequency": number_in("Hz", "--frequency", frequency or 0.0),
     }
-
-
-def _spots(text: str) -> "ContactSpots":
-    """Read contact spots: the name of a model, or a table with its parameters."""
-    from electrovib.apps.changes import read_changes
-    from electrovib.core.model import read_model
-    from electrovib.physics.roughness import ContactSpots
-
-    table = read_changes([f"table={text}"])["table"]
-    with _of_option("--spots"):
-        return read_model(ContactSpots, table if isinstance(table, dict) else {"model": table})  # type: ignore[type-abstract]
 
 
 def _omitted(rows: int) -> list[str]:
@@ -331,24 +318,28 @@ def _omitted(rows: int) -> list[str]:
     return [f"rows without a number, which are omitted: {rows}"] if rows else []
 
 
-def _roughness(text: str) -> "tuple[SelfAffine | MeasuredHeights, int | None]":
-    """Read a spectrum, with an rms height of 1 um to begin with and the points of its grid; or a map of heights."""
+def _roughness(text: str) -> "tuple[SelfAffine | MeasuredHeights, ContactSpots | None]":
+    """Read a spectrum, with an rms height of 1 um to begin with, or a map of heights; and the spots where faces touch."""
+    from electrovib.core.model import read_model
+    from electrovib.physics.roughness import ContactSpots
     from electrovib.physics.topography import MeasuredHeights, SelfAffine
 
     needed, of_map = ("hurst", "longest", "roll_off", "shortest"), ("heights", "spacing")
-    found = _table("--roughness", text, ("rms", "points", *needed, *of_map))
-    is_map = not found.keys().isdisjoint(of_map)
+    found = _table("--roughness", text, ("rms", *needed, *of_map, "spots"))
+    spots, is_map = found.pop("spots", None), not found.keys().isdisjoint(of_map)
     if missing := [name for name in (of_map if is_map else needed) if name not in found]:
         raise InputError(f"without {', '.join(missing)}", path="--roughness", value=text)
     if is_map and (further := found.keys() - set(of_map)):
         raise InputError(f"a map of heights has no {', '.join(sorted(further))}; omit it", path="--roughness")
     with _of_option("--roughness"):
-        if is_map:
-            return MeasuredHeights(values=_map(found["heights"]), spacing=found["spacing"]), None
-        points = found.pop("points", None)
-        if not isinstance(points, int | None):
-            raise InputError("expected a whole number, such as 256", path="points", value=str(points))
-        return SelfAffine(**{"rms": 1e-6} | found), points
+        shape = (
+            MeasuredHeights(values=_map(found["heights"]), spacing=found["spacing"])
+            if is_map
+            else SelfAffine(**{"rms": 1e-6} | found)
+        )
+    with _of_option("--roughness.spots"):
+        table = {"model": spots} if isinstance(spots, str) else spots
+        return shape, None if spots is None else read_model(ContactSpots, table)  # type: ignore[type-abstract]
 
 
 def _map(file: object) -> "Real":
