@@ -137,6 +137,18 @@ def test_no_contact_attracts_as_much_at_half_of_the_voltage_as_was_measured():
     assert min(4 * over) > 1.25
 
 
+def test_from_150_volts_on_the_exponents_are_those_that_the_page_states():
+    text = " ".join(PAGE.read_text(encoding="utf-8").split())
+    stated = re.search(
+        r"the measured exponent is ([\d.]+), .* have ([\d.]+) to ([\d.]+); runs", text
+    ).groups()
+    table = [rows("measured")[0], *rows("from 1 N on")[::2], *rows("from 1 N on, a third of the area")[::2]]
+    voltage = np.log(of_publication("rauf_2025")["voltage"].at[2:])
+    found = [np.polyfit(voltage, np.log([float(each) for each in row[2:]]), 1)[0] for row in table]
+    expected = [float(each) for each in stated]
+    assert [found[0], min(found[1:]), max(found[1:])] == pytest.approx(expected, abs=0.006)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("label", "share", "least"),
