@@ -121,6 +121,15 @@ def of_fits(folder):
         table(folder / f"{name}.csv", "voltage (V),force (mN)", voltage, force)
     load = np.array([0.1, 0.3, 1.0, 3.0])
     table(folder / "meter.csv", "load (N),C (pF)", load, np.array([255.0, 280.0, 330.0, 420.0]))
+    for name, gap in (("light", 3.2e-6), ("middle", 2.4e-6), ("firm", 1.8e-6)):
+        pad = ev.simulate(
+            ev.load("bau_2010/sine", changes={"stack.gap.thickness": gap}), signals=["impedance"]
+        )
+        impedance = pad.impedance.values
+        header = "frequency [Hz],Z real [ohm],Z imag [ohm]"
+        table(folder / f"{name}.csv", header, pad.frequency.values, impedance.real, impedance.imag)
+    rough = ev.SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=1.25e-4)
+    np.save(folder / "map.npy", rough.heights((32, 32), (1e-3, 1e-3), seed=1))
 
 
 def of_the_bench(folder):
@@ -228,4 +237,4 @@ def test_everything_in_the_running_text_is_run_or_has_no_values():
     # every page with commands is run here, or by the tests of transcripts and guides
     pages = {path.name for path in DOCS.glob("*.md") if commands(path.name)}
     assert pages - {"design.md", "tutorial.md"} == set(PAGES)
-    assert [len(commands(page)) for page in PAGES] == [7, 8, 4]
+    assert [len(commands(page)) for page in PAGES] == [7, 10, 4]

@@ -22,6 +22,7 @@ from electrovib.physics.half_space import Elastic as Elastic
 from electrovib.physics.topography import MeasuredHeights as MeasuredHeights
 from electrovib.physics.topography import SelfAffine as SelfAffine
 from electrovib.recordings.fit.contact import fit_contact as fit_contact
+from electrovib.recordings.fit.contact_impedance import contact_capacitance as contact_capacitance
 from electrovib.recordings.fit.of_scenario import Sampling as Sampling
 from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
 from electrovib.recordings.importing import calibrate as calibrate

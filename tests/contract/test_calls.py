@@ -33,6 +33,7 @@ GIVEN = {
     "calibrate": {"reading": [0.0, 1.0, 2.0], "known": [0.0, 1.0, 2.0]},
     "check": {"drive": SINE},
     "compare_percepts": {"first": None, "second": None},
+    "contact_capacitance": {"frequency": [1e3, 1e4], "impedance": [-6e6j, -6e5j]},
     "drive_for_force": {"target": "sine 5 Hz 1 mN", "method": "carrier"},
     "evidence": {"measured": "rauf_2025/voltage", "n": 2},
     "export": {"path": "o.cir"},

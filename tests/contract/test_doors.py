@@ -60,6 +60,7 @@ ROUGH = {
 }
 DRAWS = {"n": 4, "seed": 1}
 CAPACITANCES = {"load": [0.1, 0.5, 2.0, 5.0], "capacitance": [25.99e-12, 27.17e-12, 28.09e-12, 28.29e-12]}
+IMPEDANCES = {"frequency": [1e3, 1e4], "impedance": [-6e6j, -6e5j]}
 WAVE = {"path": "50 mm/s", "carrier": "3 kHz"}
 
 
@@ -106,6 +107,7 @@ def grounded(source):
 
 
 REFUSING = {
+    "contact_capacitance": lambda one: ev.contact_capacitance(one, **IMPEDANCES),
     "fit_contact": lambda one: ev.fit_contact(one, **ROUGH, **CAPACITANCES),
     "rough_contact": lambda one: ev.rough_contact(one, **ROUGH),
 }
@@ -115,6 +117,7 @@ DOORS = {
     "compare": lambda one: ev.compare(one, models=LAWS),
     "compare_materials": lambda one: ev.compare_materials(one, materials=["silica"]),
     "compare_percepts": lambda one: ev.compare_percepts(ev.perceive(one), ev.perceive(one)),
+    "contact_capacitance": lambda one: ev.contact_capacitance(grounded(one), **IMPEDANCES),
     "drive_for_force": lambda one: ev.drive_for_force(one, target="sine 5 Hz 1 mN", method="carrier"),
     "equilibrium": ev.equilibrium,
     "explore": explored,
@@ -160,6 +163,7 @@ READING = {
 VALUES = {
     "compare": lambda found: [each.static for each in found.entries],
     "compare_materials": lambda found: [each.force for each in found.entries],
+    "contact_capacitance": lambda found: found,
     "drive_for_force": lambda found: found.values,
     "equilibrium": lambda found: found.force,
     "explore": lambda found: found.trace[FORCE].values,

@@ -200,6 +200,16 @@ def _array(unit: str) -> _Kind:
     return _Kind("numbers" if unit in {"", "1"} else f"numbers [{unit}]", holds, convert)
 
 
+def _complex_array(_: str) -> _Kind:
+    def convert(value: Any) -> Any:
+        import numpy as np
+
+        found = np.asarray(value)
+        return found.astype(complex) if found.dtype.kind == "c" else _numeric(value)
+
+    return _Kind("complex numbers", lambda _: False, convert)
+
+
 def _opened(value: Any) -> Any:
     """Open the file of a Trace."""
     from electrovib.data.traces import open_trace
@@ -266,7 +276,13 @@ _SIMPLE: Final = {
     "Callable": _Kind("a function", callable, _refused),
     "xarray.Dataset": _Kind("a Trace, or its file", is_trace, _opened),
 }
-_OF_UNIT: Final = {"float": _number, "int": _whole_number, "Real": _array, "ArrayLike": _array}
+_OF_UNIT: Final = {
+    "float": _number,
+    "int": _whole_number,
+    "Real": _array,
+    "ArrayLike": _array,
+    "Complex": _complex_array,
+}
 _HOLDING: Final[dict[str, Callable[..., _Kind]]] = {
     "Sequence": _list_of,
     "Mapping": _table_of,

@@ -141,6 +141,15 @@ class LeakingSpots(ContactSpots):
         return share
 
 
+def share_of_field(spots: ContactSpots, frequency: float) -> float:
+    """Return the size of the field at spots over that at insulating ones [1], at a frequency [Hz] that is 0 or more."""
+    if not 0 <= frequency < math.inf:
+        raise InputError(
+            f"frequency = {frequency}: finite and not below 0 is expected, for instance 200.0 Hz"
+        )
+    return abs(complex(spots.field_share(np.asarray(frequency))))
+
+
 def _shared(value: float, frequency: ArrayLike) -> NDArray[np.complex128]:
     given = np.asarray(frequency, dtype=float)
     return np.asarray(np.where(np.isnan(given), np.nan, value), dtype=complex)

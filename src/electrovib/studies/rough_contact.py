@@ -20,12 +20,19 @@ from electrovib.data.atomic import Form, csv_text
 from electrovib.physics import contact
 from electrovib.physics.half_space import ElasticBody
 from electrovib.physics.limits import held_voltages
-from electrovib.physics.roughness import ContactSpots, local_pull
+from electrovib.physics.roughness import ContactSpots, local_pull, share_of_field
 from electrovib.physics.safety import FILM
 from electrovib.physics.topography import Topography
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.equilibrium.of_scenario import closed_diagnostics, largest_voltage
-from electrovib.solve.rough_contact import Loaded, Rest, doubts, follow_voltages, refuse_beyond_budget
+from electrovib.solve.rough_contact import (
+    Loaded,
+    Rest,
+    doubts,
+    follow_voltages,
+    refuse_beyond_budget,
+    words_of_spots,
+)
 from electrovib.solve.stack.blocking import BlockingStack, uniform_stack
 
 COLUMNS: Final = {
@@ -147,7 +154,13 @@ class RestingContact(Answer):
         texts = [tuple(_shown(value, unit) for value, unit in zip(row, units, strict=True)) for row in rows]
         return Document(
             title="A rough contact under a constant voltage",
-            sentences=[self._at_most(), *self._spots(), self._converged(), *self._broken(), *self._doubts()],
+            sentences=[
+                self._at_most(),
+                *words_of_spots(self.field_share),
+                self._converged(),
+                *self._broken(),
+                *self._doubts(),
+            ],
             numbers=[
                 Table("", tuple(words for _, words in COLUMNS.values()), tuple(texts)),
                 *(self._fields(film) for film in self.films),
@@ -194,15 +207,6 @@ class RestingContact(Answer):
             f" {100 * self.contact_share[at]:.3g} % of the area touch, the mean gap is {_shown(self.mean_gap[at], 'm')}, and the"
             f" attraction is {_shown(self.attraction[at], 'Pa')}, {beside} at the mean gap"
         )
-
-    def _spots(self) -> list[str]:
-        """Say what the field does where faces touch, unless the spots insulate."""
-        if self.field_share == 1:
-            return []
-        return [
-            f"where faces touch they have {100 * self.field_share:.3g} % of the field of spots that insulate; the gaps are those"
-            " of such spots, because a place that lets go is pulled back by its whole field"
-        ]
 
     def _broken(self) -> list[str]:
         """Say of each film on how much of the area it is above its strength, and what it reaches where the contact is closed."""
@@ -371,8 +375,8 @@ def rough_contact(
     voltages = held_voltages(largest_voltage(known) if voltage is None else voltage)
     declared = _declared(known, roughness=roughness, body=body, points=points, seed=seed)
     roughness = declared.roughness
+    share = share_of_field(spots or declared.spots, frequency)
     shape, periods = roughness.shape(declared.points), roughness.periods
-    share = _field_share(spots or declared.spots, frequency)
     solve = _solver(stack, declared.body, periods, voltages, share)
     # a half of them on coarser grids
     refuse_beyond_budget(math.isqrt(math.prod(shape)), 2 * voltages.size, kept=voltages.size)
@@ -426,14 +430,6 @@ def _films(diagnostics: Sequence[Diagnostic], stack: BlockingStack, voltage: flo
         for name, each in found
         if each is not None and each.value is not None and each.limit is not None and voltage
     )
-
-
-def _field_share(spots: ContactSpots, frequency: float) -> float:
-    if not 0 <= frequency < math.inf:
-        raise InputError(
-            f"frequency = {frequency}: finite and not below 0 is expected, for instance 200.0 Hz"
-        )
-    return abs(complex(spots.field_share(np.asarray(frequency))))
 
 
 def _solver(

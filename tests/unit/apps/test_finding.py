@@ -250,7 +250,7 @@ def test_a_fit_has_the_names_of_its_function_and_of_what_this_is_given(name):
     taken = [inspect.signature(each).parameters for each in FITS[name]]
     assert all(len(each) <= 10 for each in taken)
     own = {each.name.strip("_") for each in PROGRAM.commands[name].params}
-    further = {"output", "style", "all", "force", "models", "set", "recipe", "files"}
+    further = {"output", "style", "all", "force", "models", "set", "recipe", "columns", "files"}
     assert own - set().union(*taken) <= further
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.physics.roughness import LeakingSpots
 
 SINE = "bau_2010/sine"
 LOADS, CAPACITANCES = [0.1, 0.3, 1.0, 3.0], [255.0, 280.0, 330.0, 420.0]
@@ -81,7 +83,7 @@ def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
             "--body '{ modulos = 1e6 }'",
             "--body.modulos: unknown parameter",
         ),
-        ("--body soft", "--body = soft: expected a table { modulus, poisson }"),
+        ("--body soft", "--body = soft: expected a table { name = value, ... }"),
         ("--body '{ modulus = -1 }'", "--body.modulus = -1"),
         ("--draws 0", "draws = 0"),
         ("-o out.gif", "written as"),
@@ -141,3 +143,145 @@ def test_a_figure_says_that_it_is_one_of_several(here, asked, said):
     assert "written: out.svg, one of" in said(f"compare {SINE} -o out.svg")
     assert "written: out.pdf, one of 3 figures; a folder has all of them" in said(f"run {SINE} -o out.pdf")
     assert "written: r.pdf, one of" in said("report bau_2010/sine -o r.pdf")
+
+
+def spectra(here):
+    """Write the impedance of plates with each capacitance, across film, skin and body, one file at each load."""
+    frequency, files = np.geomspace(1e3, 1e5, 21), []
+    for load, capacitance in zip(LOADS, CAPACITANCES, strict=True):
+        gap = eps0 * 1e-4 / (1e-12 * capacitance) - 1e-6 / 3.9
+        grid = {"frequency.low": 1e3, "frequency.high": 1e5, "frequency.samples": 21}
+        pad = ev.load(SINE, changes={"stack.gap.thickness": gap, **grid})
+        impedance = ev.simulate(pad, signals=["impedance"]).impedance.values
+        rows = np.column_stack([frequency, np.abs(impedance), np.degrees(np.angle(impedance))])
+        file = here / f"z{load}.csv"
+        np.savetxt(file, rows, delimiter=",", header="frequency (Hz),size (ohm),turn (deg)", comments="")
+        files.append(file.name)
+    return files
+
+
+BY_COLUMNS = "--column modulus='size [ohm]' --column phase='turn [deg]'"
+
+
+def test_impedances_at_several_loads_are_read_as_capacitances(here, asked, said):
+    files = spectra(here)
+    loads = " ".join(f"--load {file}='{load} N'" for file, load in zip(files, LOADS, strict=True))
+    spectral = asked.replace("c.csv", " ".join(reversed(files))).replace(COLUMNS, f"{loads} {BY_COLUMNS}")
+    said(f"{spectral} -o spectra.csv")
+    said(f"{asked} -o table.csv")
+    from_spectra, from_table = (
+        np.genfromtxt(here / name, delimiter=",", comments="#", skip_header=1)
+        for name in ("spectra.csv", "table.csv")
+    )
+    np.testing.assert_allclose(from_spectra[1:], from_table[1:], rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            ("--load z3.0.csv=3N", ""),
+            "--load: give the load of each of z0.1.csv, z0.3.csv, z1.0.csv, z3.0.csv once",
+        ),
+        (("=3N", ""), "--load z3.0.csv: expected FILE=LOAD for a spectrum, or --capacitance too"),
+        (("=3N", "=3V"), "--load = 3V: expected a force"),
+        (("turn [deg]", "turned"), "columns.phase = 'turned': the file has no such column"),
+        (("--draws 2", "--set contact.area='1 mm2'"), "z0.1.csv.impedance[0]: its gap would be -"),
+        (("--draws 2", "--capacitance 'C (pF)'"), "--load: with --capacitance give one column of the tables"),
+    ],
+)
+def test_spectra_that_are_not_those_of_the_loads_are_refused(here, asked, refused, change, words):
+    files = spectra(here)
+    loads = " ".join(f"--load {file}={load:g}N" for file, load in zip(files, LOADS, strict=True))
+    spectral = asked.replace("c.csv", " ".join(files)).replace(COLUMNS, f"{loads} {BY_COLUMNS}")
+    assert words in refused(spectral.replace(*change))
+
+
+def test_a_permittivity_and_columns_of_tables_are_refused(here, asked, refused):
+    (here / "e.csv").write_text("frequency (Hz),permittivity,loss\n1000,4,0.1\n2000,4,0.1\n")
+    spectral = asked.replace("c.csv", "e.csv").replace(COLUMNS, "--load e.csv=1N")
+    assert "e.csv: the file holds a permittivity; the contact has an impedance" in refused(spectral)
+    assert "--column: belongs to spectra" in refused(f"{asked} --column phase=turn")
+
+
+def test_a_map_a_coated_body_and_spots_are_those_of_the_functions(here, asked, said):
+    rough = ev.SelfAffine(rms=1e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)
+    heights = rough.heights((32, 32), (1e-3, 1e-3), seed=2)
+    np.save(here / "map.npy", heights)
+    np.savetxt(here / "map.csv", heights, delimiter=",")
+    skin = '{ film = { modulus = "20 MPa", poisson = 0.45 }, thickness = "20 um", below = { modulus = "1 MPa" } }'
+    spots = '{ model = "LeakingSpots", resistivity = "100 Mohm m" }'
+    out = {}
+    for name in ("map.npy", "map.csv"):
+        table = f'{{ heights = "{name}", spacing = "31.25 um", spots = {spots} }}'
+        words = f"--roughness '{table}' --body '{skin}' --free rms,modulus"
+        given = asked.replace(f"--roughness '{TABLE}' --draws 2", words)
+        out[name] = said(f"{given} --voltage 30V --frequency 200Hz -o out.csv --force")
+    found = ev.fit_contact(
+        SINE,
+        load=LOADS,
+        capacitance=1e-12 * np.array(CAPACITANCES),
+        roughness=ev.MeasuredHeights(values=heights, spacing=31.25e-6),
+        body=ev.Coated(
+            film=ev.Elastic(modulus=2e7, poisson=0.45), thickness=2e-5, below=ev.Elastic(modulus=1e6)
+        ),
+        free=["rms", "modulus"],
+    )
+    predicted = found.predict(voltage=[30.0], spots=LeakingSpots(resistivity=1e8), frequency=200.0)
+    for line in (*found.document.sentences, *predicted.document.sentences):
+        assert line in out["map.npy"]
+    assert out["map.csv"] == out["map.npy"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ("--free gap", "free = ['gap']: expected one or both of rms, modulus"),
+        ("--frequency 1kHz", "--frequency: belongs to a prediction: give --voltage too"),
+        ("--voltage 1V --frequency 1V", "--frequency = 1V: expected a frequency"),
+        (
+            "--body '{ film = { modulus = 1e6 } }'",
+            "--body.thickness: missing",
+        ),
+        (
+            "--body '{ film = 3, thickness = 1e-5, below = { modulus = 1 } }'",
+            "--body.film = 3: expected a table of parameters of Elastic",
+        ),
+    ],
+)
+def test_what_is_wrong_in_a_body_or_spots_is_one_sentence(asked, refused, wrong, words):
+    assert words in refused(f"{asked} {wrong}")
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("heights = 'map.csv'", "--roughness.spacing: missing"),
+        ("heights = 'map.csv', spacing = 1e-6, hurst = 1", "--roughness.hurst: unknown parameter"),
+        ("heights = 3, spacing = 1e-6", "--roughness.heights = 3: expected the name of a file"),
+        ("heights = 'gone.csv', spacing = 1e-6", "gone.csv"),
+        ("heights = 'c.csv', spacing = 1e-6", "--roughness.columns = 2"),
+    ],
+)
+def test_a_map_that_is_none_is_refused(asked, refused, here, table, words):
+    np.savetxt(here / "map.csv", np.eye(4), delimiter=",")
+    assert words in refused(asked.replace(f"'{TABLE}'", f'"{{ {table} }}"'))
+
+
+@pytest.mark.parametrize(
+    ("spots", "more", "words"),
+    [
+        ('"IdleSpots"', "", "--roughness: spots belong to a prediction: give --voltage too"),
+        ('"IdlSpots"', "--voltage 1V", "--roughness.spots"),
+        ('{ model = "LeakingSpots" }', "--voltage 1V", "--roughness.spots.resistivity"),
+        ("3", "--voltage 1V", "--roughness.spots"),
+    ],
+)
+def test_spots_that_are_none_are_refused(asked, refused, spots, more, words):
+    assert words in refused(f"{asked.replace('hurst', f'spots = {spots}, hurst')} {more}")
+
+
+def test_idle_spots_attract_less(asked, said):
+    idle = asked.replace("hurst", 'spots = "IdleSpots", hurst')
+    told = said(f"{idle} --voltage 30V")
+    assert "where faces touch they have 0 % of the field of spots that insulate" in told

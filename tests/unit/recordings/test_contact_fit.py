@@ -8,6 +8,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+from electrovib.physics.roughness import IdleSpots, LeakingSpots
 from electrovib.recordings.fit import contact
 from electrovib.recordings.interval import Interval
 from electrovib.solve.stack.blocking import blocking_stack
@@ -21,10 +22,10 @@ RISING = 1e-9 * LOADS**0.3
 
 @pytest.fixture(autouse=True)
 def _solved_once(monkeypatch):
-    monkeypatch.setattr(contact, "_solved", solved)
+    monkeypatch.setattr(contact, "solved", solved)
 
 
-solved = functools.cache(contact._solved)
+solved = functools.cache(contact.solved)
 
 
 @functools.cache
@@ -180,11 +181,11 @@ def test_the_interval_over_draws_holds_other_phases():
 def test_the_interval_over_draws_is_that_of_one_more_and_of_the_noise():
     """Two numbers a factor of e apart without noise: sqrt(1/2) about the middle, times sqrt(3/2), t with 1 degree of freedom."""
     low, high = (Interval(value=each, lower=each, upper=each, standard_error=0.0) for each in (1.0, np.e))
-    found = contact._over_draws([low, high], 4)
+    found = contact.over_draws([low, high], 4)
     assert found.value == pytest.approx(np.exp(0.5))
     assert np.log(found.upper / found.value) == pytest.approx(12.7062 * np.sqrt(0.75), rel=1e-5)
     assert found.value**2 == pytest.approx(found.lower * found.upper)
-    noisy = contact._over_draws([replace(low, standard_error=0.1)] * 3, 4)
+    noisy = contact.over_draws([replace(low, standard_error=0.1)] * 3, 4)
     assert np.log(noisy.upper) == pytest.approx(2.77645 * 0.1, rel=1e-5)
 
 
@@ -261,5 +262,105 @@ def test_one_draw_has_no_range():
     found = fitted().predict(voltage=[20.0, 40.0]).document
     (curve,) = found.figures[0].curves
     assert curve.label == "predicted"
-    assert "of one draw of the phases" in found.sentences[0]
+    assert "of one surface" in found.sentences[0]
     assert " to " not in found.sentences[0]
+
+
+MAP = ev.MeasuredHeights(values=ROUGH.heights((32, 40), (1e-3, 1.25e-3), seed=4), spacing=1e-3 / 32)
+
+
+@functools.cache
+def of_map():
+    return capacitances.__wrapped__(rough=MAP)
+
+
+def test_a_measured_map_gives_the_modulus_and_keeps_its_heights():
+    found = fitted(of_map(), rough=MAP, body=ev.Elastic(modulus=3e4), draws=None)
+    assert found.free == ("modulus",)
+    assert found.modulus.value == pytest.approx(1e6, rel=0.02)
+    assert [found.rms.lower, found.rms.value, found.rms.upper] == [MAP.rms] * 3
+    np.testing.assert_allclose(found.roughness.level(), MAP.level())
+    first, second, _ = found.document.sentences
+    assert first == f"rms height of the roughness {MAP.rms * 1e6:.4g} um, as declared"
+    assert second == f"Young's modulus {found.modulus.in_words('Pa')}"
+    assert any("the map is one place" in each for each in found.document.remarks)
+    alone = ev.rough_contact(SINE, roughness=found.roughness, body=found.body, voltage=[-20.0, 40.0]).force
+    np.testing.assert_allclose(found.predict(voltage=[-20.0, 40.0]).forces, [alone], rtol=1e-12)
+
+
+def test_a_map_is_scaled_where_that_is_asked_for():
+    scaled = ev.MeasuredHeights(values=4 * MAP.level(), spacing=MAP.spacing)
+    found = fitted(of_map(), rough=scaled, free=["modulus", "rms"], draws=1)
+    assert found.free == ("rms", "modulus")
+    assert found.rms.value == pytest.approx(MAP.rms, rel=0.02)
+    assert found.modulus.value == pytest.approx(1e6, rel=0.02)
+    np.testing.assert_allclose(found.roughness.level(), MAP.level(), rtol=0.02, atol=1e-8)
+
+
+@pytest.mark.parametrize(("free", "other"), [("modulus", "rms"), ("rms", "modulus")])
+def test_what_is_known_is_not_fitted(free, other):
+    """With the true value of the other, the one that is free comes back, with a smaller interval than both together."""
+    wrong = {"modulus": {"body": ev.Elastic(modulus=2e5)}, "rms": {"rough": ROUGH.replace({"rms": 7e-6})}}[
+        free
+    ]
+    noisy = capacitances() * np.exp([0.02, -0.02, 0.01, -0.01, 0.02, -0.02])
+    found = fitted(noisy, free=[free], **wrong)
+    value, true = getattr(found, free), {"rms": 2e-6, "modulus": 1e6}
+    assert value.lower <= true[free] <= value.upper
+    assert value.value == pytest.approx(true[free], rel=0.1)
+    assert getattr(found, other).value == true[other]
+    assert getattr(found, other).standard_error == 0
+    assert value.standard_error < getattr(fitted(noisy), free).standard_error
+    assert found.scatter == pytest.approx(np.sqrt(np.sum(np.log(found.capacitance / found.fitted) ** 2) / 5))
+    beside = [
+        capacitances(rough=ROUGH.replace({"rms": 2e-6 * factor}))
+        if free == "rms"
+        else capacitances(body=ev.Elastic(modulus=1e6 * factor))
+        for factor in (0.98, 1.02)
+    ]
+    slope = np.log(beside[1] / beside[0]) / np.log(1.02 / 0.98)
+    error = found.scatter * value.value / np.sqrt(np.sum(slope**2))
+    assert value.standard_error == pytest.approx(error, rel=0.05)
+    several = fitted(noisy, free=[free], draws=2, **wrong)
+    assert getattr(several, other).value == pytest.approx(true[other])
+    alone = [getattr(fitted(noisy, free=[free], seed=seed, **wrong), free) for seed in (0, 1)]
+    assert getattr(several, free) == contact.over_draws(alone, 5)
+
+
+def test_film_and_half_space_keep_the_ratio_of_their_moduli():
+    skin = ev.Coated(film=ev.Elastic(modulus=2e7), thickness=5e-5, below=ev.Elastic(modulus=5e5, poisson=0.4))
+    softer = skin.replace({"film.modulus": 1e6, "below.modulus": 2.5e4})
+    found = fitted(capacitances(body=skin), body=softer)
+    assert found.modulus.value == pytest.approx(2e7, rel=0.02)
+    assert found.rms.value == pytest.approx(2e-6, rel=0.02)
+    assert found.body.film.modulus == found.modulus.value
+    assert found.body.below.modulus == pytest.approx(found.modulus.value / 40)
+    assert found.body.below.poisson == 0.4
+
+
+def test_spots_of_the_prediction_are_those_of_a_rough_contact():
+    found, asked = fitted(), {"voltage": [30.0, 60.0], "frequency": 200.0}
+    for spots in (IdleSpots(), LeakingSpots(resistivity=1e8)):
+        predicted = found.predict(spots=spots, **asked)
+        whole = ev.rough_contact(SINE, roughness=found.roughness, body=found.body, spots=spots, **asked)
+        np.testing.assert_allclose(predicted.force, whole.force, rtol=1e-12)
+        assert predicted.field_share == whole.field_share
+        assert "of spots that insulate" in predicted.document.sentences[-1]
+        assert predicted.document.sentences[-1] in str(whole)
+        assert (predicted.force < found.predict(voltage=[30.0, 60.0]).force).all()
+    with pytest.raises(InputError, match=r"frequency = -1\.0: finite and not below 0"):
+        found.predict(voltage=[30.0], frequency=-1.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"free": ["gap"]}, r"free = .'gap'.: expected one or both of rms, modulus"),
+        ({"free": []}, r"free = .*: expected one or both"),
+        ({"rough": MAP, "draws": 2}, "draws = 2: a measured map has no phases"),
+        ({"rough": MAP, "draws": None, "points": 64}, "points = 64: a measured surface has its own points"),
+    ],
+)
+def test_what_a_map_or_a_fit_has_not_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        fitted(**given)

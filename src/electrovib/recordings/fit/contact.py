@@ -1,46 +1,45 @@
-"""Roughness and modulus of a contact from its capacitance over the load, so that its forces are predicted.
-
-Without attraction a rough contact on a homogeneous body has no scale of its own: its gaps over the rms height follow from the
-pressure over E* rms/longest, E* = E/(1 - nu^2). One table of contacts under `REDUCED_LOADS`, solved once, therefore serves every
-rms height and modulus.
-"""
+"""Roughness and modulus of a contact from its capacitance over the load, so that its forces are predicted."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar, Final, NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
-from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form, csv_text
-from electrovib.physics.half_space import Elastic
+from electrovib.physics.half_space import Coated, Elastic
 from electrovib.physics.limits import held_voltages
-from electrovib.physics.topography import SelfAffine
+from electrovib.physics.roughness import ContactSpots, PullingSpots, share_of_field
+from electrovib.physics.topography import MeasuredHeights, SelfAffine
 from electrovib.recordings.fit.contact_prediction import ContactPrediction, FittedDraw
-from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
-from electrovib.recordings.interval import Interval, student
+from electrovib.recordings.fit.contact_search import (
+    FREE,
+    REDUCED_LOADS,
+    best_contact,
+    intervals,
+    over_draws,
+    solved,
+    with_modulus,
+    with_rms,
+)
+from electrovib.recordings.interval import Interval
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics
 from electrovib.solve.equilibrium.of_scenario import closed_diagnostics
-from electrovib.solve.rough_contact import Loaded, refuse_beyond_budget
+from electrovib.solve.rough_contact import refuse_beyond_budget
 from electrovib.solve.stack.blocking import BlockingStack, uniform_stack
 
-REDUCED_LOADS: Final = np.geomspace(1e-4, 1e2, 31)
-"""Pressures over E* rms/longest: from a few summits that touch to a contact that is nearly closed."""
-KEPT: Final = 1 << 16
-"""Gaps that are kept of each contact, in order of size."""
 FEWEST: Final = 3
 MOST_DRAWS: Final = 32
-METHOD: Final = "Student's t over the scatter of the capacitances"
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -50,11 +49,14 @@ class ContactFit(Answer):
     Parameters
     ----------
     draws : tuple of FittedDraw
-        Of each draw of the phases its ``seed``, the ``roughness``, the declared spectrum with the fitted rms height, and the
-        ``body``, the fitted modulus with the declared Poisson's ratio. All agree with the capacitances; forces are predicted
-        with each.
+        Of each draw of the phases its ``seed``, the ``roughness``, that which was declared with the fitted rms height, and the
+        ``body``, that which was declared with the fitted modulus. All agree with the capacitances; forces are predicted with
+        each. A measured map is one draw.
+    free : tuple of str
+        Which of ``"rms"`` and ``"modulus"`` were fitted.
     rms, modulus : Interval
-        Rms height [m] and Young's modulus [Pa], with 95 % intervals; of several draws the geometric mean.
+        Rms height [m] and Young's modulus [Pa], of a coated body that of its film, with 95 % intervals; of several draws the
+        geometric mean. One that was not fitted is as it was declared.
     load, capacitance, fitted : ndarray, shape (n,)
         Loads [N] in rising order, measured and fitted capacitances [F], the latter of the first draw.
     scatter : float
@@ -69,6 +71,7 @@ class ContactFit(Answer):
 
     FILES: ClassVar = {"contact.csv": Form.TABLE}
     draws: tuple[FittedDraw, ...]
+    free: tuple[str, ...]
     rms: Interval
     modulus: Interval
     load: Real
@@ -80,17 +83,23 @@ class ContactFit(Answer):
     diagnostics: tuple[Diagnostic, ...]
 
     @property
-    def roughness(self) -> SelfAffine:
+    def roughness(self) -> SelfAffine | MeasuredHeights:
         """Roughness of the first draw."""
         return self.draws[0].roughness
 
     @property
-    def body(self) -> Elastic:
+    def body(self) -> Elastic | Coated:
         """Body of the first draw."""
         return self.draws[0].body
 
     def predict(
-        self, *, voltage: ArrayLike, load: float | None = None, measured: ArrayLike | None = None
+        self,
+        *,
+        voltage: ArrayLike,
+        load: float | None = None,
+        measured: ArrayLike | None = None,
+        spots: ContactSpots | None = None,
+        frequency: float = 0.0,
     ) -> ContactPrediction:
         """Predict the attraction over voltage, with every draw of the phases and without a free number.
 
@@ -102,6 +111,10 @@ class ContactFit(Answer):
             Load [N] above 0; that of the scenario if absent.
         measured : array_like, shape (n,), optional
             Measured attraction at each voltage [N], with which the prediction is compared.
+        spots : ContactSpots, optional
+            Field where faces touch, as for `rough_contact`: `PullingSpots`, the default, `LeakingSpots` or `IdleSpots`.
+        frequency : float, optional
+            Of a sine whose root mean square the voltages are [Hz], as there.
 
         Returns
         -------
@@ -117,8 +130,9 @@ class ContactFit(Answer):
 
         Notes
         -----
-        Each draw is solved as `electrovib.rough_contact` does, on one grid. Limits are not judged before the force is predicted,
-        as nothing is played; films, air and declared limits are in the diagnostics.
+        Each draw is solved as `electrovib.rough_contact` does, on one grid. What spots do is declared here and not for the fit:
+        a closed gap has no impedance, whatever they are. Limits are not judged before the force is predicted, as nothing is
+        played; films, air and declared limits are in the diagnostics.
         """
         changes = {} if load is None else {"load.normal_force": load}
         known = self.scenario.replace(changes)
@@ -126,14 +140,18 @@ class ContactFit(Answer):
         voltages = held_voltages(voltage)
         seen = None if measured is None else np.atleast_1d(np.asarray(measured, dtype=float))
         _check_prediction(stack, voltages, seen)
-        count = self.roughness.points(self.points)
-        refuse_beyond_budget(count, len(self.draws) * voltages.size, kept=voltages.size)
-        found = [each.attractions(stack, voltages.tolist(), count) for each in self.draws]
+        share = share_of_field(spots or PullingSpots(), frequency)
+        shape = self.roughness.shape(self.points)
+        refuse_beyond_budget(
+            math.isqrt(math.prod(shape)), len(self.draws) * voltages.size, kept=voltages.size
+        )
+        found = [each.attractions(stack, voltages.tolist(), shape, share) for each in self.draws]
         return ContactPrediction(
             stack=stack,
             voltage=voltages,
             forces=stack.area * np.array([pulls for pulls, _ in found]),
             measured=seen,
+            field_share=share,
             diagnostics=closed_diagnostics(
                 known,
                 stack,
@@ -153,8 +171,8 @@ class ContactFit(Answer):
         return Document(
             title="A rough contact from its capacitance over the load",
             sentences=[
-                f"rms height of the roughness {self.rms.in_words('m')}",
-                f"Young's modulus {self.modulus.in_words('Pa')}",
+                self._number("rms", self.rms, "rms height of the roughness", "m"),
+                self._number("modulus", self.modulus, "Young's modulus", "Pa"),
                 f"the capacitances scatter by {100 * self.scatter:.2g} % about those of this contact",
             ],
             numbers=[Table("", ("load", "measured", "fitted", "measured over fitted"), tuple(rows))],
@@ -170,16 +188,25 @@ class ContactFit(Answer):
                 )
             ],
             remarks=[
-                "the intervals are those of the declared body and spectrum; loads of one run that err together make them wider",
-                "the phases of the roughness are not known. "
-                + (
-                    f"The intervals include what {len(self.draws)} draws of them differ by"
-                    if len(self.draws) > 1
-                    else "The intervals are those of one draw of them, and others give other numbers: ask for more draws"
-                ),
+                "the intervals are those of the declared body and roughness; loads of one run that err together make them wider",
+                self._places(),
                 *reasons(self.diagnostics),
             ],
         )  # fmt: skip
+
+    def _number(self, name: str, found: Interval, words: str, unit: str) -> str:
+        return f"{words} {found.in_words(unit) if name in self.free else f'{_shown(found.value, unit)}, as declared'}"
+
+    def _places(self) -> str:
+        """Say how far the intervals hold for other places of the surface."""
+        if isinstance(self.roughness, MeasuredHeights):
+            return "the map is one place of the surface, and others give other numbers, which the intervals do not include"
+        count = len(self.draws)
+        return "the phases of the roughness are not known. " + (
+            f"The intervals include what {count} draws of them differ by"
+            if count > 1
+            else "The intervals are those of one draw of them, and others give other numbers: ask for more draws"
+        )
 
     def content(self, name: str) -> str:
         """Write loads, measured and fitted capacitances as CSV, in SI, below both numbers with their intervals."""
@@ -193,10 +220,11 @@ def fit_contact(
     *,
     load: ArrayLike,
     capacitance: ArrayLike,
-    roughness: SelfAffine,
-    body: Elastic,
+    roughness: SelfAffine | MeasuredHeights,
+    body: Elastic | Coated,
+    free: Sequence[str] | None = None,
     points: int | None = None,
-    draws: int = 4,
+    draws: int | None = None,
     seed: int = 0,
 ) -> ContactFit:
     """Find rms height and modulus of a rough contact from its capacitance over the load.
@@ -209,16 +237,20 @@ def fit_contact(
     load : array_like, shape (n,)
         Loads [N] above 0 at which the capacitance was measured, at least 3.
     capacitance : array_like, shape (n,)
-        Capacitance of the contact at each [F], measured with a voltage that does not attract, without that of the leads.
-    roughness : SelfAffine
-        Shape of the spectrum. The search begins with its rms height.
-    body : Elastic
-        Poisson's ratio. The search begins with its modulus.
+        Capacitance of the contact at each [F], measured with a voltage that does not attract, without that of the leads;
+        `contact_capacitance` gives it of an impedance.
+    roughness : SelfAffine or MeasuredHeights
+        Shape of the roughness of both faces together. The search begins with its rms height.
+    body : Elastic or Coated
+        What is bent. The search begins with its modulus; those of film and half-space keep their ratio.
+    free : sequence of str, optional
+        What is fitted of ``"rms"``, the rms height, and ``"modulus"``: by default both of a spectrum, and of a measured map the
+        modulus alone. With ``"rms"`` a map is scaled.
     points : int, optional
         Points along a side of the grid, as for `rough_contact`.
     draws : int, optional
-        Draws of the random phases of the roughness, at most 32, each with a fit of its own: the intervals include what they
-        differ by. With one they are too narrow.
+        Draws of the random phases of a spectrum, at most 32, each with a fit of its own: the intervals include what they
+        differ by. With one they are too narrow. By default 4; a measured map has none.
     seed : int, optional
         Of the phases of the first draw; the others have the seeds that follow.
 
@@ -239,8 +271,9 @@ def fit_contact(
     Least squares of the logarithms, so that errors are taken as proportional to the capacitance. The capacitance is
     eps0 A mean(1/(g + K)) with the local gap g and the electrical thickness K of the layers. Gaps of 31 contacts are
     interpolated over the logarithm of the load, to 2 % of both numbers. Forces predicted from the contact depend on the
-    ratios of the wavelengths alone. Between draws the variance of a logarithm is s^2 (1 + 1/n), as the real contact is one draw
-    more, to which that of the noise is added; Student's t has the degrees of freedom of Welch and Satterthwaite.
+    ratios of the wavelengths alone; of a film's thickness to them too. Between draws the variance of a logarithm is
+    s^2 (1 + 1/n), as the real contact is one draw more, to which that of the noise is added; Student's t has the degrees of
+    freedom of Welch and Satterthwaite.
 
     Examples
     --------
@@ -255,28 +288,26 @@ def fit_contact(
     known = read_scenario(scenario)
     stack = uniform_stack(known)
     loads, measured = _points(load, capacitance, stack)
-    if not 1 <= draws <= MOST_DRAWS:
-        raise InputError(f"draws = {draws}: expected 1 to {MOST_DRAWS}, for instance 4")
-    refuse_beyond_budget(roughness.points(points), draws * REDUCED_LOADS.size)
-    estimates, fitted, found = [], [], []
-    for each in range(seed, seed + draws):
-        estimate, values = _estimate(
-            loads, measured, stack, _solved(roughness, body, points, each), roughness, body
-        )
-        rms, modulus = _intervals(estimate, body, roughness.longest)
-        found.append(
-            FittedDraw(each, roughness.replace({"rms": rms.value}), body.replace({"modulus": modulus.value}))
-        )
+    fitted = _free(roughness, free)
+    shape, count = roughness.shape(points), _draws(roughness, draws)
+    refuse_beyond_budget(math.isqrt(math.prod(shape)), count * REDUCED_LOADS.size)
+    estimates, values, found = [], [], []
+    for each in range(seed, seed + count):
+        table = solved(roughness, body, shape, each)
+        estimate, curve = best_contact(loads, measured, stack, table, roughness, body, fitted)
+        rms, modulus = intervals(estimate, body, roughness)
+        found.append(FittedDraw(each, with_rms(roughness, rms.value), with_modulus(body, modulus.value)))
         estimates.append((estimate, rms, modulus))
-        fitted.append(values)
-    freedom = loads.size - 2
+        values.append(curve)
+    freedom = loads.size - len(fitted)
     return ContactFit(
         draws=tuple(found),
-        rms=_over_draws([rms for _, rms, _ in estimates], freedom),
-        modulus=_over_draws([modulus for *_, modulus in estimates], freedom),
+        free=fitted,
+        rms=over_draws([rms for _, rms, _ in estimates], freedom),
+        modulus=over_draws([modulus for *_, modulus in estimates], freedom),
         load=loads,
         capacitance=measured,
-        fitted=fitted[0],
+        fitted=values[0],
         scatter=math.sqrt(estimates[0][0].variance),
         scenario=known,
         points=points,
@@ -284,58 +315,25 @@ def fit_contact(
     )
 
 
-def _estimate(
-    loads: Real, measured: Real, stack: BlockingStack, table: _Solved, roughness: SelfAffine, body: Elastic
-) -> tuple[LeastSquaresEstimate, Real]:
-    """Return rms height and stiffness that agree best with the capacitances for one draw, and the fitted capacitances [F]."""
-    pressure, scale = loads / stack.area, eps0 * stack.filling * stack.area
-
-    def logarithm(at: Mapping[str, float]) -> tuple[Real, Real, Real]:
-        """Logarithm of the capacitance, its derivative after that of the load, and after the rms height."""
-        rms = at["rms"]
-        value, *slopes = table.inverse(np.log(pressure / at["stiffness"]), stack.electrical_thickness / rms)
-        reach = -slopes[1] * stack.electrical_thickness / rms**2
-        return value + math.log(scale / rms), slopes[0], reach - 1 / rms
-
-    def derivatives(at: Mapping[str, float]) -> Real:
-        _, over_load, over_rms = logarithm(at)
-        return np.column_stack([over_rms, -over_load / at["stiffness"]])
-
-    low, high = pressure.max() / REDUCED_LOADS[-1], pressure.min() / REDUCED_LOADS[0]
-    if not low < high:
-        raise InputError(
-            f"load: from {loads[0]:g} to {loads[-1]:g} N; omit loads until they span less than a factor of 1e6"
-        )
-    unit = _stiffness(body, roughness.rms, roughness.longest)
-    free = {
-        "rms": FreeParameter(start=roughness.rms, logarithmic=True),
-        "stiffness": FreeParameter(start=min(max(unit, low), high), lower=low, upper=high, logarithmic=True),
-    }
-    estimate = least_squares(
-        lambda at: logarithm(at)[0] - np.log(measured), free, derivatives=derivatives, noise_is_known=False
-    )
-    return estimate, np.exp(logarithm(estimate.values)[0])
+def _free(roughness: SelfAffine | MeasuredHeights, asked: Sequence[str] | None) -> tuple[str, ...]:
+    """Return what is fitted, in the order of `FREE`."""
+    if asked is None:
+        return FREE[1:] if isinstance(roughness, MeasuredHeights) else FREE
+    if isinstance(asked, str) or not asked or not set(asked) <= set(FREE):
+        raise InputError(f"free = {asked!r}: expected one or both of {', '.join(FREE)}")
+    return tuple(name for name in FREE if name in asked)
 
 
-def _over_draws(each: Sequence[Interval], freedom: int) -> Interval:
-    """Return the geometric mean of a number over draws, with the interval of one draw more and of noise; one keeps its own."""
-    if len(each) == 1:
-        return each[0]
-    logarithms = np.log([one.value for one in each])
-    noise = float(np.mean([(one.standard_error / one.value) ** 2 for one in each]))
-    between = float(logarithms.var(ddof=1)) * (1 + 1 / len(each))
-    variance = noise + between
-    degrees = variance**2 / (noise**2 / freedom + between**2 / (len(each) - 1)) if variance else math.inf
-    value, half = math.exp(logarithms.mean()), student(degrees) * math.sqrt(variance)
-    return Interval(
-        value=value,
-        lower=value * math.exp(-half),
-        upper=value * math.exp(half),
-        standard_error=value * math.sqrt(variance),
-        scatter=value * float(logarithms.std(ddof=1)),
-        count=len(each),
-        method=f"noise, and {len(each)} draws of the phases",
-    )
+def _draws(roughness: SelfAffine | MeasuredHeights, asked: int | None) -> int:
+    """Return how many draws of the phases are fitted: a measured map is one."""
+    if isinstance(roughness, MeasuredHeights):
+        if asked not in (None, 1):
+            raise InputError(f"draws = {asked}: a measured map has no phases that are drawn; omit them")
+        return 1
+    count = 4 if asked is None else asked
+    if not 1 <= count <= MOST_DRAWS:
+        raise InputError(f"draws = {count}: expected 1 to {MOST_DRAWS}, for instance 4")
+    return count
 
 
 def _check_prediction(stack: BlockingStack, voltages: Real, measured: Real | None) -> None:
@@ -376,63 +374,6 @@ def _points(load: ArrayLike, capacitance: ArrayLike, stack: BlockingStack) -> tu
         )
     order = np.argsort(loads)
     return loads[order], measured[order]
-
-
-def _stiffness(body: Elastic, rms: float, longest: float) -> float:
-    """Return the unit of pressure E* rms/longest [Pa]."""
-    return body.modulus / (1 - body.poisson**2) * rms / longest
-
-
-class _Solved(NamedTuple):
-    """Gaps over the rms height under each of `REDUCED_LOADS`, shape (loads, places)."""
-
-    gaps: Real
-
-    def inverse(self, at: Real, reach: float) -> tuple[Real, Real, Real]:
-        """Logarithm of mean(1/(gap + reach)) at logarithms of the load, its derivatives after `at` and `reach`."""
-        from scipy.interpolate import CubicSpline
-
-        near = 1 / (self.gaps + reach)
-        mean = near.mean(1)
-        value, slope = (
-            CubicSpline(np.log(REDUCED_LOADS), each) for each in (np.log(mean), -(near**2).mean(1) / mean)
-        )
-        return value(at), value(at, 1), slope(at)
-
-
-def _solved(roughness: SelfAffine, body: Elastic, points: int | None, seed: int) -> _Solved:
-    count, period = roughness.points(points), roughness.longest
-    heights = roughness.heights((count, count), (period, period), seed=seed)
-    unit, step = _stiffness(body, roughness.rms, period), max(1, count**2 // KEPT)
-
-    def gaps(load: float) -> Real:
-        loaded = Loaded(
-            heights=heights, periods=(period, period), compliance=body.compliance, pressure=load * unit
-        )
-        found: Real = np.sort(loaded.rest().gap, axis=None)[step // 2 :: step] / roughness.rms
-        return found
-
-    return _Solved(np.stack([gaps(load) for load in REDUCED_LOADS.tolist()]))
-
-
-def _intervals(estimate: LeastSquaresEstimate, body: Elastic, longest: float) -> tuple[Interval, Interval]:
-    """Return rms height and modulus with their intervals, or refuse data that do not determine them."""
-    why = estimate.why_no_covariance
-    if side := estimate.on_bound.get("stiffness"):
-        why = f"they agree best with a contact that is {'nearly closed' if side == 'lower' else 'hardly touched'} at every load"
-    if why or not estimate.converged:
-        raise InputError(
-            f"load, capacitance: they do not determine rms height and modulus: {why or 'the search did not end'}; measure over"
-            " more loads, or check contact.area, stack, and what was subtracted for the leads"
-        )
-    rms, stiffness = estimate.values["rms"], estimate.values["stiffness"]
-    modulus = stiffness * (1 - body.poisson**2) * longest / rms
-    found = (
-        estimate.parameter("rms"),
-        estimate.derived(modulus, {"rms": -modulus / rms, "stiffness": modulus / stiffness}),
-    )
-    first, second = (replace(each, method=METHOD).above(0.0) for each in found)
-    return first, second
 
 
 def _shown(value: float, unit: str) -> str:

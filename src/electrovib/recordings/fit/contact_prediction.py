@@ -14,32 +14,36 @@ from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form, csv_text
-from electrovib.physics.half_space import Elastic
-from electrovib.physics.topography import SelfAffine
-from electrovib.solve.rough_contact import Loaded, follow_voltages
+from electrovib.physics.half_space import Coated, Elastic
+from electrovib.physics.topography import MeasuredHeights, SelfAffine
+from electrovib.solve.rough_contact import Loaded, follow_voltages, words_of_spots
 from electrovib.solve.stack.blocking import BlockingStack
 
 
 class FittedDraw(NamedTuple):
-    """One draw of the phases, with the roughness and the body that agree best with the capacitances."""
+    """One draw of the phases, or a measured map, with the roughness and the body that agree best with the capacitances."""
 
     seed: int
-    roughness: SelfAffine
-    body: Elastic
+    roughness: SelfAffine | MeasuredHeights
+    body: Elastic | Coated
 
     def attractions(
-        self, stack: BlockingStack, voltages: Sequence[float], count: int
+        self, stack: BlockingStack, voltages: Sequence[float], shape: tuple[int, int], share: float
     ) -> tuple[list[float], float]:
-        """Return the attraction [Pa] at each voltage [V] in this order, on so many points, and the widest gap [m]."""
-        period = self.roughness.longest
+        """Return the attraction [Pa] at each voltage [V] in this order, and the widest gap [m].
+
+        On a grid of the shape, spots having that share of the field of insulating ones.
+        """
+        periods = self.roughness.periods
         loaded = Loaded(
-            heights=self.roughness.heights((count, count), (period, period), seed=self.seed),
-            periods=(period, period),
+            heights=self.roughness.heights(shape, periods, seed=self.seed),
+            periods=periods,
             compliance=self.body.compliance,
             pressure=stack.pressure,
         )
         rests = follow_voltages(loaded, voltages, electrical_thickness=stack.electrical_thickness)
-        return [rest.mean_attraction for rest in rests], max(float(rest.gap.max()) for rest in rests)
+        pulls = [rest.with_field_share(share).mean_attraction for rest in rests]
+        return pulls, max(float(rest.gap.max()) for rest in rests)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -56,6 +60,8 @@ class ContactPrediction(Answer):
         Attraction [N] by each draw of the phases of the roughness.
     measured : ndarray, shape (n,), or None
         Measured attraction at each voltage [N].
+    field_share : float
+        Field where faces touch, over that of insulating spots [1].
     diagnostics : tuple of Diagnostic
         Of what the scenario declares, and of films, air and limits where the faces touch.
     """
@@ -65,6 +71,7 @@ class ContactPrediction(Answer):
     voltage: Real
     forces: Real
     measured: Real | None
+    field_share: float
     diagnostics: tuple[Diagnostic, ...]
 
     @property
@@ -107,7 +114,7 @@ class ContactPrediction(Answer):
                 row += [_shown(seen, "N"), f"{own / seen:.3f}"]
         return Document(
             title="Force predicted from the capacitance",
-            sentences=[self._at_most(), *self._compared()],
+            sentences=[self._at_most(), *self._compared(), *words_of_spots(self.field_share)],
             numbers=[Table("", tuple(headings), tuple(map(tuple, rows)))],
             diagnostics=self.diagnostics,
             figures=[self._figure()],
@@ -115,7 +122,7 @@ class ContactPrediction(Answer):
                 "no number of the prediction is free. It is the attraction under a constant voltage across the layers, with their"
                 " permittivities at the lowest frequency of the scenario; a force along the plate is this times a coefficient of"
                 " friction",
-                "the draws differ in the random phases of the roughness alone, which no capacitance tells",
+                *self._draws(),
                 *reasons(self.diagnostics),
             ],
         )
@@ -131,15 +138,19 @@ class ContactPrediction(Answer):
             tuple(columns), np.column_stack(list(columns.values())).tolist(), remarks=self.document.sentences
         )
 
+    def _draws(self) -> list[str]:
+        alone = len(self.forces) == 1
+        return (
+            []
+            if alone
+            else ["the draws differ in the random phases of the roughness alone, which no capacitance tells"]
+        )
+
     def _at_most(self) -> str:
         at = int(np.argmax(np.abs(self.voltage)))
         ends = (_shown(end, "N") for end in (self.forces[:, at].min(), self.forces[:, at].max()))
         count = len(self.forces)
-        over = (
-            f"{' to '.join(ends)} over {count} draws of the phases"
-            if count > 1
-            else "of one draw of the phases"
-        )
+        over = f"{' to '.join(ends)} over {count} draws of the phases" if count > 1 else "of one surface"
         return (
             f"at {_shown(self.voltage[at], 'V')} under a load of {_shown(self.stack.pressure, 'Pa')} the attraction is"
             f" {_shown(self.force[at], 'N')}, {over}"

@@ -29,3 +29,4 @@ from electrovib.solve.rough_contact.rest import Loaded as Loaded
 from electrovib.solve.rough_contact.rest import Rest as Rest
 from electrovib.solve.rough_contact.rest import doubts as doubts
 from electrovib.solve.rough_contact.rest import refuse_beyond_budget as refuse_beyond_budget
+from electrovib.solve.rough_contact.rest import words_of_spots as words_of_spots

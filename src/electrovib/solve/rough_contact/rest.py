@@ -204,6 +204,16 @@ class Loaded:
         return np.where(pressed.pressure > 0, 0.0, np.maximum(pressed.gap, 0.0))
 
 
+def words_of_spots(share: float) -> list[str]:
+    """Say what the field does where faces touch, unless the spots insulate."""
+    if share == 1:
+        return []
+    return [
+        f"where faces touch they have {100 * share:.3g} % of the field of spots that insulate; the gaps are those of such spots,"
+        " because a place that lets go is pulled back by its whole field"
+    ]
+
+
 def _none(gap: Real) -> Local:
     nothing = np.zeros_like(gap)
     return Local(nothing, nothing, nothing)

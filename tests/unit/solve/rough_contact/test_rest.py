@@ -123,6 +123,20 @@ def test_energy_is_that_of_the_other_solver_at_no_voltage():
     assert loaded.rest(pull(0.0)).energy == pytest.approx(loaded.rest().energy, rel=1e-7)
 
 
+@pytest.mark.parametrize("pressure", [2e4, 5e4, 1.5e5, 4e5])
+def test_a_stiff_film_on_a_soft_body_comes_to_rest(pressure):
+    """Its places of contact return without end where every step is a whole one; the energy is that of the other solver."""
+    stiff = Coated(film=Elastic(modulus=2e7), thickness=5e-5, below=Elastic(modulus=5e5))
+    spectrum = SelfAffine(rms=2e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)
+    heights = spectrum.heights((32, 32), (1e-3, 1e-3), seed=0)
+    loaded = Loaded(
+        heights=heights, periods=(1e-3, 1e-3), compliance=stiff.compliance, pressure=pressure, tolerance=1e-8
+    )
+    found = loaded.rest()
+    assert found.rounds < 100
+    assert loaded.rest(pull(0.0)).energy == pytest.approx(found.energy, rel=1e-7)
+
+
 def test_what_is_followed_up_and_down_comes_back_along_another_path():
     """Between a fall and a release the contact of the way down is larger; away from both the paths are one."""
     loaded, voltages = rough(pressure=2e3), [20.0, 70.0, 100.0, 120.0]
