@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
@@ -16,7 +15,7 @@ from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.paths import value_at
 from electrovib.core.signals import is_trace
-from electrovib.core.tables import stored_changes
+from electrovib.core.tables import read_changes, stored_changes
 from electrovib.data.atomic import VERIFIED
 from electrovib.data.traces import open_if_trace
 from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
@@ -69,7 +68,8 @@ def run(
     ElectrovibError
         For mistakes of the user, all at once as far as possible; nothing has been written then.
     """
-    changes, problems = readable_changes(set)
+    problems: list[str] = []
+    changes = read_changes(set, problems)
     experiment: Scenario | None = None
     earlier = _Wanted({}, (), records=False)
     with inputs_noted() as inputs, gathered(problems):

@@ -15,7 +15,7 @@ from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import missing_models, origins
 from electrovib.core.parsing import read_json, read_toml_file
 from electrovib.core.signals import is_trace
-from electrovib.core.tables import changed
+from electrovib.core.tables import Changed
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
@@ -109,7 +109,7 @@ def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Pa
             wrong = wrong_sources(Scenario, content)
             others = [each for each in error.problems if each.path not in {one.path for one in wrong}]
             raise InputError([*others, *wrong]) from None
-        content = changed(content, _beside(changes, folder), Scenario).content
+        content = Changed().within(_beside(changes, folder), content, Scenario, fresh=True)
         scenario, given = read_part(Scenario, content, folder=folder), None
     if not scenario.sources.keys() <= {path for path, _, _ in scenario.parameters()} and (
         wrong := wrong_sources(Scenario, scenario.to_dict())

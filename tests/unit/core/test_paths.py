@@ -16,7 +16,7 @@ from electrovib.core.errors import (
 )
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.samples import Samples
-from electrovib.core.tables import changed, meant
+from electrovib.core.tables import Changed, meant
 from electrovib.scenario import Scenario, load
 
 
@@ -104,7 +104,7 @@ def test_reading_changing_and_declaring_say_it_once(scenario, path):
 
 
 def mended(tables, changes):
-    return changed(tables, changes, Scenario).content
+    return Changed().within(changes, tables, Scenario, fresh=True)
 
 
 def test_a_new_model_comes_before_its_parameters_and_the_same_model_keeps_them():
@@ -136,8 +136,10 @@ def test_tables_can_be_made_on_the_way_and_a_part_that_is_not_given_is_told_apar
 
 def test_a_source_is_changed_and_none_is_added_by_its_path(scenario):
     named = scenario.model_copy(update={"sources": {"title": "ours"}})
-    assert changed(named, {"sources.title": "theirs"}).content["sources"] == {"title": "theirs"}
-    (problem,) = changed(named, {"sources.other": "theirs"}).problems
+    assert Changed(named).within({"sources.title": "theirs"}, named)["sources"] == {"title": "theirs"}
+    found = Changed(named)
+    found.within({"sources.other": "theirs"}, named)
+    (problem,) = found.problems
     assert problem.path == "sources.other"
 
 

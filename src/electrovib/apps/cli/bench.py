@@ -5,11 +5,11 @@ from typing import Annotated, Final
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.grouped import Command, Commands
 from electrovib.apps.cli.terminal import complain, say, show, show_answer
 from electrovib.apps.exit_codes import INTERRUPTED, Told
+from electrovib.core.tables import read_changes
 
 _TERMINATED: Final = 143
 """Exit code after SIGTERM, as a shell reports it."""

@@ -4,10 +4,10 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered, say, show, show_answer
 from electrovib.core.errors import InputError
+from electrovib.core.tables import read_changes
 
 
 def compare(

@@ -213,9 +213,9 @@ def _recordings(
     traces: list[str], changes: Sequence[str] | None, **known: Sequence[str] | None
 ) -> "Recordings":
     """Read what is known of the recordings."""
-    from electrovib.apps.changes import read_changes
     from electrovib.apps.recorded import Recordings
     from electrovib.core.signals import SIGNALS
+    from electrovib.core.tables import read_changes
     from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
 
     found, of_recordings = options.given(**known), PRESCRIBING.values()  # what a recording may contradict

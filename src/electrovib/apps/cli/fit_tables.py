@@ -290,8 +290,8 @@ def _of_option(option: str) -> Iterator[None]:
 
 def _table(option: str, text: str, known: tuple[str, ...]) -> dict[str, Any]:
     """Read an inline table with some of the known keys."""
-    from electrovib.apps.changes import read_changes
     from electrovib.core.errors import nearest
+    from electrovib.core.tables import read_changes
 
     found = read_changes([f"table={text}"])["table"]
     if not isinstance(found, dict):

@@ -13,7 +13,7 @@ from typing import Any, Final
 from typer.core import TyperCommand, TyperGroup
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.meant import command_meant, explained, options_of
+from electrovib.apps.cli.meant import QUOTED, command_meant, explained, options_of, refuse_other_forms
 from electrovib.core.errors import InputError
 
 _SCENARIOS: Final = ("scenario", "second")
@@ -69,13 +69,15 @@ class Commands(TyperGroup):
         """Read what stands before a command; 'help' shows the help, of the command after it if one is given."""
         if args[:1] == ["help"] and "help" not in self.commands:
             args = [*args[1:2], "--help"]
-        return explained(super().parse_args, self, ctx, args)
+        with explained(self, ctx):
+            return super().parse_args(ctx, args)
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Find a command; of a word that is none name the command that is meant."""
-        if args[0] not in self.commands:
-            raise InputError(command_meant(args[0], ctx.command_path, self.commands))
-        return super().resolve_command(ctx, args)
+        if cmd_name not in self.commands:
+            refuse_other_forms([cmd_name], self)
+            raise InputError(command_meant(cmd_name, ctx.command_path, self.commands))
+        return super().get_command(ctx, cmd_name)
 
 
 class Command(TyperCommand):
@@ -102,20 +104,23 @@ class Command(TyperCommand):
         """Write nothing after the options."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments; what they do not fit is answered with what was meant."""
+        """Read the arguments; what they do not fit, as an option given twice, is answered with what was meant."""
         if "--version" in args and "--version" not in options_of(self):
             ctx.find_root().command.main(["--version"], prog_name="electrovib")
-        return explained(self._parsed, self, ctx, args)
-
-    def _parsed(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments; an option with one value that is given twice is refused."""
-        order = self.make_parser(ctx).parse_args(args=list(args))[2]
-        twice = dict.fromkeys(each for each in order if order.count(each) > 1 and _is_single(each))
-        if twice:
-            raise InputError(
-                f"{each.opts[0]}: given {order.count(each)} times; give it once" for each in twice
-            )
-        return super().parse_args(ctx, args)
+        flags = {name for each in self.params if getattr(each, "is_flag", False) for name in each.opts}
+        pairs = zip(
+            ["", *args], args, strict=False
+        )  # an option may be given any word, but not in such quotation marks
+        odd = (word for last, word in pairs if last[:1] != "-" or last in flags or QUOTED.search(word))
+        refuse_other_forms(odd, self)
+        with explained(self, ctx):
+            order = self.make_parser(ctx).parse_args(args=list(args))[2]
+            twice = dict.fromkeys(each for each in order if order.count(each) > 1 and _is_single(each))
+            if twice:
+                raise InputError(
+                    f"{each.opts[0]}: given {order.count(each)} times; give it once" for each in twice
+                )
+            return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
         """Refuse a scenario in the place of another argument, with the order that was meant."""

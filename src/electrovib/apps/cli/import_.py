@@ -163,8 +163,8 @@ def recipe_of(
 
     `only` are the keys of what is made, which `of` names; those of `tables` have an entry for each signal or path.
     """
-    from electrovib.apps.changes import read_changes
     from electrovib.core.parsing import read_toml_file, truth
+    from electrovib.core.tables import read_changes
 
     found: dict[str, Any] = {}
     if recipe:

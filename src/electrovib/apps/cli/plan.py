@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered, say, show, show_answer, warned
 from electrovib.apps.exit_codes import FAILED, NOT_SHOWN
 from electrovib.core.errors import InputError
+from electrovib.core.tables import read_changes
 from electrovib.core.units import number_in
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import chosen, say, show_answer
+from electrovib.core.tables import read_changes
 
 if TYPE_CHECKING:
     import xarray
@@ -69,8 +69,16 @@ def run(
         return _print_felt(scenario, read_changes(set), everything=all)
     accepted = "scenario set over quantity records output report all"
     options.only(context, accepted, "a run without --states")
-    asked = options.given(set=set, over=over, quantity=quantity, records=records, output=output)
-    trace = run(scenario, **asked, report=report, force=force)
+    trace = run(
+        scenario,
+        set=set or (),
+        over=over or (),
+        quantity=quantity or (),
+        records=records,
+        output=output,
+        report=report,
+        force=force,
+    )
     felt = [] if "over" in trace.attrs else felt_lines(trace, everything=all)
     return say(*summary(trace, output, report, source=scenario, felt=felt))
 

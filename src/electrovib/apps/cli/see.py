@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
 from electrovib.apps.cli.terminal import is_map, judged, put, say, show, warned
+from electrovib.core.tables import read_changes
 
 if TYPE_CHECKING:
     import xarray
