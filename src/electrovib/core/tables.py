@@ -92,7 +92,7 @@ class Changed:
             return self._in_list(inner, here, kind, path, fresh=fresh)
         own, owner, content = self._table(path, kind, here, given.get("model", _NOTHING))
         fresh, own_parameters = fresh or (owner is None and isinstance(here, BaseModel)), dict[str, Any]()
-        for name, values in ((_present(owner, each, inner), values) for each, values in inner.items()):
+        for name, values in ((_present(owner, each, inner.keys()), values) for each, values in inner.items()):
             where, is_derived = _joined(path, name), None in values and name in getattr(own, "derived", {})
             is_fresh = fresh or (name not in content and not is_derived)
             if is_fresh and name not in content and own is not None:
