@@ -181,12 +181,18 @@ def given(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
+def changes(set: Sequence[str] | None) -> dict[str, Any]:
+    """Read the changes of ``--set`` as values by dotted path."""
+    from electrovib.core.tables import read_changes
+
+    return read_changes(set)
+
+
 def changed(scenario: str, set: Sequence[str] | None) -> Any:
     """Put changes into a scenario, for a function that takes none."""
-    from electrovib.core.tables import read_changes
     from electrovib.scenario import read_scenario
 
-    return read_scenario(scenario, changes=read_changes(set)) if set else scenario
+    return read_scenario(scenario, changes=changes(set)) if set else scenario
 
 
 def read_laws(named: list[str] | None) -> list[str] | None:

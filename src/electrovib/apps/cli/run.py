@@ -8,7 +8,6 @@ import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import chosen, say, show_answer
-from electrovib.core.tables import read_changes
 
 if TYPE_CHECKING:
     import xarray
@@ -62,11 +61,11 @@ def run(
 
     if states:
         options.only(context, "scenario set states voltage", "--states")
-        return _print_states(scenario, read_changes(set), voltage)
+        return _print_states(scenario, options.changes(set), voltage)
     if _is_measured(scenario):
         of = "a measured Trace, of which only what is felt is computed"
         options.only(context, "scenario set all", of)
-        return _print_felt(scenario, read_changes(set), everything=all)
+        return _print_felt(scenario, options.changes(set), everything=all)
     accepted = "scenario set over quantity records output report all"
     options.only(context, accepted, "a run without --states")
     trace = run(
