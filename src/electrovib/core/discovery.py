@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from electrovib.core.model import Model
 
 ENTRY_POINT_GROUP = "electrovib.models"
+_TEXTBOOK = "electrovib.physics."
 M = TypeVar("M", bound="Model")
 
 
@@ -58,10 +59,15 @@ def _leaves(family: type[M]) -> Iterator[type[M]]:
 
 
 def _import_beside(family: type[Model]) -> None:
-    """Import all of `physics` for a family of it; those of other folders have their members beside them in one module."""
-    room = ".".join(family.__module__.split(".")[:2])
-    if room == f"{__name__.partition('.')[0]}.physics":
-        _import_folder(room)
+    """Import the folder of a family in `physics`; a family outside such a folder has its members beside it in one module."""
+    folder = ".".join(family.__module__.split(".")[:3])
+    if folder.startswith(_TEXTBOOK) and folder != family.__module__:
+        _import_folder(folder)
+
+
+def import_textbook() -> None:
+    """Import all of `physics`."""
+    _import_folder(_TEXTBOOK.rstrip("."))
 
 
 @functools.cache
