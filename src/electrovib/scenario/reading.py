@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from electrovib.core.discovery import offers, paper_names, papers
+from electrovib.core.discovery import offered_by, paper_names, papers
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, closest_file, shortened
 from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of
@@ -170,13 +170,15 @@ def paper_scenario(name: str) -> Scenario:
     if author_year not in paper_names() and author_year not in papers():
         near = _near_file(name) or near_presets(name)
         raise InputError(f"'{name}' is neither a file nor a paper's scenario.{near}")
-    found: Mapping[str, Scenario] = offers(("scenarios",), of=author_year)
-    if f"{author_year}/{wanted}" in found:
-        return found[f"{author_year}/{wanted}"]
+    found: Mapping[str, Scenario] = offered_by(author_year, "scenarios")
+    if wanted in found:
+        return found[wanted]
     if not found:
         raise InputError(f"'{author_year}' has no scenario.{near_presets(name)}")
     if not wanted:
-        raise InputError(f"'{name}' is a paper; name one of its scenarios: {', '.join(found)}.")
+        raise InputError(
+            f"'{name}' is a paper; name one of its scenarios: {', '.join(f'{author_year}/{each}' for each in found)}."
+        )
     raise InputError(f"'{name}': {author_year} has no scenario '{wanted}'.{near_presets(name)}")
 
 

@@ -10,9 +10,8 @@ from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import chosen, say, show_answer
 
 if TYPE_CHECKING:
-    import xarray
-
     from electrovib.core.answer import Document
+    from electrovib.scenario import Scenario
 
 
 _ROUNDING: Final = 1e-12
@@ -58,6 +57,7 @@ def run(
         Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
     """
     from electrovib.apps.run import run
+    from electrovib.scenario import scenario_of
 
     if states:
         options.only(context, "scenario set states voltage", "--states")
@@ -78,8 +78,10 @@ def run(
         report=report,
         force=force,
     )
-    felt = [] if "over" in trace.attrs else felt_lines(trace, everything=all)
-    return say(*summary(trace, output, report, source=scenario, felt=felt))
+    found = scenario_of(trace)
+    felt = [] if "over" in trace.attrs else felt_lines(found, everything=all)
+    sources = chosen(found, scenario, without=trace.dims)
+    return say(*summary(trace, output, report, felt=felt, sources=sources))
 
 
 def _is_measured(source: str) -> bool:
@@ -97,7 +99,7 @@ def _print_felt(scenario: str, changes: dict[str, Any], *, everything: bool) -> 
     show_answer(perceive(scenario, set=changes), everything=everything)
 
 
-def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
+def felt_lines(scenario: "Scenario", *, everything: bool) -> list[str]:
     """State whether a finger feels a run, by which channel and by how much; the reason where that is not known.
 
     Unless `everything` is asked for, it may take `_FELT` seconds of computing time: it solves the periodic state anew.
@@ -105,13 +107,12 @@ def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
     from electrovib.apps.progress import tracked
     from electrovib.core.budget import BudgetError, allowed, budget
     from electrovib.core.errors import ElectrovibError
-    from electrovib.scenario import scenario_of
     from electrovib.studies.perceive import perceive
 
     most = allowed().time if everything else min(allowed().time, _FELT)
     try:
         with tracked("perceiving"), budget(time=most):
-            found = perceive(scenario_of(trace))
+            found = perceive(scenario)
     except ElectrovibError as error:
         if isinstance(error, BudgetError) and not everything:
             return [f"felt or not: takes more than {most:g} s to compute (--all takes that time)"]
@@ -141,12 +142,16 @@ def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None) -
 
 
 def summary(
-    trace: Any, output: str | None, report: str | None, *, source: str = "", felt: Sequence[str] = ()
+    trace: Any,
+    output: str | None,
+    report: str | None,
+    *,
+    felt: Sequence[str] = (),
+    sources: Sequence[str] = (),
 ) -> list[str]:
-    """Summarise the result in a few lines, with the values of a paper's scenario that are not found in the paper."""
+    """Summarise the result in a few lines, among them whether it is `felt`, and what is known of the `sources` of its values."""
     from electrovib.apps.cli.terminal import is_map, judged
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
-    from electrovib.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     if "over" in trace.attrs:
@@ -164,7 +169,7 @@ def summary(
         lines += judged(trace, output, report)
     else:
         lines += warning_lines(diagnostics_of(trace))
-    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
+    lines += sources
     lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")
