@@ -208,9 +208,13 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     if "scenario" not in trace.attrs:
         raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
     content = without_schema(dict(structured(trace, "scenario", Mapping)))
-    if missing := list(missing_models(Scenario, content)):
-        raise InputError(_needs(family.__name__, name, path, trace) for path, family, name in missing)
-    return read_part(Scenario, content)
+    try:
+        return read_part(Scenario, content)
+    except InputError:
+        missing = list(missing_models(Scenario, content))
+        if not missing:
+            raise
+    raise InputError(_needs(family.__name__, name, path, trace) for path, family, name in missing)
 
 
 def _needs(family: str, name: str, path: str, trace: xarray.Dataset) -> Problem:

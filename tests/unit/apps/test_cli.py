@@ -162,8 +162,8 @@ def test_version_names_the_parts(said):
 
 def test_numbers_of_a_force_are_those_that_a_person_can_use(said):
     computed = xarray.Dataset({"electrostatic_force": ("time", [6e-36, 0.0052])})
-    assert _range(computed, "electrostatic_force") == "0 N to 5.2 mN at the output times"
-    assert _range(computed + 1e-9, "electrostatic_force") == "1 nN to 5.2 mN at the output times"
+    assert _range(computed, "electrostatic_force", {}) == "0 N to 5.2 mN at the output times"
+    assert _range(computed + 1e-9, "electrostatic_force", {}) == "1 nN to 5.2 mN at the output times"
     out = said("run bau_2010/sine --set 'drive.amplitude=10 mV'")
     assert re.search(r"^lateral force: 250 mN to 250 mN \(a change of \d[\d.]* nN\)$", out, re.MULTILINE)
 

@@ -10,7 +10,10 @@ from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import chosen, say, show_answer
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from electrovib.core.answer import Document
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
 
 
@@ -57,6 +60,7 @@ def run(
         Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
     """
     from electrovib.apps.run import run
+    from electrovib.core.diagnostics import diagnostics_of
     from electrovib.scenario import scenario_of
 
     if states:
@@ -79,7 +83,8 @@ def run(
         force=force,
     )
     found = scenario_of(trace)
-    felt = [] if "over" in trace.attrs else felt_lines(found, everything=all)
+    judged = tuple(diagnostics_of(trace))
+    felt = [] if "over" in trace.attrs else felt_lines(found, judged, everything=all)
     sources = chosen(found, scenario, without=trace.dims)
     return say(*summary(trace, output, report, felt=felt, sources=sources))
 
@@ -99,20 +104,21 @@ def _print_felt(scenario: str, changes: dict[str, Any], *, everything: bool) -> 
     show_answer(perceive(scenario, set=changes), everything=everything)
 
 
-def felt_lines(scenario: "Scenario", *, everything: bool) -> list[str]:
-    """State whether a finger feels a run, by which channel and by how much; the reason where that is not known.
+def felt_lines(scenario: "Scenario", judged: "tuple[Diagnostic, ...]", *, everything: bool) -> list[str]:
+    """State whether a finger feels a run that is judged already, by which channel and by how much, or why it is not known.
 
     Unless `everything` is asked for, it may take `_FELT` seconds of computing time: it solves the periodic state anew.
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.budget import BudgetError, allowed, budget
     from electrovib.core.errors import ElectrovibError
-    from electrovib.studies.perceive import perceive
+    from electrovib.physics.perception import Perception
+    from electrovib.studies.perceive import perceived
 
     most = allowed().time if everything else min(allowed().time, _FELT)
     try:
         with tracked("perceiving"), budget(time=most):
-            found = perceive(scenario)
+            found = perceived(scenario, scenario.perception or Perception(), diagnostics=judged)
     except ElectrovibError as error:
         if isinstance(error, BudgetError) and not everything:
             return [f"felt or not: takes more than {most:g} s to compute (--all takes that time)"]
@@ -152,12 +158,16 @@ def summary(
     """Summarise the result in a few lines, among them whether it is `felt`, and what is known of the `sources` of its values."""
     from electrovib.apps.cli.terminal import is_map, judged
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
+    from electrovib.view.summary import quantities_of_run
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     if "over" in trace.attrs:
         lines += _numbers(trace)
     else:
-        lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
+        ends = quantities_of_run(
+            trace, [f"{end} {name}" for name in FORCES for end in ("minimum", "maximum")]
+        )
+        lines += [f"{name.replace('_', ' ')}: {_range(trace, name, ends)}" for name in FORCES]
     lines += felt
     if trace.attrs.get("reduction_error") and "transfer_error" in trace.attrs:
         name, of = "transfer_error", ""
@@ -190,16 +200,15 @@ def _written(path: str, trace: Any) -> str:
     return written(path, document)
 
 
-def _range(trace: Any, name: str) -> str:
-    """Return the range of a force over the whole run, and the number of times at which it is unknown."""
+def _range(trace: Any, name: str, ends: "Mapping[str, float]") -> str:
+    """Return the range of a force over the whole run, where its `ends` are known, and how often it is unknown."""
     from electrovib.core.units import format_quantity
-    from electrovib.view.summary import not_known, quantities_of_run
+    from electrovib.view.summary import not_known
 
     if missing := not_known(trace, name):
         if not bool(trace[name].notnull().any()):
             return missing
         missing = f", {missing}"
-    ends = quantities_of_run(trace, [f"{end} {each}" for each in FORCES for end in ("minimum", "maximum")])
     found = [ends.get(f"{end} {name}", math.nan) for end in ("minimum", "maximum")]
     if not all(map(math.isfinite, found)):
         found = [float(trace[name].min()), float(trace[name].max())]
