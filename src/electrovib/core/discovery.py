@@ -149,10 +149,10 @@ def _near_papers(name: str, known: Collection[str]) -> str:
     return asked(zip(found, about, strict=True)) or nearest(name, known)
 
 
-def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
-    """Collect what the functions of papers, such as ``("skins",)``, offer, as ``author_year/name`` to object."""
+def offers(functions: Collection[str]) -> dict[str, Any]:
+    """Collect what the functions of all papers, such as ``("skins",)``, offer, as ``author_year/name`` to object."""
     found: dict[str, Any] = {}
-    for author_year in (of,) if of else papers():
+    for author_year in papers():
         for function in functions:
             for name, thing in offered_by(author_year, function).items():
                 found.setdefault(f"{author_year}/{name}", thing)

@@ -100,13 +100,9 @@ class Changed:
             if not (fresh or is_derived or name in content):
                 self._refuse(content, path, name, values)
                 continue
-            part = own.part(name) if own is not None else None
-            is_single = part is None and values.keys() == {None}
-            found = (
-                values[None]
-                if is_single
-                else self.within(values, content.get(name), part, where, fresh=is_fresh)
-            )
+            part, former = own.part(name) if own is not None else None, content.get(name)
+            is_leaf = part is None and values.keys() == {None}
+            found = values[None] if is_leaf else self.within(values, former, part, where, fresh=is_fresh)
             if owner is not None and not is_fresh and None in values:
                 own_parameters[name] = found
                 continue
@@ -302,34 +298,26 @@ def present_path(model: Any, path: str) -> str:
     owner, keys = model, list[str]()
     for key in path.split("."):
         keys.append(type(owner).present(key) if hasattr(owner, "present") else key)
-        owner = _descended(owner, keys[-1:])
+        owner = stored_at(owner, keys[-1:])
     return ".".join(keys)
 
 
 def derived_at(model: BaseModel, path: str) -> tuple[Any, str] | None:
     """Return the model that derives the parameter at a dotted path, and the parameter's name; None for a stored one."""
     *parents, last = path.split(".")
-    owner = _descended(model, parents)
+    owner = stored_at(model, parents)
     return (owner, last) if last in getattr(type(owner), "derived", {}) else None
-
-
-def number_at(model: BaseModel, path: str) -> float | None:
-    """Return the number that is stored at a dotted path; None for a text, a table, an absent value or no such path."""
-    *parents, last = path.split(".")
-    owner = _descended(model, parents)
-    found = dict(owner).get(last) if isinstance(owner, BaseModel) else None
-    return found if isinstance(found, float) else None
 
 
 def is_stored_as_given(model: BaseModel, path: str, kind: type[BaseModel]) -> bool:
     """Return whether a parameter is stored and, by the default `stored` of `kind`, its change alters no other parameter."""
     *parents, last = path.split(".")
-    owner = _descended(model, parents)
+    owner = stored_at(model, parents)
     plain = getattr(type(owner), "stored", None) is kind.stored  # type: ignore[attr-defined]
     return plain and last not in getattr(type(owner), "derived", {})
 
 
-def _descended(model: Any, keys: list[str]) -> Any:
+def stored_at(model: Any, keys: list[str]) -> Any:
     """Return what is stored at the end of keys; None where they lead to nothing."""
     owner = model
     for key in keys:
@@ -375,7 +363,7 @@ def _with_the_word(model: Model, word: str) -> str:
 
 def _of_other_models(model: Model, owner: list[str], name: str) -> str:
     """Name the members of a family that have a parameter which the chosen member does not have."""
-    holder, held = _descended(model, owner[:-1]), _descended(model, owner)
+    holder, held = stored_at(model, owner[:-1]), stored_at(model, owner)
     family = holder.part(owner[-1]) if hasattr(holder, "part") else None
     if family is None or not family.is_family or held is None:
         return ""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.discovery import offered_by, paper_names, papers
-from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, closest_file, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, closest_file, refuse, shortened
 from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
@@ -211,10 +211,11 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     try:
         return read_part(Scenario, content)
     except InputError:
-        missing = list(missing_models(Scenario, content))
-        if not missing:
-            raise
-    raise InputError(_needs(family.__name__, name, path, trace) for path, family, name in missing)
+        needs = [
+            _needs(kind.__name__, name, path, trace) for path, kind, name in missing_models(Scenario, content)
+        ]
+        refuse(needs)
+        raise
 
 
 def _needs(family: str, name: str, path: str, trace: xarray.Dataset) -> Problem:

@@ -75,7 +75,7 @@ def scenario_names(incomplete: str) -> Iterator[str]:
 
     Where several papers can be meant, their names are offered with a slash: ``author_year/``.
     """
-    from electrovib.core.discovery import offers, paper_names
+    from electrovib.core.discovery import offered_by, paper_names
 
     author_year, slash, _ = incomplete.partition("/")
     papers = [
@@ -85,9 +85,8 @@ def scenario_names(incomplete: str) -> Iterator[str]:
         yield from (f"{name}/" for name in papers)
         return
     for name in papers:
-        yield from (
-            found for found in offers(("scenarios",), of=name) if found.startswith(incomplete) or not slash
-        )
+        found = (f"{name}/{key}" for key in offered_by(name, "scenarios"))
+        yield from (each for each in found if each.startswith(incomplete) or not slash)
 
 
 def model_names(incomplete: str) -> Iterator[tuple[str, str]]:

@@ -72,16 +72,8 @@ def run(
         return _print_felt(scenario, options.changes(set), everything=all)
     accepted = "scenario set over quantity records output report all"
     options.only(context, accepted, "a run without --states")
-    trace = run(
-        scenario,
-        set=set or (),
-        over=over or (),
-        quantity=quantity or (),
-        records=records,
-        output=output,
-        report=report,
-        force=force,
-    )
+    asked: dict[str, Any] = {"over": over or (), "quantity": quantity or (), "records": records}
+    trace = run(scenario, set=set or (), **asked, output=output, report=report, force=force)
     found = scenario_of(trace)
     judged = tuple(diagnostics_of(trace))
     felt = [] if "over" in trace.attrs else felt_lines(found, judged, everything=all)
