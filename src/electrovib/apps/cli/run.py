@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.answer import Document
-    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
 
 
@@ -60,7 +59,6 @@ def run(
         Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
     """
     from electrovib.apps.run import run
-    from electrovib.core.diagnostics import diagnostics_of
     from electrovib.scenario import scenario_of
 
     if states:
@@ -75,8 +73,7 @@ def run(
     asked: dict[str, Any] = {"over": over or (), "quantity": quantity or (), "records": records}
     trace = run(scenario, set=set or (), **asked, output=output, report=report, force=force)
     found = scenario_of(trace)
-    judged = tuple(diagnostics_of(trace))
-    felt = [] if "over" in trace.attrs else felt_lines(found, judged, everything=all)
+    felt = [] if "over" in trace.attrs else felt_lines(found, everything=all)
     sources = chosen(found, scenario, without=trace.dims)
     return say(*summary(trace, output, report, felt=felt, sources=sources))
 
@@ -96,7 +93,7 @@ def _print_felt(scenario: str, changes: dict[str, Any], *, everything: bool) -> 
     show_answer(perceive(scenario, set=changes), everything=everything)
 
 
-def felt_lines(scenario: "Scenario", judged: "tuple[Diagnostic, ...]", *, everything: bool) -> list[str]:
+def felt_lines(scenario: "Scenario", *, everything: bool) -> list[str]:
     """State whether a finger feels a run that is judged already, by which channel and by how much, or why it is not known.
 
     Unless `everything` is asked for, it may take `_FELT` seconds of computing time: it solves the periodic state anew.
@@ -110,7 +107,7 @@ def felt_lines(scenario: "Scenario", judged: "tuple[Diagnostic, ...]", *, everyt
     most = allowed().time if everything else min(allowed().time, _FELT)
     try:
         with tracked("perceiving"), budget(time=most):
-            found = perceived(scenario, scenario.perception or Perception(), diagnostics=judged)
+            found = perceived(scenario, scenario.perception or Perception(), diagnostics=())
     except ElectrovibError as error:
         if isinstance(error, BudgetError) and not everything:
             return [f"felt or not: takes more than {most:g} s to compute (--all takes that time)"]
