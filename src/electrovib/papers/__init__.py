@@ -103,9 +103,11 @@ class Offers(Mapping[str, Found]):
 
     def __getitem__(self, name: str) -> Found:
         """Build one."""
-        if name not in self._names:
-            raise KeyError(name)
         return self._build(name)
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is one, without building it."""
+        return name in self._names
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names."""
