@@ -100,16 +100,19 @@ class Changed:
             if not (fresh or is_derived or name in content):
                 self._refuse(content, path, name, values)
                 continue
-            part, former = own.part(name) if own is not None else None, content.get(name)
-            is_leaf = part is None and values.keys() == {None}
-            found = values[None] if is_leaf else self.within(values, former, part, where, fresh=is_fresh)
-            if owner is not None and not is_fresh and None in values:
+            part, is_own = own.part(name) if own is not None else None, owner is not None and not is_fresh
+            values.update(
+                {None: self._read(own, name, values[None], where)} if is_own and None in values else {}
+            )
+            if values.get(None) is _NOTHING:
+                continue
+            found = self.within(values, content.get(name), part, where, fresh=is_fresh)
+            if is_own and None in values:
                 own_parameters[name] = found
                 continue
             content[name] = found
-            if None in values:
-                self.stored[where] = found
-        return _read_anew(content | self._stored_by(owner, path, own_parameters), given)
+            self.stored |= {where: found} if None in values else {}
+        return _read_anew(content | self._stored_by(owner, path, own_parameters, given), given)
 
     def opened(self, kind: type[Model] | None, value: Any, path: str) -> Any:
         """Copy what is given for a part, names replaced by the tables that they stand for, texts by the numbers that they are.
@@ -189,15 +192,17 @@ class Changed:
                 self.stored[where] = places[place]
         return places
 
-    def _stored_by(self, owner: Any, path: str, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return given parameters of a model as those that it stores; what is refused is shown as it was given."""
-        read: dict[str, Any] = {}
-        for name, value in given.items():
-            quantity = _quantity(type(owner), name) if value is not None else None
-            try:
-                read[name] = value if quantity is None else quantity.read(value)
-            except PydanticCustomError as error:
-                self.problems.append(Problem(error.message(), path=_joined(path, name), value=shown(value)))
+    def _read(self, own: type[Model], name: str, value: Any, where: str) -> Any:
+        """Return the number of a physical parameter, anything else as it is, or nothing after a refusal."""
+        quantity = None if value is None else _quantity(own, name)
+        try:
+            return value if quantity is None else quantity.read(value)
+        except PydanticCustomError as error:
+            self.problems.append(Problem(error.message(), path=where, value=shown(value)))
+            return _NOTHING
+
+    def _stored_by(self, owner: Any, path: str, read: dict[str, Any], given: Given) -> dict[str, Any]:
+        """Return parameters of a model as those that it stores; what is refused is shown as it was given."""
         try:
             kept: dict[str, Any] = owner.stored(read) if read else {}
         except InputError as error:

@@ -265,7 +265,7 @@ def test_where_nothing_is_felt_or_it_is_not_known_the_reason_is_stated(said, mon
     still = said("run vardar_2017/sine --set 'drive={ model = \"Step\", level = 0 }'")
     assert "not felt: nothing moves the skin" in still
     assert "felt" not in said("run vardar_2017/sine --over drive.frequency=30Hz:60Hz:2")
-    monkeypatch.setattr("electrovib.studies.perceive.perceive", too_long := TooLong())
+    monkeypatch.setattr("electrovib.studies.perceive.perceived", too_long := TooLong())
     line = "felt or not: takes more than 30 s to compute (--all takes that time)"
     assert line in said("run vardar_2017/sine").splitlines()
     assert "felt or not: not known: too long" in said("run vardar_2017/sine --all").splitlines()
@@ -278,7 +278,8 @@ class TooLong:
     def __init__(self):
         self.allowed = []
 
-    def __call__(self, _):
+    def __call__(self, *_, diagnostics):
+        assert diagnostics == ()  # the run has been judged
         self.allowed.append(allowed().time)
         raise BudgetError("too long")
 
