@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.citation import STATUSES, Check
-from electrovib.core.discovery import offers
+from electrovib.core.discovery import offered_by
 from electrovib.papers import published
 from electrovib.physics.material import Material
 from electrovib.physics.safety import film_diagnostic
@@ -58,9 +58,10 @@ def test_a_paper_carries_a_check_and_its_offers_are_read_by_their_names(paper):
     classes = [thing for thing in vars(paper).values() if isinstance(thing, type)]
     of_classes = [check for kind in classes for check in getattr(kind, "checks", ())]
     assert [*getattr(paper, "CHECKS", ()), *of_classes], f"{paper.__name__} has no number to be held to"
-    for kind in (Material, Stack):
-        for name, offer in offers(kind.offered_by, of=paper.__name__.rsplit(".", 1)[-1]).items():
-            assert kind.model_validate(name) == kind.from_offer(offer)
+    author_year = paper.__name__.rsplit(".", 1)[-1]
+    for kind, function in [(each, name) for each in (Material, Stack) for name in each.offered_by]:
+        for name, offer in offered_by(author_year, function).items():
+            assert kind.model_validate(f"{author_year}/{name}") == kind.from_offer(offer)
 
 
 def test_a_check_passes_and_names_its_source(asked):

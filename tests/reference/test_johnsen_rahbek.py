@@ -11,7 +11,7 @@ from scenario_parts import AREA, EPS0, apart, constant, grounded, layer, model, 
 
 from electrovib.papers import nakamura_2017 as nakamura
 from electrovib.papers import shultz_2015 as shultz
-from electrovib.physics.bridged_air import BridgedAir
+from electrovib.physics.material.bridged_air import BridgedAir
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes

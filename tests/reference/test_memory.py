@@ -13,7 +13,7 @@ from electrovib.exports.spice.circuit import BuiltCircuit
 from electrovib.papers.palmar_1995 import skins
 from electrovib.physics.conduction import FieldConduction
 from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
-from electrovib.physics.tabulated import Tabulated
+from electrovib.physics.material.tabulated import Tabulated
 from electrovib.scenario import load
 from electrovib.solve.choice import solve
 from electrovib.solve.diagnostics.memory import FORCE, answer_errors

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of
@@ -16,7 +15,7 @@ from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.paths import value_at
 from electrovib.core.signals import is_trace
-from electrovib.core.tables import stored_changes
+from electrovib.core.tables import read_changes, stored_changes
 from electrovib.data.atomic import VERIFIED
 from electrovib.data.traces import open_if_trace
 from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
@@ -69,7 +68,8 @@ def run(
     ElectrovibError
         For mistakes of the user, all at once as far as possible; nothing has been written then.
     """
-    changes, problems = readable_changes(set)
+    problems: list[str] = []
+    changes = read_changes(set, problems)
     experiment: Scenario | None = None
     earlier = _Wanted({}, (), records=False)
     with inputs_noted() as inputs, gathered(problems):
@@ -96,7 +96,8 @@ def run(
                     records=wanted.records,
                     progress=progress,
                 )
-    _warn_of_changed_models(trace, scenario, experiment)
+    if is_trace(source):
+        _warn_of_changed_models(trace, source, experiment)
     if output is not None:
         from electrovib.exports.save import save
 
@@ -109,11 +110,8 @@ def run(
     return trace
 
 
-def _warn_of_changed_models(trace: xarray.Dataset, source: Source, experiment: Scenario) -> None:
+def _warn_of_changed_models(trace: xarray.Dataset, found: xarray.Dataset, experiment: Scenario) -> None:
     """Add to a repeated run that the Trace it repeats was not verified, and each own model that is not the one of it."""
-    found = open_if_trace(source)
-    if not is_trace(found):
-        return
     warnings = [Diagnostic("own models", "warning", text) for text in changed_models(found, experiment)]
     warnings += [each for each in diagnostics_of(found) if each.name == VERIFIED]
     if warnings:
@@ -171,10 +169,11 @@ def _wanted(
 
             with gathered(problems):
                 read_quantities(experiment, asked.quantities)
-    problems += _set_and_swept(changes, axes, asked.axes, source)
-    if experiment is not None and not problems:
-        axes = _set_levels(experiment, changes, axes) | dict(axes)
-    if asked.records and not axes:
+    if axes:
+        problems += _set_and_swept(changes, axes, asked.axes, source)
+        if experiment is not None and not problems:
+            axes = _set_levels(experiment, changes, axes) | dict(axes)
+    elif asked.records:
         problems.append("--records: keeps the records of a sweep; add --over")
     return replace(asked, axes=axes)
 

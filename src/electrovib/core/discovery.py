@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from electrovib.core.model import Model
 
 ENTRY_POINT_GROUP = "electrovib.models"
+_TEXTBOOK = f"{__name__.partition('.')[0]}.physics"
 M = TypeVar("M", bound="Model")
 
 
@@ -58,10 +59,15 @@ def _leaves(family: type[M]) -> Iterator[type[M]]:
 
 
 def _import_beside(family: type[Model]) -> None:
-    """Import all of `physics` for a family of it; those of other folders have their members beside them in one module."""
-    room = ".".join(family.__module__.split(".")[:2])
-    if room == f"{__name__.partition('.')[0]}.physics":
-        _import_folder(room)
+    """Import the folder of a family in `physics`; a family outside such a folder has its members beside it in one module."""
+    folder = ".".join(family.__module__.split(".")[:3])
+    if folder.startswith(f"{_TEXTBOOK}.") and folder != family.__module__:
+        _import_folder(folder)
+
+
+def import_textbook() -> None:
+    """Import all of `physics`."""
+    _import_folder(_TEXTBOOK)
 
 
 @functools.cache
@@ -143,23 +149,28 @@ def _near_papers(name: str, known: Collection[str]) -> str:
     return asked(zip(found, about, strict=True)) or nearest(name, known)
 
 
-def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
-    """Collect what the functions of papers, such as ``("skins",)``, offer, as ``author_year/name`` to object."""
+def offers(functions: Collection[str]) -> dict[str, Any]:
+    """Collect what the functions of all papers, such as ``("skins",)``, offer, as ``author_year/name`` to object."""
     found: dict[str, Any] = {}
-    for author_year, module in ({of: paper(of)} if of else papers()).items():
+    for author_year in papers():
         for function in functions:
-            for name, thing in getattr(module, function, dict)().items():
+            for name, thing in offered_by(author_year, function).items():
                 found.setdefault(f"{author_year}/{name}", thing)
+    return found
+
+
+def offered_by(author_year: str, function: str) -> Mapping[str, Any]:
+    """Return what a function of a paper offers by name; nothing where the paper does not have the function."""
+    found: Mapping[str, Any] = getattr(paper(author_year), function, dict)()
     return found
 
 
 def find_offer(name: str, functions: Collection[str]) -> Any:
     """Return what a paper offers as ``author_year/name``."""
-    author_year = name.partition("/")[0]
-    if is_paper(author_year):
-        found = offers(functions, of=author_year)
-        if name in found:
-            return found[name]
+    author_year, _, key = name.partition("/")
+    for function in functions if is_paper(author_year) else ():
+        if key in (found := offered_by(author_year, function)):
+            return found[key]
     offered = offers(functions)
     most_like = near(name, {key: _named(thing) for key, thing in offered.items()}, kind="offer")
     raise InputError(f"no paper offers '{shortened(name, LONGEST_QUOTED)}'.{most_like}")

@@ -22,12 +22,12 @@ from pydantic_core import PydanticCustomError
 
 from electrovib.core.deprecation import Former
 from electrovib.core.discovery import find_member, find_members, find_offer
-from electrovib.core.errors import LONGEST_QUOTED, InputError, refuse, shortened, suggestion
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, refuse, shortened, suggestion
 from electrovib.core.files import DeclaresFile
 from electrovib.core.mistakes import explained, near_members, problems, wants
 from electrovib.core.own_results import check_results
 from electrovib.core.quantity import Quantity, quantity_of
-from electrovib.core.tables import Changed, changed
+from electrovib.core.tables import Changed
 from electrovib.core.unchangeable import frozen
 
 M = TypeVar("M", bound="Model")
@@ -359,13 +359,14 @@ class Model(Immutable, DeclaresFile, Written):
         InputError
             For every path that does not exist and every value that does not fit, all at once.
         """
-        return self._after(changed(self, changes))
+        found = Changed(self)
+        return self._after(found.within(changes, self), found.problems)
 
-    def _after(self, found: Changed) -> Self:
+    def _after(self, content: dict[str, Any], mistakes: list[Problem]) -> Self:
         """Build the changed model, or refuse every mistake at once."""
-        problems = [*found.problems]
+        problems: list[str] = [*mistakes]
         try:
-            built = self.rebuilt(found.content)
+            built = self.rebuilt(content)
         except InputError as error:
             problems += error.problems
         refuse(problems)

@@ -15,9 +15,9 @@ from electrovib.core.tables import (
     derived_at,
     explained_path,
     meant,
-    number_at,
     place_of,
     present_path,
+    stored_at,
     stored_changes,
     unknown,
 )
@@ -32,7 +32,7 @@ def value_at(model: Model, path: str) -> Any:
     """Return what stands at a dotted path of a model: a float in SI, a text, or a nested table."""
     if (found := derived_at(model, path)) is not None:
         return getattr(*found)
-    if (number := number_at(model, path)) is not None:
+    if isinstance(number := stored_at(model, path.split(".")), float):
         return number
     table: Any = model.to_dict()
     for depth, key in enumerate(parts := path.split(".")):

@@ -1,141 +1,147 @@
-"""A frozen tree of models, or nested tables, changed by dotted paths: one walk from the top to each value.
+"""A value finds its place: from ``PATH=VALUE`` as it was typed into nested tables around a frozen tree of models.
 
-During the walk a text becomes the number that its parameter is, a name the table that it stands for, and a parameter that a
-model derives those that it stores.
+From top to bottom: the text is split at its first equals sign; one walk goes down the dotted paths, and on it a text becomes
+the number that its parameter is, a name the table that it stands for, and a parameter that a model derives those that it
+stores. The tables of a file are read by the end of the same walk. At last: what an unknown path may mean.
 """
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+import contextlib
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from pydantic import BaseModel
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError, Problem, closest, nearest, question
+from electrovib.core.errors import ElectrovibError, InputError, Problem, closest, nearest, question, refuse
 from electrovib.core.mistakes import shown
-from electrovib.core.quantity import quantity_of
+from electrovib.core.parsing import read_toml
+from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.samples import Samples
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
 
 _NOTHING: Final = object()
+Given: TypeAlias = Mapping[Any, Any]
+"""Values by dotted path from one place on; a value in the place of what is there has the path None."""
 
 
-@dataclass
-class _Given:
-    """What is given at one place: a value in the place of what is there, changes within it, or both."""
+def read_changes(
+    changes: Mapping[str, Any] | Iterable[str] | None, problems: list[str] | None = None
+) -> dict[str, Any]:
+    """Read ``path=value`` texts; a value that begins with a brace or a bracket is TOML, any other stays a text.
 
-    value: Any = _NOTHING
-    within: dict[str, _Given] = field(default_factory=dict)
-
-    def paths(self, path: str) -> Iterator[str]:
-        """Iterate over the dotted paths that were given, from this place on."""
-        if self.value is not _NOTHING:
-            yield path
-        for name, each in self.within.items():
-            yield from each.paths(_joined(path, name))
-
-    @property
-    def table(self) -> Mapping[str, Any]:
-        """The values within, whether they were given as a table or one by one."""
-        whole = self.value if isinstance(self.value, Mapping) else {}
-        return {**whole, **{name: each.value for name, each in self.within.items()}}
-
-
-def _joined(path: str, name: object) -> str:
-    return f"{path}.{name}" if path else str(name)
+    A mapping of values by path is taken as it is. One sentence on each text that cannot be read is added to the `problems`,
+    without which all are refused at once.
+    """
+    if isinstance(changes, Mapping):
+        return dict(changes)
+    found: dict[str, Any] = {}
+    wrong = [] if problems is None else problems
+    for text in changes or ():
+        path, sign, value = (part.strip() for part in text.partition("="))
+        if not sign or not path:
+            wrong.append(f"--set {text}: expected PATH=VALUE, for instance drive.high='150 V'")
+        elif path in found:
+            wrong.append(f"--set {text}: '{path}' is set twice")
+        else:
+            try:
+                found[path] = read_toml(f"value = {value}")["value"] if value[:1] in {"{", "["} else value
+            except ValueError as error:
+                wrong.append(f"--set {text}: not valid TOML: {error}")
+    if problems is None:
+        refuse(wrong)
+    return found
 
 
 @dataclass
 class Changed:
-    """Nested tables in which changes are put, or what is wrong with them.
+    """One change of a model, or of nested tables: the walk, and what it finds beside the new tables.
 
-    Parts of a model without a change stay the models that they are. `stored` has the changes by the paths of the parameters
-    that are stored; `offers` the names that stood in the place of tables, by path, with the kind of model of each; `unread`
-    the tables whose file has not been read.
+    `stored` has the changes by the paths of the parameters that are stored; `offers` the names that stood in the place of
+    tables, by path, with the kind of model of each; `unread` the tables whose file has not been read.
     """
 
     model: Model | None = None
-    content: Any = None
     stored: dict[str, Any] = field(default_factory=dict)
     offers: dict[str, tuple[type[Model], str]] = field(default_factory=dict)
     unread: list[tuple[str, type[Model], dict[str, Any]]] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     _around: str = ""
 
+    def within(
+        self, given: Given, here: Any, kind: type[Model] | None = None, path: str = "", *, fresh: bool = False
+    ) -> Any:
+        """Return what stands at a path after what is given there; parts of a model without a change stay what they are.
+
+        In a `fresh` table every name may be set, and validation follows; elsewhere only those that are there.
+        """
+        if None in given:
+            return self._whole(given, kind, path)
+        if here is None and (fresh or kind is not None):
+            return self._in_nothing(given, kind, path, fresh=fresh)
+        inner: dict[str, dict[str | None, Any]] = {}
+        for each, value in given.items():
+            name, dot, further = each.partition(".")
+            inner.setdefault(name, {})[further if dot else None] = value
+        if not isinstance(here, (BaseModel, Mapping)):
+            return self._in_list(inner, here, kind, path, fresh=fresh)
+        own, owner, content = self._table(path, kind, here, given.get("model", _NOTHING))
+        fresh, own_parameters = fresh or (owner is None and isinstance(here, BaseModel)), dict[str, Any]()
+        for name, values in ((_present(owner, each, inner.keys()), values) for each, values in inner.items()):
+            where, is_derived = _joined(path, name), None in values and name in getattr(own, "derived", {})
+            is_fresh = fresh or (name not in content and not is_derived)
+            if is_fresh and name not in content and own is not None:
+                content = own.with_place(content, name, _table_of(values))
+            if not (fresh or is_derived or name in content):
+                self._refuse(content, path, name, values)
+                continue
+            part, is_own = own.part(name) if own is not None else None, owner is not None and not is_fresh
+            values.update(
+                {None: self._read(own, name, values[None], where)} if is_own and None in values else {}
+            )
+            if values.get(None) is _NOTHING:
+                continue
+            found = self.within(values, content.get(name), part, where, fresh=is_fresh)
+            if is_own and None in values:
+                own_parameters[name] = found
+                continue
+            content[name] = found
+            self.stored |= {where: found} if None in values else {}
+        return _read_anew(content | self._stored_by(owner, path, own_parameters, given), given)
+
     def opened(self, kind: type[Model] | None, value: Any, path: str) -> Any:
-        """Copy what is given for a part, names replaced by the tables that they stand for; an unknown name is kept."""
+        """Copy what is given for a part, names replaced by the tables that they stand for, texts by the numbers that they are.
+
+        What cannot be read is kept for validation to refuse.
+        """
         if kind is not None and isinstance(value, str) and kind.is_offer(value):
             try:
                 found = kind.from_offer(kind.offer(value))
             except ElectrovibError:
-                return value  # validation refuses it
+                return value
             self.offers[path] = kind, value
             return found.to_dict()
-        if isinstance(value, Mapping):
-            own = kind.chosen(value) if kind is not None else None
-            if own is None:
-                return dict(value)
-            table = {
-                name: self._read(own, str(name), each, _joined(path, name)) for name, each in value.items()
-            }
-            if own.file_columns(table):
-                self.unread.append((path, own, table))
-            return table
         if isinstance(value, (list, tuple)) and kind is not None:
             return [self.opened(kind, each, _joined(path, place)) for place, each in enumerate(value)]
-        return value
-
-    def _read(self, own: type[Model], name: str, value: Any, path: str) -> Any:
-        """Return a number, or a part, of a table; what cannot be read is kept for validation to refuse."""
-        if (quantity := quantity_of(own, name) or own.derived.get(name)) is None:
-            return self.opened(own.part(name), value, path)
-        try:
-            return quantity.read(value)
-        except PydanticCustomError:
+        if not isinstance(value, Mapping):
             return value
-
-    def within(self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool) -> Any:
-        """Return what stands at a path after what is given there and within.
-
-        In a `fresh` table every name may be set, and validation follows; elsewhere only those that are there.
-        """
-        if given.value is not _NOTHING:
-            return self._whole(path, kind, given)
-        if not isinstance(here, (BaseModel, Mapping)):
-            return self._within_other(path, kind, here, given, fresh=fresh)
-        model = given.within["model"].value if "model" in given.within else _NOTHING
-        own, owner, content = self._table(path, kind, here, model)
-        fresh = fresh or (owner is None and isinstance(here, BaseModel))
-        numbers, typed = dict[str, Any](), dict[str, Any]()
-        for typed_name, each in given.within.items():
-            name = _present(owner, typed_name, given.within.keys())
-            where, new = _joined(path, name), name not in content
-            derived = each.value is not _NOTHING and name in getattr(own, "derived", {})
-            if new and not derived and own is not None:
-                content = own.with_place(content, name, each.table)
-            if not (fresh or derived or name in content):
-                self._refuse(content, path, name, each)
+        own, table = kind.chosen(value) if kind is not None else None, dict(value)
+        if own is None:
+            return table
+        for name, each in value.items():
+            if (quantity := _quantity(own, str(name))) is None:
+                table[name] = self.opened(own.part(str(name)), each, _joined(path, name))
                 continue
-            part, is_fresh = own.part(name) if own is not None else None, fresh or (new and not derived)
-            typed[name] = each.value
-            if part is None and own is not None:
-                each.value = self._number(own, name, each.value, where, fresh=fresh)
-            if each.value is _NOTHING and not each.within:
-                continue  # refused
-            found = self.within(where, part, content.get(name), each, fresh=is_fresh)
-            if owner is None or is_fresh or typed[name] is _NOTHING:
-                content[name] = found
-                self._store(where, each, found)
-            else:
-                numbers[name] = found
-        if numbers:
-            content |= self._stored_by(owner, path, numbers, typed)
-        return _read_anew(content, given)
+            with contextlib.suppress(PydanticCustomError):
+                table[name] = quantity.read(each)
+        if own.file_columns(table):
+            self.unread.append((path, own, table))
+        return table
 
     def _table(
         self, path: str, kind: type[Model] | None, here: Any, model: Any
@@ -151,76 +157,70 @@ class Changed:
             self.problems.append(Problem(why, path=f"{path}.model"))
         return kind.chosen({"model": model}) if kind is not None else None, None, {"model": model}
 
-    def _whole(self, path: str, kind: type[Model] | None, given: _Given) -> Any:
+    def _whole(self, given: Given, kind: type[Model] | None, path: str) -> Any:
         """Return a value or a table that is given in the place of what is there, with what is given within it."""
-        found, around = self.opened(kind, given.value, path), self._around
-        if given.within:
-            self._around = path if isinstance(given.value, Mapping) else ""
-            found = self.within(path, kind, found, _Given(within=given.within), fresh=True)
+        found, around = self.opened(kind, given[None], path), self._around
+        if within := {rest: value for rest, value in given.items() if rest is not None}:
+            self._around = path if isinstance(given[None], Mapping) else ""
+            found = self.within(within, found, kind, path, fresh=True)
             self._around = around
         return found
 
-    def _within_other(
-        self, path: str, kind: type[Model] | None, here: Any, given: _Given, *, fresh: bool
+    def _in_nothing(self, given: Given, kind: type[Model] | None, path: str, *, fresh: bool) -> Any:
+        """Return a table in the place of nothing; of a family a model has to be chosen."""
+        if kind is None or not kind.is_family or fresh or "model" in given:
+            return self.within(given, {}, kind, path, fresh=True)
+        known = ", ".join(sorted(find_members(kind)))
+        why = f"'{path}' is not given; choose its model too, {path}.model, one of: {known}"
+        self.problems += [Problem(why, path=each) for each in _paths(path, given)]
+        return None
+
+    def _in_list(
+        self, inner: Mapping[str, Given], here: Any, kind: type[Model] | None, path: str, *, fresh: bool
     ) -> Any:
-        """Return a list with what is given within it, or a table in the place of nothing; refuse what is given in a value."""
-        if here is None and kind is not None and kind.is_family and not fresh and "model" not in given.within:
-            known = ", ".join(sorted(find_members(kind)))
-            why = f"'{path}' is not given; choose its model too, {path}.model, one of: {known}"
-            self.problems += [Problem(why, path=each) for each in given.paths(path)]
-            return None
-        if here is None and (fresh or kind is not None):
-            return self.within(path, kind, {}, given, fresh=True)
+        """Return a list with what is given within it; refuse what is given in a value."""
         is_list = isinstance(here, (list, tuple))
         places = list(here) if is_list else here
-        for name, each in given.within.items():
+        for name, each in inner.items():
             place = place_of(here, name) if is_list else None
             if place is None:
                 self._refuse(places, path, name, each)
-            else:
-                places[place] = self.within(_joined(path, name), kind, here[place], each, fresh=fresh)
-                self._store(_joined(path, name), each, places[place])
+                continue
+            where = _joined(path, name)
+            places[place] = self.within(each, here[place], kind, where, fresh=fresh)
+            if None in each:
+                self.stored[where] = places[place]
         return places
 
-    def _number(self, own: type[Model], name: str, value: Any, where: str, *, fresh: bool) -> Any:
-        """Read a physical parameter; what cannot be read is refused, by validation where a table is `fresh`."""
-        quantity = quantity_of(own, name) or own.derived.get(name)
-        if quantity is None or value is None or value is _NOTHING:
-            return value
+    def _read(self, own: type[Model], name: str, value: Any, where: str) -> Any:
+        """Return the number of a physical parameter, anything else as it is, or nothing after a refusal."""
+        quantity = None if value is None else _quantity(own, name)
         try:
-            return quantity.read(value)
+            return value if quantity is None else quantity.read(value)
         except PydanticCustomError as error:
-            if fresh:
-                return value
             self.problems.append(Problem(error.message(), path=where, value=shown(value)))
             return _NOTHING
 
-    def _stored_by(
-        self, owner: Any, path: str, given: dict[str, Any], typed: Mapping[str, Any]
-    ) -> dict[str, Any]:
-        """Return given parameters of a model as those that it stores; what it refuses is shown as it was `typed`."""
+    def _stored_by(self, owner: Any, path: str, read: dict[str, Any], given: Given) -> dict[str, Any]:
+        """Return parameters of a model as those that it stores; what is refused is shown as it was given."""
         try:
-            kept: dict[str, Any] = owner.stored(given)
+            kept: dict[str, Any] = owner.stored(read) if read else {}
         except InputError as error:
             self.problems += [
                 Problem(
                     each.reason,
                     path=_joined(path, each.path),
-                    value=shown(typed[each.path]) if each.value and each.path in typed else each.value,
+                    value=shown(given[each.path]) if each.value and each.path in given else each.value,
                 )
                 for each in error.problems
             ]
-            kept = {name: value for name, value in given.items() if name not in owner.derived}
+            kept = {name: value for name, value in read.items() if name not in owner.derived}
         self.stored |= {_joined(path, name): value for name, value in kept.items()}
         return kept
 
-    def _store(self, path: str, given: _Given, value: Any) -> None:
-        if given.value is not _NOTHING:
-            self.stored[path] = value
-
-    def _refuse(self, table: Any, path: str, name: str, given: _Given) -> None:
+    def _refuse(self, table: Any, path: str, name: str, given: Given) -> None:
         """Refuse what is given under a name that is not there, with how to add it or what may be meant."""
-        for where in given.paths(_joined(path, name)):
+        for where in _paths(_joined(path, name), given):
             problem = unknown(table, path, name, where)
             if self.model is not None:
                 how = type(self.model).how_to_add(self.model.to_dict(), where)
@@ -228,18 +228,24 @@ class Changed:
             self.problems.append(problem)
 
 
-def changed(
-    here: Model | Mapping[str, Any], changes: Mapping[str, Any], kind: type[Model] | None = None
-) -> Changed:
-    """Put changes by dotted path into a model, or into the tables of a `kind` of model, in which missing ones are made."""
-    found, root = Changed(None if isinstance(here, Mapping) else here), _Given()
-    for path, value in changes.items():
-        place = root
-        for key in path.split("."):
-            place = place.within.setdefault(key, _Given())
-        place.value = value
-    found.content = found.within("", kind, here, root, fresh=found.model is None)
-    return found
+def _table_of(values: Given) -> dict[str, Any]:
+    """Return the values below a place, whether they were given as a table or one by one."""
+    whole = values.get(None)
+    return {**(whole if isinstance(whole, Mapping) else {}), **values}
+
+
+def _joined(path: str, name: object) -> str:
+    return f"{path}.{name}" if path else str(name)
+
+
+def _paths(path: str, given: Given) -> Iterator[str]:
+    """Iterate over the whole dotted paths of what is given from a path on."""
+    return (path if rest is None else _joined(path, rest) for rest in given)
+
+
+def _quantity(own: type[Model], name: str) -> Quantity | None:
+    """Return the declaration of a physical parameter of a model, stored or derived; None for anything else."""
+    return quantity_of(own, name) or own.derived.get(name)
 
 
 def _present(owner: Any, name: str, names: Container[str]) -> str:
@@ -248,9 +254,9 @@ def _present(owner: Any, name: str, names: Container[str]) -> str:
     return owner.present(name) if name in former and former[name].now not in names else name
 
 
-def _read_anew(content: dict[str, Any], given: _Given) -> dict[str, Any]:
+def _read_anew(content: dict[str, Any], given: Given) -> dict[str, Any]:
     """Return a table without what was read from its file, where that is named or read otherwise."""
-    if not (content.get("file") and any(map(_says_how_to_read, given.paths("")))):
+    if not (content.get("file") and any(map(_says_how_to_read, _paths("", given)))):
         return content
     return {
         name: each.to_dict() if isinstance(each, BaseModel) else each  # type: ignore[attr-defined]
@@ -287,7 +293,8 @@ def unknown(table: Any, where: str, key: str, path: str) -> Problem:
 
 def stored_changes(model: Model, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     """Return changes by the paths of the parameters that a model stores, and a problem for each that is refused."""
-    found = changed(model, changes)
+    found = Changed(model)
+    found.within(changes, model)
     return found.stored, found.problems
 
 
@@ -296,34 +303,26 @@ def present_path(model: Any, path: str) -> str:
     owner, keys = model, list[str]()
     for key in path.split("."):
         keys.append(type(owner).present(key) if hasattr(owner, "present") else key)
-        owner = _descended(owner, keys[-1:])
+        owner = stored_at(owner, keys[-1:])
     return ".".join(keys)
 
 
 def derived_at(model: BaseModel, path: str) -> tuple[Any, str] | None:
     """Return the model that derives the parameter at a dotted path, and the parameter's name; None for a stored one."""
     *parents, last = path.split(".")
-    owner = _descended(model, parents)
+    owner = stored_at(model, parents)
     return (owner, last) if last in getattr(type(owner), "derived", {}) else None
-
-
-def number_at(model: BaseModel, path: str) -> float | None:
-    """Return the number that is stored at a dotted path; None for a text, a table, an absent value or no such path."""
-    *parents, last = path.split(".")
-    owner = _descended(model, parents)
-    found = dict(owner).get(last) if isinstance(owner, BaseModel) else None
-    return found if isinstance(found, float) else None
 
 
 def is_stored_as_given(model: BaseModel, path: str, kind: type[BaseModel]) -> bool:
     """Return whether a parameter is stored and, by the default `stored` of `kind`, its change alters no other parameter."""
     *parents, last = path.split(".")
-    owner = _descended(model, parents)
+    owner = stored_at(model, parents)
     plain = getattr(type(owner), "stored", None) is kind.stored  # type: ignore[attr-defined]
     return plain and last not in getattr(type(owner), "derived", {})
 
 
-def _descended(model: Any, keys: list[str]) -> Any:
+def stored_at(model: Any, keys: list[str]) -> Any:
     """Return what is stored at the end of keys; None where they lead to nothing."""
     owner = model
     for key in keys:
@@ -369,7 +368,7 @@ def _with_the_word(model: Model, word: str) -> str:
 
 def _of_other_models(model: Model, owner: list[str], name: str) -> str:
     """Name the members of a family that have a parameter which the chosen member does not have."""
-    holder, held = _descended(model, owner[:-1]), _descended(model, owner)
+    holder, held = stored_at(model, owner[:-1]), stored_at(model, owner)
     family = holder.part(owner[-1]) if hasattr(holder, "part") else None
     if family is None or not family.is_family or held is None:
         return ""

@@ -93,8 +93,9 @@ _PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*({_PINT_UNIT}(?:(?:\s*[*/]\s*|\s+){_PI
 def parse_quantity(text: str, unit: str) -> float:
     """Convert a text with a unit, such as ``"90 um"``, to the nearest float in SI; a number without a unit is in SI."""
     plain = text.translate(_SPELLINGS) if len(text) <= _LONGEST else ""
-    value = _parse_own_unit(plain, unit)
-    if value is None:
+    if own := _own_unit_pattern(unit).fullmatch(plain):
+        value: float | None = float(Decimal(own[1]).scaleb(_power_of_ten(unit, own[2])))
+    else:
         value = _parse_other_unit(plain, unit)
     if value is None and (ratio := _RATIO.fullmatch(plain)) and float(ratio[2]):  # a sensitivity: "4/9 N/V"
         return parse_quantity(ratio[1] + ratio[3], unit) / float(ratio[2])
@@ -180,7 +181,7 @@ def _first_symbol(unit: str) -> tuple[str, str]:
 @functools.cache
 def _own_unit_pattern(unit: str) -> re.Pattern[str]:
     if unit == "1":
-        return re.compile(rf"\s*{_NUMBER}\s*()(%?)\s*")
+        return re.compile(rf"\s*{_NUMBER}\s*(%?)\s*")
     parts = []
     for index, piece in enumerate(re.split(r"([ /])", _STEM.get(unit, (unit, 0))[0])):
         if piece == " ":
@@ -196,15 +197,13 @@ def _own_unit_pattern(unit: str) -> re.Pattern[str]:
     return re.compile(rf"\s*{_NUMBER}\s*(?:{''.join(parts)})?\s*")
 
 
-def _parse_own_unit(text: str, unit: str) -> float | None:
-    match = _own_unit_pattern(unit).fullmatch(text)
-    if match is None:
-        return None
+def _power_of_ten(unit: str, prefix: str | None) -> int:
+    """Return the power of ten by which a number with a prefix, or %, is in SI; one without a unit (None) is in SI."""
     if unit == "1":
-        return float(Decimal(match[1]).scaleb(-2 if match[3] else 0))
-    power = int(_first_symbol(unit)[1] or 1)
-    shift = 0 if match[2] is None else _STEM.get(unit, (unit, 0))[1]  # a number without a unit is in SI
-    return float(Decimal(match[1]).scaleb(PREFIXES[match[2] or ""] * power + shift))
+        return -2 if prefix else 0
+    if prefix is None:
+        return 0
+    return PREFIXES[prefix] * int(_first_symbol(unit)[1] or 1) + _STEM.get(unit, (unit, 0))[1]
 
 
 def _parse_other_unit(text: str, unit: str) -> float | None:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import functools
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -33,10 +33,11 @@ if TYPE_CHECKING:
     from electrovib.scenario.sources import PresetNote
 
 _OURS: Final = f"{__name__}."
+Found = TypeVar("Found")
 
 
 class StatedEntries(BaseModel):
-    """Entries of a file, none but those that are declared."""
+    """Offers of a file, none but those that are declared."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -94,6 +95,29 @@ class Stated(StatedEntries):
     scenarios: dict[str, ScenarioEntries] = Field({}, description="scenarios by name")
 
 
+class Offers(Mapping[str, Found]):
+    """What a publication gives by name, each built when it is asked for."""
+
+    def __init__(self, names: Iterable[str], build: Callable[[str], Found]) -> None:
+        self._names, self._build = tuple(names), build
+
+    def __getitem__(self, name: str) -> Found:
+        """Build one."""
+        return self._build(name)
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is one, without building it."""
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        """Count the names."""
+        return len(self._names)
+
+
 class Declared(NamedTuple):
     """What the module of every paper declares, in this order."""
 
@@ -136,27 +160,31 @@ class Published:
         low, high = self.stated.values[name].value  # type: ignore[misc]
         return low, high
 
-    def materials(self) -> dict[str, Material]:
-        """Read the materials."""
-        return {
-            name: self._material(each, f"materials.{name}") for name, each in self.stated.materials.items()
-        }
+    def materials(self) -> Mapping[str, Material]:
+        """Return the materials."""
+        stated = self.stated.materials
+        return Offers(stated, lambda name: self._material(stated[name], f"materials.{name}"))
 
-    def skins(self) -> dict[str, Skin]:
-        """Read the skins."""
+    def skins(self) -> Mapping[str, Skin]:
+        """Return the skins."""
+        return Offers(self.stated.skins, self._skin)
+
+    def scenarios(self) -> Mapping[str, Scenario]:
+        """Return the scenarios."""
+        return Offers(self.stated.scenarios, functools.partial(_scenario, self))
+
+    def _skin(self, name: str) -> Skin:
         from electrovib.physics.skin import Skin
 
-        return {
-            name: Skin(
-                name=each.name,
-                material=self._material(each.material, f"skins.{name}.material"),
-                status=each.status,
-                source=each.source or self.declared.citation,
-                note=each.note,
-                reproduces_force=each.reproduces_force,
-            )
-            for name, each in self.stated.skins.items()
-        }
+        each = self.stated.skins[name]
+        return Skin(
+            name=each.name,
+            material=self._material(each.material, f"skins.{name}.material"),
+            status=each.status,
+            source=each.source or self.declared.citation,
+            note=each.note,
+            reproduces_force=each.reproduces_force,
+        )
 
     def _material(self, content: Mapping[str, Any] | str, path: str) -> Material:
         from electrovib.physics.material import Material
@@ -165,36 +193,23 @@ class Published:
         with located(f"{self.name}.{path}"):
             return read_part(Material, content)  # type: ignore[type-abstract]
 
-    def scenarios(self) -> dict[str, Scenario]:
-        """Build the scenarios."""
-        return dict(_scenarios(self))
-
 
 @functools.cache
-def _scenarios(publication: Published) -> dict[str, Scenario]:
-    """Build each scenario after the one with which it begins."""
+def _scenario(publication: Published, name: str) -> Scenario:
+    """Build a scenario after the one with which it begins."""
     from electrovib.scenario import preset
 
-    entries = publication.stated.scenarios
-    found: dict[str, Scenario] = {}
-
-    def built(key: str, *after: str) -> Scenario:
-        if key in after:
-            raise InputError("it begins with itself", path=f"{publication.name}.scenarios.{key}.scenario")
-        if key not in found:
-            each = entries[key]
-            base = built(each.scenario, key, *after) if each.scenario in entries else each.scenario or None
-            with located(f"{publication.name}.scenarios.{key}"):
-                found[key] = preset(
-                    base,
-                    title=each.title,
-                    changes=each.changes,
-                    sources=each.sources,
-                    unchanged=each.unchanged,
-                )
-        return found[key]
-
-    return {key: built(key) for key in entries}
+    entries, path = publication.stated.scenarios, f"{publication.name}.scenarios.{name}"
+    each, before = entries[name], [name]
+    while (begins := entries[before[-1]].scenario) in entries:
+        if begins in before:
+            raise InputError("it begins with itself", path=f"{path}.scenario")
+        before.append(begins)
+    base = _scenario(publication, each.scenario) if each.scenario in entries else each.scenario or None
+    with located(path):
+        return preset(
+            base, title=each.title, changes=each.changes, sources=each.sources, unchanged=each.unchanged
+        )
 
 
 def published(module: str) -> Published:

@@ -11,13 +11,16 @@ skin conductance level of 2 to 20 uS, assumed for 1 cm2.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from electrovib.core.citation import derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.papers import published
 from electrovib.physics.skin import time_constant
-from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity
+
+if TYPE_CHECKING:
+    from electrovib.scenario import Scenario
+    from electrovib.studies.evidence.quantities import ComputedQuantity
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -34,6 +37,8 @@ def admittance_exponent(scenario: Scenario) -> float:
 
 def quantities() -> dict[str, ComputedQuantity]:
     """Return the exponent of the admittance, which tells skins with dispersion from those without."""
+    from electrovib.studies.evidence.quantities import ComputedQuantity
+
     return {
         "admittance_exponent": ComputedQuantity(
             title="exponent of the admittance of skin", unit="1", compute=admittance_exponent

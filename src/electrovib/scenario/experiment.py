@@ -15,7 +15,7 @@ from electrovib.core.model import Model
 from electrovib.core.paths import with_numbers
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
-from electrovib.core.tables import changed
+from electrovib.core.tables import Changed
 from electrovib.core.unchangeable import FrozenDict
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Circuit
@@ -196,8 +196,9 @@ class Scenario(Model):
         InputError
             Every mistake at once.
         """
-        found = changed(self, changes)
-        built, stated = self._after(found), sources_of_offers(found)
+        found = Changed(self)
+        built = self._after(found.within(changes, self), found.problems)
+        stated = sources_of_offers(found)
         if built.moisture is not None:
             refuse_what_moisture_sets(built, found.stored)
         tables = tuple(f"{path.removesuffix('.model')}." for path in found.stored)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from electrovib.core.errors import InputError, Problem, nearest, refuse
-from electrovib.core.tables import changed
+from electrovib.core.tables import Changed
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part, sources_of_offers
 from electrovib.scenario.reading import read_scenario
@@ -42,12 +42,13 @@ def preset(
     start = plain() if base is None else read_scenario(base)
     known = {path.removesuffix(".model"): "" for path in changes} | dict(sources)
     known |= {path: sources[table] for path in known if (table := _nearest_table(path, sources)) is not None}
-    put = changed(start, changes)
+    put = Changed(start)
+    content = put.within(changes, start)
     refuse(put.problems)
     beside = {path.rpartition(".")[0]: known[path] for path in changes if path in known}
     known |= {path: beside.get(path.rpartition(".")[0], "") for path in put.stored if path not in changes}
     offered = sources_of_offers(put)
-    built = read_part(Scenario, put.content | {"title": title, "sources": {}})
+    built = read_part(Scenario, content | {"title": title, "sources": {}})
     kept = {path: unchanged or source for path, source in start.sources.items()}
     paths = [path for path, _, _ in built.parameters()]
     if wrong := [

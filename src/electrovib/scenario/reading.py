@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from electrovib.core.discovery import offers, paper_names, papers
-from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, closest_file, shortened
+from electrovib.core.discovery import offered_by, paper_names, papers
+from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, closest_file, refuse, shortened
 from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import missing_models, origins
 from electrovib.core.parsing import read_json, read_toml_file
 from electrovib.core.signals import is_trace
-from electrovib.core.tables import changed
+from electrovib.core.tables import Changed
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
@@ -109,7 +109,7 @@ def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Pa
             wrong = wrong_sources(Scenario, content)
             others = [each for each in error.problems if each.path not in {one.path for one in wrong}]
             raise InputError([*others, *wrong]) from None
-        content = changed(content, _beside(changes, folder), Scenario).content
+        content = Changed().within(_beside(changes, folder), content, Scenario, fresh=True)
         scenario, given = read_part(Scenario, content, folder=folder), None
     if not scenario.sources.keys() <= {path for path, _, _ in scenario.parameters()} and (
         wrong := wrong_sources(Scenario, scenario.to_dict())
@@ -170,13 +170,15 @@ def paper_scenario(name: str) -> Scenario:
     if author_year not in paper_names() and author_year not in papers():
         near = _near_file(name) or near_presets(name)
         raise InputError(f"'{name}' is neither a file nor a paper's scenario.{near}")
-    found: Mapping[str, Scenario] = offers(("scenarios",), of=author_year)
-    if f"{author_year}/{wanted}" in found:
-        return found[f"{author_year}/{wanted}"]
+    found: Mapping[str, Scenario] = offered_by(author_year, "scenarios")
+    if wanted in found:
+        return found[wanted]
     if not found:
         raise InputError(f"'{author_year}' has no scenario.{near_presets(name)}")
     if not wanted:
-        raise InputError(f"'{name}' is a paper; name one of its scenarios: {', '.join(found)}.")
+        raise InputError(
+            f"'{name}' is a paper; name one of its scenarios: {', '.join(f'{author_year}/{each}' for each in found)}."
+        )
     raise InputError(f"'{name}': {author_year} has no scenario '{wanted}'.{near_presets(name)}")
 
 
@@ -206,9 +208,14 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     if "scenario" not in trace.attrs:
         raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
     content = without_schema(dict(structured(trace, "scenario", Mapping)))
-    if missing := list(missing_models(Scenario, content)):
-        raise InputError(_needs(family.__name__, name, path, trace) for path, family, name in missing)
-    return read_part(Scenario, content)
+    try:
+        return read_part(Scenario, content)
+    except InputError:
+        needs = [
+            _needs(kind.__name__, name, path, trace) for path, kind, name in missing_models(Scenario, content)
+        ]
+        refuse(needs)
+        raise
 
 
 def _needs(family: str, name: str, path: str, trace: xarray.Dataset) -> Problem:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.discovery import find_members, is_paper, offers, papers
+from electrovib.core.discovery import find_members, is_paper, offered_by, offers, papers
 from electrovib.core.errors import Problem, closest, nearest, question
 from electrovib.core.search import Searchable, as_question, suggestions
 from electrovib.core.tables import place_of
@@ -36,7 +36,7 @@ def paper_named(text: str) -> str:
 def ready_made(title: str) -> Scenario | None:
     """Find the scenario of a paper by its title."""
     name = paper_named(title)
-    known = offers(("scenarios",), of=name).values() if name else ()
+    known = offered_by(name, "scenarios").values() if name else ()
     return next((each for each in known if each.title == title), None)
 
 

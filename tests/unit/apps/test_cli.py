@@ -162,8 +162,8 @@ def test_version_names_the_parts(said):
 
 def test_numbers_of_a_force_are_those_that_a_person_can_use(said):
     computed = xarray.Dataset({"electrostatic_force": ("time", [6e-36, 0.0052])})
-    assert _range(computed, "electrostatic_force") == "0 N to 5.2 mN at the output times"
-    assert _range(computed + 1e-9, "electrostatic_force") == "1 nN to 5.2 mN at the output times"
+    assert _range(computed, "electrostatic_force", {}) == "0 N to 5.2 mN at the output times"
+    assert _range(computed + 1e-9, "electrostatic_force", {}) == "1 nN to 5.2 mN at the output times"
     out = said("run bau_2010/sine --set 'drive.amplitude=10 mV'")
     assert re.search(r"^lateral force: 250 mN to 250 mN \(a change of \d[\d.]* nN\)$", out, re.MULTILINE)
 
@@ -265,7 +265,7 @@ def test_where_nothing_is_felt_or_it_is_not_known_the_reason_is_stated(said, mon
     still = said("run vardar_2017/sine --set 'drive={ model = \"Step\", level = 0 }'")
     assert "not felt: nothing moves the skin" in still
     assert "felt" not in said("run vardar_2017/sine --over drive.frequency=30Hz:60Hz:2")
-    monkeypatch.setattr("electrovib.studies.perceive.perceive", too_long := TooLong())
+    monkeypatch.setattr("electrovib.studies.perceive.perceived", too_long := TooLong())
     line = "felt or not: takes more than 30 s to compute (--all takes that time)"
     assert line in said("run vardar_2017/sine").splitlines()
     assert "felt or not: not known: too long" in said("run vardar_2017/sine --all").splitlines()
@@ -278,7 +278,8 @@ class TooLong:
     def __init__(self):
         self.allowed = []
 
-    def __call__(self, _):
+    def __call__(self, *_, diagnostics):
+        assert diagnostics == ()  # the run has been judged
         self.allowed.append(allowed().time)
         raise BudgetError("too long")
 

@@ -204,6 +204,7 @@ run ok.toml output=x.nc => --output 'x.nc'
 run ok.toml over=drive.amplitude=1:2:3 => --over
 compare ok.toml models=MaxwellStressInGap => --models 'MaxwellStressInGap'
 run ok.toml drive.amplitude=5 => --set 'drive.amplitude=5'
+run ok.toml --force drive.amplitude=5 => --set 'drive.amplitude=5'
 check ok.toml limits.voltage=5 => --set 'limits.voltage=5'
 # what a word processor makes of a dash and of quotation marks
 run ok.toml —set drive.amplitude=5 => '—set' && --set

@@ -16,7 +16,7 @@ from electrovib.core.errors import (
 )
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.samples import Samples
-from electrovib.core.tables import changed, meant
+from electrovib.core.tables import Changed, meant, read_changes
 from electrovib.scenario import Scenario, load
 
 
@@ -103,8 +103,26 @@ def test_reading_changing_and_declaring_say_it_once(scenario, path):
         assert problem.count(meant(scenario, path)) == 1
 
 
+def test_texts_are_values_by_path_and_those_that_cannot_be_read_are_told_at_once():
+    texts = ["drive.high = 150 V", "gap={ thickness = '5 um' }", "drive.times=[0, 1]", "title="]
+    known = {"drive.high": "150 V", "gap": {"thickness": "5 um"}, "drive.times": [0, 1], "title": ""}
+    assert read_changes(texts) == read_changes(known) == known
+    assert read_changes(None) == {}
+    problems = []
+    assert read_changes(["a=1", "a=2", "b", "=3", "c={"], problems) == {"a": "1"}
+    assert [each.partition(": ")[0] for each in problems] == ["--set a=2", "--set b", "--set =3", "--set c={"]
+    with pytest.raises(InputError, match="'a' is set twice") as refused:
+        read_changes(["a=1", "a=2", "b"])
+    assert len(refused.value.problems) == 2
+
+
+def test_what_is_given_within_a_number_is_refused_beside_the_number(scenario):
+    with pytest.raises(InputError, match=r"drive\.high\.x: 'drive\.high' is a single value"):
+        scenario.replace({"drive.high": 3.0, "drive.high.x": 1.0})
+
+
 def mended(tables, changes):
-    return changed(tables, changes, Scenario).content
+    return Changed().within(changes, tables, Scenario, fresh=True)
 
 
 def test_a_new_model_comes_before_its_parameters_and_the_same_model_keeps_them():
@@ -136,8 +154,10 @@ def test_tables_can_be_made_on_the_way_and_a_part_that_is_not_given_is_told_apar
 
 def test_a_source_is_changed_and_none_is_added_by_its_path(scenario):
     named = scenario.model_copy(update={"sources": {"title": "ours"}})
-    assert changed(named, {"sources.title": "theirs"}).content["sources"] == {"title": "theirs"}
-    (problem,) = changed(named, {"sources.other": "theirs"}).problems
+    assert Changed(named).within({"sources.title": "theirs"}, named)["sources"] == {"title": "theirs"}
+    found = Changed(named)
+    found.within({"sources.other": "theirs"}, named)
+    (problem,) = found.problems
     assert problem.path == "sources.other"
 
 

@@ -65,7 +65,16 @@ def test_what_a_file_states_is_offered(written):
 )  # fmt: skip
 def test_each_mistake_is_named_with_its_path(text, words, written):
     with pytest.raises(InputError, match=re.escape(words)):
-        written(text).scenarios()
+        dict(written(text).scenarios())
+
+
+def test_what_is_not_asked_for_is_not_built(written):
+    found = written(HEAD + FIRST.replace("level", "levle")).scenarios()
+    assert "first" in found
+    assert "second" not in found
+    assert len(found) == 1
+    with pytest.raises(KeyError, match="second"):
+        found["second"]
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):

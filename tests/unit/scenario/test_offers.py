@@ -7,7 +7,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
-from electrovib.core.tables import changed
+from electrovib.core.tables import Changed
 from electrovib.papers import gabriel_1996, palmar_1995
 from electrovib.scenario import load, preset, skins
 from electrovib.scenario.files import sources_of_offers
@@ -126,16 +126,20 @@ def test_the_user_sets_a_name_and_something_in_it(on):
 
 def test_a_skin_or_another_model_is_set_in_a_stack_that_is_named():
     changes = {SKIN: "palmar_1995/dry_men", "stack": "vezzoli_2014/fig6_gap"}
-    found = changed(load("vezzoli_2014/fig6"), changes)
+    scenario = load("vezzoli_2014/fig6")
+    found = Changed(scenario)
+    content = found.within(changes, scenario)
     told = sources_of_offers(found)
     assert told["stack.gap.thickness"].startswith("vezzoli_2014/fig6_gap")
     assert all(
         told[f"{SKIN}.{name}"].startswith("palmar_1995/dry_men") for name in ("exponent", "permittivity")
     )
     assert material(load("vezzoli_2014/fig6").replace(changes), "stratum_corneum") == DRY_MEN
-    assert found.content["stack"]["gap"]["thickness"] == 1e-6
+    assert content["stack"]["gap"]["thickness"] == 1e-6
     another = {"stack": "vezzoli_2014/fig6", f"{SKIN}.model": "Debye"}
-    told = sources_of_offers(changed(load("vezzoli_2014/fig6"), another))
+    found = Changed(scenario)
+    found.within(another, scenario)
+    told = sources_of_offers(found)
     assert not [path for path in told if path.startswith(SKIN)]  # that is not the paper's
     assert "stack.insulator.thickness" in told
 

@@ -81,19 +81,19 @@ def file(tmp_path):
         ("stack.insulator.thickness", "93um", 93e-6),
     ],
 )
-def test_a_value_that_is_set_passes_ten_functions_before_it_is_a_number(path, typed, number):
+def test_a_value_that_is_set_passes_eight_functions_before_it_is_a_number(path, typed, number):
     run(FIG6)  # what is made once is made
     _, before = passed(lambda: run(FIG6, set=[f"{path}={typed}"]), typed, number)
     assert before[0] == ("apps/run.py", "run")
-    assert before[-1] == ("core/units.py", "_parse_own_unit")
-    assert len(before) <= 10, before
+    assert before[-1] == ("core/units.py", "parse_quantity")
+    assert len(before) <= 8, before
 
 
 def test_a_value_of_a_file_passes_as_many_beside_those_that_read_toml(file):
     _, before = passed(lambda: ev.load(file), "203 V", 203.0)
-    assert before[-1] == ("core/units.py", "_parse_own_unit")
-    assert len(before) <= 14, before
-    assert len([each for each in before if each[0] not in {"core/parsing.py", "core/file_kinds.py"}]) <= 10, (
+    assert before[-1] == ("core/units.py", "parse_quantity")
+    assert len(before) <= 12, before
+    assert len([each for each in before if each[0] not in {"core/parsing.py", "core/file_kinds.py"}]) <= 8, (
         before
     )
 
@@ -102,7 +102,7 @@ def test_the_command_adds_what_reads_its_options_and_walks_no_more_than_it_did()
     line = ["run", FIG6, "--set", "drive.high=203V"]
     CliRunner().invoke(app, line)
     walked, before = passed(lambda: CliRunner().invoke(app, line), "203V", 203.0)
-    assert len([name for file, name in before if not file.startswith("apps/cli/")]) <= 10
-    assert len(before) <= 21
-    assert len(walked) <= 560
-    assert len({file for file, _ in walked}) <= 90
+    assert len([name for file, name in before if not file.startswith("apps/cli/")]) <= 8
+    assert len(before) <= 10
+    assert len(walked) <= 550
+    assert len({file for file, _ in walked}) <= 89

@@ -9,7 +9,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.exports.save import save
 from electrovib.papers import palmar_1995
-from electrovib.physics.tabulated import Tabulated
+from electrovib.physics.material.tabulated import Tabulated
 from electrovib.scenario import load, scenario_of
 from electrovib.solve.quantities import cases
 from electrovib.solve.quantities.answer import answer

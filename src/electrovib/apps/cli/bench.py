@@ -5,7 +5,6 @@ from typing import Annotated, Final
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.grouped import Command, Commands
 from electrovib.apps.cli.terminal import complain, say, show, show_answer
@@ -50,7 +49,7 @@ def run(
     from electrovib.bench.link import BenchStopped
     from electrovib.bench.run import plan_bench, run_bench
 
-    changes = read_changes(set)
+    changes = options.changes(set)
     show_answer(plan_bench(scenario, bench=bench, set=changes))
     if not (simulate or arm):
         say("nothing was sent: give --simulate for a simulated set-up, or --arm for the real one")

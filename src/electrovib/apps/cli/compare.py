@@ -4,7 +4,6 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered, say, show, show_answer
 from electrovib.core.errors import InputError
@@ -56,7 +55,7 @@ def compare(
         answered(MaterialComparison, compare_materials, "comparing materials", asked)
         return
     options.only(context, "scenario set all models over output", "the comparison of force laws")
-    asked |= {"scenario": scenario, "models": options.read_laws(models), "set": read_changes(set)}
+    asked |= {"scenario": scenario, "models": options.read_laws(models), "set": options.changes(set)}
     answered(Comparison, compare, "comparing force laws", asked)
     if not (all or output):
         say("--all explains why the laws differ, and lists where their papers contradict each other.")

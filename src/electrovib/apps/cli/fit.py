@@ -213,7 +213,6 @@ def _recordings(
     traces: list[str], changes: Sequence[str] | None, **known: Sequence[str] | None
 ) -> "Recordings":
     """Read what is known of the recordings."""
-    from electrovib.apps.changes import read_changes
     from electrovib.apps.recorded import Recordings
     from electrovib.core.signals import SIGNALS
     from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
@@ -224,7 +223,7 @@ def _recordings(
     found["session"] = dict(
         options.pair_of(text, "--session", "FILE=NAME") for text in found.get("session", ())
     )
-    stated = read_changes(changes).items()
+    stated = options.changes(changes).items()
     settings = {path: value for path, value in stated if path.split(".")[0] in of_recordings}
     return Recordings(traces=traces, settings=settings, **found)
 

@@ -356,7 +356,7 @@ def _body(text: str | None) -> Any:
 
 def _table(option: str, text: str) -> dict[str, Any]:
     """Read an inline table."""
-    from electrovib.apps.changes import read_changes
+    from electrovib.core.tables import read_changes
 
     found = read_changes([f"table={text}"])["table"]
     if not isinstance(found, dict):

@@ -13,7 +13,7 @@ from typing import Any, Final
 from typer.core import TyperCommand, TyperGroup
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.meant import command_meant, explained, options_of
+from electrovib.apps.cli.meant import QUOTED, command_meant, explained, options_of, refuse_other_forms
 from electrovib.core.errors import InputError
 
 _SCENARIOS: Final = ("scenario", "second")
@@ -45,7 +45,34 @@ def _describe(command: Any) -> None:
         each.secondary_opts = []  # a flag is given or not: there is no --no-...
 
 
-class Commands(TyperGroup):
+class _Arguments:
+    """What reads the arguments of the program and those of each command."""
+
+    def parse_args(self: Any, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments; what they do not fit, as an option given twice, is answered with what was meant.
+
+        'help' before a command shows the help, of the command after it if one is given.
+        """
+        if args[:1] == ["help"] and "help" not in getattr(self, "commands", {"help"}):
+            args = [*args[1:2], "--help"]
+        if "--version" in args and "--version" not in options_of(self):
+            ctx.find_root().command.main(["--version"], prog_name="electrovib")
+        flags = {name for each in self.params if getattr(each, "is_flag", False) for name in each.opts}
+        pairs = zip(["", *args], args, strict=False)
+        # an option may be given any word, but not in quotation marks of a word processor
+        odd = (word for last, word in pairs if last[:1] != "-" or last in flags or QUOTED.search(word))
+        refuse_other_forms(odd, self)
+        with explained(self, ctx):
+            order = self.make_parser(ctx).parse_args(args=list(args))[2]
+            twice = dict.fromkeys(each for each in order if order.count(each) > 1 and _is_single(each))
+            if twice:
+                raise InputError(
+                    f"{each.opts[0]}: given {order.count(each)} times; give it once" for each in twice
+                )
+            return super().parse_args(ctx, args)  # type: ignore[misc, no-any-return]  # of typer
+
+
+class Commands(_Arguments, TyperGroup):
     """The program: lists its commands by what they are for."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
@@ -65,20 +92,14 @@ class Commands(TyperGroup):
             with formatter.section(title):
                 formatter.write_dl(rows)
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read what stands before a command; 'help' shows the help, of the command after it if one is given."""
-        if args[:1] == ["help"] and "help" not in self.commands:
-            args = [*args[1:2], "--help"]
-        return explained(super().parse_args, self, ctx, args)
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Find a command; of a word that is none name the command that is meant."""
-        if args[0] not in self.commands:
-            raise InputError(command_meant(args[0], ctx.command_path, self.commands))
-        return super().resolve_command(ctx, args)
+        if cmd_name not in self.commands:
+            raise InputError(command_meant(cmd_name, ctx.command_path, self.commands))
+        return super().get_command(ctx, cmd_name)
 
 
-class Command(TyperCommand):
+class Command(_Arguments, TyperCommand):
     """One command: its numpydoc describes its parameters, that of its module or of `options` those it shares.
 
     A section `Examples` stands at the beginning of the help.
@@ -100,22 +121,6 @@ class Command(TyperCommand):
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write nothing after the options."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments; what they do not fit is answered with what was meant."""
-        if "--version" in args and "--version" not in options_of(self):
-            ctx.find_root().command.main(["--version"], prog_name="electrovib")
-        return explained(self._parsed, self, ctx, args)
-
-    def _parsed(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments; an option with one value that is given twice is refused."""
-        order = self.make_parser(ctx).parse_args(args=list(args))[2]
-        twice = dict.fromkeys(each for each in order if order.count(each) > 1 and _is_single(each))
-        if twice:
-            raise InputError(
-                f"{each.opts[0]}: given {order.count(each)} times; give it once" for each in twice
-            )
-        return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
         """Refuse a scenario in the place of another argument, with the order that was meant."""

@@ -163,14 +163,13 @@ def recipe_of(
 
     `only` are the keys of what is made, which `of` names; those of `tables` have an entry for each signal or path.
     """
-    from electrovib.apps.changes import read_changes
     from electrovib.core.parsing import read_toml_file, truth
 
     found: dict[str, Any] = {}
     if recipe:
         advice = "'electrovib import FILE --column SIGNAL=COLUMN -o lab.toml' writes one"
         found = read_toml_file(Path(recipe), kind="a recipe", advice=advice)
-    for path, value in read_changes(changes).items():
+    for path, value in options.changes(changes).items():
         key, dot, signal = path.partition(".")
         value = truth(value, key) if key == "decimal_comma" else value  # noqa: PLW2901
         held = found.get(key)

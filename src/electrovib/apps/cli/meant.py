@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -60,7 +61,8 @@ _ELSEWHERE: Final = {
 }  # fmt: skip
 """Options of other tools."""
 _DASHES: Final = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212"
-_QUOTES: Final = "\u201c\u201d\u201e\u2018\u2019"
+QUOTED: Final = re.compile("(^|=\\s*)[\u201c\u201d\u201e\u2018\u2019]")
+"""A text, or a value after its equals sign, in quotation marks of a word processor."""
 _ALIKE: Final = """
 --quantity --want --exceed --signal --target --maximise
 --set --over --free --between
@@ -97,18 +99,11 @@ def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
     return f"'{word}' is no command.{nearest(word, commands)} {lists}"
 
 
-def explained(
-    parse: Callable[[Any, list[str]], list[str]],
-    command: TyperCommand | TyperGroup,
-    ctx: Any,
-    args: list[str],
-) -> list[str]:
-    """Read arguments; what cannot be read is one sentence that names what was typed and what was meant."""
-    for before, each in zip(["", *args], args, strict=False):
-        if why := _typed_otherwise(each, before, command):
-            raise InputError(why)
+@contextmanager
+def explained(command: TyperCommand | TyperGroup, ctx: Any) -> Iterator[None]:
+    """Say of arguments that cannot be read, in one sentence, what was typed and what was meant."""
     try:
-        return parse(ctx, args)
+        yield
     except Exception as wrong:
         kind = type(wrong).__name__  # of click, or of the copy of it within typer
         if kind == "NoSuchOption":
@@ -124,16 +119,20 @@ def _shows(ctx: Any) -> str:
     return f"'{ctx.command_path} -h' shows what it takes."
 
 
-def _typed_otherwise(text: str, before: str, command: TyperCommand | TyperGroup) -> str:
-    """Say what is wrong with an argument by its form: dashes and quotation marks of a word processor, options as in Python."""
+def refuse_other_forms(words: Iterable[str], command: TyperCommand | TyperGroup) -> None:
+    """Refuse words by their form: dashes and quotation marks of a word processor, options as in Python."""
+    if why := next(filter(None, (_typed_otherwise(each, command) for each in words)), ""):
+        raise InputError(why)
+
+
+def _typed_otherwise(text: str, command: TyperCommand | TyperGroup) -> str:
+    """Say what was meant by a word in another form than that of the command line; empty where nothing is wrong with it."""
     if text[:1] in _DASHES and (name := text.strip(f"{_DASHES}-").partition("=")[0])[:1].isalpha():
         return f"'{text}' begins with a dash of a word processor; type two hyphens: --{name}"
-    if re.search(rf"(^|=\s*)[{_QUOTES}]", text):
+    if QUOTED.search(text):
         return f"{text}: has quotation marks of a word processor; type straight ones, or none"
     name, sign, value = text.partition("=")
-    flags = [name for each in command.params if getattr(each, "is_flag", False) for name in each.opts]
-    takes_text = before.startswith("-") and before not in flags
-    if not (sign and name.replace(".", "").replace("_", "").isalnum()) or takes_text or kind_of(Path(text)):
+    if not (sign and name.replace(".", "").replace("_", "").isalnum()) or kind_of(Path(text)):
         return ""
     option = _in_python(name, command) or f"--{name.replace('_', '-')}"
     if option in options_of(command):

@@ -55,18 +55,15 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import parse_count, parse_quantity
 
 
-def _refuse_blank(flag: str, value: object) -> None:
-    """Refuse a blank text, as of a variable that is not set: by it a file would not be written, or a wish forgotten."""
-    for text in value if isinstance(value, (list, tuple)) else (value,):
-        if isinstance(text, str) and not text.strip():
-            raise InputError(
-                "is blank, as a variable is that is not set; give a value, or omit it", path=flag
-            )
+def _blank(flag: str) -> InputError:
+    """Say of an option that its text is blank: by it a file would not be written, or a wish forgotten."""
+    return InputError("is blank, as a variable is that is not set; give a value, or omit it", path=flag)
 
 
 def _number(flag: str, kind: type, text: object) -> float:
     """Read the number of an option."""
-    _refuse_blank(flag, text)
+    if not str(text).strip():
+        raise _blank(flag)
     try:
         return parse_count(str(text)) if kind is int else parse_quantity(str(text), "1")
     except ValueError as error:
@@ -78,7 +75,7 @@ def scenario_names(incomplete: str) -> Iterator[str]:
 
     Where several papers can be meant, their names are offered with a slash: ``author_year/``.
     """
-    from electrovib.core.discovery import offers, paper_names
+    from electrovib.core.discovery import offered_by, paper_names
 
     author_year, slash, _ = incomplete.partition("/")
     papers = [
@@ -88,9 +85,8 @@ def scenario_names(incomplete: str) -> Iterator[str]:
         yield from (f"{name}/" for name in papers)
         return
     for name in papers:
-        yield from (
-            found for found in offers(("scenarios",), of=name) if found.startswith(incomplete) or not slash
-        )
+        found = (f"{name}/{key}" for key in offered_by(name, "scenarios"))
+        yield from (each for each in found if each.startswith(incomplete) or not slash)
 
 
 def model_names(incomplete: str) -> Iterator[tuple[str, str]]:
@@ -145,15 +141,20 @@ def _use_models(files: list[str] | None) -> None:
     for file in files or ():
         from electrovib.core.own_models import use_models
 
-        _refuse_blank("--models", file)
+        if not file.strip():
+            raise _blank("--models")
         use_models(file)
 
 
 def refuse_blank(context: typer.Context) -> None:
     """Refuse each blank text that was typed, but that of words to search for, of which a blank one is none."""
     for name, flag in _typed(context).items():
-        if name not in ("query", "measured"):
-            _refuse_blank(flag, context.params[name])
+        value = context.params[name]
+        texts = value if isinstance(value, (list, tuple)) else (value,)
+        if name not in ("query", "measured") and any(
+            isinstance(each, str) and not each.strip() for each in texts
+        ):
+            raise _blank(flag)
 
 
 def _typed(context: typer.Context) -> dict[str, str]:
@@ -179,12 +180,18 @@ def given(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
+def changes(set: Sequence[str] | None) -> dict[str, Any]:
+    """Read the changes of ``--set`` as values by dotted path."""
+    from electrovib.core.tables import read_changes
+
+    return read_changes(set)
+
+
 def changed(scenario: str, set: Sequence[str] | None) -> Any:
     """Put changes into a scenario, for a function that takes none."""
-    from electrovib.apps.changes import read_changes
     from electrovib.scenario import read_scenario
 
-    return read_scenario(scenario, changes=read_changes(set)) if set else scenario
+    return read_scenario(scenario, changes=changes(set)) if set else scenario
 
 
 def read_laws(named: list[str] | None) -> list[str] | None:
@@ -220,7 +227,8 @@ def number(flag: str, kind: type = float) -> Any:
 
 def split(param: typer.CallbackParam, value: list[str] | None) -> list[str] | None:
     """Split names at commas, unless an option is absent."""
-    _refuse_blank(param.opts[0], [text.strip(", ") for text in value or ()])
+    if not all(text.strip(", ") for text in value or ()):
+        raise _blank(param.opts[0])
     return value and names_of(value)
 
 

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered, say, show, show_answer, warned
 from electrovib.apps.exit_codes import FAILED, NOT_SHOWN
@@ -221,7 +220,7 @@ def plan_plate(
     asked = options.given(
         scenario=scenario, over=over, materials=materials, layer=layer, limits=limits, output=output
     )
-    asked |= options.given(maximise=maximise, minimise=minimise, set=read_changes(set), force=force)
+    asked |= options.given(maximise=maximise, minimise=minimise, set=options.changes(set), force=force)
     answered(PlateDesign, plan_plate, "evaluating candidates", asked)
 
 
@@ -270,7 +269,7 @@ def plan_experiment(
         space=space,
         n=n,
     )
-    asked |= options.given(quantity=quantity, limits=limits, seed=seed, set=read_changes(set))
+    asked |= options.given(quantity=quantity, limits=limits, seed=seed, set=options.changes(set))
     if noise:
         by_kind = {each.strip().endswith("%"): each.strip() for each in noise}
         asked["noise"] = by_kind.get(True, 0.0), by_kind.get(False, 0.0)
@@ -284,7 +283,7 @@ def _designed(
     """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
     from electrovib.exports.save import check_design_file, write_design
 
-    asked["set"], edge = read_changes(asked.get("set")), edge_of(asked.pop("edge", None))
+    asked["set"], edge = options.changes(asked.get("set")), edge_of(asked.pop("edge", None))
     check, write = functools.partial(check_design_file, **edge), functools.partial(write_design, **edge)
     found = answered(kind, compute, words, asked, check=check, write=write)
     if not found.is_achieved:
@@ -329,7 +328,7 @@ def check(
     from electrovib.studies.check.result import FAIL, UNKNOWN
     from electrovib.studies.check.series import series_resistor as resistor_of
 
-    changes = read_changes(set)
+    changes = options.changes(set)
     drive, scenario = (first, second) if second else (None, first)
     resistor = resistor_of(scenario, limits=limits, set=changes) if series_resistor else None
 
@@ -394,7 +393,7 @@ def export(
     if bool(place) == bool(output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
     path = str(place or output)
-    suffix, changes = Path(path).suffix.lower(), read_changes(set)
+    suffix, changes = Path(path).suffix.lower(), options.changes(set)
     if suffix not in WAVEFORM_FORMATS and not instrument:
         if suffix in WRITERS and (
             used := options.surplus(context, "scenario place output set _models force")

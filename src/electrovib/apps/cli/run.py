@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import chosen, say, show_answer
 
 if TYPE_CHECKING:
-    import xarray
+    from collections.abc import Mapping
 
     from electrovib.core.answer import Document
+    from electrovib.scenario import Scenario
 
 
 _ROUNDING: Final = 1e-12
@@ -59,20 +59,23 @@ def run(
         Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
     """
     from electrovib.apps.run import run
+    from electrovib.scenario import scenario_of
 
     if states:
         options.only(context, "scenario set states voltage", "--states")
-        return _print_states(scenario, read_changes(set), voltage)
+        return _print_states(scenario, options.changes(set), voltage)
     if _is_measured(scenario):
         of = "a measured Trace, of which only what is felt is computed"
         options.only(context, "scenario set all", of)
-        return _print_felt(scenario, read_changes(set), everything=all)
+        return _print_felt(scenario, options.changes(set), everything=all)
     accepted = "scenario set over quantity records output report all"
     options.only(context, accepted, "a run without --states")
-    asked = options.given(set=set, over=over, quantity=quantity, records=records, output=output)
-    trace = run(scenario, **asked, report=report, force=force)
-    felt = [] if "over" in trace.attrs else felt_lines(trace, everything=all)
-    return say(*summary(trace, output, report, source=scenario, felt=felt))
+    asked: dict[str, Any] = {"over": over or (), "quantity": quantity or (), "records": records}
+    trace = run(scenario, set=set or (), **asked, output=output, report=report, force=force)
+    found = scenario_of(trace)
+    felt = [] if "over" in trace.attrs else felt_lines(found, everything=all)
+    sources = chosen(found, scenario, without=trace.dims)
+    return say(*summary(trace, output, report, felt=felt, sources=sources))
 
 
 def _is_measured(source: str) -> bool:
@@ -90,21 +93,21 @@ def _print_felt(scenario: str, changes: dict[str, Any], *, everything: bool) -> 
     show_answer(perceive(scenario, set=changes), everything=everything)
 
 
-def felt_lines(trace: "xarray.Dataset", *, everything: bool) -> list[str]:
-    """State whether a finger feels a run, by which channel and by how much; the reason where that is not known.
+def felt_lines(scenario: "Scenario", *, everything: bool) -> list[str]:
+    """State whether a finger feels a run that is judged already, by which channel and by how much, or why it is not known.
 
     Unless `everything` is asked for, it may take `_FELT` seconds of computing time: it solves the periodic state anew.
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.budget import BudgetError, allowed, budget
     from electrovib.core.errors import ElectrovibError
-    from electrovib.scenario import scenario_of
-    from electrovib.studies.perceive import perceive
+    from electrovib.physics.perception import Perception
+    from electrovib.studies.perceive import perceived
 
     most = allowed().time if everything else min(allowed().time, _FELT)
     try:
         with tracked("perceiving"), budget(time=most):
-            found = perceive(scenario_of(trace))
+            found = perceived(scenario, scenario.perception or Perception(), diagnostics=())
     except ElectrovibError as error:
         if isinstance(error, BudgetError) and not everything:
             return [f"felt or not: takes more than {most:g} s to compute (--all takes that time)"]
@@ -134,18 +137,26 @@ def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None) -
 
 
 def summary(
-    trace: Any, output: str | None, report: str | None, *, source: str = "", felt: Sequence[str] = ()
+    trace: Any,
+    output: str | None,
+    report: str | None,
+    *,
+    felt: Sequence[str] = (),
+    sources: Sequence[str] = (),
 ) -> list[str]:
-    """Summarise the result in a few lines, with the values of a paper's scenario that are not found in the paper."""
+    """Summarise the result in a few lines, among them whether it is `felt`, and what is known of the `sources` of its values."""
     from electrovib.apps.cli.terminal import is_map, judged
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
-    from electrovib.scenario import scenario_of
+    from electrovib.view.summary import quantities_of_run
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
     if "over" in trace.attrs:
         lines += _numbers(trace)
     else:
-        lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
+        ends = quantities_of_run(
+            trace, [f"{end} {name}" for name in FORCES for end in ("minimum", "maximum")]
+        )
+        lines += [f"{name.replace('_', ' ')}: {_range(trace, name, ends)}" for name in FORCES]
     lines += felt
     if trace.attrs.get("reduction_error") and "transfer_error" in trace.attrs:
         name, of = "transfer_error", ""
@@ -157,7 +168,7 @@ def summary(
         lines += judged(trace, output, report)
     else:
         lines += warning_lines(diagnostics_of(trace))
-    lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
+    lines += sources
     lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")
@@ -178,16 +189,15 @@ def _written(path: str, trace: Any) -> str:
     return written(path, document)
 
 
-def _range(trace: Any, name: str) -> str:
-    """Return the range of a force over the whole run, and the number of times at which it is unknown."""
+def _range(trace: Any, name: str, ends: "Mapping[str, float]") -> str:
+    """Return the range of a force over the whole run, where its `ends` are known, and how often it is unknown."""
     from electrovib.core.units import format_quantity
-    from electrovib.view.summary import not_known, quantities_of_run
+    from electrovib.view.summary import not_known
 
     if missing := not_known(trace, name):
         if not bool(trace[name].notnull().any()):
             return missing
         missing = f", {missing}"
-    ends = quantities_of_run(trace, [f"{end} {each}" for each in FORCES for end in ("minimum", "maximum")])
     found = [ends.get(f"{end} {name}", math.nan) for end in ("minimum", "maximum")]
     if not all(map(math.isfinite, found)):
         found = [float(trace[name].min()), float(trace[name].max())]

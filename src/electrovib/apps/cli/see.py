@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.cli import options
 from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
 from electrovib.apps.cli.terminal import is_map, judged, put, say, show, warned
@@ -39,7 +38,7 @@ def explore(
     """
     from electrovib.apps.explorer.server import explore
 
-    changes = read_changes(set)
+    changes = options.changes(set)
     serving = False
 
     def announce(line: str) -> None:
@@ -224,7 +223,7 @@ def init(
     """
     from electrovib.apps.init import init
 
-    text = init(scenario, set=read_changes(set), output=output, force=force)
+    text = init(scenario, set=options.changes(set), output=output, force=force)
     if output:
         say(f"written: {output}")
     else:

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import parse_qsl, urlencode
 
-from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer.computed import TABS
 from electrovib.apps.explorer.runner import LONGEST_LINK, LONGEST_VALUE, MOST_CHANGES, MOST_SAMPLES
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
 from electrovib.core.parsing import read_toml
+from electrovib.core.tables import read_changes
 from electrovib.scenario import Scenario, read_scenario
 from electrovib.studies.catalogue import scenarios
 

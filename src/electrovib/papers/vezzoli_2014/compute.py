@@ -23,7 +23,7 @@ from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
     from electrovib.physics.material import Material
-    from electrovib.physics.tabulated import Tabulated
+    from electrovib.physics.material.tabulated import Tabulated
 
 
 POINT_BY_FORCE = "paper point, 15.4 ms"

@@ -13,8 +13,8 @@ from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import compute, drawings, values
 from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.papers.vezzoli_2014.words import panel
+from electrovib.physics.material.tabulated import Tabulated
 from electrovib.physics.skin import time_constant
-from electrovib.physics.tabulated import Tabulated
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:

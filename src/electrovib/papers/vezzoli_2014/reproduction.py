@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.budget import computed
 from electrovib.papers.vezzoli_2014.values import CITATION
-from electrovib.studies.reproduction import Reproduction
 
 if TYPE_CHECKING:
-    from electrovib.physics.tabulated import Tabulated
+    from electrovib.physics.material.tabulated import Tabulated
+    from electrovib.studies.reproduction import Reproduction
 
 EQUATIONS: Final[Mapping[str, str]] = {
     "1": r"$f_e = \frac{\varepsilon_0 A v^2}{2 (T_i/\varepsilon_i + T_s/\varepsilon_s)(T_s + T_i)}$",
@@ -40,6 +40,7 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         population,
         report,
     )
+    from electrovib.studies.reproduction import Reproduction
 
     own = None if skin is None else _own_skin(skin)
     found = computed(
@@ -77,7 +78,7 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
 
 def _own_skin(file: str) -> Tabulated:
     from electrovib.core.errors import InputError
-    from electrovib.physics.tabulated import Tabulated
+    from electrovib.physics.material.tabulated import Tabulated
     from electrovib.scenario import read_part, skins
 
     if file in skins():

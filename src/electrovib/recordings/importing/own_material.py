@@ -17,7 +17,7 @@ from electrovib.core.units import exact_text, format_quantity, number_in
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import FEWEST, spectrum_of, split_part
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
-from electrovib.physics.tabulated import Tabulated
+from electrovib.physics.material.tabulated import Tabulated
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
 from electrovib.recordings.importing.notices import about_parts
 

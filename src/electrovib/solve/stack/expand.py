@@ -19,8 +19,8 @@ import numpy as np
 from electrovib.core.arrays import Complex, Real
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.parts import Tones
+from electrovib.physics.material.tabulated import FEWEST
 from electrovib.physics.stack import Layer, interface_place, roles_of
-from electrovib.physics.tabulated import FEWEST
 from electrovib.scenario import Scenario
 from electrovib.solve.stack.harmonics import spectrum
 from electrovib.solve.stack.modes import StackModes, bound_residues, slab_impedance, slots, spread

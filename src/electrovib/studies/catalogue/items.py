@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from electrovib.core.citation import Citation
-from electrovib.core.discovery import find_members, offers, paper, paper_of, papers
+from electrovib.core.discovery import find_members, import_textbook, offers, paper, paper_of, papers
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.search import Searchable
@@ -113,7 +113,7 @@ ANY_LAYER: Final = "LAYER"
 
 def families() -> dict[type[Model], str]:
     """Find every family of models and what its members compute, the main families first."""
-    find_members(ForceLaw)  # all physics and papers are imported then
+    import_textbook()
     contributed = {module.__name__ for module in papers().values()}
     others = {
         family: first_sentence(family).lower()

@@ -9,7 +9,6 @@ from dataclasses import replace
 import pytest
 
 import electrovib as ev
-from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer import computed, reading, runner
 from electrovib.apps.explorer import session as sessions
 from electrovib.apps.explorer.computed import LAWS, SAFETY, Further, compute
@@ -28,6 +27,7 @@ from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
 from electrovib.core.budget import BudgetError, allowed
 from electrovib.core.errors import InputError
+from electrovib.core.tables import read_changes
 from electrovib.solve.meter import Meter
 
 FIG6 = "vezzoli_2014/fig6"

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.budget import budget
-from electrovib.core.discovery import offers, paper_names
+from electrovib.core.discovery import offers
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.studies.design import value as module
@@ -273,9 +273,7 @@ def free_of(scenario):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [each for paper in paper_names() for each in offers(("scenarios",), of=paper)]
-)
+@pytest.mark.parametrize("name", list(offers(("scenarios",))))
 def test_the_drive_that_gives_0_64_times_the_force_of_a_preset_is_found_and_gives_it(name, monkeypatch):
     scenario = ev.load(name)
     if module.is_long(scenario):  # elasticities take most of the time, and are the same code for all

@@ -20,7 +20,7 @@ from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
-from electrovib.physics.material import Material
+from electrovib.physics.material.base import Material
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 from electrovib.core.arrays import Complex
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.physics.material import Constant, Material
+from electrovib.physics.material.base import Material
+from electrovib.physics.material.relaxations import Constant
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
