@@ -203,7 +203,8 @@ def even_step(time: Real) -> float | None:
     step = float(time[-1] - time[0]) / (len(time) - 1)
     off = step * np.arange(len(time))
     off -= time - time[0]
-    return step if max(np.max(off), -np.min(off)) <= SLACK * max(abs(float(time[0])), abs(float(time[-1]))) else None
+    largest = max(abs(float(time[0])), abs(float(time[-1])))
+    return step if max(np.max(off), -np.min(off)) <= SLACK * largest else None
 
 
 class _Gated(ABC):

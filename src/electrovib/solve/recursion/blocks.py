@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _BLOCK = 32  # samples: a shorter block needs more states, a longer one multiplies more zeros of the triangle
 _LONG = 64  # the same where only the states at some samples are wanted
 _HELD = 1 << 17  # numbers in memory together: they fit in the second-level cache
-_SHAPE = 1 / 3  # columns over the root of the intervals of a scan: a column takes more calls than doubling takes numbers
+_SHAPE = 1 / 3  # columns of a scan over the root of its intervals: each column is five calls
 # Multiplications in one product: OpenBLAS keeps these on one thread. More threads gain a quarter on idle
 # cores, and lose up to a hundredfold when another process uses one of them.
 PRODUCT = 4 * 65536

@@ -288,7 +288,7 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
     if len(corners) == 1:
         return drive.shortest_piece(end)
     first = np.searchsorted(times, corners[1:] * (1 + SAME))
-    near = times[np.unique([first, first + 1]).clip(0, len(times) - 1)]  # the first after each corner are the nearest
+    near = times[np.unique([first, first + 1]).clip(0, len(times) - 1)]  # the first after each corner
     since = near - corners[np.searchsorted(corners, near * (1 + SAME), side="right") - 1]
     after = since[since > SAME * near]
     return min(drive.shortest_piece(end), float(np.min(after, initial=math.inf)))
