@@ -151,7 +151,7 @@ def _followed(
             table = held[: (end - begin + 1) * count].reshape(end - begin + 1, count)
             table[0] = followed[:count]
             plan.compiled(rates[:count], plan.slow, plan.usual, tuple(drive), begin, table)
-            followed[:count], followed[count:] = table[-1], 0.0
+            followed[:count] = table[-1]  # what is left of the others has decayed before it is wanted
         else:
             some = StraightDrive(*(each[begin:end] for each in drive))
             following = float(drive.starts[end] if end < drive.starts.size else drive.ends[-1])
