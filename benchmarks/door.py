@@ -74,8 +74,8 @@ def large(kind: str, law: str) -> None:
         grid = {"time.duration": 1.0, "time.samples": SAMPLES}
         build = lambda: scenario(law, {"model": "Sine", "amplitude": 100.0, "frequency": 125.0}, **grid)  # noqa: E731
     else:
-        record = {"model": "Sampled", "time_samples": stamps(kind), "voltage_samples": volts()}
-        build = lambda: scenario(law, record)  # noqa: E731
+        record = lambda: {"model": "Sampled", "time_samples": stamps(kind), "voltage_samples": volts()}  # noqa: E731
+        build = lambda: scenario(law, record())  # noqa: E731
     built = build()
     first = best(lambda: ev.simulate(built), 1)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
