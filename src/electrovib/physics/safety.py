@@ -91,10 +91,9 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
     `fields` [V/m] and `gaps` [m] over time (n,); 0 for gaps to which the law does not apply.
     """
     if len(gaps) and np.all(gaps == gaps[0]):
-        held = np.full(len(gaps), paschen_voltage(gap=max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
-    else:
-        held = np.array([paschen_voltage(gap=max(each, SMALLEST_PASCHEN_GAP)) for each in gaps.tolist()])
-    return np.asarray(np.where(gaps >= SMALLEST_PASCHEN_GAP, np.abs(fields) * gaps / held, 0.0))
+        gaps = gaps[:1]
+    held = np.array([paschen_voltage(gap=max(each, SMALLEST_PASCHEN_GAP)) for each in gaps.tolist()])
+    return np.asarray(np.abs(fields) * np.where(gaps >= SMALLEST_PASCHEN_GAP, gaps / held, 0.0))
 
 
 def film_diagnostic(name: str, layer: Layer, *, field: float, closed: str = "") -> Diagnostic:

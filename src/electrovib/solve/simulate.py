@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import json
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -27,15 +26,12 @@ from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     import xarray
     from numpy.typing import NDArray
 
     from electrovib.core.diagnostics import Diagnostic
-
-_MANY: Final = 100_000
-"""Number of times above which writing and hashing a record take longer than starting a thread."""
 
 
 def simulate(
@@ -85,9 +81,9 @@ def simulate(
     scenario = read_scenario(scenario)
     _refuse_unknown(signals)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
-    with measured(), beside(len(expanded.times), functools.partial(provenance, scenario)) as stated:
+    with measured():
+        origin = provenance(scenario)  # first: the room that it needs is used again
         found = Simulated.of(expanded)
-        origin = stated()
     return found.trace(origin, signals=signals)
 
 
@@ -182,18 +178,6 @@ def provenance(scenario: Scenario) -> dict[str, Any]:
     }
     others = origins(scenario)
     return stated | {OWN_MODELS: json.dumps(others)} if others else stated
-
-
-@contextlib.contextmanager
-def beside(count: int, work: Callable[[], dict[str, Any]]) -> Iterator[Callable[[], dict[str, Any]]]:
-    """Run some work in a second thread during a run of very many times."""
-    if count < _MANY:
-        yield work
-        return
-    from concurrent.futures import ThreadPoolExecutor
-
-    with ThreadPoolExecutor(max_workers=1) as pool:
-        yield pool.submit(work).result
 
 
 @functools.cache

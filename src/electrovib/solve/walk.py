@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -61,9 +62,9 @@ def walked(
     if chosen(scenario).method.is_marched:
         return _marched(scenario, section, times)
     course, largest = along(scenario, section, times), Largest()
-    rows = _Rows(len(times), section.names)
+    rows = _Rows(len(times), section.names, course.known)
     moved = Mechanics() if is_instant(scenario) else None
-    answer, follows = None, _Rows(len(times), ())
+    answer, follows = None, _Rows(len(times))
     for first in range(0, len(times), course.stretch):
         stretch = slice(first, min(first + course.stretch, len(times)))
         answer = course.through(stretch)
@@ -124,8 +125,10 @@ def _marched(scenario: Scenario, section: ModalSection, times: Real) -> Walked:
 class _Rows:
     """Rows over all times, filled stretch by stretch; those of all layers are rows of one array, as in a Trace."""
 
-    def __init__(self, count: int, layers: Sequence[str]) -> None:
-        self.count, self.layers = count, layers
+    def __init__(
+        self, count: int, layers: Sequence[str] = (), known: Mapping[Any, Real] = MappingProxyType({})
+    ) -> None:
+        self.count, self.layers, self.known = count, layers, known
         self.whole: dict[Any, Real] = {}
         self.of_layers: dict[str, Real] = {}
 
@@ -137,10 +140,12 @@ class _Rows:
         if not self.whole:
             self._begin(rows)
         for key, row in rows.items():
-            self.whole[key][stretch] = row
+            if key not in self.known:
+                self.whole[key][stretch] = row
 
     def _begin(self, rows: Mapping[Any, Real]) -> None:
-        """Make room for rows; an amplitude of the law that is another row itself shares its room."""
+        """Make room for rows that are not known; an amplitude of the law that is another row itself shares its room."""
+        self.whole |= self.known
         for quantity, key in OF_LAYERS.items():
             names = [key(name) for name in self.layers]
             if names and all(name in rows for name in names):

@@ -57,6 +57,9 @@ def test_the_nearest_to_breakdown_is_neither_the_largest_field_nor_the_smallest_
     """The law does not apply at 1 um; 10 um holds 307 V, here at 200 V; 100 um holds 865 V, here at 800 V."""
     fields, gaps = np.array([90e6, -20e6, 8e6, 1e6]), np.array([1e-6, 10e-6, 100e-6, 5e-6])
     assert breakdown_share(fields, gaps) == pytest.approx([0, 200 / 307, 800 / 865, 5 / 657], rel=2e-3)
+    held = np.full(2, 10e-6)
+    assert breakdown_share(fields[:2], held) == pytest.approx([900 / 307, 200 / 307], rel=2e-3)
+    assert list(breakdown_share(fields[:2], held / 10)) == [0, 0]
 
 
 def film(field, *, declared=None, permittivity=3.35, thickness=90e-6, substance=None):

@@ -1,9 +1,7 @@
 """Before a run: one place says which solver answers, and what it takes is counted, then measured, and refused beyond."""
 
 import functools
-import importlib
 import itertools
-import threading
 
 import numpy as np
 import pytest
@@ -242,16 +240,3 @@ def test_the_general_reference_begins_at_time_0_whatever_times_are_asked_for():
         for some in (times[7:], times)
     )
     np.testing.assert_allclose(late, whole[7:], rtol=0, atol=1e-6)
-
-
-def test_a_long_run_has_its_record_written_in_another_thread():
-    provenance = importlib.import_module("electrovib.solve.simulate")
-    for count, elsewhere in ((provenance._MANY, True), (provenance._MANY - 1, False)):
-        with provenance.beside(count, lambda: {"by": threading.get_ident()}) as stated:
-            assert (stated()["by"] != threading.get_ident()) == elsewhere
-
-    def fail():
-        raise KeyError("scenario")
-
-    with pytest.raises(KeyError, match="scenario"), provenance.beside(provenance._MANY, fail) as stated:
-        stated()

@@ -231,7 +231,7 @@ def assert_compiled_is_the_loop(record, scale, share):
         patch.setattr(uneven, "_WORTH", 10**12)
         at_places = states_at(*at)
         patch.setattr(uneven, "_WORTH", 0)
-        patch.setattr(uneven, "PRODUCT", 2_000)  # twenty pieces of ten modes together
+        patch.setattr(uneven, "PRODUCT", 800)  # twenty pieces of ten modes together
         found, state = march(*record, lag=lag)
         compiled_at_places = states_at(*at)
     assert np.max(np.abs(found - expected)) <= 2 * SAME * scale

@@ -175,7 +175,7 @@ class Drive(Model, family=True):
         if np.any(times[at_end] != end):
             times = times.copy()
             times[at_end] = end
-        if len(parts) == 1 and (getattr(parts[0], "step", None) or 0.0) > 2 * _ROUNDED * end:
+        if len(parts) == 1 and parts[0].shortest_piece(end) > 2 * _ROUNDED * end:
             return times, heights
         first = np.diff(times, prepend=-1.0) > _ROUNDED * times
         if np.all(first):

@@ -201,8 +201,10 @@ def even_step(time: Real) -> float | None:
     if len(time) < MANY_TIMES:
         return None
     step = float(time[-1] - time[0]) / (len(time) - 1)
-    off = np.max(np.abs(time - time[0] - step * np.arange(len(time))))
-    return step if off <= SLACK * max(abs(float(time[0])), abs(float(time[-1]))) else None
+    off = step * np.arange(len(time))
+    off -= time - time[0]
+    largest = max(abs(float(time[0])), abs(float(time[-1])))
+    return step if max(np.max(off), -np.min(off)) <= SLACK * largest else None
 
 
 class _Gated(ABC):

@@ -118,8 +118,7 @@ def shows_every_sample(drive: Drive, times: Real) -> bool:
 def _near_the_ends(drive: Drive, end: float, beside: float) -> Real:
     """Return evaluation times between the first and between the last samples of a drive [s]."""
     corners, half = drive.corners(end)[0], FEW_CORNERS // 2
-    corners = np.append(0.0, corners)
-    spans = [corners[: half + 1], corners[-half - 1 :]]
+    spans = [np.append(0.0, corners[:half]), corners[-half - 1 :]]
     shares = np.concatenate([AFTER, BEFORE])
     found = [(each[:-1, None] + np.diff(each)[:, None] * shares).ravel() for each in spans]
     return np.unique(np.concatenate([*found, *_oscillating(beside, 0.0, end)]))
@@ -208,11 +207,12 @@ class PeakRecord:
         rows["current"] = found.get("amplifier_current", found["current"])
         rows["body_current"] = found["current"]
         rows["charge"] = around.area * found[DisplacementOf(next(iter(layers)))]
-        energy = np.zeros(len(times))
+        stray, energy = scenario.circuit.supply.stray_capacitance, np.zeros(len(times))
         for name in layers:
-            energy += thicknesses[name] * found[FieldOf(name)] * found[DisplacementOf(name)] / 2
-        stray = scenario.circuit.supply.stray_capacitance
-        rows["stored_energy"] = (1 + around.second) * around.area * energy + stray * rows["voltage"] ** 2 / 2
+            product = found[FieldOf(name)] * found[DisplacementOf(name)]
+            product *= (1 + around.second) * around.area / 2 * thicknesses[name]
+            energy += product
+        rows["stored_energy"] = energy + stray / 2 * rows["voltage"] ** 2 if stray else energy
         return cls(times, rows)
 
     def before_corners(self, corners: Real) -> Real:
@@ -271,7 +271,7 @@ class Largest:
     def take(self, first: int, rows: Mapping[Key, Real]) -> None:
         """Note the largest values of a stretch that begins with this index."""
         each = {id(row): row for row in rows.values()}  # a field may be that at the interface too
-        places = {key: int(_largest(row)) for key, row in each.items()}
+        places = {key: _farthest(row) for key, row in each.items()}
         own = np.array([places[id(row)] for row in rows.values()])
         sizes = np.abs([row[place] for row, place in zip(rows.values(), own.tolist(), strict=True)])
         sizes = np.where(np.isfinite(sizes), sizes, -1.0)
@@ -443,6 +443,15 @@ def _find_crests(records: Sequence[PeakRecord]) -> None:
     """Find the largest values of all records at once, as each would by itself."""
     for record, own in zip(records, crests(records), strict=True):
         vars(record)["_crests"] = own
+
+
+def _farthest(row: Real) -> int:
+    """Return the index of the largest absolute finite value of a row (n,), without an array of these values."""
+    high, low = int(np.argmax(row)), int(np.argmin(row))
+    if not np.isfinite(row[high] - row[low]):  # a NaN would be the first found
+        return int(_largest(row))
+    sizes = float(row[high]), -float(row[low])
+    return min(high, low) if sizes[0] == sizes[1] else high if sizes[0] > sizes[1] else low
 
 
 def _largest(rows: Real) -> Indices:

@@ -136,10 +136,11 @@ class Extremes:
         """Note the values of a stretch that begins with this index."""
         inside = slice(max(int(self.starts[0]) - first, 0), max(self.end - first, 0))
         each = {id(row): row for name, row in rows.items() if row.ndim == 1 and name not in self.unjudged}
-        sizes = np.abs([row[inside] for row in each.values()])
-        begin, count = first + inside.start, sizes.shape[1]
-        if not count:
+        if not each or not (count := len(next(iter(each.values()))[inside])):
             return
+        begin, sizes = first + inside.start, np.empty((len(each), count))
+        for row, size in zip(each.values(), sizes, strict=True):
+            np.abs(row[inside], out=size)
         for which, (edges, compare) in enumerate(((self.starts, np.minimum), (self.marks, np.maximum))):
             begins = max(int(np.searchsorted(edges, begin, side="right")) - 1, 0)
             some = slice(begins, int(np.searchsorted(edges, begin + count)))
@@ -172,7 +173,7 @@ class Extremes:
         peak = TAIL * float(np.max(high))
         for place in np.flatnonzero((low <= peak) & (high > peak)):
             some = np.abs(row[starts[place] : self.end if place + 1 == len(starts) else starts[place + 1]])
-            low[place] = np.min(some[some > peak])
+            low[place] = some[some > peak].min()
         left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(self.marks, self.back)]
         (found,) = _compared(low[None], high[None], left[None], larger, self.times[None])
         return found if peak > 0 and np.all(left > peak) and found.share <= LARGEST else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -198,11 +199,14 @@ class Along(NamedTuple):
         Returns voltages, currents and fields at any other times [s], afterwards.
     stretch : int
         Number of times in a stretch.
+    known : mapping of Key to ndarray, shape (n,)
+        Rows that are known at all times beforehand.
     """
 
     through: Callable[[slice], Solution]
     at: Callable[[Real], dict[Key, Real]]
     stretch: int
+    known: Mapping[Key, Real] = MappingProxyType({})
 
 
 def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:

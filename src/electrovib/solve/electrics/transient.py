@@ -319,7 +319,7 @@ def along_linear(question: Question) -> Along | None:
         name_interface(scenario, found)
         return found
 
-    return Along(through, at, STRETCH)
+    return Along(through, at, STRETCH, {"drive_voltage": voltage})
 
 
 def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:

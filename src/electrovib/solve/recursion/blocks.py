@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _BLOCK = 32  # samples: a shorter block needs more states, a longer one multiplies more zeros of the triangle
 _LONG = 64  # the same where only the states at some samples are wanted
 _HELD = 1 << 17  # numbers in memory together: they fit in the second-level cache
+_SHAPE = 1 / 3  # columns of a scan over the root of its intervals: each column is five calls
 # Multiplications in one product: OpenBLAS keeps these on one thread. More threads gain a quarter on idle
 # cores, and lose up to a hundredfold when another process uses one of them.
 PRODUCT = 4 * 65536
@@ -89,7 +90,8 @@ class _Together:
             part = slice(first, min(first + length, blocks))
             seen = [signal[part] for signal in whole]
             states = _states_before_blocks(seen, self.onto_state, z, self.state)
-            _multiply([*seen, numbers(states[:-1])], self.onto_output, [record[part] for record in records])
+            given = np.concatenate([*seen, numbers(states[:-1])], axis=1)
+            _multiply(given, self.onto_output, [record[part] for record in records])
             self.state = states[-1]
         if not rest and output.shape[1] == count:
             return
@@ -98,7 +100,8 @@ class _Together:
         pushed = (np.roll(tail, -rest, axis=2).reshape(-1) @ self.onto_state).view(z.dtype)
         tail[0, 0, rest] = at_end
         last = np.empty((len(rows), 1, _BLOCK))
-        _multiply([*tail, numbers(self.state[np.newaxis])], self.onto_output, list(last))
+        given = np.concatenate([*tail, numbers(self.state[np.newaxis])], axis=1)
+        _multiply(given, self.onto_output, list(last))
         for row, each in zip(rows, last, strict=True):
             row[end:] = each[0, : output.shape[1] - end]
         self.state = np.asarray(np.exp(rest * z) * self.state + pushed)
@@ -156,7 +159,7 @@ def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indi
             np.where(np.arange(block) >= block - since[some, np.newaxis], signal[np.maximum(before, 0)], 0.0)
             for signal in signals
         ]
-        found[some] += (np.concatenate(samples, axis=1) @ onto_state).view(z.dtype)
+        found[some] += _pushes(samples, onto_state).view(z.dtype)
     inside = np.minimum(places, drive.starts.size - 1)
     is_end = places == drive.starts.size
     for signal, now in zip(signals[1:], weights.now[1:], strict=True):  # the drop at a point itself
@@ -198,21 +201,27 @@ def numbers(modes: Numbers) -> Real:
     return np.ascontiguousarray(modes).view(np.float64)
 
 
-def _multiply(parts: Sequence[Real], weights: Sequence[Real] | Real, out: Sequence[Real]) -> None:
-    """Write the products of parts side by side, (blocks, n) each, with each of the weights, on one thread."""
+def _multiply(left: Real, weights: Sequence[Real] | Real, out: Sequence[Real]) -> None:
+    """Write the products of an array (blocks, n) with each of the weights, on one thread."""
     height = max(1, PRODUCT // max(1, weights[0].size if len(weights) else 1))
-    for begin in range(0, len(parts[0]) if len(out) else 0, height):
+    for begin in range(0, len(left) if len(out) else 0, height):
         tile = slice(begin, begin + height)
-        left = np.concatenate([part[tile] for part in parts], axis=1)
         for right, product in zip(weights, out, strict=True):
-            np.matmul(left, right, out=product[tile])
+            np.matmul(left[tile], right, out=product[tile])
 
 
 def _states_before_blocks(whole: Sequence[Real], onto_state: Real, z: Numbers, state: Numbers) -> Numbers:
     """Return the state before every whole block and after the last, (blocks + 1, poles)."""
-    pushes = np.empty((len(whole[0]), onto_state.shape[1]))
-    _multiply(whole, [onto_state], [pushes])
-    return states_before(pushes.view(z.dtype), whole[0].shape[1] * z, state)
+    return states_before(_pushes(whole, onto_state).view(z.dtype), whole[0].shape[1] * z, state)
+
+
+def _pushes(whole: Sequence[Real], onto_state: Real) -> Real:
+    """Return the increment of the state in every block of samples, (blocks, numbers)."""
+    samples = whole[0] if len(whole) == 1 else np.concatenate(whole, axis=1)
+    pushes = np.empty((len(samples), onto_state.shape[1]))
+    some = [slice(first, first + _BLOCK) for first in range(0, onto_state.shape[1], _BLOCK)]
+    _multiply(samples, [onto_state[:, each] for each in some], [pushes[:, each] for each in some])
+    return pushes
 
 
 def states_before(pushes: Numbers, z: Numbers, state: Numbers) -> Numbers:
@@ -221,24 +230,26 @@ def states_before(pushes: Numbers, z: Numbers, state: Numbers) -> Numbers:
     `pushes` (intervals, poles), `z` (intervals, poles) or, of equal intervals, (poles,) [-], `state` (poles,); returns
     `states` (intervals + 1, poles).
 
-    The intervals are the entries of a nearly square table, row by row. All rows are computed in parallel from rest, then
-    their beginnings are chained, then all rows are computed in parallel again. Rounding accumulates over one row plus one
-    column, not over the whole record.
+    The intervals are the entries of a table, row by row. All rows are computed in parallel from rest, their beginnings are
+    chained by doubling the distance, then all rows are computed in parallel again. Rounding accumulates over one row plus the
+    logarithm of their number, not over the whole record.
     """
-    columns = int(np.ceil(np.sqrt(len(pushes) + 1)))
+    columns = int(np.ceil(_SHAPE * np.sqrt(len(pushes) + 1)))
     rows = -(-(len(pushes) + 1) // columns)
     table = _fold(pushes, columns, rows)
     each = z if z.ndim == 1 else _fold(z, columns, rows)
     decays = np.broadcast_to(np.exp(each), table.shape)
-    of_rows = np.broadcast_to(np.exp(columns * z if z.ndim == 1 else each.sum(axis=0)), table.shape[1:])
     carried = np.zeros_like(table[0])
     for decay, push in zip(decays, table, strict=True):
         carried *= decay
         carried += push
-    for found, decay in zip(carried, of_rows, strict=True):
-        after = decay * state + found
-        found[:] = state
-        state = after
+    of_rows = np.exp(columns * z if z.ndim == 1 else each.sum(axis=0)) + np.zeros_like(carried)
+    carried = np.concatenate([state[np.newaxis], carried[:-1]])
+    apart = 1
+    while apart < rows:
+        carried[apart:] += of_rows[apart - 1 : -1] * carried[:-apart]
+        of_rows[apart:] *= of_rows[:-apart]
+        apart *= 2
     following = np.empty_like(carried)
     for decay, push in zip(decays, table, strict=True):
         np.multiply(carried, decay, out=following)

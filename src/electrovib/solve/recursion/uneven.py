@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -22,6 +23,8 @@ _OUTLIER: Final = 4.0
 """Ratio to the mean step above which a step is not a usual one."""
 FORGOTTEN: Final = 45.0
 """Rate times time after which a mode has decayed below rounding."""
+_FEWEST: Final = 4
+"""Least number of outputs for which the states are held together."""
 _GRADED: Final = 1e-4
 """Shortest step over the longest below which the steps extend over decades, as those of an adaptive solver."""
 
@@ -29,13 +32,14 @@ _GRADED: Final = 1e-4
 class _Plan(NamedTuple):
     """Modes in the order of their rates: states of the first `slow` are advanced, and lags of the others.
 
-    `usual` is the longest step in which the first relax little [s].
+    `usual` is the longest step in which the first relax little [s], and `shortest` the shortest step.
     """
 
     order: Indices
     poles: Numbers
     slow: int
     usual: float
+    shortest: float
     compiled: Any
 
 
@@ -58,9 +62,9 @@ class UnevenMarch:
         drive, shares = self.drive, self.shares
         for some, followed in _followed(self.plan, drive, self.followed, len(output), part):
             own = slice(some.start - part.start, some.stop - part.start)
-            np.multiply.outer(self.level, drive.starts[some], out=output[:, own])
-            output[:, own] += shares @ numbers(followed[:-1]).T
-            self.followed = followed[-1]
+            np.matmul(shares, numbers(followed[:-1]).T, out=output[:, own])
+            self.followed = followed[-1].copy()
+        output[:, : part.stop - part.start] += np.multiply.outer(self.level, drive.starts[part])
         at_end = float(drive.ends[part.stop - 1])
         is_last = part.stop == drive.starts.size
         if output.shape[1] > part.stop - part.start:
@@ -81,8 +85,9 @@ def uneven_states(
     found = np.empty((len(places), plan.poles.size), state.dtype)
     begin = state[plan.order]
     begin[plan.slow :] -= drive.starts[0]
+    each = places.tolist()
     for part, followed in _followed(plan, drive, begin, 0, slice(0, drive.starts.size), places):
-        some = slice(*np.searchsorted(places, [part.start, part.stop + 1]))
+        some = slice(bisect_left(each, part.start), bisect_left(each, part.stop + 1))
         if some.stop > some.start:
             found[some, plan.order] = followed[places[some] - part.start]
     levels = np.where(places < drive.starts.size, drive.starts[inside], drive.ends[-1])
@@ -96,14 +101,16 @@ def _plan(modes: Modes, drive: StraightDrive, record: int = 0) -> _Plan:
     A drive with graded steps may be very large for a short time; the lag of a mode behind it would be rounded by the size of
     the drive, so that the states of all modes are advanced.
     """
-    poles, lasting = modes.poles, drive.steps[drive.steps > 0]
-    usual = min(float(np.max(drive.steps)), _OUTLIER * float(np.mean(drive.steps)))
+    poles, shortest = modes.poles, float(np.min(drive.steps))
+    lasting = shortest or float(np.min(drive.steps[drive.steps > 0]))
+    longest = float(np.max(drive.steps))
+    usual = min(longest, _OUTLIER * float(np.mean(drive.steps)))
     order, slow = np.argsort(-poles.real, kind="stable"), poles.size
-    if np.iscomplexobj(poles) or float(np.min(lasting)) < _GRADED * float(np.max(lasting)):
+    if np.iscomplexobj(poles) or lasting < _GRADED * longest:
         usual = 0.0
     else:
         slow = int(np.count_nonzero(-poles * usual <= SLOW))
-    return _Plan(order, poles[order], slow, usual, _compiled(poles, max(drive.starts.size, record)))
+    return _Plan(order, poles[order], slow, usual, shortest, _compiled(poles, max(drive.starts.size, record)))
 
 
 def _compiled(poles: Numbers, pieces: int) -> Any:
@@ -125,30 +132,32 @@ def _followed(
 ) -> Iterator[tuple[slice, Numbers]]:
     """Yield intervals of a part of a drive with states and lags before each piece and after the last, (pieces + 1, modes).
 
-    Where only the states at some `places` are asked for, lags that decay before the next of them are not followed.
+    Where only the states at some `places` are asked for, lags that decay before the next of them are not followed. The table
+    of states is that of the next interval afterwards.
     """
-    shortest = float(np.min(drive.steps))
-    pieces, rates = drive.starts.size, -plan.poles
+    rates, modes = -plan.poles, len(plan.poles)
     # the product with the gains stays on one thread, and the states in the second-level cache
-    length = max(1, PRODUCT // max(1, numbers(rates).size * max(8, outputs)))
-    for begin in range(within.start, within.stop, length):
-        part = slice(begin, min(begin + length, within.stop))
-        some = StraightDrive(*(each[part] for each in drive))
-        following = float(drive.starts[part.stop] if part.stop < pieces else drive.ends[-1])
+    length = max(1, PRODUCT // max(1, numbers(rates).size * max(_FEWEST, outputs)))
+    begins = np.arange(within.start, within.stop, length)
+    ends, counts = np.minimum(begins + length, within.stop), np.full(len(begins), modes)
+    if plan.compiled and places is not None:
+        after = places[np.minimum(np.searchsorted(places, begins), len(places) - 1)] - ends
+        with np.errstate(divide="ignore"):
+            fastest = FORGOTTEN / (plan.shortest * np.maximum(after, 0))
+        counts = np.maximum(plan.slow, np.searchsorted(rates, fastest, side="right"))
+    followed, held = followed.copy(), np.empty((length + 1) * modes, followed.dtype)
+    for begin, end, count in zip(begins.tolist(), ends.tolist(), counts.tolist(), strict=True):
         if plan.compiled:
-            count = len(rates)
-            if places is not None:
-                after = places[min(int(np.searchsorted(places, part.start)), len(places) - 1)] - part.stop
-                lasting = int(np.searchsorted(rates * (shortest * max(after, 0)), FORGOTTEN, side="right"))
-                count = max(plan.slow, lasting)
-            table = np.empty((len(some.starts) + 1, count))
+            table = held[: (end - begin + 1) * count].reshape(end - begin + 1, count)
             table[0] = followed[:count]
-            plan.compiled(rates[:count], plan.slow, plan.usual, tuple(some), following, table)
-            followed = np.append(table[-1], np.zeros(len(rates) - count))
+            plan.compiled(rates[:count], plan.slow, plan.usual, tuple(drive), begin, table)
+            followed[:count] = table[-1]  # what is left of the others has decayed before it is wanted
         else:
+            some = StraightDrive(*(each[begin:end] for each in drive))
+            following = float(drive.starts[end] if end < drive.starts.size else drive.ends[-1])
             table = _scanned(plan, some, following, followed)
             followed = table[-1]
-        yield part, table
+        yield slice(begin, end), table
 
 
 def _scanned(plan: _Plan, drive: StraightDrive, following: float, followed: Numbers) -> Numbers:

@@ -287,8 +287,10 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
     corners = np.concatenate([[-math.inf], begins, drive.corners(end)[0]])
     if len(corners) == 1:
         return drive.shortest_piece(end)
-    since = times - corners[np.searchsorted(corners, times * (1 + SAME), side="right") - 1]
-    after = since[since > SAME * times]
+    first = np.searchsorted(times, corners[1:] * (1 + SAME))
+    near = times[np.unique([first, first + 1]).clip(0, len(times) - 1)]  # the first after each corner
+    since = near - corners[np.searchsorted(corners, near * (1 + SAME), side="right") - 1]
+    after = since[since > SAME * near]
     return min(drive.shortest_piece(end), float(np.min(after, initial=math.inf)))
 
 

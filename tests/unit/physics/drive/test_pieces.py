@@ -6,8 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.model import read_model
+from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear, Smooth, Tones
+from electrovib.physics.drive.parts import Linear, Smooth, Tones, even_step
+from electrovib.physics.drive.sampled import Sampled
 
 ONCE = Linear(np.array([0.0, 1.0, 3.0]), np.array([0.0, 4.0, -2.0]), np.array([2.0, 6.0, 5.0]))
 AGAIN = Linear(ONCE.times, ONCE.before, ONCE.after, 3.0)
@@ -200,6 +202,20 @@ def test_corners_are_where_it_jumps_and_bends(kinds, end):
     found = one.voltage(times) - one.voltage(times - tiny)
     if not len(times) or np.min(np.diff(times, prepend=0.0, append=np.inf)) > tiny:
         np.testing.assert_allclose(heights, found, rtol=0, atol=3e-6 * size)
+
+
+def test_breaks_that_differ_by_rounding_are_one_corner_with_the_sum_of_their_steps():
+    close = np.array([0.0, 1.0, 1.0 + 3e-15, 2.0])
+    voltage = np.array([0.0, 10.0, 30.0, 30.0])
+    one = Sampled(time_samples=Samples(close), voltage_samples=Samples(voltage))
+    assert list(one.corners(2.0)[0]) == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(("off", "expected"), [(0.0, 1e-3), (1e-9, None), (-1e-9, None), (np.nan, None)])
+def test_one_time_beside_an_even_grid_makes_it_uneven(off, expected):
+    times = 1e-3 * np.arange(10_001)
+    times[4321] += off
+    assert even_step(times) == (None if expected is None else pytest.approx(expected))
 
 
 def test_frequency_and_shortest_piece():
