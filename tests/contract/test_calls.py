@@ -34,7 +34,7 @@ GIVEN = {
     "check": {"drive": SINE},
     "compare_percepts": {"first": None, "second": None},
     "drive_for_force": {"target": "sine 5 Hz 1 mN", "method": "carrier"},
-    "evidence": {"measured": "rauf_2025/voltage", "n": 2},
+    "evidence": {"measured": "israr_2006/cylinder", "n": 2},
     "export": {"path": "o.cir"},
     "export_waveform": {"path": "o.csv", "edge": "line"},
     "find_value": WANT,

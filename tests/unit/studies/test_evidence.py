@@ -484,11 +484,11 @@ def test_the_command_and_the_answer(tmp_path):
     with pytest.raises(InputError, match="Groups that measured: "):
         ev.measurements("no such word")
     shown = CliRunner().invoke(
-        app, ["evidence", "rauf_2025/voltage", "-n", "8", "-o", str(tmp_path / "e.html")]
+        app, ["evidence", "vezzoli_2014/swing", "-n", "8", "-o", str(tmp_path / "e.html")]
     )
     assert shown.exit_code == 0, shown.output
     assert "MaxwellStressInGap" in shown.output
-    assert "Follmer (Rauf and Zhang)" in (tmp_path / "e.html").read_text(encoding="utf-8")
+    assert "Vezzoli" in (tmp_path / "e.html").read_text(encoding="utf-8")
 
 
 def test_what_lies_wholly_outside_is_counted_apart_from_what_lies_in_part_outside():
