@@ -59,7 +59,11 @@ ROUGH = {
     "body": ev.Elastic(modulus=1e7),
 }
 DRAWS = {"n": 4, "seed": 1}
-CAPACITANCES = {"load": [0.1, 0.5, 2.0, 5.0], "capacitance": [25.99e-12, 27.17e-12, 28.09e-12, 28.29e-12]}
+CAPACITANCES = {
+    "draws": 1,
+    "load": [0.1, 0.5, 2.0, 5.0],
+    "capacitance": [25.99e-12, 27.17e-12, 28.09e-12, 28.29e-12],
+}
 WAVE = {"path": "50 mm/s", "carrier": "3 kHz"}
 
 
@@ -231,6 +235,7 @@ def marked(names):
     ]
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize("name", marked(DOORS))
 def test_every_function_states_the_warning(name):
     if name in REFUSING:
