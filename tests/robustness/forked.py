@@ -2,13 +2,18 @@
 
 import faulthandler
 import importlib
+import math
 import multiprocessing
 import resource
+import time
 import warnings
+from contextlib import suppress
 from pathlib import Path
 
-from electrovib.core.errors import DataFileError, InputError
-from electrovib.data.guarded import DAMAGE, ReaderLimits, damaged
+import numpy as np
+
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
+from electrovib.data.guarded import ReaderLimits, damaged, packed
 
 PROCESS = []
 """The process that reads, and this end of the pipe to it; none before the first file and after a crash."""
@@ -19,7 +24,7 @@ def read_forked(reader, path, *, limits=None, **arguments):
     if not PROCESS:
         context = multiprocessing.get_context("fork")
         ours, theirs = context.Pipe()
-        PROCESS[:] = context.Process(target=_serve, args=(theirs,), daemon=True), ours
+        PROCESS[:] = context.Process(target=_serve, args=(theirs, ours), daemon=True), ours
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of threads, which the child does not use
             PROCESS[0].start()
@@ -34,30 +39,45 @@ def read_forked(reader, path, *, limits=None, **arguments):
         raise DataFileError(
             f"is damaged: its reader crashed (exit code {process.exitcode}).", path=path
         ) from None
-    if isinstance(found, list):
-        raise DataFileError(found)
-    return found
+    if isinstance(found, dict):
+        return found
+    problems, column = [Problem(**each) for each in found[0]], found[1]
+    raise DataFileError(problems) if column is None else NoColumnError(problems, column=column)
 
 
-def _serve(pipe):
+def _serve(pipe, other):
+    other.close()  # of the tests, so that this process ends with them
     faulthandler.disable()  # a crash of the library is expected
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     warnings.simplefilter("ignore")  # which nobody sees
-    while True:
-        pipe.send(_answer(*pipe.recv()))
+    with suppress(EOFError):
+        while True:
+            pipe.send(_answer(*pipe.recv()))
 
 
 def _answer(reader, path, arguments, allowed):
+    """Return the items, or what the error of the file is made of."""
     module, _, name = reader.function.partition(":")
     for needed in reader.needs:
         importlib.import_module(needed)
     used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (used + allowed.memory, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    seconds = math.ceil(time.process_time() + allowed.processor_time) + 1
+    for kind, value in ((resource.RLIMIT_AS, used + allowed.memory), (resource.RLIMIT_CPU, seconds)):
+        resource.setrlimit(kind, (value, resource.getrlimit(kind)[1]))
     try:
-        return dict(getattr(importlib.import_module(module), name)(path, **arguments))
+        found = dict(getattr(importlib.import_module(module), name)(path, **arguments))
     except InputError as error:
-        return [str(problem) for problem in error.problems]
+        return _told(error)
     except MemoryError:
-        return [f"{path}: is damaged, or packed too tightly"]
-    except DAMAGE as error:
-        return [str(each) for each in damaged(path, "a MATLAB file", ValueError(str(error))).problems]
+        return _told(packed(path, "its content does not fit into memory"))
+    except Exception as error:  # noqa: BLE001  # as the guarded process
+        return _told(damaged(path, reader.format_name, ValueError(str(error) or type(error).__name__)))
+    size = sum(each.nbytes for each in found.values() if isinstance(each, np.ndarray))
+    return _told(packed(path, "its content is too large")) if size > allowed.content else found
+
+
+def _told(error):
+    """Return what an error is made of again, with the column that a file has not."""
+    parts = ("reason", "path", "value")
+    problems = [{part: getattr(each, part) for part in parts} for each in error.problems]
+    return problems, getattr(error, "column", None)
