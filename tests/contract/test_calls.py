@@ -163,10 +163,7 @@ PLAUSIBLE = {
         lambda: [0.001, 0.002],
     ),
     "a list of times": (lambda: list(ev.simulate(SINE, time=[0, 1]).time.values), lambda: [0.0, 1.0]),
-    "a rate": (
-        lambda: exported("192 kHz").tolist(),
-        lambda: exported(192e3).tolist(),
-    ),
+    "a rate": (lambda: exported("192 kHz").tolist(), lambda: exported(192e3).tolist()),
     "a window": (
         lambda: repr(ev.measure_times(RECORD, window="60 ms")),
         lambda: repr(ev.measure_times(RECORD, window=0.06)),

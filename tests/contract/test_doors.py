@@ -375,7 +375,7 @@ def test_every_command_is_a_door_or_computes_nothing_from_a_scenario():
 
 SPECTRUM = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.25 mm", shortest = "0.25 mm" }'
 REFUSING_COMMANDS = {
-    "fit-contact": f"s.toml c.csv --load 'load [N]' --capacitance 'C [F]' --roughness '{SPECTRUM}' -o out.csv",
+    "fit-contact": f"s.toml c.csv --load 'load [N]' --capacitance 'C [F]' --roughness '{SPECTRUM}' -o out.csv"
 }
 
 

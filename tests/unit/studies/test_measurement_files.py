@@ -78,10 +78,7 @@ def test_a_quotient_has_the_unit_of_both():
     with pytest.raises(InputError, match="no unit for N over C/m2"):
         read(per="peak displacement in gap")
     ratio = read(per_changes={"drive": {"model": "Step", "level": "50 V"}}, values=[1, 4, 9])
-    assert (ratio.unit, dict(ratio.per_changes)) == (
-        "1",
-        {"drive": {"model": "Step", "level": "50 V"}},
-    )
+    assert (ratio.unit, dict(ratio.per_changes)) == ("1", {"drive": {"model": "Step", "level": "50 V"}})
     computed = {
         "quantity": "friction coefficient",
         "per_changes": {"load.normal_force": 2.0},
