@@ -59,11 +59,7 @@ ROUGH = {
     "body": ev.Elastic(modulus=1e7),
 }
 DRAWS = {"n": 4, "seed": 1}
-CAPACITANCES = {
-    "draws": 1,
-    "load": [0.1, 0.5, 2.0, 5.0],
-    "capacitance": [25.99e-12, 27.17e-12, 28.09e-12, 28.29e-12],
-}
+CAPACITANCES = {"load": [0.1, 0.5, 2.0, 5.0], "capacitance": [25.99e-12, 27.17e-12, 28.09e-12, 28.29e-12]}
 WAVE = {"path": "50 mm/s", "carrier": "3 kHz"}
 
 
@@ -127,7 +123,7 @@ DOORS = {
     "find_value": lambda one: ev.find_value(one, **WANT),
     "find_value without a solution": lambda one: ev.find_value(one, **WANT | {"want": f"{MEAN} = 1 kN"}),
     "fit": lambda one: ev.fit(one, record(), free=FILM),
-    "fit_contact": lambda one: ev.fit_contact(grounded(one), **ROUGH, **CAPACITANCES),
+    "fit_contact": lambda one: ev.fit_contact(grounded(one), **ROUGH, **CAPACITANCES, draws=1),
     "fit_laws": lambda one: ev.fit_laws(one, record(), free=FILM, laws=["EffectiveMedium"]),
     "fit_separately": lambda one: ev.fit_separately(one, record(), free=FILM),
     "open_study": stored,
