@@ -1,7 +1,10 @@
 """What all tests share: the same examples in every run, and no window system."""
 
+import gc
 import os
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 
 import pytest
 import typer.testing
@@ -12,11 +15,20 @@ from electrovib.core.budget import ONE_THREAD
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.update(ONE_THREAD | os.environ)  # for processes of `-n`, and those that tests start
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # these are hundreds: each module is compiled once
+sys.dont_write_bytecode = False  # the rewritten tests too, which takes longer than to compile them
+gc.disable()  # while tests are collected, of which nothing is garbage
 # the same examples each time, so that a red run is red again; search for new ones with
 # --hypothesis-profile=search
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True, max_examples=60)
 settings.register_profile("search", deadline=None, print_blob=True, max_examples=1000)
 settings.load_profile("repeatable")
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Take what was collected out of the sight of the collector of garbage, which would visit it all the time."""
+    gc.freeze()
+    gc.set_threshold(5000)
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -43,19 +55,32 @@ def _commands_built_once():
         yield
 
 
+@pytest.fixture(scope="session")
+def blank() -> Callable[[], AbstractContextManager[None]]:
+    """Return a context in which nothing is drawn: tests/contract/test_figures.py draws every figure of every answer."""
+
+    @contextmanager
+    def drawing_nothing() -> Iterator[None]:
+        from matplotlib.figure import Figure
+
+        def empty(_: object) -> Figure:
+            figure = Figure((1, 1))
+            figure.add_subplot().set_axis_off()
+            return figure
+
+        with pytest.MonkeyPatch.context() as patch:
+            for module in ("pages", "files"):
+                patch.setattr(f"electrovib.view.{module}.drawn", empty)
+            yield
+
+    return drawing_nothing
+
+
 @pytest.fixture
-def blank_pictures(monkeypatch):
-    """Draw nothing where a test is about words and files: tests/contract draws every figure of every answer."""
-
-    from matplotlib.figure import Figure
-
-    def blank(_):
-        figure = Figure((1, 1))
-        figure.add_subplot().set_axis_off()
-        return figure
-
-    for module in ("pages", "files"):
-        monkeypatch.setattr(f"electrovib.view.{module}.drawn", blank)
+def blank_pictures(blank: Callable[[], AbstractContextManager[None]]) -> Iterator[None]:
+    """Draw nothing where a test is about words and files."""
+    with blank():
+        yield
 
 
 ALLOWED_SKIPS = ("shared/data", "device")

@@ -279,11 +279,7 @@ CLAIMS = [
         below_the_null,
     ),
     (DIFFER, r"with one group less N laws at least come first", ranks),
-    (
-        DIFFER,
-        r"is the last of the N, and third at best with one group less",
-        medium_is_last,
-    ),
+    (DIFFER, r"is the last of the N, and third at best with one group less", medium_is_last),
     (DIFFER, r"N of the N measurements are covered by every law", decide_nothing),
     (DIFFER, r"contains a measured force spans a factor of N or more", wide),
     (DIFFER, r"N of the N numbers are such that a law can miss them, most of them of one clutch", missed),

@@ -275,8 +275,8 @@ def test_the_pages_of_papers_and_commands_have_what_these_declare(part):
 
 
 def test_the_page_of_the_evidence_has_the_failures_the_laws_and_every_measurement(part):
-    pages = part("evidence_pages").pages("rauf_2025/voltage", n=4, seed=3)
-    found = ev.evidence("rauf_2025/voltage", n=4, seed=3)
+    pages = part("evidence_pages").pages("israr_2006/cylinder", n=4, seed=3)
+    found = ev.evidence("israr_2006/cylinder", n=4, seed=3)
     plain, laws = part("rst").plain, pages["evidence.rst"]
     parts = [
         plain(found.document.sentences[0]),
@@ -291,7 +291,7 @@ def test_the_page_of_the_evidence_has_the_failures_the_laws_and_every_measuremen
     assert found.comparisons[0].null in laws
     assert ":doc:`evidence_measurements`" in laws
     whole = pages["evidence_measurements.rst"]
-    assert plain(found.measured["rauf_2025/voltage"].note) in whole
+    assert plain(found.measured["israr_2006/cylinder"].note) in whole
     assert "Cannot predict\n---" in whole
     for figure, text in zip(found.document.figures, (laws, whole), strict=True):
         assert f".. figure:: evidence_{figure.id}.svg\n   :alt: {plain(figure.title)}\n\n   " in text

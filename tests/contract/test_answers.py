@@ -143,7 +143,7 @@ ANSWERS = {
         carrier="3 kHz",
         set=LIMITS,
     ),
-    "Evidence": lambda: ev.evidence("rauf_2025/voltage", n=4),
+    "Evidence": lambda: ev.evidence("vezzoli_2014/swing", n=4),
     "ExperimentPlan": lambda: ev.plan_experiment(
         SINE,
         ["MaxwellStressInGap", "MaxwellStressInInsulator"],
@@ -299,9 +299,10 @@ def test_a_listing_is_pickled_and_copied(listed):
 
 
 @pytest.fixture(scope="module")
-def written(found, tmp_path_factory):
-    """Save an answer as a folder, once for all tests of it: figures take most of their time."""
-    return ev.save(found, tmp_path_factory.mktemp("saved") / "answer")
+def written(found, tmp_path_factory, blank):
+    """Save an answer as a folder, once for all tests of it; the figures, which take most of the time, are of test_figures.py."""
+    with blank():
+        return ev.save(found, tmp_path_factory.mktemp("saved") / "answer")
 
 
 def test_text_notebook_and_page_say_the_same(found, written):
@@ -323,6 +324,7 @@ def test_text_notebook_and_page_say_the_same(found, written):
     assert is_ours(written[0], Form.PAGE)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_folder_holds_the_page_and_all_files(found, written, tmp_path):
     figures = [f"{part.id}.pdf" for each in found.document.figures for part in parts(each)]
     assert [path.name for path in written] == ["report.html", *found.files, *figures]

@@ -35,7 +35,7 @@ GIVEN = {
     "compare_percepts": {"first": None, "second": None},
     "contact_capacitance": {"frequency": [1e3, 1e4], "impedance": [-6e6j, -6e5j]},
     "drive_for_force": {"target": "sine 5 Hz 1 mN", "method": "carrier"},
-    "evidence": {"measured": "rauf_2025/voltage", "n": 2},
+    "evidence": {"measured": "israr_2006/cylinder", "n": 2},
     "export": {"path": "o.cir"},
     "export_waveform": {"path": "o.csv", "edge": "line"},
     "find_value": WANT,
@@ -164,10 +164,7 @@ PLAUSIBLE = {
         lambda: [0.001, 0.002],
     ),
     "a list of times": (lambda: list(ev.simulate(SINE, time=[0, 1]).time.values), lambda: [0.0, 1.0]),
-    "a rate": (
-        lambda: exported("192 kHz").tolist(),
-        lambda: exported(192e3).tolist(),
-    ),
+    "a rate": (lambda: exported("192 kHz").tolist(), lambda: exported(192e3).tolist()),
     "a window": (
         lambda: repr(ev.measure_times(RECORD, window="60 ms")),
         lambda: repr(ev.measure_times(RECORD, window=0.06)),

@@ -126,7 +126,7 @@ DOORS = {
     "find_value": lambda one: ev.find_value(one, **WANT),
     "find_value without a solution": lambda one: ev.find_value(one, **WANT | {"want": f"{MEAN} = 1 kN"}),
     "fit": lambda one: ev.fit(one, record(), free=FILM),
-    "fit_contact": lambda one: ev.fit_contact(grounded(one), **ROUGH, **CAPACITANCES),
+    "fit_contact": lambda one: ev.fit_contact(grounded(one), **ROUGH, **CAPACITANCES, draws=1),
     "fit_laws": lambda one: ev.fit_laws(one, record(), free=FILM, laws=["EffectiveMedium"]),
     "fit_separately": lambda one: ev.fit_separately(one, record(), free=FILM),
     "open_study": stored,
@@ -235,6 +235,7 @@ def marked(names):
     ]
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize("name", marked(DOORS))
 def test_every_function_states_the_warning(name):
     if name in REFUSING:
@@ -374,7 +375,7 @@ def test_every_command_is_a_door_or_computes_nothing_from_a_scenario():
 
 SPECTRUM = '{ hurst = 0.8, longest = "1 mm", roll_off = "0.25 mm", shortest = "0.25 mm" }'
 REFUSING_COMMANDS = {
-    "fit-contact": f"s.toml c.csv --load 'load [N]' --capacitance 'C [F]' --roughness '{SPECTRUM}' -o out.csv",
+    "fit-contact": f"s.toml c.csv --load 'load [N]' --capacitance 'C [F]' --roughness '{SPECTRUM}' -o out.csv"
 }
 
 

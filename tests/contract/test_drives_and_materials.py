@@ -67,6 +67,7 @@ def test_the_period_is_the_period(drive_class, build):
 
 
 @given(data=st.data())
+@settings(max_examples=25)
 def test_drawn_voltages_are_finite_and_periods_are_periods(drive_class, drawn, data):
     drive = data.draw(drawn(drive_class))
     assert drive.duration > 0

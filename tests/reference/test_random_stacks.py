@@ -110,7 +110,7 @@ def check_rates(slabs, element) -> float:
         return float(max(errors, default=0))
 
 
-@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), *range(1, 6)])
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), 1, 2])
 def test_rates_of_a_batch(finger, seed):
     random = np.random.default_rng(seed)
     for _ in range(20):

@@ -138,6 +138,7 @@ def test_rows_without_a_number_are_told(here, asked, said):
     assert "rows without a number, which are omitted: 2\n" in said(law)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_figure_says_that_it_is_one_of_several(here, asked, said):
     assert said(f"{asked} -o out.png").splitlines()[-1] == "written: out.png"
     assert "written: out.svg, one of" in said(f"compare {SINE} -o out.svg")

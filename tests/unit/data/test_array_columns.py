@@ -13,6 +13,8 @@ from electrovib.data.array_columns import table_of_arrays
 from electrovib.data.registry import read_columns, read_recorded
 from electrovib.recordings.importing.import_file import list_columns
 
+pytestmark = pytest.mark.usefixtures("forked")
+
 N = 500
 FORCE = 0.3 + 0.1 * np.sin(np.arange(N) / 20)
 ENGINES = pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])

@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 from electrovib.core.errors import DataFileError
 from electrovib.data.registry import read_columns, read_recorded
 
+pytestmark = pytest.mark.usefixtures("forked")
+
 ROOT = Path(__file__).parents[3]
 WANTED = {"time": ("time", "s"), "volts": ("voltage", "V")}
 BY_NUMBER = {"time": (0, "us"), "volts": (1, "V")}

@@ -18,6 +18,8 @@ from electrovib.data import readers, registry
 from electrovib.data.readers.oscilloscope_binary import _step
 from electrovib.data.registry import FORMATS, CanRead, format_lines, format_of, read_columns, read_recorded
 
+pytestmark = pytest.mark.usefixtures("forked")
+
 T = np.arange(50) * 1e-4
 V = np.sin(600 * T)
 

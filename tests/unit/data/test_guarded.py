@@ -14,7 +14,7 @@ import scipy.io
 from damaged_records import whole_files
 
 from electrovib.core.budget import content_allowed, megabytes, memory_allowed
-from electrovib.core.errors import DataFileError
+from electrovib.core.errors import DataFileError, NoColumnError
 from electrovib.core.signals import make_trace
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits, read_guarded
 from electrovib.data.readers import hdf5 as netcdf
@@ -25,7 +25,7 @@ WANTED = {"t": ("time", "s"), "v": ("voltage", "V")}
 MODULE = """
 import os, signal, sys, time
 import numpy as np
-from electrovib.core.errors import DataFileError
+from electrovib.core.errors import DataFileError, NoColumnError
 from electrovib.core.signals import make_trace
 def numbers(path, times):
     print("a library that prints")
@@ -36,6 +36,9 @@ def numbers(path, times):
 def problem(path):
     yield "array", np.arange(5.0)
     raise DataFileError([f"{path}: one", f"{path}: two"])
+def lacking(path):
+    yield "a", 1
+    raise NoColumnError("has no column 'w'", path=path, column="w")
 def fault(path):
     yield "a", 1
     raise ZeroDivisionError("of the library\\nmore")
@@ -113,6 +116,12 @@ def test_what_goes_wrong_is_one_error_that_names_the_file(reader, path, name, li
     with pytest.raises(DataFileError, match=f"(?s){words}") as caught:
         read_guarded(reader(name), path, limits=ReaderLimits(**SMALL | limits))
     assert all(problem.startswith(str(path)) and "\n" not in problem for problem in caught.value.problems)
+
+
+def test_a_column_that_is_missing_is_named(reader, path):
+    with pytest.raises(NoColumnError, match=r"record\.bin: has no column 'w'") as caught:
+        read_guarded(reader("lacking"), path)
+    assert caught.value.column == "w"
 
 
 def test_limits_follow_the_size_of_the_file(path):

@@ -13,6 +13,8 @@ from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import spectrum_of
 from electrovib.data.text.stamps import seconds_from_first
 
+pytestmark = pytest.mark.usefixtures("forked")
+
 T = -1e-5 + 1e-6 * np.arange(40)
 V, W = np.sin(3e5 * T), np.cos(3e5 * T)
 G = np.geomspace(1e5, 10, 40)

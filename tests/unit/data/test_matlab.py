@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import scipy.io
 from damaged_records import mat73
-from forked import read_forked
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -19,6 +18,7 @@ from electrovib.data.guarded import read_guarded
 from electrovib.data.readers import matlab
 from electrovib.data.registry import read_columns
 
+pytestmark = pytest.mark.usefixtures("forked")
 TABLE = np.arange(12.0).reshape(4, 3) / 7
 
 
@@ -31,14 +31,6 @@ def read_matlab(path, variable=""):
     if variable not in read:
         read_columns(path, {"x": (variable, "V")})
     return np.asarray(read[variable], float)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _forked():
-    """Read in a forked process, which takes a hundredth of the time of the guarded one."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(matlab, "read_guarded", read_forked)
-        yield
 
 
 SWIPE = Path(__file__).parents[4] / "shared" / "data" / "tribometer" / "finger_swipe.mat"

@@ -13,7 +13,10 @@ from every_kind import LAYERS, same, small, with_sweep
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.signals import make_trace
+from electrovib.data.guarded import read_guarded
 from electrovib.data.traces import load_mat, matlab_names, save_mat
+
+pytestmark = pytest.mark.usefixtures("forked")
 
 
 @pytest.mark.parametrize(
@@ -145,8 +148,9 @@ def test_numbers_that_are_all_alike_can_be_read_again(tmp_path):
 
 
 @pytest.mark.parametrize("count", [1, 3])
-def test_a_packed_file_that_unfolds_too_far(tmp_path, count):
+def test_a_packed_file_that_unfolds_too_far(tmp_path, count, monkeypatch):
     """One large variable, or several of which each alone would pass."""
+    monkeypatch.setattr("electrovib.data.readers.matlab.read_guarded", read_guarded)
     save_mat(small(), tmp_path / "a.mat")
     content = {n: v for n, v in scipy.io.loadmat(tmp_path / "a.mat").items() if not n.startswith("__")}
     about = json.loads(content["trace_json"].item())

@@ -13,6 +13,8 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.signals import FORMAT, SIGNALS, make_trace
 from electrovib.data.traces import load_mat, load_nc, open_trace, save_mat, save_nc
 
+pytestmark = pytest.mark.usefixtures("forked")
+
 
 @pytest.mark.parametrize(
     "trace", [small(), with_sweep(), small().isel(time=2), small().isel(time=slice(0, 0))]

@@ -13,6 +13,8 @@ from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import VERIFIED
 
+pytestmark = pytest.mark.usefixtures("forked")
+
 FLIPS = int(os.environ.get("ELECTROVIB_FLIPS", "60"))
 """Flipped bits of each file."""
 

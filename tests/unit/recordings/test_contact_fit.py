@@ -227,10 +227,7 @@ def test_it_says_what_it_found_and_writes_it():
         ({"load": [0.0, *LOADS[1:]]}, "load: 0 N is not finite and above 0"),
         ({"load": [1e-6, *LOADS[1:]]}, "less than a factor of 1e6"),
         ({"capacitance": -RISING}, "F is not finite and above 0; omit the point, or subtract"),
-        (
-            {"capacitance": RISING * 4},
-            "is not below 3.453 nF, that of insulator on 1 cm2 without a gap",
-        ),
+        ({"capacitance": RISING * 4}, "is not below 3.453 nF, that of insulator on 1 cm2 without a gap"),
         ({"capacitance": np.full(6, 1e-9)}, "do not determine rms height and modulus"),
         ({"capacitance": RISING[::-1]}, "do not determine rms height and modulus"),
         ({"load": np.ones(6)}, "do not determine rms height and modulus"),

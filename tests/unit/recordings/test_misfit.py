@@ -130,7 +130,7 @@ def test_noise_is_no_misfit_also_where_it_is_correlated(count, memory, stated):
 )
 def test_a_slow_and_a_periodic_misfit_in_noise_are_seen(shape, where):
     time = np.arange(1000) * 1e-3
-    for seed in range(20):
+    for seed in range(6):
         noise = np.random.default_rng([33, seed]).normal(size=time.size) + 1.5 * shape(time)
         found = left(noise - noise.mean(), x=time)
         assert chance(found) < 1e-3
@@ -156,7 +156,7 @@ def test_the_part_of_the_record_is_named():
 def test_a_misfit_of_few_samples_beside_an_edge_is_seen(count):
     """As another duration of a pulse leaves it; the noise is not stated."""
     time = np.linspace(0, 0.25, count)
-    for seed in range(20):
+    for seed in range(6):
         noise = np.random.default_rng([39, seed]).normal(size=count) + 30 * ((time > 0.136) & (time < 0.146))
         signs = sorted(left(noise, x=time).signs(), key=lambda each: each.chance)
         assert signs[0].chance * len(signs) < 1e-3
@@ -191,9 +191,9 @@ def test_a_test_has_its_share_of_the_false_alarms(chance, weight, counts):
 
 @pytest.mark.parametrize("factor", [1.0, 1.04, 1.5])
 def test_a_noise_that_is_larger_than_stated_is_a_misfit_from_5_per_cent_on(factor):
-    noises = (factor * np.random.default_rng([34, seed]).normal(size=4000) for seed in range(20))
+    noises = (factor * np.random.default_rng([34, seed]).normal(size=4000) for seed in range(6))
     said = sum(chance(left(noise - noise.mean(), stated=1.0)) < 0.003 for noise in noises)
-    assert said == (20 if factor > 1.1 else 0)
+    assert said == (6 if factor > 1.1 else 0)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 2.5, 8.0, 30.0])
@@ -201,13 +201,13 @@ def test_a_noise_that_is_larger_than_stated_is_a_misfit_from_5_per_cent_on(facto
 def test_rounding_is_no_misfit(ratio, stated):
     """A slow signal whose steps are much larger than its noise leaves residuals that are no noise, and no misfit."""
     said = 0
-    for seed in range(40):
+    for seed in range(10):
         rng = np.random.default_rng([35, seed])
         course = 20 * np.exp(-np.arange(1000) / 300) * ratio / 30 + rng.uniform(0, ratio)
         read = np.round((course + rng.normal(size=1000)) / ratio) * ratio
         found = left(read - course, stated=1.0 if stated else None, y=course, resolution=ratio)
         said += chance(found) < 0.003
-    assert said <= 2
+    assert said <= 1
 
 
 @pytest.mark.slow

@@ -371,16 +371,17 @@ def test_what_never_settles_has_a_bound_and_no_value(form, noise):
     assert "never settles" in found.remarks[0]
 
 
-@pytest.mark.parametrize("falling", [False, True])
 @pytest.mark.parametrize("noise", [0.001, 0.01, 0.05])
 @pytest.mark.parametrize("length", [0.3, 0.5, 1.0, 2.0, 3.0, 5.0])
-def test_a_time_of_a_record_that_may_end_too_early_is_right_or_a_bound(length, noise, falling):
+def test_a_time_of_a_record_that_may_end_too_early_is_right_or_a_bound(length, noise):
     """The exact time is ln 9, for a time constant of 1: at least four of five intervals and bounds hold it."""
     held = counted = bounds = 0
     for seed in range(2 if length < 3 else 3):
         try:
             found = measure_times(
-                truncated(lambda t: -np.expm1(-t), length=length, noise=noise, seed=seed, falling=falling)
+                truncated(
+                    lambda t: -np.expm1(-t), length=length, noise=noise, seed=seed, falling=seed % 2 == 1
+                )
             )
         except InputError as error:  # a part of a change that is lost in the noise
             assert "no clear edge" in str(error)

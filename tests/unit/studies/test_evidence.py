@@ -357,10 +357,7 @@ def test_ranks_and_skill_with_one_group_less_and_other_widths_stand_beside_each_
     nulls = [one("null", str(place), group, -2.0) for place, group in enumerate("ghi")]
     (found,) = comparisons("force", [*steady, *erratic], nulls)
     ranks = {each.model: (each.first, each.last, each.narrow, each.wide) for each in found.standings}
-    assert ranks == {
-        "steady": (1, 2, 1.5, 1.0),
-        "erratic": (1, 2, pytest.approx(1 / 3), -2.0),
-    }
+    assert ranks == {"steady": (1, 2, 1.5, 1.0), "erratic": (1, 2, pytest.approx(1 / 3), -2.0)}
 
 
 def test_every_group_counts_once_and_numbers_that_share_their_errors_count_as_one():
@@ -484,11 +481,11 @@ def test_the_command_and_the_answer(tmp_path):
     with pytest.raises(InputError, match="Groups that measured: "):
         ev.measurements("no such word")
     shown = CliRunner().invoke(
-        app, ["evidence", "rauf_2025/voltage", "-n", "8", "-o", str(tmp_path / "e.html")]
+        app, ["evidence", "vezzoli_2014/swing", "-n", "8", "-o", str(tmp_path / "e.html")]
     )
     assert shown.exit_code == 0, shown.output
     assert "MaxwellStressInGap" in shown.output
-    assert "Follmer (Rauf and Zhang)" in (tmp_path / "e.html").read_text(encoding="utf-8")
+    assert "Vezzoli" in (tmp_path / "e.html").read_text(encoding="utf-8")
 
 
 def test_what_lies_wholly_outside_is_counted_apart_from_what_lies_in_part_outside():
@@ -767,10 +764,7 @@ def test_each_group_states_its_worst_failure_with_the_likely_cause():
     assert [text.partition(" ")[0] for text in said[3:-1]] == ["worse", "other"]
     assert said[3].endswith("covers 0 % of its 3 values. Likely cause: the gap. A smaller one would decide.")
     causes = page(found, "Why no law or model reaches them")
-    assert causes.rows == (
-        ("worse, bad", "the gap. A smaller one would decide."),
-        ("other", "not known"),
-    )
+    assert causes.rows == (("worse, bad", "the gap. A smaller one would decide."), ("other", "not known"))
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ def test_responses_are_those_of_the_plain_loop(kind, fingers, modes):
     voltage = drive(times)
     found = first_order_hold_many(**given, voltage=voltage, time=times)
     assert found.shape == (fingers, times.size)
-    for finger in range(0, fingers, 1 + fingers // 20):
+    for finger in range(0, fingers, 1 + fingers // 7):
         rates, state = given["rates"][finger], given["state"][finger]
         gains = given["residues"][finger] / rates
         idle = gains == 0

@@ -12,9 +12,7 @@ from electrovib.physics.topography import SelfAffine
 from electrovib.solve.rough_contact import Loaded, Local, MaxwellStress, attracted, follow
 
 SKIN = Coated(
-    film=Elastic(modulus=5e6, poisson=0.45),
-    thickness=2e-5,
-    below=Elastic(modulus=2e5, poisson=0.5),
+    film=Elastic(modulus=5e6, poisson=0.45), thickness=2e-5, below=Elastic(modulus=2e5, poisson=0.5)
 )
 SPECTRUM = SelfAffine(rms=2e-6, hurst=0.8, longest=2e-4, roll_off=1e-4, shortest=2e-5)
 PERIODS = (2e-4, 3e-4)

@@ -14,13 +14,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.studies.design.search import inside_band
 from electrovib.studies.design.share import function as share
-from electrovib.studies.design.share.result import (
-    Covered,
-    DrawnFingers,
-    by_gain,
-    by_solution,
-    needed_draws,
-)
+from electrovib.studies.design.share.result import Covered, DrawnFingers, by_gain, by_solution, needed_draws
 from electrovib.studies.design.wanted import read_wanted
 from electrovib.studies.widths import clopper_pearson, quantile_ranks
 
