@@ -1,7 +1,6 @@
 """Rough contact with attraction against the least energy with the dense matrix of Green's function, without transforms."""
 
 import functools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -103,8 +102,8 @@ def test_capacitances_of_the_least_energy_give_back_scale_and_modulus_of_a_map(m
         reach = gap + film.thickness / film.material.permittivity
         capacitance.append(eps0 * pad.contact_area * np.mean(1 / reach))
     begin = {
-        "roughness": replace(measured, values=3 * measured.values),
-        "body": replace(SKIN, film=replace(SKIN.film, modulus=1e6), below=replace(SKIN.below, modulus=7.5e4)),
+        "roughness": ev.MeasuredHeights(values=3 * values, spacing=measured.spacing),
+        "body": SKIN.replace({"film.modulus": 1e6, "below.modulus": 7.5e4}),
     }
 
     def fitted(noise):
