@@ -53,7 +53,7 @@ GRIDS: Final = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
 STACKS: Final = 1024
 """Fingers whose modes are in memory together."""
-RESPONSES: Final = 1 << 16
+RESPONSES: Final = 1 << 19
 """Numbers of the responses in memory together, about."""
 FEWEST: Final = 64
 """Smallest number of fingers whose responses are computed together."""

@@ -25,8 +25,8 @@ _MANY: Final = 16
 """Equal steps from which blocks are faster than single steps."""
 _FEWEST: Final = 64
 """Fingers that are computed together at least."""
-_NUMBERS: Final = 1 << 17
-"""Responses that are computed together, about: they stay in the cache."""
+_NUMBERS: Final = 1 << 19
+"""Responses that are computed together, about: enough that few operations on arrays remain."""
 _ROUNDING: Final = 4 * float(np.finfo(float).eps)
 
 
@@ -97,12 +97,11 @@ def first_order_hold_many(
     outputs = None if places is None or len(places) == len(drive) else places
     result = np.empty((len(rate), len(drive) if outputs is None else len(outputs)))
     together = min(max(_FEWEST, _NUMBERS // len(drive)), len(rate))
-    memory = np.empty(
-        (2, together * (len(drive) + BLOCK))
-    )  # new memory takes longer than the responses in it
+    # new memory takes longer than the responses in it
+    memory = np.empty((3, together * (len(drive) + BLOCK)))
     for first in range(0, len(rate), together):
         some = slice(first, min(first + together, len(rate)))
-        fingers = _Fingers(rate[some], residue[some], level[some], memory[1])
+        fingers = _Fingers(rate[some], residue[some], level[some], memory[1:])
         size = len(fingers.direct)
         rows = result[some] if outputs is None else memory[0, : size * len(drive)].reshape(size, -1)
         _respond(fingers, begin[some], grid, steps, rows)
@@ -112,7 +111,7 @@ def first_order_hold_many(
 
 
 class _Fingers(NamedTuple):
-    """Rates [1/s] and residues of modes (fingers, modes), shares of the drive itself (fingers,), and memory for responses."""
+    """Rates [1/s] and residues of modes (fingers, modes), shares of the drive (fingers,), and memory of responses (2, n)."""
 
     rates: Real
     residues: Real
@@ -200,17 +199,22 @@ def _in_blocks(fingers: _Fingers, state: Real, grid: _Grid, durations: Real, row
     for place in range(count - 1):
         np.multiply(states[place], powers[:, :, BLOCK], out=states[place + 1])
         states[place + 1] += pushed[:, :, place]
-    np.multiply((fingers.direct + last.sum(axis=1))[:, None], grid.voltage[:length], out=rows)
-    found = fingers.memory[: len(rows) * count * BLOCK].reshape(len(rows), count, BLOCK)
-    for amounts, each in ((given, _impulses(pushes)), (states.transpose(1, 0, 2), powers[:, :, :BLOCK])):
-        np.matmul(amounts, each, out=found)
-        rows += found.reshape(len(rows), -1)[:, :length]
+    level = fingers.direct + last.sum(axis=1)
+    after = np.zeros((len(rows), 2 * BLOCK))  # what is given at a step, before it and after it
+    after[:, BLOCK + 1 :] = pushes.sum(axis=1)[:, :-1]
+    free, begins = powers[:, :, :BLOCK], states.transpose(1, 0, 2)
+    if grid.lags:  # the drive is that at the begin of the block and its rises
+        after[:, BLOCK + 1 :] += level[:, None]
+        free = np.concatenate([free, np.broadcast_to(level[:, None, None], (len(rows), 1, BLOCK))], axis=1)
+        voltage = np.broadcast_to(grid.voltage[:length:BLOCK, None], (len(rows), count, 1))
+        begins = np.concatenate([begins, voltage], axis=2)
+    else:
+        after[:, BLOCK] = level
+    impulses = np.ascontiguousarray(sliding_window_view(after, BLOCK, axis=1)[:, BLOCK:0:-1])
+    size = len(rows) * count * BLOCK
+    found = fingers.memory[:, :size].reshape(2, len(rows), count * BLOCK)
+    for out, amounts, each in zip(found, (given, begins), (impulses, free), strict=True):
+        np.matmul(amounts, each, out=out.reshape(len(rows), count, BLOCK))
+    np.add(found[0, :, :length], found[1, :, :length], out=rows)
     reached = powers[:, :, left] * states[-1] + pushes[:, :, :left][:, :, ::-1] @ given[-1, :left]
     return np.asarray(reached + last * grid.voltage[length])
-
-
-def _impulses(pushes: Real) -> Real:
-    """Return the responses in a block to what is given at each of its steps, shape (fingers, BLOCK, BLOCK)."""
-    after = np.zeros((len(pushes), 2 * BLOCK))
-    after[:, BLOCK + 1 :] = pushes.sum(axis=1)[:, :-1]
-    return np.ascontiguousarray(sliding_window_view(after, BLOCK, axis=1)[:, BLOCK:0:-1])
