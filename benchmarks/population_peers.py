@@ -86,7 +86,7 @@ def squares_in_numpy(many, draws) -> np.ndarray:
     ((name, transfer),) = many.asked(member).items()
     (drive,) = many.drive.values()
     rates, residues, direct = transfer.rates, transfer.gains * transfer.rates, transfer.direct[:, 0]
-    voltage, steps = drive.voltage, drive.moments.steps
+    voltage, steps = drive.voltage, drive.timing.steps
     weights = [_of_duration(rates, residues, duration) for duration in steps.duration.tolist()]
     rows, state = np.empty((voltage.size, len(rates))), np.zeros(rates.T.shape)
     rows[0] = direct * voltage[0]
@@ -94,7 +94,7 @@ def squares_in_numpy(many, draws) -> np.ndarray:
         decay, earlier, later = weights[kind]
         state = decay * state + earlier * voltage[place] + later * voltage[place + 1]
         rows[place + 1] = direct * voltage[place + 1] + state.sum(axis=0)
-    return attraction(member, total_pull(member, {name.name: rows[drive.moments.places].T})).T
+    return attraction(member, total_pull(member, {name.name: rows[drive.timing.places].T})).T
 
 
 def _of_duration(rates, residues, duration) -> tuple:
