@@ -23,8 +23,8 @@ BLOCK: Final = 32
 """Equal steps that are taken together."""
 _MANY: Final = 16
 """Equal steps from which blocks are faster than single steps."""
-_FEWEST: Final = 64
-"""Fingers that are computed together at least."""
+_FEWEST: Final = 8
+"""Fingers that are computed together at least; more would take gigabytes for long records."""
 _NUMBERS: Final = 1 << 19
 """Responses that are computed together, about: enough that few operations on arrays remain."""
 _ROUNDING: Final = 4 * float(np.finfo(float).eps)
