@@ -13,6 +13,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.recordings.fit.identifiability import VANISHES
 from electrovib.recordings.fit.rounding import rounded_signal
+from electrovib.recordings.running_median import running_median
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -310,14 +311,13 @@ class Components:
         return self._sign(chance, ratio, why)
 
     def _of_periodic(self) -> Sign | None:
-        from scipy.ndimage import median_filter
         from scipy.special import fdtrc
 
         parts, count = self.of.observed.parts, self.energy.size
         if count < 2 * _BESIDE:
             return None
         energy, risen = (each / self.spectrum.power for each in (self.energy, self.risen))
-        beside = median_filter(energy, size=2 * _BESIDE + 1, mode="reflect") / _MEDIAN[parts]
+        beside = running_median(energy, 2 * _BESIDE + 1, beyond="symmetric") / _MEDIAN[parts]
         three = np.convolve(risen, np.ones(3), mode="same") / 3 / np.maximum(beside, 1e-300)
         three[: _SMOOTH // 4] = 0.0
         at = int(np.argmax(three))

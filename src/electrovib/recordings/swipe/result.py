@@ -16,6 +16,7 @@ from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form
 from electrovib.recordings.interval import Interval, NumberRow, numbers_csv, numbers_table
 from electrovib.recordings.recording import Span, closed, runs
+from electrovib.recordings.running_median import running_median
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -137,11 +138,9 @@ def travel(recording: Recording, span: Span) -> float | None:
 
 def sliding_speed(recording: Recording) -> Real | None:
     """Return the speed of the carriage over `SMOOTHING` [m/s], without single wrong counts; None without a position."""
-    from scipy.ndimage import median_filter
-
     if recording.position is None:
         return None
-    position = median_filter(recording.position, 5, mode="nearest")
+    position = running_median(recording.position, 5, beyond="edge")
     half = max(1, _width(recording.time) // 2)
     place = np.arange(len(position))
     later, earlier = np.minimum(place + half, len(position) - 1), np.maximum(place - half, 0)

@@ -15,6 +15,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.recordings.importing.reduction import find_edges
 from electrovib.recordings.interval import averages
 from electrovib.recordings.recording import closed
+from electrovib.recordings.running_median import running_median
 from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, creeps, levels_of, passages
 
 if TYPE_CHECKING:
@@ -372,12 +373,10 @@ def _bands(time: Real, deviation: Real) -> Iterator[Real]:
 
 
 def _level(values: Real) -> Real:
-    from scipy.ndimage import median_filter
-
     count = max(1, values.size // _BLOCKS)
     whole = values.size // count
     blocks = np.median(values[: whole * count].reshape(whole, count), axis=1)
-    level = median_filter(blocks, 2 * int(_LEVEL * whole / 2) + 1, mode="nearest")
+    level = running_median(blocks, 2 * int(_LEVEL * whole / 2) + 1, beyond="edge")
     return np.append(np.repeat(level, count), np.full(values.size - whole * count, level[-1]))
 
 
