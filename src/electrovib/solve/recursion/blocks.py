@@ -224,11 +224,11 @@ def _pushes(whole: Sequence[Real], onto_state: Real) -> Real:
     return pushes
 
 
-def states_before(pushes: Numbers, z: Numbers, state: Numbers) -> Numbers:
+def states_before(pushes: Numbers, z: Numbers, state: Numbers, decays: Numbers | None = None) -> Numbers:
     """Return the states of modes before every interval and after the last, from the increment in each interval.
 
-    `pushes` (intervals, poles), `z` (intervals, poles) or, of equal intervals, (poles,) [-], `state` (poles,); returns
-    `states` (intervals + 1, poles).
+    `pushes` (intervals, poles), `z` (intervals, poles) or, of equal intervals, (poles,) [-], `state` (poles,), `decays` like
+    `z`, its exponentials where they are known; returns `states` (intervals + 1, poles).
 
     The intervals are the entries of a table, row by row. All rows are computed in parallel from rest, their beginnings are
     chained by doubling the distance, then all rows are computed in parallel again. Rounding accumulates over one row plus the
@@ -237,13 +237,14 @@ def states_before(pushes: Numbers, z: Numbers, state: Numbers) -> Numbers:
     columns = int(np.ceil(_SHAPE * np.sqrt(len(pushes) + 1)))
     rows = -(-(len(pushes) + 1) // columns)
     table = _fold(pushes, columns, rows)
-    each = z if z.ndim == 1 else _fold(z, columns, rows)
-    decays = np.broadcast_to(np.exp(each), table.shape)
+    each = np.exp(z) if decays is None else decays
+    falls = columns * z if z.ndim == 1 else _sums(z, columns, rows)
+    decays = np.broadcast_to(each if z.ndim == 1 else _fold(each, columns, rows), table.shape)
     carried = np.zeros_like(table[0])
     for decay, push in zip(decays, table, strict=True):
         carried *= decay
         carried += push
-    of_rows = np.exp(columns * z if z.ndim == 1 else each.sum(axis=0)) + np.zeros_like(carried)
+    of_rows = np.exp(falls) + np.zeros_like(carried)
     carried = np.concatenate([state[np.newaxis], carried[:-1]])
     apart = 1
     while apart < rows:
@@ -257,6 +258,14 @@ def states_before(pushes: Numbers, z: Numbers, state: Numbers) -> Numbers:
         push[:] = carried
         carried, following = following, carried
     return table.swapaxes(0, 1).reshape(rows * columns, pushes.shape[1])[: len(pushes) + 1]
+
+
+def _sums(intervals: Numbers, columns: int, rows: int) -> Numbers:
+    """Return the sums of numbers of successive intervals, (intervals, poles), over each row of such a table, (rows, poles)."""
+    sums = np.zeros((rows, intervals.shape[1]), intervals.dtype)
+    found = np.add.reduceat(intervals, np.arange(0, len(intervals), columns), axis=0)
+    sums[: len(found)] = found
+    return sums
 
 
 def _fold(intervals: Numbers, columns: int, rows: int) -> Numbers:

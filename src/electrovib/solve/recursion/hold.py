@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from math import factorial
 from typing import Final, NamedTuple
 
@@ -10,8 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.arrays import Numbers, Real
 
-# 1/2!, 1/3!, ...: the first term left out is below 1e-17 of the sum for every |z| < 1
 _SERIES = [1.0 / factorial(order) for order in range(2, 19)]
+"""1/2!, 1/3!, ...: the first term left out is below 1e-17 of the sum for every |z| < 1."""
+_REACH = [(0.5e-17 * factorial(count + 2)) ** (1 / count) for count in range(1, len(_SERIES))]
+"""Largest |z| for which the first 1, 2, ... terms are enough likewise."""
 SLOW: Final = 1 / 32
 """Rate times usual step up to which the state of a mode is advanced in an uneven record; of faster modes it is the lag."""
 
@@ -91,22 +94,25 @@ def hold_weights(z: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
 
     For ``x' = p (x - v)``, ``z = p h`` and ``u = -z`` the step is ``x(h) = decay x(0) + first v(0+) + last v(h-)`` with
     ``decay = exp(-u)``, ``first = (1 - exp(-u))/u - exp(-u)`` and ``last = 1 - (1 - exp(-u))/u``. Both differences cancel
-    for small ``u``; there ``first = exp(-u) (u/2! + u^2/3! + ...)`` and ``last = 1 - exp(-u) - first``, which keep every
-    digit. The relative error is about 1e-15 for every real ``z`` between -1e300 and -1e-300 (``decay`` itself becomes
+    for small ``u``; there ``first = exp(-u) s`` and ``last = exp(-u) (u + (u - 1) s)`` with ``s = u/2! + u^2/3! + ...``, which
+    keep every digit. The relative error is about 1e-15 for every real ``z`` between -1e300 and -1e-300 (``decay`` itself becomes
     subnormal below -708); of an oscillating mode with ``|z| > 1`` it is that of the larger of the two terms of ``first``,
     which itself passes through zero near u = 2.1 + 7.5j (and further out). A positive ``z`` is a growing mode and gives
     meaningless weights.
     """
     exponent = np.asarray(z, np.complex128 if np.iscomplexobj(z) else np.float64)
-    fall, is_small = -exponent, np.abs(exponent) < 1.0
-    decay, rise = np.exp(exponent), -np.expm1(exponent)
-    small = np.where(is_small, fall, 0.0)
-    series = np.full_like(small, _SERIES[-1])
-    for term in _SERIES[-2::-1]:
+    decay, is_small = np.exp(exponent), np.abs(exponent) < 1.0
+    small = np.where(is_small, -exponent, 0.0)
+    count = bisect_left(_REACH, float(np.max(np.abs(small), initial=0.0))) + 1
+    series = np.full_like(small, _SERIES[count - 1])
+    for term in _SERIES[:count][-2::-1]:
         series *= small
         series += term
     series *= small
-    mean = rise / np.where(is_small, 1.0, fall)
-    first = np.where(is_small, decay * series, mean - decay)
-    last = np.where(is_small, rise - first, 1.0 - mean)
+    first = np.asarray(decay * series)
+    last = np.asarray(decay * (small + (small - 1) * series))
+    if not np.all(is_small):
+        large = exponent[~is_small]
+        mean = np.expm1(large) / large
+        first[~is_small], last[~is_small] = mean - np.exp(large), 1.0 - mean
     return decay, first, last

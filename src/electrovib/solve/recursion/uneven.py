@@ -140,35 +140,36 @@ def _followed(
     length = max(1, PRODUCT // max(1, numbers(rates).size * max(_FEWEST, outputs)))
     begins = np.arange(within.start, within.stop, length)
     ends, counts = np.minimum(begins + length, within.stop), np.full(len(begins), modes)
-    if plan.compiled and places is not None:
+    if places is not None:
         after = places[np.minimum(np.searchsorted(places, begins), len(places) - 1)] - ends
         with np.errstate(divide="ignore"):
             fastest = FORGOTTEN / (plan.shortest * np.maximum(after, 0))
-        counts = np.maximum(plan.slow, np.searchsorted(rates, fastest, side="right"))
+        counts = np.maximum(plan.slow, np.searchsorted(rates.real, fastest, side="right"))
     followed, held = followed.copy(), np.empty((length + 1) * modes, followed.dtype)
     for begin, end, count in zip(begins.tolist(), ends.tolist(), counts.tolist(), strict=True):
         if plan.compiled:
             table = held[: (end - begin + 1) * count].reshape(end - begin + 1, count)
             table[0] = followed[:count]
             plan.compiled(rates[:count], plan.slow, plan.usual, tuple(drive), begin, table)
-            followed[:count] = table[-1]  # what is left of the others has decayed before it is wanted
         else:
             some = StraightDrive(*(each[begin:end] for each in drive))
             following = float(drive.starts[end] if end < drive.starts.size else drive.ends[-1])
-            table = _scanned(plan, some, following, followed)
-            followed = table[-1]
+            table = _scanned(plan, some, following, followed[:count])
+        followed[:count] = table[-1]  # what is left of the others has decayed before it is wanted
         yield slice(begin, end), table
 
 
 def _scanned(plan: _Plan, drive: StraightDrive, following: float, followed: Numbers) -> Numbers:
     """Return states and lags before each piece and after the last, (pieces + 1, modes)."""
     starts, ends, steps = (each[:, np.newaxis] for each in drive)
-    z, slow = steps * plan.poles, slice(0, plan.slow)
-    pushes = np.empty_like(z)
-    _, first, last = hold_weights(z[:, slow])
+    z, slow = steps * plan.poles[: followed.size], slice(0, plan.slow)
+    pushes, decays = np.empty_like(z), np.empty_like(z)
+    decays[:, slow], first, last = hold_weights(z[:, slow])
     pushes[:, slow] = first * starts + last * ends
     fast = z[:, plan.slow :]
-    mean = np.divide(np.expm1(fast), fast, out=np.ones_like(fast), where=fast != 0)
+    fallen = np.expm1(fast)
+    decays[:, plan.slow :] = 1 + fallen
+    mean = np.divide(fallen, fast, out=np.ones_like(fast), where=fast != 0)
     jumps = np.append(drive.starts[1:], following) - drive.ends
     pushes[:, plan.slow :] = mean * (starts - ends) - jumps[:, np.newaxis]
-    return states_before(pushes, z, followed)
+    return states_before(pushes, z, followed, decays)
