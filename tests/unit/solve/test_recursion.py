@@ -230,12 +230,13 @@ def assert_compiled_is_the_loop(record, scale, share):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(uneven, "_WORTH", 10**12)
         at_places = states_at(*at)
-        patch.setattr(uneven, "_WORTH", 0)
         patch.setattr(uneven, "PRODUCT", 800)  # twenty pieces of ten modes together
+        scanned_at_places = states_at(*at)
+        patch.setattr(uneven, "_WORTH", 0)
         found, state = march(*record, lag=lag)
         compiled_at_places = states_at(*at)
     assert np.max(np.abs(found - expected)) <= 2 * SAME * scale
-    for some, its in ((state, final), (compiled_at_places, at_places)):
+    for some, its in ((state, final), (compiled_at_places, at_places), (scanned_at_places, at_places)):
         assert np.max(np.abs(some - its), initial=0) <= 200 * SAME
 
 
