@@ -342,6 +342,20 @@ def test_what_one_ramp_leaves_is_its_weight(compiled, fall, share):
     assert abs(found - expected) < (4e-15 * expected if fall < SLOW else 1e-15)
 
 
+@pytest.mark.parametrize("in_compiled_code", [False, True])
+def test_a_lag_is_followed_until_nothing_of_it_is_left(monkeypatch, in_compiled_code):
+    """Of lags that decay before the next place within an interval of pieces, and of those that do not."""
+    if in_compiled_code:
+        pytest.importorskip("numba")
+    monkeypatch.setattr(uneven, "_WORTH", 0 if in_compiled_code else 10**12)
+    generator, rates, places = np.random.default_rng(6), np.geomspace(0.01, 3, 40), np.array([75, 170, 399])
+    steps, drive = generator.uniform(0.8, 1.2, 400), generator.uniform(-1, 1, 401)
+    given = -rates, drive[:-1], drive[1:], steps, np.zeros(40), places
+    whole = states_at(*given)
+    monkeypatch.setattr(uneven, "PRODUCT", 20 * 160)  # of 40 modes, and of the fewest outputs
+    assert np.max(np.abs(states_at(*given) - whole)) < 1e-14
+
+
 @pytest.mark.parametrize("fall", [3.0, 10.0, 20.0, 40.0])
 def test_what_is_left_of_a_lag_is_exact(compiled, fall):
     """Without a drive a lag decays by its exponential, wherever the piece lies between two of the table."""
