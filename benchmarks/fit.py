@@ -16,7 +16,7 @@ from scipy.signal import lsim
 import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import fit_scenario
+from electrovib.recordings.fit.of_scenario import fit_scenario
 
 SAMPLES, NOISE = 10_000, 0.01
 SKIN = (1560.0, 1.7938354529828572e-06)

@@ -67,7 +67,7 @@ def write_netcdf(path: Path, values: int) -> None:
 
 def ours(path: Path) -> object:
     """Import every signal of a file."""
-    from electrovib.recordings.importing import import_file
+    from electrovib.recordings.importing.import_file import import_file
 
     signals = SIGNALS if path.suffix == ".csv" else PACKED
     return import_file(path, {signal: name for signal, (name, _, _) in signals.items()})

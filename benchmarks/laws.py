@@ -17,7 +17,8 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 import electrovib as ev
 from electrovib.core.paths import value_at
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.recordings.fit.prediction import Prediction, signals_over_frequency
 from electrovib.recordings.fit.weighing import LIKELY, REACH, cases_of, weigh
 

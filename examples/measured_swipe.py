@@ -17,7 +17,8 @@ import numpy as np
 from electrovib.core.model import read_model
 from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import read_recording
-from electrovib.recordings.swipe import SwipeResult, reduce_swipe
+from electrovib.recordings.swipe.reduce import reduce_swipe
+from electrovib.recordings.swipe.result import SwipeResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

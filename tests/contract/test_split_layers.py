@@ -7,7 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.discovery import offers
-from electrovib.recordings.fit import fit_scenario
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 

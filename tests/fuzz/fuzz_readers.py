@@ -182,7 +182,7 @@ def main():
     import atheris
 
     with atheris.instrument_imports(include=["electrovib.data", "electrovib.recordings", *FOREIGN]):
-        for name in ("electrovib.data.registry", "electrovib.recordings.importing", *FOREIGN):
+        for name in ("electrovib.data.registry", "electrovib.recordings.importing.import_file", *FOREIGN):
             with contextlib.suppress(ImportError):
                 importlib.import_module(name)
     import scipy.io  # noqa: F401  # loaded before memory is measured

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from electrovib.core.paths import quantity_at
-from electrovib.recordings.fit import MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 
 _place = Path(__file__).parents[1] / "unit" / "recordings" / "twins.py"
 _spec = importlib.util.spec_from_file_location("twins", _place)

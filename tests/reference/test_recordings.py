@@ -15,7 +15,8 @@ from electrovib.core.model import read_model
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import read_recording
-from electrovib.recordings.swipe import reduce_swipe, reduce_swipes, result
+from electrovib.recordings.swipe import result
+from electrovib.recordings.swipe.reduce import reduce_swipe, reduce_swipes
 from electrovib.recordings.transitions.ring import measure_ring
 from electrovib.recordings.transitions.times import measure_times
 

@@ -208,7 +208,7 @@ def read_damaged(path: Path):
     from electrovib.core.errors import InputError
     from electrovib.data.registry import read_recorded
     from electrovib.data.spectrum import spectrum_of
-    from electrovib.recordings.importing import import_file
+    from electrovib.recordings.importing.import_file import import_file
 
     try:
         recorded = read_recorded(path)

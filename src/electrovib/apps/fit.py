@@ -12,10 +12,16 @@ from electrovib.apps.recorded import FailedRecording, Recordings, as_recordings
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.paths import quantity_at
-from electrovib.recordings.fit import CancelledError, MeasuredTrace, ScenarioFit, fit_scenario
-from electrovib.recordings.fit.of_scenario import Sampling, require_emcee, sample_posterior
-from electrovib.recordings.fit.result import parameter_table
-from electrovib.recordings.fit.sessions import RecordedFit, failed_rows, spreads_of
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import Sampling, fit_scenario, require_emcee, sample_posterior
+from electrovib.recordings.fit.problem import CancelledError
+from electrovib.recordings.fit.result import (
+    RecordedFit,
+    ScenarioFit,
+    failed_rows,
+    parameter_table,
+    spreads_of,
+)
 from electrovib.recordings.fit.weighing import ALL, LawCase, cases_of, compare_fits, weigh
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.view.files import check_answer, save_answer

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.data.traces import open_trace
-from electrovib.recordings.fit import CalibrationError, MeasuredTrace
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.recording import CalibrationError
 
 if TYPE_CHECKING:
     import xarray

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.recordings.fit import ScenarioFit
     from electrovib.recordings.fit.of_scenario import Posterior
     from electrovib.recordings.fit.prediction import Residuals
+    from electrovib.recordings.fit.result import ScenarioFit
     from electrovib.recordings.fit.weighing import FitComparison, MarginalLikelihood
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario

@@ -13,7 +13,7 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Ta
 from electrovib.core.paths import quantity_at, words_at
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form, csv_text, unsigned
-from electrovib.recordings.fit.sessions import FAILED
+from electrovib.recordings.fit.result import FAILED
 from electrovib.recordings.interval import MISFIT
 from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, row_sentence
 from electrovib.view.summary import references
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.recordings.fit.sessions import BetweenSessions, RecordedFit
+    from electrovib.recordings.fit.misfit import BetweenSessions
+    from electrovib.recordings.fit.result import RecordedFit
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario
 

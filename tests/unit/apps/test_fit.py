@@ -14,7 +14,7 @@ import electrovib as ev
 from electrovib.apps import fit as fit_module
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import CancelledError
+from electrovib.recordings.fit.problem import CancelledError
 from electrovib.scenario.space import read_space
 from electrovib.scenario.toml import to_toml
 

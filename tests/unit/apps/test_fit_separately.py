@@ -9,7 +9,7 @@ from scipy.stats import t
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit import CancelledError
+from electrovib.recordings.fit.problem import CancelledError
 from electrovib.scenario.space import read_space
 
 pytestmark = pytest.mark.usefixtures("blank_pictures")

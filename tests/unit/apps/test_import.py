@@ -7,7 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import MeasuredTrace
+from electrovib.recordings.fit.measured import MeasuredTrace
 from electrovib.recordings.recording import CalibrationError
 from electrovib.scenario.toml import to_toml
 

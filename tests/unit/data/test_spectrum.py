@@ -12,7 +12,7 @@ from electrovib.data.readers.text import read_laboratory_text
 from electrovib.data.recorded import recorded_of
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of
-from electrovib.recordings.importing import list_columns
+from electrovib.recordings.importing.import_file import list_columns
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
 GRID = np.geomspace(10, 1e5, 12)

@@ -5,7 +5,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit import MeasuredTrace
+from electrovib.recordings.fit.measured import MeasuredTrace
 from electrovib.recordings.recording import CalibrationError
 
 

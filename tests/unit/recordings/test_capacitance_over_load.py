@@ -10,7 +10,8 @@ import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.view.plots import over_time
 
 AREA, EXPONENT, FREQUENCY = 1e-4, 0.4, 1e4

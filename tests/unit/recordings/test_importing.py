@@ -10,8 +10,8 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.recorded import missing_numbers
-from electrovib.recordings.importing import list_columns
 from electrovib.recordings.importing.clock import _gaps
+from electrovib.recordings.importing.import_file import list_columns
 from electrovib.recordings.importing.notices import about_samples
 from electrovib.recordings.importing.reduction import (
     ReductionSteps,

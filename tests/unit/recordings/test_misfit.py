@@ -5,10 +5,10 @@ import pytest
 from twins import GAP, LEAK, PAIRS, PULSES, TIMES, PulseTwins, correlated, exact, noisy, pair, plate
 
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.components import Components, Sign, _around
-from electrovib.recordings.fit.measured import Observed
+from electrovib.recordings.fit.measured import MeasuredTrace, Observed
 from electrovib.recordings.fit.misfit import significant
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.recordings.fit.prediction import Residuals
 from electrovib.recordings.fit.result import parameter_table
 

@@ -9,8 +9,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.recordings.importing.own_material import phase_offset
-from electrovib.recordings.spectra import fit_parallel_part
+from electrovib.recordings.importing.own_material import fit_parallel_part, phase_offset
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
 has_data = pytest.mark.skipif(

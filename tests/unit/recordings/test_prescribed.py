@@ -7,7 +7,8 @@ from twins import GAP, LEAK, TIMES, exact, noisy, plate
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 
 FORCE, FRICTION = "electrostatic_force", "friction.coefficient"
 TRUE = {GAP: 3e-6, LEAK: 2e-9}

@@ -10,8 +10,8 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.data.registry import read_recorded
-from electrovib.recordings.importing import list_columns
 from electrovib.recordings.importing.choice import proposed_columns
+from electrovib.recordings.importing.import_file import list_columns
 
 TIMES = np.arange(50) * 1e-3
 A, B, C = 0.4 + TIMES, 0.2 - TIMES, 100 * np.sin(90 * TIMES)

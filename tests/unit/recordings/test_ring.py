@@ -11,8 +11,9 @@ from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.core.signals import make_trace
 from electrovib.physics.relaxation import release_seen_by_sensor
-from electrovib.recordings.transitions import measure_ring, measure_rings, measure_times
 from electrovib.recordings.transitions.edges import find_impacts
+from electrovib.recordings.transitions.ring import measure_ring, measure_rings
+from electrovib.recordings.transitions.times import measure_times
 
 AT, LENGTH, RATE = 0.1, 0.5, 12_800.0
 

@@ -5,7 +5,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.recordings.fit.rounding import coherence_of, least_noise, resolution_of, rounding_amplitudes
 
 FRICTION, FILM = "friction.coefficient", "stack.insulator.thickness"

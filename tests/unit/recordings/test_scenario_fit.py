@@ -6,8 +6,10 @@ from twins import FILM, FREE, FREQUENCIES, GAP, LEAK, SIGNALS, TIMES, exact, noi
 
 import electrovib as ev
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.recordings.fit import CancelledError, MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.recordings.fit.prediction import signals_over_frequency
+from electrovib.recordings.fit.problem import CancelledError
 from electrovib.recordings.fit.result import parameter_table
 
 SKIN, INSULATOR = "stack.stratum_corneum.material.conductivity", "stack.insulator.material.permittivity"

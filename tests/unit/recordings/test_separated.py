@@ -10,10 +10,10 @@ from electrovib.core.discovery import find_members
 from electrovib.core.signals import make_trace
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
-from electrovib.recordings.fit import fit_scenario
 from electrovib.recordings.fit.identifiability import Stall
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.recordings.fit.prediction import STEP, Prediction
 from electrovib.recordings.fit.problem import Separated, WeightedProblem
 from electrovib.recordings.fit.result import parameter_table

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import chi2, linregress, t
 
 from electrovib.core.errors import InputError
+from electrovib.recordings.fit.misfit import random_effects
 from electrovib.recordings.fit.power_law import fit_power_law
-from electrovib.recordings.fit.sessions import random_effects
 
 TRIALS = np.array([
     (4, 119, 11, 128), (6, 300, 29, 274), (3, 228, 11, 209), (62, 13536, 248, 12619), (33, 5036, 47, 5761),

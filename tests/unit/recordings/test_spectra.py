@@ -10,9 +10,8 @@ from electrovib.core.errors import InputError
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.physics.material import ColeCole, ConstantPhase, Prony
 from electrovib.recordings.importing.own_material import SampleSpectrum
-from electrovib.recordings.spectra import fit_material
 from electrovib.recordings.spectra.fitted import fit_samples
-from electrovib.recordings.spectra.material import FittedSpectrum, consistency
+from electrovib.recordings.spectra.material import FittedSpectrum, consistency, fit_material
 
 GABRIEL = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance" / "gabriel_measured_skin_dry.txt"
 GRID = np.geomspace(100, 1e5, 31)

@@ -14,8 +14,13 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import calibrated, read_recording
-from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
-from electrovib.recordings.swipe.reduce import block_means, over_baselines, standard_error
+from electrovib.recordings.swipe.reduce import (
+    block_means,
+    over_baselines,
+    reduce_swipe,
+    reduce_swipes,
+    standard_error,
+)
 
 STEP = 0.5e-6
 

@@ -19,8 +19,9 @@ from electrovib.physics.relaxation import (
     stretched_exponential,
     stretched_seen_by_sensor,
 )
-from electrovib.recordings.transitions import Sensor, measure_ring, measure_times
-from electrovib.recordings.transitions.relaxation import RelaxationForm, read_sensor
+from electrovib.recordings.transitions.relaxation import RelaxationForm, Sensor, read_sensor
+from electrovib.recordings.transitions.ring import measure_ring
+from electrovib.recordings.transitions.times import measure_times
 
 SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "clutch"
 TAU = 6e-3

@@ -7,10 +7,18 @@ import pytest
 from twins import FILM, GAP, LEAK, exact, noisy, plate
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit import CalibrationError, CancelledError, MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.least_squares import FreeParameter
-from electrovib.recordings.fit.of_scenario import Posterior, Sampling, _summary, sample_posterior
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import (
+    Posterior,
+    Sampling,
+    _summary,
+    fit_scenario,
+    sample_posterior,
+)
+from electrovib.recordings.fit.problem import CancelledError
 from electrovib.recordings.fit.result import parameter_table, systematic_deviations
+from electrovib.recordings.recording import CalibrationError
 
 FORCE = "electrostatic_force"
 PLATE = plate()

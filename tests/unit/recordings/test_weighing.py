@@ -12,7 +12,8 @@ from twins import FILM, LEAK, exact, noisy, plate
 
 from electrovib.core.errors import InputError
 from electrovib.core.paths import value_at
-from electrovib.recordings.fit import MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.recordings.fit.prediction import Unknown
 from electrovib.recordings.fit.weighing import Likelihood, MarginalLikelihood, cases_of, probabilities, weigh
 

@@ -6,7 +6,8 @@ from scipy.signal import lfilter
 import electrovib as ev
 from electrovib.core.paths import value_at
 from electrovib.core.signals import make_trace
-from electrovib.recordings.fit import MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.recordings.fit.prediction import Prediction
 
 GAP, LEAK, FILM = "stack.gap.thickness", "stack.gap.material.conductivity", "stack.insulator.thickness"

@@ -213,7 +213,7 @@ def fit_contact(
     electrovib fit-contact pad.toml meter.csv --load 'load (N)' --capacitance 'C (pF)' --roughness '{ hurst = 0.8, ... }'
     """
     from electrovib.recordings.fit.contact import ContactFit, fit_contact
-    from electrovib.recordings.fit.contact_prediction import ContactPrediction
+    from electrovib.recordings.fit.contact_draws import ContactPrediction
     from electrovib.view.files import check_answer, save_answer, written
 
     entries = recipe_of(recipe, None, columns, only=READING, of="the fit of a contact")
@@ -265,7 +265,7 @@ def _of_spectra(
     """Read an impedance from each file, and return its load and the capacitance of the contact."""
     from electrovib.data.registry import read_recorded
     from electrovib.data.spectrum import spectrum_of, split_part
-    from electrovib.recordings.fit.contact_impedance import contact_capacitance
+    from electrovib.recordings.fit.contact_draws import contact_capacitance
 
     columns = entries.pop("columns", None)
     _, number = split_part(entries.pop("part", None))

@@ -74,8 +74,7 @@ def import_(
         Write the Trace (.nc, .csv, .mat), the material or measurement (.toml), or the recipe by which the Trace is made (.toml).
     """
     from electrovib.data.registry import format_lines
-    from electrovib.recordings.importing import list_columns
-    from electrovib.recordings.importing.import_file import list_account
+    from electrovib.recordings.importing.import_file import list_account, list_columns
 
     if not file:
         return say(*format_lines())
@@ -103,7 +102,8 @@ def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: 
     """Import a Trace, write it, and print its history and diagnostics."""
     from electrovib.data.traces import open_trace
     from electrovib.exports.save import check_output, save
-    from electrovib.recordings.importing import import_file, merge_traces
+    from electrovib.recordings.importing.import_file import import_file
+    from electrovib.recordings.importing.merging import merge_traces
 
     earlier, edges, shift = (entries.pop(name, None) for name in OF_CLOCKS)
     if output is not None:
@@ -124,7 +124,7 @@ def _into_toml(
 ) -> None:
     """Import a material or a measurement, print what is known of it, and write it."""
     from electrovib.data.atomic import Form, check_writable, write_text
-    from electrovib.recordings.importing import import_material
+    from electrovib.recordings.importing.own_material import import_material
     from electrovib.studies.evidence.entries import ENTRIES, TABLES
     from electrovib.studies.evidence.files import import_measurement
 

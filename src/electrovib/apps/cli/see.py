@@ -109,7 +109,7 @@ def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
     from electrovib.core.errors import DataFileError, InputError
     from electrovib.core.files import kind_of
     from electrovib.data.traces import open_if_trace
-    from electrovib.recordings.importing import import_file
+    from electrovib.recordings.importing.import_file import import_file
 
     if not recipe:
         return {}

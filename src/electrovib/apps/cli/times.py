@@ -10,7 +10,8 @@ from electrovib.apps.cli.terminal import answered
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
+    from electrovib.recordings.transitions.ring import MeasuredRings
+    from electrovib.recordings.transitions.times import MeasuredTimes
 
 
 def times(
@@ -70,8 +71,9 @@ def times(
     speed : SPEED
         Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.
     """
-    from electrovib.recordings.swipe import Swipes, reduce_swipes
-    from electrovib.recordings.transitions import MeasuredTimes
+    from electrovib.recordings.swipe.reduce import reduce_swipes
+    from electrovib.recordings.swipe.result import Swipes
+    from electrovib.recordings.transitions.times import MeasuredTimes
 
     asked = options.given(output=output, force=force)
     if swipes or channels:
@@ -107,7 +109,8 @@ def _times(
     from electrovib.data.traces import open_trace
     from electrovib.physics.drive.readback import OneOfTwoInAntiphase
     from electrovib.recordings.importing.reduction import seconds
-    from electrovib.recordings.transitions import MeasuredRings, measure_ring, measure_rings, measure_times
+    from electrovib.recordings.transitions.ring import MeasuredRings, measure_ring, measure_rings
+    from electrovib.recordings.transitions.times import measure_times
 
     options |= {name: seconds(f"--{name}", options[name]) for name in ("window", "before") if name in options}
     trace, window = open_trace(record), options.get("window")

@@ -36,7 +36,7 @@ LIMITS: Final = ReaderLimits(
 """Of the process that reads a file; the processes of native formats that it starts have no higher ones."""
 _READER: Final = Reader(
     f"{__name__}:contents",
-    ("numpy", "xarray", "electrovib.data.traces", "electrovib.recordings.importing"),
+    ("numpy", "xarray", "electrovib.data.traces", "electrovib.recordings.importing.import_file"),
     "a recording",
 )
 _TOML_LIMITS: Final = ReaderLimits(
@@ -187,7 +187,7 @@ def read_here(
     """Read a recording in this process; as `read_apart`."""
     from electrovib.data.registry import read_recorded
     from electrovib.data.traces import open_trace
-    from electrovib.recordings.importing import import_file
+    from electrovib.recordings.importing.import_file import import_file
 
     if columns is not None:
         given = {name: value for name, value in options.items() if value}

@@ -12,7 +12,6 @@ import numpy as np
 from electrovib.core.units import parse_quantity
 from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded, is_unit_of_time
 from electrovib.data.text.layout import Layout
-from electrovib.data.text.parts import segments_of
 from electrovib.data.unit_words import Notation, as_unit, kind_and_factor, name_and_unit
 
 if TYPE_CHECKING:
@@ -308,6 +307,26 @@ def _rises(channel: DataColumn, *, in_segments: bool = False) -> bool:
     known = _seconds_of(channel)
     parts = segments_of(known) if in_segments else [np.s_[:]]
     return known.size > 1 and all(bool((np.diff(known[part]) >= 0).all()) for part in parts)
+
+
+_NEAR: Final = 0.05
+"""Difference of the beginnings of two segments over the length of the first."""
+_MOST_SEGMENTS: Final = 1000
+_FEWEST: Final = 2
+"""Fewest rows of a segment."""
+
+
+def segments_of(times: Real) -> list[slice]:
+    """Return the rows of each segment of times that turn back to near their beginning; one if they do not."""
+    turns = np.flatnonzero(np.diff(times) < 0) + 1
+    ends = [0, *turns.tolist(), times.size]
+    spans = [slice(start, stop) for start, stop in itertools.pairwise(ends)]
+    first = times[spans[0]]
+    near = _NEAR * np.ptp(first) if first.size else 0.0
+    whole = len(spans) <= _MOST_SEGMENTS and all(
+        each.stop - each.start >= _FEWEST and abs(times[each.start] - times[0]) <= near for each in spans
+    )
+    return spans if whole else [slice(0, times.size)]
 
 
 def is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:

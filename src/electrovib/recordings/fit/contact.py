@@ -14,19 +14,20 @@ from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
-from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form, csv_text
 from electrovib.physics.half_space import Coated, Elastic
 from electrovib.physics.limits import held_voltages
 from electrovib.physics.roughness import ContactSpots, PullingSpots, share_of_field
 from electrovib.physics.topography import MeasuredHeights, SelfAffine
-from electrovib.recordings.fit.contact_prediction import ContactPrediction, FittedDraw
-from electrovib.recordings.fit.contact_search import (
+from electrovib.recordings.fit.contact_draws import (
     FREE,
     REDUCED_LOADS,
+    ContactPrediction,
+    FittedDraw,
     best_contact,
     intervals,
     over_draws,
+    shown,
     solved,
     with_modulus,
     with_rms,
@@ -165,7 +166,7 @@ class ContactFit(Answer):
         """Both numbers with their intervals, a row for each load, and the capacitance over the load."""
         columns = zip(self.load, self.capacitance, self.fitted, strict=True)
         rows = [
-            (_shown(load, "N"), _shown(measured, "F"), _shown(fitted, "F"), f"{measured / fitted:.3f}")
+            (shown(load, "N"), shown(measured, "F"), shown(fitted, "F"), f"{measured / fitted:.3f}")
             for load, measured, fitted in columns
         ]
         return Document(
@@ -195,7 +196,7 @@ class ContactFit(Answer):
         )  # fmt: skip
 
     def _number(self, name: str, found: Interval, words: str, unit: str) -> str:
-        return f"{words} {found.in_words(unit) if name in self.free else f'{_shown(found.value, unit)}, as declared'}"
+        return f"{words} {found.in_words(unit) if name in self.free else f'{shown(found.value, unit)}, as declared'}"
 
     def _places(self) -> str:
         """Say how far the intervals hold for other places of the surface."""
@@ -369,12 +370,8 @@ def _points(load: ArrayLike, capacitance: ArrayLike, stack: BlockingStack) -> tu
     closed = stack.capacitance(0.0)
     if measured.max() >= closed:
         raise InputError(
-            f"capacitance: {_shown(measured.max(), 'F')} is not below {_shown(closed, 'F')}, that of {', '.join(stack.blocking)}"
-            f" on {_shown(stack.area, 'm2')} without a gap; check contact.area and stack, and subtract the leads"
+            f"capacitance: {shown(measured.max(), 'F')} is not below {shown(closed, 'F')}, that of {', '.join(stack.blocking)}"
+            f" on {shown(stack.area, 'm2')} without a gap; check contact.area and stack, and subtract the leads"
         )
     order = np.argsort(loads)
     return loads[order], measured[order]
-
-
-def _shown(value: float, unit: str) -> str:
-    return format_quantity(float(value), unit, digits=4)

@@ -17,12 +17,11 @@ from electrovib.core.paths import value_at
 from electrovib.recordings.fit.identifiability import identifiability, trades
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, required
 from electrovib.recordings.fit.measured import MeasuredTrace, as_recorded
-from electrovib.recordings.fit.misfit import misfit_of
+from electrovib.recordings.fit.misfit import between_sessions, misfit_of
 from electrovib.recordings.fit.prediction import Prediction, residuals_of
 from electrovib.recordings.fit.problem import Callback, CancelledError, WeightedProblem, first_noise, weighted
 from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.rounding import rounding_of
-from electrovib.recordings.fit.sessions import between_sessions
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.meter import Meter
 

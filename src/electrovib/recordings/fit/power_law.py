@@ -16,7 +16,7 @@ from electrovib.data.atomic import Form, csv_text
 from electrovib.data.recorded import column_of
 from electrovib.data.registry import read_recorded
 from electrovib.data.unit_words import kind_and_factor
-from electrovib.recordings.fit.sessions import RandomEffects, random_effects
+from electrovib.recordings.fit.misfit import RandomEffects, random_effects
 from electrovib.recordings.interval import Interval, from_noise
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -16,11 +16,10 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.recordings.fit.identifiability import UndeterminedCombination, response
 from electrovib.recordings.fit.least_squares import LeastSquaresEstimate, aicc, bic
-from electrovib.recordings.fit.misfit import Misfit
+from electrovib.recordings.fit.misfit import BetweenSessions, Misfit, spread_of
 from electrovib.recordings.fit.prediction import Residuals, Unknown
 from electrovib.recordings.fit.problem import WeightedProblem
 from electrovib.recordings.fit.rounding import Rounding
-from electrovib.recordings.fit.sessions import BetweenSessions
 from electrovib.recordings.interval import (
     MISFIT,
     NORMAL,
@@ -33,7 +32,7 @@ from electrovib.scenario import Scenario
 from electrovib.solve.quantities.answer import validity
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+    from collections.abc import Collection, Iterable, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.recordings.recording import CalibrationError
@@ -366,3 +365,54 @@ def space_correlations(found: ScenarioFit, tables: Collection[str]) -> dict[tupl
         for other, second in shared[number + 1 :]
     }
     return {pair: value for pair, value in pairs.items() if math.isfinite(value)}
+
+
+FAILED: Final = "failed"
+"""Status of the parameters of a recording that could not be fitted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedFit:
+    """The fit of one recording; None in `found`, and rows with the status ``"failed"``, if there is none."""
+
+    record: str
+    found: ScenarioFit | None
+    rows: tuple[EstimatedParameter, ...]
+
+    @property
+    def reduced_chi_square(self) -> float:
+        """Weighted sum of squares over the degrees of freedom, dimensionless; NaN unless the noise of all signals is stated."""
+        if self.found is None or not self.found.estimate.noise_is_known:
+            return math.nan
+        return self.found.estimate.variance
+
+    @property
+    def problem(self) -> str:
+        """Why there is no fit; empty where there is one."""
+        return "" if self.found is not None or not self.rows else self.rows[0].note
+
+
+def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter, ...]:
+    """Make the rows of a recording that could not be fitted."""
+    return tuple(
+        EstimatedParameter(name=path, unit=unit, value=math.nan, state=FAILED, note=why)
+        for path, unit in paths.items()
+    )
+
+
+def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
+    """Summarise how parameters differ between the recordings that determine them, at least two, which count alike."""
+    found = {}
+    for path in free:
+        own = {
+            each.record: (row.value, row.standard_error)
+            for each in fits
+            for row in each.rows
+            if row.name == path
+            and each.found is not None
+            and each.found.determined[path] in {"well", "weakly"}
+            and math.isfinite(row.standard_error)
+        }
+        if len(own) > 1:
+            found[path] = spread_of(own, group="recording")
+    return found

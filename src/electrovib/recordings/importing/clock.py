@@ -13,7 +13,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.recorded import ChannelClock, column_of
-from electrovib.data.text.parts import segments_of
+from electrovib.data.text.preamble import segments_of
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.importing.choice import proposed_time
 from electrovib.recordings.importing.reduction import seconds
@@ -299,12 +299,12 @@ def _increasing(time: Real, stamps: str) -> tuple[Real, Rows, list[str], tuple[D
         return kept, rows, steps, ()
     if (change >= 0).all():
         try:
-            even = even_times(kept)
+            even, words, doubts = even_times(kept)
         except InputError:
             if stamps == "refuse" and np.count_nonzero(change) < change.size / 2:
                 raise
         else:
-            return even.time, rows, [*steps, even.words], even.diagnostics
+            return even, rows, [*steps, words], doubts
     if len(parts := segments_of(kept)) > 1:
         raise InputError(
             f"time: the stamps turn back to their beginning {len(parts) - 1} times, first at sample {rows[parts[1].start]}:"
@@ -368,20 +368,12 @@ _ROUNDING: Final = 1e-6
 """Error of a stamp, in units of the step of the stamps, that is its rounding."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class EvenTimes:
-    """Times of samples [s], the sentence that says how they were found, and what may be wrong with them."""
+def even_times(stamps: Real) -> tuple[Real, str, tuple[Diagnostic, ...]]:
+    """Return even times [s] that explain stamps which repeat: each is its time, cut off at the step of the stamps.
 
-    time: Real
-    words: str
-    diagnostics: tuple[Diagnostic, ...] = ()
-
-
-def even_times(stamps: Real) -> EvenTimes:
-    """Return even times that explain stamps which repeat: each is its time, cut off at the step of the stamps.
-
-    A first or a last stamp with fewer rows than the others does not change the step. Stamps that no even
-    step explains are refused.
+    With them are the sentence that says how they were found, and what may be wrong with them. A first or a
+    last stamp with fewer rows than the others does not change the step. Stamps that no even step explains are
+    refused.
     """
     change = np.diff(stamps)
     first = np.flatnonzero(np.concatenate([[True], change > 0]))
@@ -427,7 +419,6 @@ def even_times(stamps: Real) -> EvenTimes:
     )
     time = np.asarray(start + step * np.arange(stamps.size), dtype=float)
     if inner.min() == inner.max():
-        return EvenTimes(time=time, words=text)
+        return time, text, ()
     why = f"the number of rows for each time stamp varies from {often}: a sample may be missing"
-    doubt = Diagnostic("rows of a time stamp", "unknown", why)
-    return EvenTimes(time=time, words=text, diagnostics=(doubt,))
+    return time, text, (Diagnostic("rows of a time stamp", "unknown", why),)

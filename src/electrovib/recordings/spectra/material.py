@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import itertools
 import math
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -23,7 +24,7 @@ from electrovib.recordings.interval import rough_noise
 from electrovib.solve.population.columns import with_columns
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -69,59 +70,50 @@ def _constant_phase(frequency: Real, permittivity: Complex) -> Iterator[Material
         )
 
 
-def _one(
-    kind: type[Debye | HavriliakNegami], share: float, **shape: float
+_EACH: Final = functools.partial(itertools.combinations, r=1)
+"""Every time by itself."""
+
+
+def _relaxing(
+    kind: type[Debye | HavriliakNegami | ColeCole | Prony],
+    sets: Callable[[Real], Iterable[Any]],
+    *,
+    high: float = 1.0,
+    **shape: float,
 ) -> Callable[[Real, Complex], Iterator[Material]]:
-    """Make one relaxation, begun at several times, with a part of the permittivity at the highest frequency."""
+    """Make relaxations of equal strength, begun at `sets` of times, with a part of the permittivity at the highest frequency."""
 
     def starts(frequency: Real, permittivity: Complex) -> Iterator[Material]:
-        high, low, least = _levels(frequency, permittivity)
-        for time in _times(frequency):
-            yield kind(
-                permittivity_high=max(high * share, 1.0), strength=max(low - high, 0.1 * high),
-                relaxation_time=float(time), conductivity=least / 2, **shape,
-            )  # fmt: skip
+        above, below, least = _levels(frequency, permittivity)
+        for times in sets(_times(frequency)):
+            strength = max(below - above, 0.1 * above) / len(times)
+            terms = [{"strength": strength, "relaxation_time": float(time), **shape} for time in times]
+            own: dict[str, Any] = {"terms": terms} if "terms" in kind.model_fields else terms[0]
+            yield kind(permittivity_high=max(above * high, 1.0), conductivity=least / 2, **own)
 
     return starts
 
 
 def _cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
     """Make the sum of so many broadened relaxations, begun at several times."""
-
-    def starts(frequency: Real, permittivity: Complex) -> Iterator[Material]:
-        high, low, least = _levels(frequency, permittivity)
-        strength = max(low - high, 0.1 * high) / count
-        for times in itertools.combinations(_times(frequency), count):
-            terms = [
-                {"strength": strength, "relaxation_time": float(time), "broadening": 0.2} for time in times
-            ]
-            yield ColeCole(permittivity_high=max(high / 2, 1.0), terms=terms, conductivity=least / 2)
-
-    return starts
+    return _relaxing(ColeCole, functools.partial(itertools.combinations, r=count), high=0.5, broadening=0.2)
 
 
 def _prony(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
     """Make the sum of so many relaxations of one time each, begun with times evenly over the band."""
-
-    def starts(frequency: Real, permittivity: Complex) -> Iterator[Material]:
-        high, low, least = _levels(frequency, permittivity)
-        strength = max(low - high, 0.1 * high) / count
-        band = _times(frequency)
-        for inwards in (1.0, 3.0):
-            times = np.geomspace(band[0] * inwards, band[-1] / inwards, count)
-            terms = [{"strength": strength, "relaxation_time": float(time)} for time in times]
-            yield Prony(permittivity_high=high, terms=terms, conductivity=least / 2)
-
-    return starts
+    ends = (1.0, 3.0)
+    return _relaxing(
+        Prony, lambda band: (np.geomspace(band[0] * each, band[-1] / each, count) for each in ends)
+    )
 
 
 FORMS: Final[dict[str, Callable[[Real, Complex], Iterator[Material]]]] = {
     "Constant": _constant,
     "ConstantPhase": _constant_phase,
-    "Debye": _one(Debye, 1.0),
+    "Debye": _relaxing(Debye, _EACH),
     "ColeCole, 1 term": _cole_cole(1),
     "ColeCole, 2 terms": _cole_cole(2),
-    "HavriliakNegami": _one(HavriliakNegami, 0.5, broadness=0.8, skewness=0.8),
+    "HavriliakNegami": _relaxing(HavriliakNegami, _EACH, high=0.5, broadness=0.8, skewness=0.8),
     "ColeCole, 3 terms": _cole_cole(3),
     "ColeCole, 4 terms": _cole_cole(4),
     "Prony, 2 terms": _prony(2),

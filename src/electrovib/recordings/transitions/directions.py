@@ -6,15 +6,16 @@ import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Curve, Panel, Table
 from electrovib.core.errors import InputError
 from electrovib.recordings.interval import NORMAL, Interval, from_noise, mean_of, more_than
 from electrovib.recordings.transitions.crossings import passages
 from electrovib.recordings.transitions.edges import EdgeRecord
-from electrovib.recordings.transitions.modes import above_lowest, chosen_form
+from electrovib.recordings.transitions.modes import MISFIT, MOST_FIGURES, above_lowest, chosen_form
 from electrovib.recordings.transitions.relaxation import (
     EXPONENTIAL,
     INSTANTANEOUS,
@@ -22,8 +23,12 @@ from electrovib.recordings.transitions.relaxation import (
     Sensor,
     fit_forms,
 )
-from electrovib.recordings.transitions.ring import MISFIT
 
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+
+_AFTER: Final = 8.0
+"""Length of the drawn section after an edge, in times between the levels as recorded."""
 _SUPPORT: Final = 10.0
 """Difference of the criterion above which a form has essentially no support (Burnham and Anderson 2002)."""
 
@@ -343,3 +348,54 @@ class DirectionTimes:
         elif sensor is not None and not (sensor.frequency_error or sensor.quality_error):
             said.append(f"{which} edges: the declared sensor is taken as exact.")
         return said
+
+
+def criteria_table(found: DirectionTimes) -> Table:
+    """List the forms of relaxation with their criterion, and why some were rejected."""
+    rows = tuple(
+        (name, f"{above:.4g}" if math.isfinite(above) else "rejected", found.rejected.get(name, ""))
+        for name, above in found.criteria.items()
+    )
+    return Table(
+        f"Forms of relaxation of the {found.direction} edges",
+        ("Form", "AICc above the lowest", "Why it was rejected"),
+        rows,
+        caption=f"Summed over {len(found.edges)} edge{'s' * (len(found.edges) > 1)}, after the correlation of the noise"
+        " has been filtered out.",
+    )
+
+
+def edges_panel(found: DirectionTimes, words: str, unit: str, *, sensor: bool) -> Panel:
+    """Make the figure of the first edges of one direction, with the best form, and with the force where a sensor is taken out."""
+    most = MOST_FIGURES - sensor  # each has two lines then
+    curves: list[Curve] = []
+    records: list[tuple[Real, Real]] = []
+    for number, each in enumerate(found.edges[:most]):
+        fitted, record = each.fitted[found.form], each.record
+        reach = record.passages.last + _AFTER * record.passages.time
+        part = (record.fit_time > record.passages.first - 2 * record.passages.time) & (
+            record.fit_time < reach
+        )
+        time = record.fit_time[part]
+        name = f", edge {number + 1}" if len(found.edges) > 1 else ""
+        records.append((time, record.fit_values[part]))
+        form = f"{found.form}{' through the sensor' * sensor}{name}"
+        curves.append(Curve(label=form, x=time, y=fitted.reading[part]))
+        if sensor:
+            values = fitted.estimate.values
+            fine = np.linspace(time[0], time[-1], 2000)
+            force = fitted.form.columns(fine, values, None) @ [
+                values[part] for part in fitted.form.amplitudes
+            ]
+            curves.append(Curve(label=f"force, the sensor taken out{name}", x=fine, y=force, kind="dashed"))
+    x, y = (np.concatenate(each) for each in zip(*records, strict=True))
+    curves.append(Curve(label="record", x=x, y=y, kind="points", look=REFERENCE))
+    more = f" The first {most} of {len(found.edges)} edges." if len(found.edges) > most else ""
+    return Panel(
+        id=f"edges-{found.direction}",
+        title=f"{found.direction.capitalize()} edges",
+        caption=f"Points: record, averaged where it is dense. Lines: best form of relaxation.{more}",
+        x=("time after the edge", "s"),
+        y=(words, unit),
+        curves=tuple(curves),
+    )

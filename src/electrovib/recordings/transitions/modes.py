@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate, least_squares
-from electrovib.recordings.interval import Interval, autocovariance, covariance
+from electrovib.recordings.interval import Interval, NumberRow, autocovariance, covariance
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
@@ -433,3 +433,36 @@ def _starts(
                 )
     grid = _with_level(problem, grid, time)
     return problem.best_starts(grid, _BEST_STARTS)
+
+
+REFERENCES: Final = (
+    "IEEE Std 181-2011, Transitions, Pulses, and Related Waveforms",
+    "K. P. Burnham, D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed., Springer, 2002",
+)
+MOST_FIGURES: Final = 3
+"""Most edges or oscillations that are drawn."""
+UNITS: Final = {
+    "delay": "s",
+    "time constant": "s",
+    "level time constant": "s",
+    "frequency": "Hz",
+    "early frequency": "Hz",
+    "drift": "Hz/s",
+}
+"""Units of parameters; those that are absent are dimensionless."""
+MISFIT: Final = 1.5
+"""Rms residual over the noise above which a form does not reproduce what was recorded."""
+
+
+def parameter_row(group: str, name: str, number: Interval, form: str, note: str) -> NumberRow:
+    """Make the row of one parameter of a fitted form."""
+    words = name.replace("_", " ")
+    unit = next((unit for key, unit in UNITS.items() if words.startswith(key)), "1")
+    return NumberRow(group=group, name=f"{words} ({form})", unit=unit, number=number, note=note)
+
+
+def misfit_note(misfit: float) -> str:
+    """Write how far a residual is beyond the noise; empty where it is not."""
+    if math.isinf(misfit):
+        return "error not known: the record has no noise without signal"
+    return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""

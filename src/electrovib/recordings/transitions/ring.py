@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
-from electrovib.core.answer import Answer, Document
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel
 from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
 from electrovib.data.atomic import Form
@@ -32,19 +32,23 @@ from electrovib.recordings.transitions.edges import (
     in_few,
     reference_times,
 )
-from electrovib.recordings.transitions.figures import MOST_FIGURES, REFERENCES, ring_panel
 from electrovib.recordings.transitions.modes import (
     CONSTANT,
     DRIFTING,
     LEVELS,
     LINEAR,
+    MISFIT,
+    MOST_FIGURES,
     ONE,
+    REFERENCES,
     TWO,
     FittedModes,
     RingSection,
     above_lowest,
     chosen_form,
     fit_modes,
+    misfit_note,
+    parameter_row,
 )
 
 if TYPE_CHECKING:
@@ -414,7 +418,7 @@ class MeasuredRings(Answer):
         return Document(
             title=f"Oscillations of {self.rings[0].signal.replace('_', ' ')}",
             sentences=[said, *(text for text in self.remarks if text.startswith("Warning"))],
-            figures=[ring_panel(each, number) for number, each in enumerate(self.rings[:MOST_FIGURES])],
+            figures=[_panel(each, number) for number, each in enumerate(self.rings[:MOST_FIGURES])],
             numbers=[numbers_table("Frequency and quality factor", ring_rows(self))],
             remarks=[text for text in self.remarks if not text.startswith("Warning")],
             references=REFERENCES,
@@ -436,19 +440,6 @@ class MeasuredRings(Answer):
             for text in each.remarks
         ]
         return (*sorted(said, key=lambda text: not text.startswith("Warning")), *in_few(self.skipped))
-
-
-UNITS: Final = {
-    "delay": "s",
-    "time constant": "s",
-    "level time constant": "s",
-    "frequency": "Hz",
-    "early frequency": "Hz",
-    "drift": "Hz/s",
-}
-"""Units of parameters; those that are absent are dimensionless."""
-MISFIT: Final = 1.5
-"""Rms residual over the noise above which a form does not reproduce what was recorded."""
 
 
 def ring_rows(rings: MeasuredRings) -> list[NumberRow]:
@@ -484,15 +475,16 @@ def _of_ring(ring: MeasuredRing) -> list[NumberRow]:
     return rows
 
 
-def parameter_row(group: str, name: str, number: Interval, form: str, note: str) -> NumberRow:
-    """Make the row of one parameter of a fitted form."""
-    words = name.replace("_", " ")
-    unit = next((unit for key, unit in UNITS.items() if words.startswith(key)), "1")
-    return NumberRow(group=group, name=f"{words} ({form})", unit=unit, number=number, note=note)
-
-
-def misfit_note(misfit: float) -> str:
-    """Write how far a residual is beyond the noise; empty where it is not."""
-    if math.isinf(misfit):
-        return "error not known: the record has no noise without signal"
-    return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""
+def _panel(ring: MeasuredRing, number: int) -> Panel:
+    """Make the figure of one oscillation with its best form."""
+    return Panel(
+        id=f"ring{number or ''}",
+        title=f"Oscillation from {ring.reference:.6g} s on",
+        caption=f"Points: record, averaged where it is dense. Line: {ring.form}.",
+        x=("time after the reference", "s"),
+        y=(ring.signal.replace("_", " "), ring.unit),
+        curves=(
+            Curve(label="record", x=ring.time, y=ring.values, kind="points", look=REFERENCE),
+            Curve(label=ring.form, x=ring.time, y=ring.model),
+        ),
+    )

@@ -23,21 +23,22 @@ from electrovib.recordings.interval import (
     with_ends,
 )
 from electrovib.recordings.recording import at_rail
-from electrovib.recordings.transitions.directions import DirectionTimes, EdgeTimes, GivenEdges
+from electrovib.recordings.transitions.directions import (
+    DirectionTimes,
+    EdgeTimes,
+    GivenEdges,
+    criteria_table,
+    edges_panel,
+)
 from electrovib.recordings.transitions.edges import columns_of, edge_record, in_few, reference_times
-from electrovib.recordings.transitions.figures import REFERENCES, criteria_table, edges_panel
+from electrovib.recordings.transitions.modes import REFERENCES, misfit_note, parameter_row
 from electrovib.recordings.transitions.relaxation import (
     Sensor,
     fit_forms,
     forms,
     read_sensor,
 )
-from electrovib.recordings.transitions.ring import (
-    MeasuredRings,
-    misfit_note,
-    parameter_row,
-    ring_rows,
-)
+from electrovib.recordings.transitions.ring import MeasuredRings, ring_rows
 
 if TYPE_CHECKING:
     import xarray
