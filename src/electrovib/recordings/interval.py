@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -357,16 +357,3 @@ def line(*, time: Real, values: Real) -> tuple[float, float, float, float]:
         jacobian=jacobian, autocovariance=autocovariance(values - jacobian @ [mean, slope], fitted=2)
     )
     return mean, float(np.sqrt(max(of_mean[0, 0], 0.0))), slope, float(np.sqrt(max(of_slope[1, 1], 0.0)))
-
-
-def running_median(values: Real, size: int, *, beyond: Literal["edge", "symmetric"]) -> Real:
-    """Return the median of the odd number `size` of samples around each, shape (samples,).
-
-    Beyond its ends a record goes on with its last value, ``"edge"``, or as in a mirror, ``"symmetric"``.
-    By pandas: median filters of SciPy from 1.15.0 to 1.16.0 return other values in each run, or wrong ones
-    where there are fewer samples than `size`.
-    """
-    import pandas as pd
-
-    row = pd.Series(np.pad(values, size // 2, mode=beyond))
-    return np.asarray(row.rolling(size).median().to_numpy()[size - 1 :])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from electrovib.recordings.interval import running_median
+from electrovib.recordings.running_median import running_median
 
 
 @given(count=st.integers(1, 40), half=st.integers(0, 40), seed=st.integers(0, 2**32 - 1))

@@ -13,7 +13,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.recordings.fit.identifiability import VANISHES
 from electrovib.recordings.fit.rounding import rounded_signal
-from electrovib.recordings.interval import running_median
+from electrovib.recordings.running_median import running_median
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,8 +14,9 @@ from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form
-from electrovib.recordings.interval import Interval, NumberRow, numbers_csv, numbers_table, running_median
+from electrovib.recordings.interval import Interval, NumberRow, numbers_csv, numbers_table
 from electrovib.recordings.recording import Span, closed, runs
+from electrovib.recordings.running_median import running_median
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

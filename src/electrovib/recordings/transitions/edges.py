@@ -13,8 +13,9 @@ import numpy as np
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.recordings.importing.reduction import find_edges
-from electrovib.recordings.interval import averages, running_median
+from electrovib.recordings.interval import averages
 from electrovib.recordings.recording import closed
+from electrovib.recordings.running_median import running_median
 from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, creeps, levels_of, passages
 
 if TYPE_CHECKING:
