@@ -18,15 +18,22 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
-from electrovib.studies.evidence.challenge import sentences, sets_of, submitted, table
-from electrovib.studies.evidence.entries import measurement_schema
+from electrovib.studies.evidence.challenge import (
+    HELD_OUT,
+    PUBLIC,
+    fingerprint,
+    read_submission,
+    sentences,
+    sets_of,
+    split,
+    submission_schema,
+    submitted,
+    table,
+)
+from electrovib.studies.evidence.entries import measurement_schema, publication_files
 from electrovib.studies.evidence.files import of_publication
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
-from electrovib.studies.evidence.publication import publication_files
-from electrovib.studies.evidence.score import judge
-from electrovib.studies.evidence.split import HELD_OUT, PUBLIC, fingerprint, split
-from electrovib.studies.evidence.standing import shown_first
-from electrovib.studies.evidence.submission import read_submission, submission_schema
+from electrovib.studies.evidence.standing import judge, shown_first
 
 DOCS = Path(__file__).parents[3] / "docs" / "evidence"
 EXAMPLE = DOCS / "one_gap.toml"

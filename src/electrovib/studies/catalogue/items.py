@@ -7,8 +7,9 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import Any, Final, Self
 
+from electrovib.core.answer import Table
 from electrovib.core.citation import Citation
 from electrovib.core.discovery import find_members, import_textbook, offers, paper, paper_of, papers
 from electrovib.core.model import Model
@@ -25,9 +26,6 @@ from electrovib.physics.material.library import materials
 from electrovib.physics.stack import Stack
 from electrovib.scenario import Scenario
 from electrovib.scenario.sources import note_of
-
-if TYPE_CHECKING:
-    from electrovib.core.answer import Table
 
 
 @dataclass(frozen=True, kw_only=True)

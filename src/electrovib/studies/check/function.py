@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.citation import UNVERIFIED
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import DataFileError, InputError, NoColumnError
 from electrovib.core.files import note_input
 from electrovib.core.model import read_model
@@ -52,10 +53,6 @@ from electrovib.studies.check.result import (
     refuse_unlimited,
     strictest,
 )
-
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
-
 
 _OWN_DRIVE = "the drive of the scenario"
 

@@ -6,11 +6,12 @@ import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.limits import MEAN_SQUARES, limited
 from electrovib.physics.perception import Perception
+from electrovib.scenario import Scenario
 from electrovib.studies import widths
 from electrovib.studies.check import (
     CheckResult,
@@ -23,11 +24,8 @@ from electrovib.studies.check import (
 from electrovib.studies.check.amplifier import PLACE, own_limits
 from electrovib.studies.check.function import checked_values
 from electrovib.studies.design.search import CannotBeComputedError, Function, Point, crossing, has_ratio
+from electrovib.studies.design.wanted import Wanted
 from electrovib.studies.widths import Width
-
-if TYPE_CHECKING:
-    from electrovib.scenario import Scenario
-    from electrovib.studies.design.wanted import Wanted
 
 _TRIES: Final = 4
 """Number of limits that can be found one behind the other between two values."""

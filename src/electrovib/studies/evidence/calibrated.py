@@ -19,8 +19,7 @@ from electrovib.data.atomic import csv_text
 from electrovib.scenario.space.reading import read_space
 from electrovib.studies.evidence.measurement import Measurement, numbers_of
 from electrovib.studies.evidence.predicted import ModelPrediction, candidates, set_up, values_of
-from electrovib.studies.evidence.score import NOTHING, Score, judge
-from electrovib.studies.evidence.standing import typical_factor
+from electrovib.studies.evidence.standing import NOTHING, Score, judge, typical_factor
 
 LEAST: Final = 5.0
 """Effective number of draws below which a calibration is not trusted."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.citation import STATUSES, UNVERIFIED
 from electrovib.core.errors import InputError, gathered, nearest
 from electrovib.core.paths import quantity_at, words_at
@@ -16,9 +17,6 @@ from electrovib.core.units import KINDS
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.names import read_name
-
-if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
 
 PRINTED, DATA, FIGURE, QUOTED = "printed", "data file", "read from a figure", "quoted by others"
 HOW: Final = (PRINTED, DATA, FIGURE, QUOTED)

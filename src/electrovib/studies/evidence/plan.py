@@ -6,12 +6,13 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
 from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, refuse
 from electrovib.core.mistakes import near_members
@@ -19,7 +20,7 @@ from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.atomic import Form, csv_text
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.scenario.space.reading import read_space
+from electrovib.scenario.space.reading import SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.solve.prepare import prepare
@@ -27,10 +28,6 @@ from electrovib.solve.quantities.names import read_name
 from electrovib.studies.check import check
 from electrovib.studies.evidence.predicted import NUMBERS
 from electrovib.studies.sweep import parse_over, point_words
-
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario.space.reading import SpaceSource
 
 REPEATS: Final = tuple(2**power for power in range(13))
 """Numbers of repeats at each point that are tried, up to 4096."""

@@ -17,18 +17,19 @@ from electrovib.core.paths import words_at
 from electrovib.data.atomic import Form, csv_text
 from electrovib.studies.evidence import challenge
 from electrovib.studies.evidence.calibrated import Calibrated, csv_of, sentence, table
+from electrovib.studies.evidence.challenge import Submission
 from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of
-from electrovib.studies.evidence.null import NULLS
-from electrovib.studies.evidence.score import LEVEL, Score
+from electrovib.studies.evidence.predicted import NULLS
 from electrovib.studies.evidence.standing import (
+    LEVEL,
     NARROW,
     CommonSet,
+    Score,
     Standing,
     comparisons,
     several,
     shown_first,
 )
-from electrovib.studies.evidence.submission import Submission
 
 WORST: Final = 5
 """Groups of people whose worst failure is stated."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import xarray
 
@@ -23,12 +23,8 @@ from electrovib.studies.population.result import (
     width_words,
 )
 
-if TYPE_CHECKING:
-    pass
-
 _SIZE: Final = (9.4, 3.8)
 """Width and height of a figure of the page [inch]."""
-"""Keys of the table of a distribution that are not its numbers."""
 
 
 def study_document(found: xarray.Dataset, *, title: str | None = None) -> Document:

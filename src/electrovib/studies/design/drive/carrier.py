@@ -3,31 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.model import read_model
 from electrovib.core.samples import Samples
+from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.current import CurrentAmplifier
 from electrovib.physics.drive.sampled import Sampled
 from electrovib.scenario import Scenario, TimeGrid
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.expanded import FORCE, Expanded
 from electrovib.solve.stack.expand import behind_amplifier, phasors
+from electrovib.studies.design.drive.target import Target
 from electrovib.studies.design.limits import Bounds, refuse_exceeded, worst_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from electrovib.core.arrays import Real
-    from electrovib.physics.drive.base import Drive
-    from electrovib.studies.design.drive.target import Target
-
 
 _PROBES: Final = (1.0, 100.0)
 """Amplitudes of the drive at which the mean force is compared with the square of the amplitude [V or A]."""

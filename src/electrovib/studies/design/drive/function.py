@@ -6,13 +6,16 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.answer import Document
+from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import format_quantity
+from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -25,12 +28,6 @@ from electrovib.studies.design.drive.target import Target, TargetSource, force_p
 from electrovib.studies.design.limits import Bounds, several_limits
 from electrovib.studies.design.result import Designed
 from electrovib.studies.design.wanted import read_number
-
-if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
-    from electrovib.core.diagnostics import Diagnostic
-    from electrovib.physics.drive.base import Drive
-
 
 METHODS: Final = {
     "dc": "a slow voltage without a carrier, by the inverse of root, leak and dispersion",

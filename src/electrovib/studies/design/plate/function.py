@@ -6,11 +6,12 @@ import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, refuse
 from electrovib.core.paths import quantity_at
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, limited, unit_of_limit
@@ -34,10 +35,6 @@ from electrovib.studies.design.limits import several_limits
 from electrovib.studies.design.plate.result import RELAXED, PlateDesign, best_of, gains_of
 from electrovib.studies.perceive import perceive, verdict
 from electrovib.studies.sweep import Case, parse_over, read_quantities, sweep_cases
-
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
-
 
 FELT: Final = "detection level"
 PERCEIVED: Final = "threshold over felt amplitude"

@@ -6,12 +6,14 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from electrovib.core.answer import REFERENCE, Curve, Document, Panel
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
@@ -24,11 +26,6 @@ from electrovib.studies.design import search
 from electrovib.studies.design.result import Designed
 from electrovib.studies.design.wanted import Evaluation, Wanted
 from electrovib.studies.widths import sentences
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from electrovib.core.diagnostics import Diagnostic
 
 MOST_VALUES: Final = 17
 """Largest number of values of the free parameter at which every finger is solved first."""
