@@ -21,15 +21,8 @@ from electrovib.core.own_models import family_of
 from electrovib.core.parsing import read_toml_file
 from electrovib.scenario.space.reading import flattened, read_space
 from electrovib.scenario.toml import SCHEMA
+from electrovib.studies.evidence import predicted
 from electrovib.studies.evidence.measurement import Measurement
-from electrovib.studies.evidence.predicted import (
-    ModelPrediction,
-    candidates,
-    judged_model,
-    prediction,
-    reason_of,
-    set_up,
-)
 from electrovib.studies.evidence.standing import LEVEL, CommonSet, Score, comparisons, several, shown_first
 
 FILE: Final = Path(__file__).with_name("split.toml")
@@ -77,30 +70,27 @@ REASONS: Final = ("source", "choice")
 class SubmissionFile(BaseModel):
     """A law and what it takes for granted of set-ups that are not printed whole."""
 
-    model_config = ConfigDict(extra="forbid", title="submission")
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True, title="submission")
 
-    schema_: Literal[1] = Field(SCHEMA, alias="schema", description="version of this form")
-    title: str = Field(examples=["One gap as deep as the roughness"], description="the law in a few words")
-    authors: str = Field(examples=["A. Example"], description="who submits it")
-    law: dict[str, Any] = Field(
-        examples=[{"model": "MaxwellStressInGap"}],
-        description="the model, as a scenario has it in the place that is judged, with what is fixed in it",
-    )
-    judges: str = Field(
-        "force", description="place of the model in a scenario: `force` for a law of attraction"
-    )
+    schema_: Literal[1] = Field(SCHEMA, alias="schema")
+    """version of this form"""
+    title: str = Field(examples=["One gap as deep as the roughness"])
+    """the law in a few words"""
+    authors: str = Field(examples=["A. Example"])
+    """who submits it"""
+    law: dict[str, Any] = Field(examples=[{"model": "MaxwellStressInGap"}])
+    """the model, as a scenario has it in the place that is judged, with what is fixed in it"""
+    judges: str = "force"
+    """place of the model in a scenario: `force` for a law of attraction"""
     priors: dict[str, Any] = Field(
         {},
         description="distributions by dotted path, of the law wherever it is judged and of what a publication does not print;"
         " false for a layer that the law replaces. What is printed stays",
     )
-    on: dict[str, dict[str, Any]] = Field(
-        {}, description="the same for some measurements, by a part of their name, title or group"
-    )
-    made_from: list[str] = Field(
-        [],
-        description="public groups from whose numbers the law or its priors were made, which do not judge it",
-    )
+    on: dict[str, dict[str, Any]] = {}
+    """the same for some measurements, by a part of their name, title or group"""
+    made_from: list[str] = []
+    """public groups from whose numbers the law or its priors were made, which do not judge it"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +141,9 @@ def read_submissions(
     for path in paths:
         with gathered(problems):
             one = read_submission(path, measured)
-            taken = {each.name for each in found}.union(*(candidates(each) for each in measured.values()))
+            taken = {each.name for each in found}.union(
+                *(predicted.candidates(each) for each in measured.values())
+            )
             if one.name in taken:
                 raise InputError(
                     "another law or file has this name; call the file otherwise", path=Path(path)
@@ -209,7 +201,7 @@ def read_submission(path: str | Path, measured: Mapping[str, Measurement]) -> Su
 
 
 def _check_law(found: Submission, measured: Measurement) -> None:
-    family = family_of(type(judged_model(measured)))
+    family = family_of(type(predicted.judged_model(measured)))
     name = found.stated.law.get("model")
     if name not in find_members(family):
         more = "; a law of your own is imported by --models FILE.py" if name else ""
@@ -265,7 +257,7 @@ def _check_prior(path: str, table: Any, found: Submission, measured: Mapping[str
     for name, each in measured.items():
         own = found.applied(name, each)
         if path in own.unknown or path in own.of_model[found.model]:
-            scenario, tables = set_up(own, found.model, dict(found.stated.law))
+            scenario, tables = predicted.set_up(own, found.model, dict(found.stated.law))
             if path in tables:
                 read_space(scenario, {"space": {path: table}})
                 return
@@ -276,16 +268,16 @@ def _check_prior(path: str, table: Any, found: Submission, measured: Mapping[str
 
 def submitted(
     found: Submission, name: str, measured: Measurement, *, n: int, seed: int
-) -> tuple[ModelPrediction | None, str]:
+) -> tuple[predicted.ModelPrediction | None, str]:
     """Compute what a submission predicts of a measurement, or the reason why it cannot."""
     if measured.group in found.stated.made_from or found.model in measured.made:
         return None, "it was made from these numbers"
     try:
         own = found.applied(name, measured)
-        one = prediction(own, found.model, dict(found.stated.law), n=n, seed=seed)
+        one = predicted.prediction(own, found.model, dict(found.stated.law), n=n, seed=seed)
     except ElectrovibError as error:
-        return None, reason_of(error)
-    return ModelPrediction(found.name, one.values, one.narrow, one.wide), ""
+        return None, predicted.reason_of(error)
+    return predicted.ModelPrediction(found.name, one.values, one.narrow, one.wide), ""
 
 
 def refuse_idle(
